@@ -1,4 +1,4 @@
-//! How fast a lathe is simulated, and what its drives leave: `cargo run --release -p camwright --example lathe_speed [RPM]`.
+//! Simulation speed of a lathe, and the form error of its drives: `cargo run --release -p camwright --example lathe_speed [RPM]`.
 //!
 //! Turns an eccentric (20 mm, 1.5 mm off the axis) of 12 mm length from a bar on one core, as planned and executed tick by tick, 720
 //! azimuths and columns 0.02 mm apart: machine seconds per second of the wall clock, and the form error beside the cusps.
@@ -9,7 +9,7 @@ use camwright::cam::surface::solid::Solid;
 use camwright::interpolator::{Motion, Prepared};
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, Structure};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::lathe;
 use camwright::math::units::{rad_s_from_rpm, um_from_mm};
 use camwright::planner::plan_turning;
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, description) in [("ideal", lathe().with_drives(DriveSettings::IDEAL)), ("ordinary", ordinary)] {
         let plan = plan_turning(&job, &description, None)?.plan;
         let grid = PartGrid { azimuths: 720, columns: 601, from_mm: 0.0, to_mm: LENGTH };
-        let mut machine = Machine::new(description.clone(), LastingState::new(&description))?;
+        let mut machine = Machine::new(description.clone(), PersistentState::new(&description))?;
         machine.load_turned_part(TurnedPart::round("bar".into(), grid, BAR)?, job.part_zero_mm)?;
         let motion = Prepared::new(Motion::Plan(Arc::new(plan)), &description)?;
         let mut closed_loop = ClosedLoop::direct(machine);

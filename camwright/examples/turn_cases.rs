@@ -4,11 +4,11 @@
 //! turn_cases DIRECTORY RANDOM SEED      then, on standard input, lines "CASE RUNS"
 //! ```
 //!
-//! Writes for every case what another planner needs to solve the same task, and the turn found here:
-//! `case_NN.txt` words and numbers; `case_NN.grid.f64` rows of X, X′, X″, X‴ (mm over rad), the bound on C's speed, speed
-//! and acceleration of the turn (rad/s, rad/s²), at equal angles from 0 on; `case_NN.time.f64` rows of C (rad) and X (mm) at
-//! equal times. Both are little-endian doubles. Then it plans cases as often as it is asked to and tells the time of each
-//! run in nanoseconds, so that the caller can measure side by side with another planner.
+//! Writes for every case the data that another planner needs to solve the same task, and the turn found here: `case_NN.txt`
+//! words and numbers; `case_NN.grid.f64` rows of X, X′, X″, X‴ (mm over rad), the bound on C's speed, speed and acceleration
+//! of the turn (rad/s, rad/s²), at equal angles from 0 on; `case_NN.time.f64` rows of C (rad) and X (mm) at equal times.
+//! Both are little-endian doubles. It then plans cases on request and prints the time of each run in nanoseconds, for a
+//! side-by-side comparison with another planner.
 #![allow(clippy::print_stdout, reason = "a command: its output is what the benchmark reads")]
 
 #[path = "../tests/cams/mod.rs"]
@@ -172,7 +172,7 @@ impl Case {
         }
         writeln!(words, "sample_s {:e}", 1.0 / SAMPLES_PER_S)?;
         writeln!(words, "turn_s {:e}", turn.turn_s())?;
-        writeln!(words, "least_s {:e}", turn.least_s())?;
+        writeln!(words, "least_s {:e}", turn.minimum_s())?;
         fs::write(directory.join(format!("case_{index:02}.txt")), words)?;
         Ok(())
     }

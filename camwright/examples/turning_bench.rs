@@ -1,4 +1,4 @@
-//! How long it takes to plan the path of a lathe's insert, and that it grows with the number of points:
+//! Planning time of the path of a lathe's insert, and its growth with the number of points:
 //!
 //! ```text
 //! cargo run --release -p camwright --example turning_bench

@@ -1,4 +1,4 @@
-//! What turning a cam costs that is planned by a shortcut, and where the insert may stand:
+//! Error of a turned cam planned by a shortcut, and permitted heights of the insert:
 //!
 //! ```text
 //! cargo run --release -p camwright --example turning_comparison

@@ -8,7 +8,7 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{ORIGIN, SWITCH, machine, two_cuts, whole_job};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
 use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
-use camwright::interpolator::{Event, Foreseen, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
+use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, StateForecast, TickInputs};
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::Axis;
 use camwright::machine::setpoint::{Input, Latch, Measured, StopPoint};
@@ -80,14 +80,14 @@ fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
         let motion = Motion::from(trajectory.with_tolerances(tolerances));
         Box::new(Prepared::new(motion, &machine).expect("good"))
     };
-    // Where it will be at tick 400 a rehearsal of the same ticks tells.
+    // A rehearsal of the same ticks gives the position at tick 400.
     let mut rehearsed = Interpolator::new(&machine);
     rehearsed.start(to(20.0, &Start::default())).expect("idle");
     for tick in 0..300 {
         rehearsed.step(&TickInputs { tick, requests: &[] });
     }
     let first = to(20.0, &Start::default());
-    let Foreseen::At(there) = rehearsed.foresee(400) else { panic!("it moves") };
+    let StateForecast::At(there) = rehearsed.foresee(400) else { panic!("it moves") };
     let second = to(5.0, &there);
     let mut interpolator = Interpolator::new(&machine);
     interpolator.start(first).expect("idle");

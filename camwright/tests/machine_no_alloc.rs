@@ -6,10 +6,10 @@ use camwright::machine::description::{
     Axis, ContactDescription, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
     StiffnessAt, Structure,
 };
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::machine::setpoint::{Input, Setpoint};
-use camwright::math::snapshot::{Kept, Tape, TapeError};
+use camwright::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use camwright::simulation::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::simulation::fault::Fault;
 use camwright::simulation::turned_part::{PartGrid, TurnedPart};
@@ -57,7 +57,7 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
 }
 
 fn run_through_everything(description: MachineDescription) {
-    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("valid");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(&description)).expect("valid");
     machine.load_lobe("I1", "LS1", 15.0, vec![23.0; 3600]).expect("a round blank");
     machine.place([0, 2_290_000, 600_000]);
     let mut buffer = SetpointBuffer::new(&description, machine.setpoint());
@@ -108,10 +108,10 @@ fn run_through_everything(description: MachineDescription) {
     // A keyframe is written between two ticks; one that finds no room is only not there.
     let mut room = vec![0; 200_000];
     assert_no_alloc(|| {
-        let mut tape = Tape::writing(&mut room);
-        machine.keep(&mut tape).and_then(|()| buffer.keep(&mut tape)).expect("there is room");
-        assert!(tape.octets() > 2 * 3600 * 8);
-        assert_eq!(machine.keep(&mut Tape::writing(&mut room[..1000])), Err(TapeError::NoRoom));
+        let mut codec = SnapshotCodec::writing(&mut room);
+        machine.snapshot(&mut codec).and_then(|()| buffer.snapshot(&mut codec)).expect("there is room");
+        assert!(codec.octets() > 2 * 3600 * 8);
+        assert_eq!(machine.snapshot(&mut SnapshotCodec::writing(&mut room[..1000])), Err(SnapshotError::NoRoom));
     });
     assert!(removed > 1.0 && edges > 0, "it was a cut: {removed} mm², {edges} edges");
     assert_eq!(raised, 0);
@@ -133,7 +133,7 @@ fn run_through_everything(description: MachineDescription) {
 #[test]
 fn a_tick_of_a_lathe_does_not_allocate() {
     let description = lathe();
-    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("valid");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(&description)).expect("valid");
     let grid = PartGrid { azimuths: 360, columns: 500, from_mm: 0.0, to_mm: 10.0 };
     let bar = TurnedPart::round("bar".into(), grid, 20.0).expect("a bar");
     machine.load_turned_part(bar, 0.0).expect("a lathe");

@@ -19,11 +19,11 @@ const PLACEHOLDER: &str = "structure_needs_at_least_one_member";
 pub(crate) enum Origin {
     /// Ours: `char` is refused, since readers disagree on its hash.
     Own,
-    /// Of ROS, taken as they are.
+    /// Interfaces of ROS, unchanged.
     Standard,
 }
 
-/// What a type is to a program.
+/// Role of a type in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     /// A message that gets a Rust structure.
@@ -48,7 +48,7 @@ pub(crate) struct Type {
 /// All types.
 #[derive(Debug, Default)]
 pub(crate) struct Library {
-    /// By full name.
+    /// Types by full name.
     pub(crate) types: BTreeMap<TypeName, Type>,
 }
 

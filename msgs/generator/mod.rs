@@ -22,14 +22,14 @@ use std::path::{Path, PathBuf};
 /// The package whose files lie directly under the crate's directory.
 pub(crate) const OWN_PACKAGE: &str = "camwright_msgs";
 
-/// What is wrong with an interface file, and where.
+/// Error in an interface file, and its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Error {
     /// The file at fault.
     pub(crate) file: PathBuf,
     /// Line in it, from 1; 0 when the file as a whole is meant.
     pub(crate) line: usize,
-    /// What is wrong.
+    /// Reason.
     pub(crate) what: String,
 }
 

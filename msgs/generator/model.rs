@@ -1,4 +1,4 @@
-//! What an interface file says.
+//! Content of an interface file.
 
 pub(crate) use super::syntax::{Primitive, Shape};
 use std::fmt;
@@ -104,7 +104,7 @@ impl Primitive {
     }
 }
 
-/// What one element of a field is.
+/// Type of one element of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Base {
     Primitive(Primitive),
@@ -126,7 +126,7 @@ impl FieldType {
         Self { base, shape: Shape::One }
     }
 
-    /// As an interface file would write it, with the package in front of every nested type.
+    /// Word of an interface file, with the package in front of every nested type.
     pub(crate) fn word(&self) -> String {
         let base = match &self.base {
             Base::Primitive(primitive) => primitive.word().to_owned(),
@@ -189,7 +189,7 @@ pub(crate) struct Definition {
     pub(crate) text: String,
 }
 
-/// Where a type was read from.
+/// Source of a type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Source {
     pub(crate) file: PathBuf,

@@ -4,7 +4,7 @@ use super::model::{Base, Constant, Definition, Field, FieldType, Kind, Shape, Ty
 use super::syntax::{Element, TypeError, TypeText, split_comment};
 use super::value;
 
-/// What is wrong in a text, and in which line of it (from 1).
+/// Error in a text, and its line (from 1).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Fault {
     pub(crate) line: usize,
@@ -102,7 +102,7 @@ fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Def
         if definition.constants.iter().any(|other| other.name == name) {
             return Err(format!("the constant {name} is defined twice"));
         }
-        let value = value::of_base(&ty.base, text)?;
+        let value = value::from_base(&ty.base, text)?;
         definition.constants.push(Constant { name: name.to_owned(), base: ty.base, value, comment });
         return Ok(Commented::Constant);
     }
@@ -114,7 +114,7 @@ fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Def
         return Err(format!("the field {name} is defined twice"));
     }
     let text = text.trim_start();
-    let default = if text.is_empty() { None } else { Some(value::of_field(&ty, text)?) };
+    let default = if text.is_empty() { None } else { Some(value::from_field(&ty, text)?) };
     definition.fields.push(Field { name: name.to_owned(), ty, default, comment });
     Ok(Commented::Field)
 }
@@ -176,7 +176,7 @@ fn is_constant_name(name: &str) -> bool {
         && !name.ends_with('_')
 }
 
-/// Whether a message, service or action may be called so.
+/// Returns whether a message, service or action may have this name.
 pub(crate) fn is_message_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric())
 }

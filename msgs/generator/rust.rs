@@ -127,7 +127,7 @@ fn rust_type(ty: &FieldType) -> String {
     }
 }
 
-/// Whether a default differs from what Rust's own default would be.
+/// Returns whether a default differs from Rust's own default.
 fn is_notable(field: &Field) -> bool {
     match &field.default {
         None => false,
@@ -226,7 +226,7 @@ fn put_constant(out: &mut String, constant: &Constant) {
     put!(out, "pub const {}: {rust} = {};", constant.name, literal(&constant.base, &constant.value));
 }
 
-/// Whether a message or anything in it has a bound that Rust's types do not hold by themselves.
+/// Returns whether a message or anything in it has a bound that Rust's types do not hold by themselves.
 fn has_bounds(library: &Library, ty: &Type) -> bool {
     let own = ty.definition.fields.iter().any(|field| {
         matches!(field.ty.shape, Shape::BoundedSequence(_)) || matches!(field.ty.base, Base::Text(Some(_)))

@@ -6,9 +6,9 @@ use super::model::{Base, FieldType, Primitive, Shape, Value};
 ///
 /// # Errors
 /// What is wrong with the text, as a clause.
-pub(crate) fn of_field(ty: &FieldType, text: &str) -> Result<Value, String> {
+pub(crate) fn from_field(ty: &FieldType, text: &str) -> Result<Value, String> {
     if ty.shape == Shape::One {
-        return of_base(&ty.base, text);
+        return from_base(&ty.base, text);
     }
     if let Base::Nested(name) = &ty.base {
         return Err(format!("a default value is not possible for an array of {name}"));
@@ -27,14 +27,14 @@ pub(crate) fn of_field(ty: &FieldType, text: &str) -> Result<Value, String> {
         }
         _ => {}
     }
-    Ok(Value::List(elements.iter().map(|element| of_base(&ty.base, element)).collect::<Result<_, _>>()?))
+    Ok(Value::List(elements.iter().map(|element| from_base(&ty.base, element)).collect::<Result<_, _>>()?))
 }
 
 /// Reads a single value.
 ///
 /// # Errors
 /// What is wrong with the text, as a clause.
-pub(crate) fn of_base(base: &Base, text: &str) -> Result<Value, String> {
+pub(crate) fn from_base(base: &Base, text: &str) -> Result<Value, String> {
     match base {
         Base::Nested(name) => Err(format!("a default value is not possible for a {name}")),
         Base::Text(bound) => {

@@ -4,7 +4,7 @@ use crate::type_description_interfaces::msg::{
     Field, FieldType, IndividualTypeDescription, TypeDescription, TypeSource,
 };
 
-/// What a type is.
+/// Kind of a type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InterfaceKind {
     /// Something that travels: a topic's message, or a part of a service or an action.

@@ -1,4 +1,4 @@
-//! What all messages, services and actions have in common.
+//! Common traits of all messages, services and actions.
 
 use std::fmt::Debug;
 
@@ -72,9 +72,9 @@ pub trait Service: Send + Sync + 'static {
 /// An action: goal, result and feedback, and the services and the topic they travel on.
 pub trait Action: Send + Sync + 'static {
     type Goal: Message;
-    /// What came of it.
+    /// Result.
     type Result: Message;
-    /// How far it is.
+    /// Progress.
     type Feedback: Message;
     /// The service on `<action>/_action/send_goal`.
     type SendGoal: Service;

@@ -1,4 +1,5 @@
-//! What Cargo.toml promises: which crate may know which. The rooms of the core are held by `cargo test -p camwright --test rooms`.
+//! Permitted dependencies between crates, as declared in Cargo.toml. `cargo test -p camwright --test rooms` holds the rooms of the
+//! core.
 
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};

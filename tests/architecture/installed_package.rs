@@ -1,5 +1,5 @@
-//! The package as `ros2 run` and `ros2 launch` find it: built and installed by `CMake` with the real `ament_cmake`, run from there. What
-//! the launch file starts is told by stand-ins for the launch modules, which no index for Python has, and then started for real.
+//! The package as `ros2 run` and `ros2 launch` find it: built and installed by `CMake` with the real `ament_cmake`, run from there.
+//! Stand-ins for the launch modules, which no index for Python has, record the processes of the launch file; the test then starts them.
 
 use crate::support;
 

@@ -1,5 +1,5 @@
-//! Without network a developer may skip the tests with real ROS 2 peers, without LinuxCNC those with its interpreter, and is told so; where
-//! it counts nobody may.
+//! Without network a developer may skip the tests with real ROS 2 peers, without LinuxCNC those with its interpreter, and gets a message;
+//! in CI no test may be skipped.
 
 use crate::support;
 

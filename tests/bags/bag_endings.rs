@@ -1,4 +1,4 @@
-//! How a recording ends when nobody closes it: a kill, a full disk, a file system that gives up.
+//! End of a recording without closing: a kill, a full disk, a file system that fails.
 #![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
 
 use crate::bag_judges;
@@ -16,7 +16,7 @@ use camwright_bag::recover;
 use camwright_bag::{Bag, Outcome, QosProfile, Topic, WriterOptions};
 use support::Domain;
 
-/// What other people's readers count in a bag; they decode every message of it.
+/// Number of messages that other readers count in a bag; they decode every message of it.
 fn assert_judged(bag: &Path, messages: u64) {
     if let Some(said) = bag_judges::foxglove_counts(bag) {
         assert_eq!(said["messages"], messages, "Foxglove's reader");
@@ -26,7 +26,7 @@ fn assert_judged(bag: &Path, messages: u64) {
     }
 }
 
-/// Where the child of a test writes, and how many messages in a second.
+/// Variable with the bag folder of a test's child process, and its message rate.
 const CHILD: &str = "CAMWRIGHT_TEST_BAG_CHILD";
 
 fn directory() -> PathBuf {
@@ -161,7 +161,7 @@ fn a_kill_at_any_time_costs_no_more_than_the_flush_interval() {
     assert!(*worst < LARGEST_LOSS, "{worst:?} of messages were lost");
 }
 
-/// What the child said at its end.
+/// Last output of the child.
 fn counts(stderr: &str) -> [u64; 3] {
     let line =
         stderr.lines().find_map(|l| l.strip_prefix("counts ")).unwrap_or_else(|| panic!("no counts in:\n{stderr}"));

@@ -89,7 +89,7 @@ fn export(at: &Path, to: &str) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-fn said(output: &Output) -> &[u8] {
+fn stdout_of(output: &Output) -> &[u8] {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     &output.stdout
 }
@@ -103,7 +103,7 @@ fn every_value_of_the_tables_is_that_of_the_bag_and_has_its_type() {
     export(&at, "parquet");
     let mut judge = env.python("judge_tables.py", &domain);
     let output = judge.args(["RUN", "RUN_csv", "RUN_parquet"]).current_dir(&at).output().expect("there is Python");
-    let told: Value = serde_json::from_slice(said(&output)).expect("one JSON object");
+    let told: Value = serde_json::from_slice(stdout_of(&output)).expect("one JSON object");
     assert_eq!(told["rows"], json!(300 + 30 + 6 + 6));
     assert!(told["values"].as_u64().is_some_and(|values| values > 3000), "{}", told["values"]);
     let types = &told["types"];
@@ -126,7 +126,7 @@ fn every_value_of_the_tables_is_that_of_the_bag_and_has_its_type() {
     std::fs::remove_dir_all(at).expect("it is ours");
 }
 
-/// What stands in `bags/README.md` for pandas does what it says.
+/// The pandas lines of `bags/README.md` work.
 #[test]
 fn the_documented_lines_of_python_run() {
     let Some(env) = peer_env() else { return };
@@ -143,7 +143,7 @@ fn the_documented_lines_of_python_run() {
         let mut python = env.python(&script.display().to_string(), &domain);
         let output = python.current_dir(&at).output().expect("there is Python");
         assert!(
-            String::from_utf8_lossy(said(&output)).contains("position[0]"),
+            String::from_utf8_lossy(stdout_of(&output)).contains("position[0]"),
             "{}",
             String::from_utf8_lossy(&output.stdout)
         );

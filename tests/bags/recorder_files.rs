@@ -1,4 +1,4 @@
-//! What a recorder takes, and into which files: splits, snapshots, regular expressions, types that are not ours.
+//! Selection of topics and files of a recorder: splits, snapshots, regular expressions, foreign types.
 
 use crate::bag_judges;
 use crate::recorder;
@@ -155,7 +155,7 @@ fn old_runs_make_room_and_a_recording_that_writes_all_takes_no_snapshot() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-/// A type of an installed package is known by its file; one of nobody's is told once, and the rest is recorded.
+/// The file of an installed package defines its types; an unknown type is reported once, and the rest is recorded.
 #[test]
 fn a_type_is_known_from_the_package_that_is_installed() {
     let domain = Domain::take();
@@ -202,7 +202,7 @@ fn a_type_is_known_from_the_package_that_is_installed() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-/// A type that is nowhere here is asked for: the publisher's own node tells it, and everybody's readers decode what was recorded.
+/// The publisher's own node supplies the definition of a type that is not installed here, and other readers decode the recording.
 #[test]
 fn a_type_is_known_from_the_node_that_publishes_it() {
     let Some(peers) = support::peer_env() else { return };

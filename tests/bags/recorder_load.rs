@@ -1,5 +1,5 @@
-//! The recorder's process under a load that any computer carries, on a disk that fills, and when it is told to end: every message is
-//! accounted for, once. The benchmark `recorder_load` has the same with more.
+//! The recorder's process under a load that any computer carries, on a full disk, and during shutdown: every message is accounted
+//! for, once. The benchmark `recorder_load` has the same with more.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 #![allow(unreachable_pub, reason = "a test binary has no outside")]
 
@@ -144,7 +144,7 @@ fn memory_stays_flat_while_the_bag_grows() {
     assert!(grown < 0.1 * 3.3 * f64::from(seconds / 3), "{grown:.1} MB more: {memory:?}");
 }
 
-/// How long a move may take.
+/// Maximum time of a move.
 const LONGEST: Duration = Duration::from_secs(1200);
 
 /// Moves X and Z to and fro until the time is over: a motion like that of a job, and shorter.
@@ -171,7 +171,7 @@ fn move_to_and_fro(node: &Node, time: Duration) -> Vec<String> {
     Vec::new()
 }
 
-/// What the cell says at the wall clock's pace is in the bag to the last tick, and is what it is when it is computed again.
+/// The messages of a cell at pace realtime are in the bag to the last tick, and equal their recomputation.
 #[test]
 fn the_cells_own_traffic_is_recorded_without_a_gap() {
     let folder = Folder::new("cell-traffic");
@@ -189,7 +189,7 @@ fn publish_until(recorder: &Ours, text: &str, condition: impl Fn(&Ours) -> bool)
         for _ in 0..20 {
             publisher.publish(&Text { data: text.to_owned() }).expect("room");
         }
-        // As fast as the recorder tells what became of it.
+        // At the rate of the recorder's status.
         let _told = recorder.wait_status(Duration::from_millis(100), |_| false);
     }
 }
@@ -198,7 +198,7 @@ fn publish_until(recorder: &Ours, text: &str, condition: impl Fn(&Ours) -> bool)
 fn sigterm_leaves_a_whole_bag_and_exit_code_0() {
     let (domain, folder) = (Domain::take(), Folder::new("sigterm"));
     let recorder = Ours::start(&domain, &folder.join("run"), &[TOPIC]);
-    publish_until(&recorder, "as ever", |recorder| recorder.told().written > 100);
+    publish_until(&recorder, "as ever", |recorder| recorder.counts().written > 100);
     let Ours { bag, mut process, .. } = recorder;
     process.terminate();
     let status = process.wait(PATIENCE);
@@ -229,7 +229,7 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_cod
     // What fills a disk is not the floor that is left free of it.
     command.args(["--ros-args", "-p", "min_free_mb:=0"]);
     let recorder = Ours::start_with(&domain, &disk.join("run"), &[TOPIC], command);
-    publish_until(&recorder, &"x".repeat(30_000), |recorder| recorder.told().dropped > 100);
+    publish_until(&recorder, &"x".repeat(30_000), |recorder| recorder.counts().dropped > 100);
     let told = recorder.wait_settled(u64::MAX);
     assert_eq!(told.received, told.written + told.dropped);
     assert!(!recorder.status().recording, "it says that it has ended");

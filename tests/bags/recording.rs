@@ -25,7 +25,7 @@ use recorder::{ACTIVATE, CONFIGURE, Cell, DEACTIVATE, args, directory, messages,
 use serde_json::json;
 use support::{Domain, Guarded, PATIENCE, Peer};
 
-/// As the command line has it without options.
+/// Arguments of the command line without options.
 fn played_as_it_is(bag: &Path) -> ReplayArgs {
     #[derive(clap::Parser)]
     struct Command {
@@ -166,7 +166,7 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
         assert_eq!(pair[1] - pair[0], cycle_ns, "a tick is missing before {} ns", pair[1]);
     }
     let prepared = prepare_any("four_lobe_camshaft", &[], None).expect("it can be planned");
-    let size = BagSize::of(&prepared, Pace::Fast);
+    let size = BagSize::estimate(&prepared, Pace::Fast);
     let files = size.topics.iter().find(|topic| topic.topic == "job_planner/job_files").expect("it names files");
     assert_eq!(files.messages, messages(&read, "/job_planner/job_files").len() as u64, "pages of the files of the job");
     let (told, real) = (size.bytes(), read.files()[0].bytes);
@@ -285,7 +285,7 @@ fn a_recorder_by_itself_records_and_ctrl_c_closes_the_bag_and_ends_with_zero() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-/// What `/clock` says is the time of the recording, and what comes before its first word waits for it.
+/// With `/clock` the bag has the times of the recording, and messages before its first one wait for it.
 #[test]
 fn with_simulated_time_the_bag_has_the_times_of_the_clock() {
     let domain = Domain::take();

@@ -1,4 +1,4 @@
-//! What computer a benchmark ran on, for people.
+//! Description of the computer that a benchmark ran on.
 
 /// The first line of a file, empty where there is none.
 pub fn first_line(path: &str) -> String {

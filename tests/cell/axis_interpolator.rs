@@ -82,7 +82,7 @@ fn one_client_has_command_and_the_others_are_told_who() {
     assert!(held.holder.contains("/job_planner, job eccentric"), "{}", held.holder);
 
     let node = &cell.client.node;
-    let log = LogLines::of(&cell);
+    let log = LogLines::subscribe(&cell);
     let holder = format!("{} has command", held.holder);
     let home = node.action_client::<Home>("axis_interpolator/home").expect("a client");
     home.wait_for_server(PATIENCE).expect("home");
@@ -122,7 +122,7 @@ fn one_client_has_command_and_the_others_are_told_who() {
     cell.stop();
 }
 
-/// The knob may be turned before anything moves: what it says is told at once, and the next motion begins with it.
+/// An override set between motions is published at once, and applies to the next motion.
 #[test]
 fn an_override_that_is_set_between_motions_is_that_of_the_next() {
     let cell = Cell::start(&[]);
@@ -135,7 +135,7 @@ fn an_override_that_is_set_between_motions_is_that_of_the_next() {
     let follow = "axis_interpolator/follow_joint_trajectory";
     let client = cell.client.node.action_client::<FollowJointTrajectory>(follow).expect("a client");
     client.wait_for_server(PATIENCE).expect("follow_joint_trajectory");
-    let log = LogLines::of(&cell);
+    let log = LogLines::subscribe(&cell);
     let tick = |words: &str| {
         let line = log.line(&["a joint trajectory", words]);
         line.rsplit(' ').next().and_then(|tick| tick.parse::<u64>().ok()).unwrap_or_else(|| panic!("{line}"))
@@ -162,7 +162,7 @@ fn an_override_that_is_set_between_motions_is_that_of_the_next() {
     cell.stop();
 }
 
-/// What the interpolator itself stops for is in the result, and on its alarm topic until the next motion begins.
+/// The alarm of a stop by the interpolator itself is in the result, and on its alarm topic until the next motion begins.
 #[test]
 fn an_alarm_of_the_interpolator_is_told_and_gone_with_the_next_motion() {
     let cell = Cell::start(&[]);

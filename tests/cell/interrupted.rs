@@ -1,4 +1,4 @@
-//! What happens in the middle of everything: Ctrl-C, an interpolator that dies, a second machine with a clock.
+//! Interruptions of a running cell: Ctrl-C, an interpolator that dies, a second machine with a clock.
 
 use crate::support;
 

@@ -139,7 +139,7 @@ fn an_ideal_machine_grinds_four_lobes_within_a_micrometre() {
     assert!(ordinary > ideal, "{ordinary} m");
 }
 
-/// C turns on: every lobe after the first is met at the phase that was predicted, and told so.
+/// C turns on: every lobe after the first is met at the predicted phase, and the log says so.
 #[test]
 fn c_that_turns_on_arrives_at_every_lobe_as_predicted() {
     let cell = Cell::start(&[]);

@@ -1,5 +1,5 @@
-//! Joint trajectories of other clients, as the joint trajectory controller of `ros2_control` serves them: what is refused and why, tolerances,
-//! stamps, a new goal in the place of the one before, cancel, deactivation, scaling, and what tells about it.
+//! Joint trajectories of other clients, as the joint trajectory controller of `ros2_control` serves them: refusals with reasons, tolerances,
+//! stamps, replacement, cancel, deactivation, scaling, and progress topics.
 
 use crate::cell;
 use crate::support;
@@ -107,7 +107,7 @@ fn a_trajectory_is_followed_and_feedback_state_and_query_tell_how() {
     let middle = &told[told.len() / 2];
     assert_eq!(middle.joint_names, ["z_axis"]);
     let (desired, actual, error) = (middle.desired.positions[0], middle.actual.positions[0], middle.error.positions[0]);
-    // On its way the table comes after its setpoint, and the difference is what is told.
+    // The table lags its setpoint, and the difference is reported.
     assert!((desired - actual - error).abs() < 1e-12 && error > 1e-6, "{desired} {actual} {error}");
     assert!(middle.desired.velocities[0] > 0.01 && middle.actual.velocities[0] > 0.01);
 
@@ -131,7 +131,7 @@ fn a_trajectory_is_followed_and_feedback_state_and_query_tell_how() {
 #[test]
 fn what_is_refused_is_refused_before_anything_moves_and_the_log_says_why() {
     let cell = Cell::start(&[]);
-    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let good = || to("z_axis", 0.05, 2.0);
     let with_point = |change: &dyn Fn(&mut JointTrajectoryPoint)| {
         let mut trajectory = good();
@@ -176,7 +176,7 @@ fn what_is_refused_is_refused_before_anything_moves_and_the_log_says_why() {
 #[test]
 fn what_is_refused_on_the_topic_is_logged_with_the_reason_and_repetitions_are_counted() {
     let cell = Cell::start(&[]);
-    let log = LogLines::of(&cell);
+    let log = LogLines::subscribe(&cell);
     let publisher =
         cell.client.node.publisher::<JointTrajectory>("axis_interpolator/joint_trajectory", &Qos::default_topic());
     let publisher = publisher.expect("a publisher");
@@ -251,7 +251,7 @@ fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
 #[test]
 fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     let cell = Cell::start(&[]);
-    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let state = "axis_interpolator/controller_state";
     let state = Watched::<JointTrajectoryControllerState>::new(&cell, state, &Qos::default_topic());
     let (sender, speeds) = mpsc::channel();
@@ -300,7 +300,7 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
 #[test]
 fn a_trajectory_with_a_stamp_begins_at_its_time_and_a_late_one_with_what_is_left() {
     let cell = Cell::start(&[]);
-    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
     let stream = Watched::<MachineStream>::new(&cell, "machine/stream", &Qos::default_topic().keep_last(1000));
     let ns = |time: &Time| i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec);
@@ -326,7 +326,7 @@ fn a_trajectory_with_a_stamp_begins_at_its_time_and_a_late_one_with_what_is_left
     cell.stop();
 }
 
-/// Of a joint that is at a place, from there to another, as planners send it: the first point at time 0 is the state they planned from.
+/// Trajectory of a joint from a position to another, as planners send it: the first point at time 0 is the state they planned from.
 fn planned(joint: &str, from: f64, position: f64, time_s: f64) -> JointTrajectory {
     let mut trajectory = to(joint, position, time_s);
     let first =
@@ -343,7 +343,7 @@ fn goals_that_begin_with_the_measured_positions_are_followed_right_after_a_move(
     let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
         args.with_parameter(Some("machine_sim"), "pace", realtime)
     });
-    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
     let places =
         [("z_axis", 0.03), ("x_axis", 0.12), ("c_axis", 1.5), ("z_axis", 0.0), ("x_axis", 0.15), ("c_axis", 0.0)];
@@ -399,7 +399,7 @@ fn goals_of_rclpy_that_begin_with_the_measured_positions_are_followed() {
 #[test]
 fn a_goal_ends_by_cancel_by_deactivation_and_runs_at_the_scaling_that_is_asked() {
     let cell = Cell::start(&[]);
-    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let state = "axis_interpolator/controller_state";
     let state = Watched::<JointTrajectoryControllerState>::new(&cell, state, &Qos::default_topic());
     let scaling: Publisher<SpeedScalingFactor> =

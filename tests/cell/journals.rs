@@ -5,9 +5,9 @@ use crate::cell;
 use crate::support;
 
 use byteorder::LittleEndian;
-use camwright_analysis::rerun::again;
+use camwright_analysis::rerun::rerun;
 use camwright_bag::Bag;
-use camwright_files::stiffness_file::KeptStiffness;
+use camwright_files::stiffness_file::StoredStiffness;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, PartLobe, PlanPage};
 use camwright_msgs::camwright_msgs::srv::{
     GetStiffness, GetStiffnessRequest, IdentifyStiffness, IdentifyStiffnessRequest, IdentifyStiffnessResponse,
@@ -21,7 +21,7 @@ use support::{Domain, Folder};
 const TWO: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}, \
      {name: J2, station: LS2, profile: journal, phase_deg: 40, width_mm: 20}]";
 
-/// What a run of two parts with two of the shipped journals leaves: what it reports, the finished part, and the halves of its plans in the bag.
+/// Output of a run of two parts with two of the shipped journals: its report, the finished part, and the halves of its plans in the bag.
 fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec<u8>) {
     let (domain, bag) = (Domain::take(), folder.join(name));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
@@ -32,7 +32,7 @@ fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec
     let output = output.expect("camwright runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut part, mut halves) = (Vec::new(), Vec::new());
-    let verdict = again(&bag).expect("the bag holds what it takes");
+    let verdict = rerun(&bag).expect("the bag holds what it takes");
     assert!(verdict.is_identical() && verdict.motions > 1, "{}", verdict.to_text());
     let bag = Bag::open(&bag).expect("a bag");
     let mut messages = bag.messages();
@@ -68,7 +68,7 @@ fn journals_are_measured_and_corrected_over_dds_the_same_every_time() {
     }
     assert_eq!(halves, [1, 2, 1, 2], "a first half and a second of both parts");
     let kept = folder.join("one-state/camwright/learned/journal_grinder.stiffness.yaml");
-    let kept = KeptStiffness::parse(&kept, &std::fs::read_to_string(&kept).expect("a file")).expect("a stiffness");
+    let kept = StoredStiffness::parse(&kept, &std::fs::read_to_string(&kept).expect("a file")).expect("a stiffness");
     assert_eq!((kept.parts, kept.places().len()), (2, 2), "what was measured is kept");
     assert_eq!(part.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>(), ["J1", "J2", "J1", "J2"]);
     let (report_again, again, _) = ground(&folder, "two");
@@ -82,8 +82,8 @@ fn journals_are_measured_and_corrected_over_dds_the_same_every_time() {
 
 const ONE: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}]";
 
-/// What only measures grinds a journal, answers when it is over and keeps what it found; a second one, and a job that cannot, are refused
-/// at once. The next part is corrected by what is kept, which its recorded job says.
+/// A measuring job grinds a journal, answers at its end and stores the result; a second one, and an unsuitable job, are refused at once. The
+/// stored values correct the next part, and its recorded job contains them.
 #[test]
 fn stiffness_is_measured_by_a_service_kept_and_used() {
     let folder = Folder::new("stiffness");

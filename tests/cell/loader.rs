@@ -86,7 +86,7 @@ impl Loaded {
         self.robot.cell(&format!("state {wanted}"), |state| state.state == wanted).expect("the state")
     }
 
-    fn say(&self, command: u8) -> Result<(), String> {
+    fn command(&self, command: u8) -> Result<(), String> {
         let answer = self.robot.command(&CellCommandRequest { command, ..CellCommandRequest::default() });
         let answer = answer.expect("an answer");
         if answer.success { Ok(()) } else { Err(answer.message) }
@@ -165,17 +165,17 @@ fn the_robot_of_the_example_tends_ten_parts() {
 #[test]
 fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
     let loaded = Loaded::start(10.0);
-    let refused = loaded.say(CellCommandRequest::START).expect_err("it is stopped");
+    let refused = loaded.command(CellCommandRequest::START).expect_err("it is stopped");
     assert_eq!(refused, "START is not taken in state STOPPED; it takes RESET, ABORT");
-    assert!(loaded.say(77).expect_err("there is none").contains("allowed are 1 (RESET) to 9 (CLEAR)"));
+    assert!(loaded.command(77).expect_err("there is none").contains("allowed are 1 (RESET) to 9 (CLEAR)"));
     loaded.start_run(2);
     let waiting = loaded.state(CellState::SUSPENDED);
     assert!(waiting.holder.contains("run of eccentric, 0 of 2 parts done"), "{}", waiting.holder);
-    let refused = loaded.say(CellCommandRequest::START).expect_err("it runs");
+    let refused = loaded.command(CellCommandRequest::START).expect_err("it runs");
     assert!(refused.contains("START is not taken in state SUSPENDED") && refused.contains("has command"), "{refused}");
     let (goal, _) = loaded.cell.client.send("eccentric", &SHORT);
     assert!(!goal.accepted(), "a job of somebody else does not get between the parts of a run");
-    let refused = loaded.say(CellCommandRequest::UNSUSPEND).expect_err("it waits for the robot");
+    let refused = loaded.command(CellCommandRequest::UNSUSPEND).expect_err("it waits for the robot");
     assert!(refused.contains("waits for the loader"), "{refused}");
     let mode =
         |mode: u8| loaded.cell.client.call::<SetCellMode>("job_planner/set_cell_mode", &SetCellModeRequest { mode });
@@ -183,25 +183,25 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
     assert!(!answer.success && answer.message.contains("cannot be changed in state SUSPENDED"), "{}", answer.message);
     // HOLD while nobody is inside takes the leave back, UNHOLD asks again.
     loaded.robot.loading("a leave", |loading| loading.clear_to_enter).expect("a leave");
-    loaded.say(CellCommandRequest::HOLD).expect("it holds");
+    loaded.command(CellCommandRequest::HOLD).expect("it holds");
     loaded.state(CellState::HELD);
     loaded.robot.loading("no leave", |loading| !loading.clear_to_enter).expect("none");
-    loaded.say(CellCommandRequest::UNHOLD).expect("it goes on");
+    loaded.command(CellCommandRequest::UNHOLD).expect("it goes on");
     loaded.robot.loading("a leave", |loading| loading.clear_to_enter).expect("a leave");
-    loaded.say(CellCommandRequest::STOP).expect("it stops");
+    loaded.command(CellCommandRequest::STOP).expect("it stops");
     let stopped = loaded.state(CellState::STOPPED);
     assert!(stopped.stop_reason == "STOP was said" && stopped.holder.is_empty(), "{stopped:?}");
     assert!(mode(CellState::MANUAL).success);
-    loaded.say(CellCommandRequest::RESET).expect("in every mode");
+    loaded.command(CellCommandRequest::RESET).expect("in every mode");
     loaded.state(CellState::IDLE);
-    let refused = loaded.say(CellCommandRequest::START).expect_err("in manual mode nothing starts");
+    let refused = loaded.command(CellCommandRequest::START).expect_err("in manual mode nothing starts");
     assert!(refused.contains("START is not taken in manual mode"), "{refused}");
     let (goal, _) = loaded.cell.client.send("eccentric", &SHORT);
     assert!(!goal.accepted());
     assert!(!mode(9).success);
     // By hand: no part, then one, then START grinds it and it stays in the chuck.
     assert!(mode(CellState::SEMI_AUTOMATIC).success);
-    let refused = loaded.say(CellCommandRequest::START).expect_err("the door is open");
+    let refused = loaded.command(CellCommandRequest::START).expect_err("the door is open");
     assert!(refused.contains("nothing may start: the door is not closed"), "{refused}");
     let wheel = loaded.cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data: true });
     assert!(wheel.message.contains("nothing may start: the door is not closed"), "{}", wheel.message);
@@ -310,12 +310,12 @@ fn a_robot_that_dies_outside_is_waited_for_and_one_that_dies_inside_is_an_alarm(
     assert_eq!(aborted.alarm, 155);
     let state = loaded.robot.loading("a state", |loading| loading.request == LoadingState::NONE).expect("a state");
     assert!(state.robot_in_work_area && state.clear_to_enter, "the leave is not taken back over its head: {state:?}");
-    let refused = loaded.say(CellCommandRequest::CLEAR).expect_err("it is still in there");
+    let refused = loaded.command(CellCommandRequest::CLEAR).expect_err("it is still in there");
     assert!(refused.contains("somebody is in the work area"), "{refused}");
     loaded.state(CellState::ABORTED);
     loaded.robot.be_silent(false);
     loaded.robot.leave().expect("it is brought out");
-    loaded.say(CellCommandRequest::CLEAR).expect("nobody is inside");
+    loaded.command(CellCommandRequest::CLEAR).expect("nobody is inside");
     loaded.state(CellState::STOPPED);
     loaded.stop();
 }
@@ -327,7 +327,7 @@ fn a_part_that_is_missing_or_still_there_holds_the_cell_until_it_is_tried_again(
     let held = |words: &str| {
         let held = loaded.robot.cell(words, |cell| cell.state == CellState::HELD && cell.stop_reason.contains(words));
         assert!(held.expect("it is held").remedy.contains("UNHOLD"));
-        loaded.say(CellCommandRequest::UNHOLD).expect("it is tried again");
+        loaded.command(CellCommandRequest::UNHOLD).expect("it is tried again");
     };
     loaded.start_run(1);
     // It leaves without having put anything in.
@@ -344,7 +344,7 @@ fn a_part_that_is_missing_or_still_there_holds_the_cell_until_it_is_tried_again(
     loaded.trigger("machine/close_chuck").expect("somebody closes it");
     loaded.area("a closed chuck", |area| area.chuck == WorkArea::CLOSED);
     loaded.state(CellState::HELD);
-    loaded.say(CellCommandRequest::UNHOLD).expect("the raw part is in: the door closes and its job begins");
+    loaded.command(CellCommandRequest::UNHOLD).expect("the raw part is in: the door closes and its job begins");
     // The part is ground; the robot comes for it and leaves it there.
     assert_eq!(loaded.robot.enter(), Ok(LoadingState::UNLOAD));
     loaded.robot.leave().expect("it leaves");
@@ -368,7 +368,7 @@ fn a_door_or_a_chuck_that_sticks_is_an_alarm_and_the_run_is_over() {
     assert_eq!(loaded.state(CellState::ABORTED).alarm, 154);
     loaded.fault("chuck_stuck", false);
     loaded.robot.leave().expect("it leaves");
-    loaded.say(CellCommandRequest::CLEAR).expect("the chuck moves again");
+    loaded.command(CellCommandRequest::CLEAR).expect("the chuck moves again");
     loaded.state(CellState::STOPPED);
     // The chuck went on to its end; the robot finds its part held, takes nothing in its place, and the door sticks.
     loaded.fault("door_stuck", true);
@@ -393,13 +393,13 @@ fn an_emergency_stop_in_the_handshake_ends_the_run_and_nothing_starts_before_cle
     assert_eq!(loaded.state(CellState::ABORTED).alarm, 1);
     let refused = loaded.robot.change_part(request).expect_err("the chuck does not obey");
     assert!(refused.contains("the cell is ABORTED"), "{refused}");
-    assert!(loaded.say(CellCommandRequest::CLEAR).is_err(), "it is pressed, and somebody is inside");
+    assert!(loaded.command(CellCommandRequest::CLEAR).is_err(), "it is pressed, and somebody is inside");
     estop(false);
     loaded.robot.leave().expect("it leaves");
-    loaded.say(CellCommandRequest::CLEAR).expect("released, nobody inside");
+    loaded.command(CellCommandRequest::CLEAR).expect("released, nobody inside");
     let stopped = loaded.state(CellState::STOPPED);
     assert!(stopped.stop_reason.is_empty() && stopped.alarm == 0);
-    assert!(loaded.say(CellCommandRequest::START).is_err(), "RESET comes first");
+    assert!(loaded.command(CellCommandRequest::START).is_err(), "RESET comes first");
     let moves = |motion: InterpolatorState| motion.state == InterpolatorState::EXECUTING;
     assert!(!loaded.motions.try_iter().any(moves), "no reset moves anything");
     loaded.start_run(1);
@@ -421,9 +421,9 @@ fn out(loaded: &Loaded) -> Result<(), String> {
 fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced() {
     let loaded = Loaded::start(10.0);
     loaded.grind();
-    loaded.say(CellCommandRequest::SUSPEND).expect("it is suspended");
+    loaded.command(CellCommandRequest::SUSPEND).expect("it is suspended");
     assert_eq!(loaded.state(CellState::SUSPENDED).stop_reason, "SUSPEND was said");
-    loaded.say(CellCommandRequest::UNSUSPEND).expect("it goes on");
+    loaded.command(CellCommandRequest::UNSUSPEND).expect("it goes on");
     loaded.state(CellState::EXECUTE);
     for (fault, alarm, remedy) in [
         ("door_forced", 150, "find out who opened the door"),
@@ -436,7 +436,7 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
         loaded.cell.client.status("is the end", |status| status.state == JobStatus::ABORTED);
         loaded.fault(fault, false);
         // It has to be at rest, and nobody inside.
-        while loaded.say(CellCommandRequest::CLEAR).is_err() {}
+        while loaded.command(CellCommandRequest::CLEAR).is_err() {}
         loaded.state(CellState::STOPPED);
         if alarm == 150 {
             // The wheel stands near the part: out by hand, and only with the door closed.
@@ -460,10 +460,10 @@ fn who_enters_without_leave_stops_the_machine() {
     loaded.alarm(151);
     let aborted = loaded.state(CellState::ABORTED);
     assert_eq!(aborted.alarm, 151, "{}", aborted.stop_reason);
-    assert!(loaded.say(CellCommandRequest::CLEAR).is_err());
+    assert!(loaded.command(CellCommandRequest::CLEAR).is_err());
     loaded.robot.signal(|signals| signals.in_work_area = false);
     loaded.robot.loading("nobody inside", |loading| !loading.robot_in_work_area).expect("it is seen");
-    loaded.say(CellCommandRequest::CLEAR).expect("it has left");
+    loaded.command(CellCommandRequest::CLEAR).expect("it has left");
     // The part that was begun is exchanged, not ground on.
     loaded.start_run(1);
     let served = loaded.robot.tend().expect("the end of the run");

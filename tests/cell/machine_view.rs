@@ -30,7 +30,7 @@ struct Frame([[f64; 3]; 3], [f64; 3]);
 impl Frame {
     const ITSELF: Self = Self([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
 
-    /// By the formula of Rodrigues.
+    /// Rotation by the formula of Rodrigues.
     fn about([x, y, z]: [f64; 3], angle: f64) -> Self {
         let (s, c) = angle.sin_cos();
         let v = 1.0 - c;
@@ -67,7 +67,7 @@ impl Frame {
         Self(rows, there.map(|value| -value))
     }
 
-    fn of(transform: &TransformStamped) -> Self {
+    fn from_transform(transform: &TransformStamped) -> Self {
         let (q, t) = (&transform.transform.rotation, &transform.transform.translation);
         let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
         assert!((length - 1.0).abs() < 1e-12, "a rotation has length 1: {q:?}");
@@ -82,7 +82,7 @@ impl Frame {
     }
 }
 
-/// Where a link stands in the root, by what another library read of the URDF.
+/// Pose of a link in the root, according to another library that read the URDF.
 fn stands(robot: &Robot, link: &str, position: &dyn Fn(&str) -> f64) -> Frame {
     let Some(joint) = robot.joints.iter().find(|joint| joint.child.link == link) else { return Frame::ITSELF };
     let [roll, pitch, yaw] = joint.origin.rpy.0;
@@ -231,7 +231,7 @@ fn the_shipped_descriptions_are_up_to_date() {
     }
 }
 
-/// What a viewer has heard.
+/// Messages received by a viewer.
 #[derive(Debug, Default)]
 struct Heard {
     descriptions: Vec<String>,
@@ -337,7 +337,7 @@ fn a_running_cell_is_seen() {
             let mut at = link.name.as_str();
             while at != "world" {
                 let step = said.get(at).unwrap_or_else(|| panic!("nobody says where {at} is"));
-                by_tf = Frame::of(step).then(&by_tf);
+                by_tf = Frame::from_transform(step).then(&by_tf);
                 at = &step.header.frame_id;
             }
             let off = by_tf.difference(&stands(&robot, &link.name, &position));
@@ -448,7 +448,7 @@ fn a_bar_in_a_lathe_is_seen_and_transforms_can_be_left_to_others() {
     cell.stop();
 }
 
-/// What `RViz` and Foxglove are told to show is published, with the fields that are plotted.
+/// All topics of the `RViz` and Foxglove configurations are published, with the plotted fields.
 fn every_topic_of_a_viewer_is_there(cell: &Cell) {
     let published: BTreeMap<String, String> = cell
         .client

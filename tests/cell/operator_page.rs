@@ -137,7 +137,7 @@ fn a_browser_sees_what_the_cell_does() {
     logger.stop();
 }
 
-/// What the server answers to some bytes, until it closes the connection.
+/// Answer of the server to some bytes, until it closes the connection.
 fn answered(address: SocketAddr, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(address).expect("the server is there");
     stream.set_read_timeout(Some(PATIENCE)).expect("a time");

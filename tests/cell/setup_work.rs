@@ -180,7 +180,7 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
         assert!(refused.message.contains(words), "{}", refused.message);
     }
 
-    // The part spindle turns until it is cancelled; meanwhile nobody else has command, and who asks is told who has.
+    // The part spindle turns until it is cancelled; other clients have no command meanwhile, and their refusal names the holder.
     let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
     client.wait_for_server(PATIENCE).expect("jog");
     let (sender, told) = std::sync::mpsc::channel();

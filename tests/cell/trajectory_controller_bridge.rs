@@ -49,7 +49,7 @@ fn a_bridge_to_a_controller_keeps_what_its_document_says_and_moves() {
     let client = operator.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
     client.wait_for_server(PATIENCE).expect("move_to");
     while !interpolator.knows_machine() {
-        // Nothing tells when it does.
+        // No message announces it.
         std::thread::sleep(Duration::from_millis(20));
     }
     let command = share_command_of_axes(&operator);
@@ -62,7 +62,7 @@ fn a_bridge_to_a_controller_keeps_what_its_document_says_and_moves() {
     assert!(sent.accepted());
     let (status, moved) = sent.result(PATIENCE).expect("a result");
     assert_eq!((status, moved.success), (GoalStatus::Succeeded, true), "{}", moved.message);
-    // The controller itself is there, and not only what the bridge tells of it.
+    // The controller itself is at the position that the bridge reports.
     let [_, x, z] = controller.position();
     assert!((z - 0.05).abs() < 1e-9 && (x - 0.1).abs() < 1e-9, "x is {x}, z is {z}");
     drop(command);

@@ -4,7 +4,7 @@ use crate::cell;
 use crate::support;
 
 use byteorder::LittleEndian;
-use camwright_analysis::rerun::again;
+use camwright_analysis::rerun::rerun;
 use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback};
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus, MachineAlarms, TurnedPage};
@@ -41,7 +41,7 @@ fn turned(folder: &Folder, name: &str) -> (Value, Vec<FormMap>, Vec<u64>) {
     let output = run(folder, name, &["--json"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut maps, mut pages) = (Vec::new(), Vec::new());
-    let verdict = again(&folder.join(name)).expect("the bag holds what it takes");
+    let verdict = rerun(&folder.join(name)).expect("the bag holds what it takes");
     assert!(verdict.is_identical() && verdict.setpoints > 1000, "{}", verdict.to_text());
     let bag = Bag::open(&folder.join(name)).expect("a bag");
     let mut messages = bag.messages();

@@ -23,7 +23,7 @@ fn planned(job: &str, name: &str, set: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("a summary in JSON")
 }
 
-/// What `camwright plan` says when it refuses.
+/// Refusal text of `camwright plan`.
 fn refusal(job: &str, set: &[&str]) -> String {
     let folder = Folder::new("wheel-refused");
     let output = camwright(&["plan", job, "--out", &folder.path().display().to_string()], set);
@@ -157,7 +157,7 @@ fn what_stands_in_the_wheels_way_is_named_with_how_much_is_missing() {
     says(&text, &["obstacle collar reaches from 150 to 137 mm", "it must begin before it ends"]);
 }
 
-/// Two parts on one machine: what the first left of the wheel the second begins with, and the machine tells its radius.
+/// Two parts on one machine: the second begins with the wheel that the first left, and the machine reports its radius.
 #[test]
 fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
     let folder = Folder::new("wheel-run");
@@ -195,7 +195,7 @@ fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
     assert!(second_mm < first_mm - 0.006, "{second_mm}");
 }
 
-/// The wheel's radii that a run's machine told, in their order.
+/// Wheel radii reported by a run's machine, in their order.
 fn radii_mm(bag: &Path) -> Vec<f64> {
     use byteorder::LittleEndian;
     use camwright_msgs::camwright_msgs::msg::MachineDescription;

@@ -81,7 +81,7 @@ impl Client {
         client.call(request, PATIENCE).expect("an answer")
     }
 
-    fn take(&self, holder: &str, lease_s: f64) -> TakeCommandResponse {
+    fn take_command(&self, holder: &str, lease_s: f64) -> TakeCommandResponse {
         let request = TakeCommandRequest { holder: holder.into(), lease_s, ..TakeCommandRequest::default() };
         self.call::<TakeCommand>("machine/take_command", &request)
     }
@@ -167,7 +167,7 @@ fn a_stranger_changes_no_zero_and_a_holder_works_afterwards() {
     assert!(refused.results.len() == 1 && refused.results[0].reason.contains("command"), "{refused:?}");
 
     // A holder's fields are bounded all the same.
-    let command = Command::take(&anna.node, &TakeOptions::new("anna")).expect("command");
+    let command = Command::acquire(&anna.node, &TakeOptions::new("anna")).expect("command");
     let of_anna = self::commands(&anna);
     for (kind, counts, ahead) in [
         (MachineCommand::PUSH, i64::MAX, 5),
@@ -195,22 +195,26 @@ fn a_stranger_changes_no_zero_and_a_holder_works_afterwards() {
 fn a_lease_is_renewed_refused_released_shared_and_runs_out() {
     let cell = free_cell();
     let [anna, bert] = ["anna", "bert"].map(|name| Client::new(cell.domain(), name));
-    let taken = anna.take("anna", 600.0);
+    let taken = anna.take_command("anna", 600.0);
     assert!(taken.success && taken.holder == "anna" && taken.remaining_s > 590.0, "{taken:?}");
     until("everybody hears who has command", || bert.holder() == "anna");
-    let refused = bert.take("bert", 1.0);
+    let refused = bert.take_command("bert", 1.0);
     assert!(!refused.success && refused.message.contains("anna has command for"), "{}", refused.message);
-    let refused = Command::take(&bert.node, &TakeOptions::new("bert")).expect_err("anna has it");
+    let refused = Command::acquire(&bert.node, &TakeOptions::new("bert")).expect_err("anna has it");
     assert!(matches!(refused, TakeError::Refused(_)), "{refused}");
     assert!(!bert.release("anna").success, "the name is not enough");
-    assert!(!anna.take("anna", f64::NAN).success && !anna.take("anna", 1e9).success && !anna.take("", 1.0).success);
-    assert!(anna.take("anna", 1.0).success, "renewed, for a second");
+    assert!(
+        !anna.take_command("anna", f64::NAN).success
+            && !anna.take_command("anna", 1e9).success
+            && !anna.take_command("", 1.0).success
+    );
+    assert!(anna.take_command("anna", 1.0).success, "renewed, for a second");
     until("it runs out", || bert.holder().is_empty());
     assert!(!anna.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);
 
     // Handover.
-    assert!(anna.take("anna", 60.0).success && anna.release("anna").success);
-    assert!(bert.take("bert", 60.0).success);
+    assert!(anna.take_command("anna", 60.0).success && anna.release("anna").success);
+    assert!(bert.take_command("bert", 60.0).success);
     assert!(!anna.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);
     assert!(bert.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);
     assert!(bert.release("bert").success);
@@ -224,7 +228,7 @@ fn a_lease_is_renewed_refused_released_shared_and_runs_out() {
     assert!(!anna.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);
 
     // A motion keeps the lease under which it began; its end lets it run out.
-    assert!(anna.take("anna", 5.0).success);
+    assert!(anna.take_command("anna", 5.0).success);
     assert_eq!(anna.home(), GoalStatus::Succeeded);
     until("it runs out", || bert.holder().is_empty());
     anna.stop();
@@ -239,7 +243,7 @@ fn a_member_that_is_started_again_takes_its_role_back() {
     let member = || anna.holder.lock().expect("not poisoned").interpolator;
     until("the interpolator has joined", || member() != [0; 16]);
     let (before, args) = (member(), RosArgs::default().with_domain_id(cell.domain().id()));
-    let command = Command::take(&anna.node, &TakeOptions::new("anna")).expect("command");
+    let command = Command::acquire(&anna.node, &TakeOptions::new("anna")).expect("command");
     let cell = cell.with_interpolator(|interpolator| {
         interpolator.stop();
         AxisInterpolator::start(&args).expect("axis_interpolator")
@@ -349,7 +353,7 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     until("the emergency stop is an alarm", || stranger.has_alarm(1));
     let released = stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: false });
     assert!(!released.success && released.message.contains("nobody has command"), "{}", released.message);
-    let command = Command::take(&stranger.node, &TakeOptions::new("operator")).expect("command");
+    let command = Command::acquire(&stranger.node, &TakeOptions::new("operator")).expect("command");
     assert!(stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: false }).success);
     until("it is reset", || stranger.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);
     assert_eq!(stranger.home(), GoalStatus::Succeeded);

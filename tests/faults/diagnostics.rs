@@ -1,5 +1,5 @@
-//! How a running cell is: what every node says of itself on `/diagnostics`, with levels that go up and come down again, and what
-//! `camwright status` tells from a second shell.
+//! Health of a running cell: the status of every node on `/diagnostics`, with levels that go up and come down again, and the output of
+//! `camwright status` in a second shell.
 
 use crate::cell;
 use crate::support;
@@ -33,14 +33,14 @@ fn value(status: &DiagnosticStatus, key: &str) -> Option<String> {
 }
 
 impl Told {
-    fn of(cell: &Cell) -> Self {
+    fn subscribe(cell: &Cell) -> Self {
         let (sender, arrays) = mpsc::channel();
         let heard = move |array, _: &_| drop(sender.send(array));
         let subscription = cell.client.node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), heard);
         Told { arrays, last: BTreeMap::new(), _subscription: subscription.expect("a subscription") }
     }
 
-    /// Listens until what was told is as wanted.
+    /// Listens until the status is as wanted.
     fn until(&mut self, what: &str, wanted: impl Fn(&BTreeMap<String, DiagnosticStatus>) -> bool) {
         while !wanted(&self.last) {
             let array = self.arrays.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("{what}: {:?}", self.last));
@@ -49,7 +49,7 @@ impl Told {
     }
 }
 
-/// What `camwright status` says of the cell: exit code and output.
+/// Exit code and output of `camwright status`.
 fn status(cell: &Cell, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.env("ROS_DOMAIN_ID", cell.domain().id().to_string()).arg("status").args(arguments);
@@ -151,7 +151,7 @@ fn of_a_cell_that_is_not_there_status_says_where_it_looked() {
 #[test]
 fn every_node_tells_of_itself_and_levels_follow_what_happens() {
     let cell = Cell::start(&[]);
-    let mut told = Told::of(&cell);
+    let mut told = Told::subscribe(&cell);
     let names = [
         "axis_interpolator",
         "axis_interpolator: machine",
@@ -202,7 +202,7 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
     cell.stop();
 }
 
-/// Scheduling of the threads of this process that have a name, as the kernel tells it: policy and real-time priority.
+/// Scheduling of the threads of this process with this name, as the kernel reports it: policy and real-time priority.
 fn scheduled(name: &str) -> Vec<(u32, u32)> {
     let tasks = std::fs::read_dir("/proc/self/task").expect("Linux tells of threads");
     let stats = tasks.filter_map(|task| std::fs::read_to_string(task.expect("a thread").path().join("stat")).ok());
@@ -228,8 +228,8 @@ fn a_cycle_that_asks_for_a_real_time_priority_has_it_or_it_is_told_why_not() {
             ParameterValue::Integer(5),
         )
     });
-    let log = LogLines::of(&cell);
-    let mut told = Told::of(&cell);
+    let log = LogLines::subscribe(&cell);
+    let mut told = Told::subscribe(&cell);
     told.until("the machine", |last| last.contains_key("machine_sim"));
     let others = value(&told.last["machine_sim"], "scheduling_of_other_threads").expect("it is reported");
     let told = value(&told.last["machine_sim"], "scheduling").expect("it is told");
@@ -259,7 +259,7 @@ fn realtime_cell() -> Cell {
     })
 }
 
-/// By how much stamps of joint states are behind the system clock (ms), at least: a message that comes late says nothing of its stamp.
+/// Minimum delay of joint-state stamps against the system clock (ms): a late message does not prove a late stamp.
 fn behind_ms(joints: &mpsc::Receiver<(i64, i64)>) -> f64 {
     let heard = (0..5).map(|_| joints.recv_timeout(PATIENCE).expect("joint states"));
     heard.map(|(stamp_ns, now_ns)| (now_ns - stamp_ns) as f64 * 1e-6).fold(f64::INFINITY, f64::min)
@@ -269,7 +269,7 @@ fn behind_ms(joints: &mpsc::Receiver<(i64, i64)>) -> f64 {
 #[test]
 fn stamps_of_a_realtime_machine_follow_the_system_clock() {
     let cell = realtime_cell();
-    let (log, mut told) = (LogLines::of(&cell), Told::of(&cell));
+    let (log, mut told) = (LogLines::subscribe(&cell), Told::subscribe(&cell));
     let (sender, joints) = mpsc::channel();
     let heard = move |joints: JointState, _: &_| {
         let (stamp, now) = (joints.header.stamp, std::time::SystemTime::now());

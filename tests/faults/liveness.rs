@@ -29,7 +29,7 @@ const NODES: [&str; 4] = ["run_logger", "machine_sim", "axis_interpolator", "job
 const JOB: [&str; 4] =
     ["wheel_radius_mm=60.0", "infeed.per_block_um=0.02", "infeed.spark_out_turns=1", "infeed.total_mm=0.36"];
 
-/// What happens to a node.
+/// Fate of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
     Kill,
@@ -205,7 +205,7 @@ impl Cell {
         let begin = Instant::now();
         self.strike(name, fate);
         let told = match name {
-            // Nobody is left to tell it; the interpolator ends the plan.
+            // The client of the planner gets no result; the interpolator ends the plan.
             "job_planner" => None,
             _ => Some(goal.result(STATED + if self.pace == "fast" { Duration::ZERO } else { PATIENCE })),
         };
@@ -291,7 +291,11 @@ fn campaign_of_restart_orders() {
             for name in &order {
                 cell.start_node(name);
             }
-            println!("{pace:9} {}: the next job succeeded after {:.1} s", order.join(", "), cell.run_next().as_secs_f64());
+            println!(
+                "{pace:9} {}: the next job succeeded after {:.1} s",
+                order.join(", "),
+                cell.run_next().as_secs_f64()
+            );
         }
         cell.end();
     }

@@ -1,5 +1,5 @@
-//! What cannot be made is refused with one clear sentence that names file, line, value and bound: by `check`, by the
-//! planner's service, and by its action as a rejection, with nothing moved.
+//! Impossible jobs are refused with one clear sentence that names file, line, value and bound: by `check`, by the planner's service, and by
+//! its action as a rejection, with nothing moved.
 
 use crate::cell;
 use crate::support;
@@ -28,7 +28,7 @@ struct BadJob {
     name: &'static str,
     job: String,
     intake: Vec<String>,
-    /// What the refusal must say.
+    /// Required texts of the refusal.
     expected: &'static [&'static str],
 }
 
@@ -299,7 +299,8 @@ fn a_turning_job_that_cannot_be_made_is_refused_where_it_is_wrong() {
     }
 }
 
-/// The insert at another height touches, scrapes or misses; told are the angle of C, the place along the part, and what would do.
+/// The insert at another height touches, scrapes or misses; the error names the angle of C, the position along the part, and a sufficient
+/// value.
 #[test]
 fn an_insert_that_does_not_clear_the_part_is_refused_at_its_height() {
     for (name, height, words) in [
@@ -328,7 +329,7 @@ fn the_default_turning_job_is_clean_and_says_how_the_insert_stands() {
     }
 }
 
-/// A hollow that the insert bridges is told as a warning; material is left in it.
+/// A hollow that the insert bridges is reported as a warning; material is left in it.
 #[test]
 fn a_hollow_that_the_insert_bridges_is_a_warning() {
     let folder = Folder::new("refusals-turned-hollow");
@@ -338,7 +339,7 @@ fn a_hollow_that_the_insert_bridges_is_a_warning() {
     assert!(text.contains("warning: ") && text.contains("job.yaml:9: the insert bridges a hollow: at C "), "{text}");
 }
 
-/// How a mesh was read is told; one that is broken is refused with its file.
+/// The reading of a mesh is reported; a broken one is refused with its file.
 #[test]
 fn a_mesh_is_told_or_refused_with_its_file() {
     let folder = Folder::new("refusals-turned-mesh");

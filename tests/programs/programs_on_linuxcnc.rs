@@ -6,7 +6,7 @@
 mod sample;
 use crate::support;
 
-use camwright::gcode::post::Ran;
+use camwright::gcode::post::ProgramRun;
 use camwright::gcode::{
     Action, Block, Dialect, MIN_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
 };
@@ -56,16 +56,16 @@ fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<D
 
 fn assert_there(read: &Pose, there: &Pose, what: &str) {
     for axis in NcAxis::ALL {
-        let Some(place) = read.of(axis) else { continue };
+        let Some(place) = read.position(axis) else { continue };
         let scale = if axis == NcAxis::C { camwright::math::units::rad_from_deg(1.0) } else { 1.0 };
-        let off = (place - there.of(axis).expect("all axes are somewhere")).abs();
+        let off = (place - there.position(axis).expect("all axes are somewhere")).abs();
         assert!(off < PLACE_MM * scale, "{what}: {axis:?} is {off} off");
     }
 }
 
 /// The way by which LinuxCNC makes a rate of a time: mm of the linear axes, or where none moves degrees of C.
 fn way_of_rate(from: &Pose, to: &Pose) -> f64 {
-    let way = |axis| match (from.of(axis), to.of(axis)) {
+    let way = |axis| match (from.position(axis), to.position(axis)) {
         (Some(from), Some(to)) => to - from,
         // It takes axes that were nowhere for being at 0.
         (None, Some(to)) => to,
@@ -95,7 +95,7 @@ fn random_programs_do_on_linuxcnc_what_is_read() {
     assert!(done > 5_000, "only {done} blocks were compared");
 }
 
-/// What is said of feeds that are raised is what happens: the block takes as long as is said, and no other block less than is written.
+/// The reported raised feeds are correct: the block takes the reported time, and no other block takes less than programmed.
 #[test]
 fn linuxcnc_raises_the_feeds_that_are_found() {
     let Some(linuxcnc) = LinuxCnc::find() else { return };
@@ -138,7 +138,7 @@ fn linuxcnc_raises_the_feeds_that_are_found() {
     assert!(raised > 200, "only {raised} feeds were raised");
 }
 
-/// What LinuxCNC says no to is refused by our reader too.
+/// Programs that LinuxCNC rejects are rejected by our reader too.
 #[test]
 fn what_linuxcnc_refuses_is_not_read() {
     let Some(linuxcnc) = LinuxCnc::find() else { return };
@@ -185,13 +185,13 @@ fn programs_of_jobs_drive_their_paths_on_linuxcnc() {
         let summary = write_program(job, &set, folder.path(), |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
         let text = std::fs::read_to_string(folder.join(&summary.files[0])).expect("a program");
         let driven = linuxcnc.drive(&text).unwrap_or_else(|said| panic!("{what}: {said}"));
-        let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.of(axis).unwrap_or(f64::NAN));
+        let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
         let ran = driven.iter().filter_map(|driven| match driven.action {
-            Action::Rapid(pose) => Some(Ran { pose: place(pose), time_s: None }),
-            Action::Feed { pose, time_s } => Some(Ran { pose: place(pose), time_s: Some(time_s) }),
+            Action::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
+            Action::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
             _ => None,
         });
-        let ran: Vec<Ran> = ran.collect();
+        let ran: Vec<ProgramRun> = ran.collect();
         let compared = compare_program(job, &set, &ran).unwrap_or_else(|error| panic!("{what}: {error}"));
         println!(
             "{what}: {} motions, {:.4} um off the paths at most, {:.1} % of the tolerance",

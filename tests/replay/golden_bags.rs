@@ -7,8 +7,8 @@
 use crate::changed_bag;
 use crate::support;
 
-use camwright_analysis::replan::{archived_jobs, plan_again};
-use camwright_analysis::rerun::{Verdict, Window, again, within};
+use camwright_analysis::replan::{archived_jobs, replan};
+use camwright_analysis::rerun::{Verdict, Window, rerun, within};
 use camwright_bag::{Bag, BagWriter, Message, Outcome, Preset, WriterOptions};
 use changed_bag::Original;
 use std::fmt::Write as _;
@@ -51,7 +51,7 @@ const GOLDEN: [Golden; 4] = [
     },
 ];
 
-/// What it takes to compute a run again and to plan its job again, and what tells where it differs.
+/// Topics needed to recompute a run and to replan its job, and those that show differences.
 const TOPICS: [&str; 11] = [
     "/axis_interpolator/inputs",
     "/job_planner/job_files",
@@ -126,10 +126,10 @@ fn make(golden: &Golden, reason: &str) {
     }
     let output = command.output().expect("camwright runs");
     assert!(output.status.success(), "{}: {}", golden.name, String::from_utf8_lossy(&output.stderr));
-    keep(&bag, &folder().join(golden.name), reason);
+    store(&bag, &folder().join(golden.name), reason);
 }
 
-fn keep(whole: &Path, into: &Path, reason: &str) {
+fn store(whole: &Path, into: &Path, reason: &str) {
     let _not_there = std::fs::remove_dir_all(into);
     let bag = Bag::open(whole).expect("a bag");
     let mut custom_data = bag.custom_data().clone();
@@ -172,14 +172,14 @@ fn every_golden_bag_is_computed_and_planned_again_to_the_bit() {
 
 fn replayed(golden: &Golden) -> String {
     let path = folder().join(golden.name);
-    let verdict = again(&path).unwrap_or_else(|error| panic!("{}: {error}", golden.name));
+    let verdict = rerun(&path).unwrap_or_else(|error| panic!("{}: {error}", golden.name));
     println!("{}: {}", golden.name, verdict.to_text());
     assert!(verdict.is_identical(), "{}: {}", golden.name, verdict.to_text());
     assert!(verdict.setpoints > 1000 && verdict.digests.0 > 3, "{}: {}", golden.name, verdict.to_text());
     from_every_keyframe(&path, &verdict);
     let jobs = archived_jobs(&path).expect("a bag");
     assert_eq!(jobs.len(), 1, "{}", golden.name);
-    let outcome = plan_again(&jobs[0], &[], &[], 0.0).unwrap_or_else(|reason| panic!("{}: {reason}", golden.name));
+    let outcome = replan(&jobs[0], &[], &[], 0.0).unwrap_or_else(|reason| panic!("{}: {reason}", golden.name));
     println!("{}: {outcome}", golden.name);
     assert!(outcome.is_same && outcome.hashes[0] == outcome.hashes[1], "{}: {outcome}", golden.name);
     line(golden, &Bag::open(&path).expect("a bag"), &verdict)

@@ -166,7 +166,7 @@ fn journals_show_their_runout_before_and_after() {
     grinding("runout", "journal_runout", &[], "GOOD", &["At that place"], &holds);
 }
 
-/// What the table of a turned part's worst place says, which adds up to the deviation there; what it does not explain is little.
+/// The causes at a turned part's worst position add up to the deviation there; the unexplained remainder is small.
 fn parts_are_the_deviation(html: &str, error_um: f64) {
     let table = html.split("What made the worst place").nth(1).and_then(|rest| rest.split("</table>").next());
     let rows = table.expect("a table of the worst place").split("<tr>").skip(2);

@@ -3,7 +3,7 @@
 
 use crate::support;
 
-use camwright_analysis::rerun::again;
+use camwright_analysis::rerun::rerun;
 use camwright_bag::Bag;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ const SHORT: [&str; 12] = [
     "feedback_delay_ticks=500",
 ];
 
-/// What `camwright run --json` says of a run.
+/// Output of `camwright run --json`.
 struct Run {
     bag: PathBuf,
     first_tick: u64,
@@ -130,7 +130,7 @@ fn samples(run: &Run) -> Samples {
         .map(|(tick, data)| (tick - run.first_tick, data))
         .collect();
     // Every run can be computed again from what machine and interpolator were given, to the bit.
-    let verdict = again(&run.bag).expect("the bag holds what it takes");
+    let verdict = rerun(&run.bag).expect("the bag holds what it takes");
     assert!(verdict.is_identical(), "{}", verdict.to_text());
     let expected = run.last_tick - run.first_tick + 1;
     assert_eq!(samples.len() as u64, expected, "every tick of the job is in the bag");

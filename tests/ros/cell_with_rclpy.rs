@@ -167,7 +167,7 @@ fn ask_the_planner(operator: &mut Operator<'_>) {
     assert_eq!(set(operator, json!({ "type": 0 }))["successful"], true, "back to what the job says");
 }
 
-/// What a client of `ros2_control` does: a trajectory that is followed, and one that breaks its tolerance.
+/// Acts as a client of `ros2_control`: a trajectory that is followed, and one that breaks its tolerance.
 fn follow_trajectories(operator: &mut Operator<'_>) {
     let action = operator.name("axis_interpolator/follow_joint_trajectory");
     let kind = "control_msgs/action/FollowJointTrajectory";

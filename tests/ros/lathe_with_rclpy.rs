@@ -39,7 +39,7 @@ fn wait_until_ready(operator: &mut Operator<'_>) -> Value {
     }
 }
 
-/// What is to be turned between the axes and the part: a section, and a turn of three axes.
+/// Checks the preview of a turned part: a section, and a turn of three axes.
 fn look_at_the_preview(preview: &Value) {
     let radii: Vec<f64> =
         preview["contour_radius"].as_array().expect("a list").iter().filter_map(Value::as_f64).collect();

@@ -59,7 +59,7 @@ fn a_node_with_default_settings_sends_no_packet_off_this_machine() {
     assert_eq!(hosts.sent("cable"), before, "packets left the machine at the end");
 }
 
-/// The same watch sees the packets of a node that was told to speak to the subnet; without this the test above would show nothing.
+/// The same watch sees the packets of a node with range SUBNET; without this the test above would show nothing.
 #[test]
 fn a_node_that_is_told_to_speak_to_the_subnet_does() {
     let Some(hosts) = Hosts::new("subnet") else { return };

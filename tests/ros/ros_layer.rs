@@ -85,7 +85,7 @@ fn reliable_messages_arrive_in_order_with_their_numbers_and_times() {
         assert!((-1_000_000..20_000_000_000).contains(&age), "{age} ns from publisher to subscription");
     }
     assert!(listener.wait_for_node("/talker", PATIENCE));
-    // What belongs to a node is told a little later than the node.
+    // The endpoints of a node are discovered a little later than the node.
     until("the publisher is known with its node", || {
         let topics = listener.discovered_topics();
         let topic = topics.iter().find(|topic| topic.name == "/numbers").expect("known");
@@ -126,7 +126,7 @@ fn late_joiners_get_latched_messages_and_nothing_else() {
     assert!(seen.ends_with(&["two".into(), "three".into(), "four".into()]), "{seen:?}");
 }
 
-/// What a node has heard already on a topic is not news to its next subscription.
+/// Messages that a node has already received on a topic are not delivered to its next subscription.
 #[test]
 fn a_second_subscription_of_a_node_hears_only_what_comes_after_it() {
     let domain = Domain::take();

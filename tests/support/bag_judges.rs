@@ -7,21 +7,21 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What rosbags and mcap saw in a bag, every message decoded, or nothing where there are no peers. What is refused fails the test.
+/// Content of a bag as rosbags and mcap decode it, every message decoded; `None` without peers. A rejected bag fails the test.
 pub fn rosbags_counts(bag: &Path, domain: &Domain) -> Option<serde_json::Value> {
     let output = peer_env()?.python("judge_bag.py", domain).arg(bag).output().expect("the interpreter is there");
     assert!(output.status.success(), "a judge refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
     Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
 }
 
-/// What rosbags and mcap make of bags that may be wrong, one after the other, or nothing where there are no peers.
+/// Verdicts of rosbags and mcap on bags that may be wrong, in order; `None` without peers.
 pub fn python_verdicts(bags: &[PathBuf], domain: &Domain) -> Option<Vec<serde_json::Value>> {
     let output = peer_env()?.python("judge_faults.py", domain).args(bags).output().expect("the interpreter is there");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(lines(&output.stdout))
 }
 
-/// What Foxglove's reader makes of bags that may be wrong, one after the other, or nothing where there is no node to run it.
+/// Verdicts of Foxglove's reader on bags that may be wrong, in order; `None` without Node.js.
 pub fn foxglove_verdicts(bags: &[PathBuf]) -> Option<Vec<serde_json::Value>> {
     let home = foxglove_home()?;
     let output = Command::new("node").arg(home.join("judge_faults.mjs")).args(bags).output();
@@ -35,8 +35,7 @@ fn lines(stdout: &[u8]) -> Vec<serde_json::Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a JSON object a line")).collect()
 }
 
-/// What the judge counted in a bag, by topic, or nothing where there is no node to run it (in CI there has to be one). What is refused
-/// fails the test.
+/// Message counts of the judge by topic; `None` without Node.js (CI requires it). A rejected bag fails the test.
 pub fn foxglove_counts(bag: &Path) -> Option<serde_json::Value> {
     let home = foxglove_home()?;
     let output = Command::new("node").arg(home.join("judge_bag.mjs")).arg(bag).output().expect("node can be started");
@@ -44,7 +43,7 @@ pub fn foxglove_counts(bag: &Path) -> Option<serde_json::Value> {
     Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
 }
 
-/// Where the judge and its modules lie, made once under `target/`.
+/// Folder of the judge and its modules, made once under `target/`.
 fn foxglove_home() -> Option<PathBuf> {
     let home = target_directory().join("foxglove-judge");
     let has =

@@ -40,7 +40,7 @@ pub struct Client {
     pub node: Node,
     pub action: ActionClient<RunJob>,
     pub statuses: mpsc::Receiver<JobStatus>,
-    /// Whether the interpolator has ever been busy.
+    /// True if the interpolator was ever busy.
     pub moved: Arc<Mutex<bool>>,
     /// Lobes that were put on the machine.
     pub parts: Arc<Mutex<Vec<PartLobe>>>,
@@ -90,7 +90,7 @@ impl Client {
         }
     }
 
-    /// Whether the interpolator was ever busy, or a part was put on the machine.
+    /// Returns whether the interpolator was ever busy, or a part was loaded.
     pub fn has_moved(&self) -> bool {
         *self.moved.lock().expect("not poisoned") || !self.parts.lock().expect("not poisoned").is_empty()
     }

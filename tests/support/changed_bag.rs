@@ -34,7 +34,7 @@ impl Original {
         Self { bag, all, changed }
     }
 
-    /// Where the messages of a type stand.
+    /// Positions of the messages of a type.
     pub fn places<M: camwright_msgs::Message>(&self) -> Vec<usize> {
         let is_of = |message: &Message| self.bag.topics()[message.topic].type_name == M::TYPE_NAME;
         self.all.iter().enumerate().filter(|(_, message)| is_of(message)).map(|(place, _)| place).collect()
@@ -66,7 +66,7 @@ impl Original {
         of_keyframes.into_iter().filter_map(|place| arriving.add(&self.decoded(place))).collect()
     }
 
-    /// Where the pages of a keyframe stand.
+    /// Positions of the pages of a keyframe.
     fn pages(&self, head: &MachineKeyframe) -> Vec<usize> {
         let is_of = |place: &usize| self.decoded::<MachineKeyframe>(*place).tick == head.tick;
         self.places::<MachineKeyframe>().into_iter().filter(is_of).collect()

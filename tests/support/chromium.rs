@@ -136,7 +136,7 @@ impl Chromium {
         self.wait("document.readyState === 'complete' && location.href !== 'about:blank'");
     }
 
-    /// What an expression gives in the page.
+    /// Value of an expression in the page.
     pub fn eval(&mut self, expression: &str) -> Value {
         let order = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let mut answer = self.ask("Runtime.evaluate", order);

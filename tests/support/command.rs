@@ -13,17 +13,17 @@ fn options() -> TakeOptions {
 
 /// Shares command of a machine; the node spins on another thread.
 pub fn share_command(node: &Node) -> Command {
-    Command::take(node, &options()).expect("command of the machine")
+    Command::acquire(node, &options()).expect("command of the machine")
 }
 
 /// Shares command of machine and interpolator, once they know each other.
 pub fn share_command_of_axes(node: &Node) -> Command {
-    Command::take(node, &TakeOptions { interpolator: true, ..options() }).expect("command of the axes")
+    Command::acquire(node, &TakeOptions { interpolator: true, ..options() }).expect("command of the axes")
 }
 
 /// Shares command of a whole cell, once its nodes know each other.
 pub fn share_command_of_cell(node: &Node) -> Command {
-    Command::take(node, &options().of_cell()).expect("command of the cell")
+    Command::acquire(node, &options().of_cell()).expect("command of the cell")
 }
 
 /// Command that a node of its own shares and renews, also after the machine was started again.
@@ -49,7 +49,7 @@ impl Shared {
         let args = if namespace.is_empty() { args } else { args.with_namespace(namespace) };
         let node = Node::new(NodeOptions::new("_command", &args)).expect("a node");
         let spin = node.spin_in_thread().expect("a thread");
-        let command = Command::take(&node, options).expect("command of the cell");
+        let command = Command::acquire(&node, options).expect("command of the cell");
         Self { node, spin: Some(spin), command: Some(command) }
     }
 }

@@ -43,7 +43,7 @@ pub fn peer_env() -> Option<&'static PeerEnv> {
     })
 }
 
-/// Whether this is the continuous integration, where nothing may be skipped.
+/// Returns whether this is the continuous integration, which may not skip anything.
 pub fn in_ci() -> bool {
     std::env::var("CI").is_ok_and(|value| value == "true" || value == "1")
 }
@@ -207,7 +207,7 @@ pub fn repository() -> PathBuf {
     package.ancestors().nth(2).expect("the package lies in nodes/ of the workspace").to_owned()
 }
 
-/// Where Cargo builds; Cargo gives tests a directory `tmp` in it.
+/// Cargo's build folder; Cargo gives tests a directory `tmp` in it.
 pub fn target_directory() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("tmp lies in the target directory").to_owned()
 }

@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Something that LinuxCNC would do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Driven {
-    /// What; places are those of the machine, with shifts, and four decimal places. The time of a feed follows from its rate.
+    /// Action; positions are those of the machine, with shifts, and four decimal places. The time of a feed follows from its
+    /// rate.
     pub action: Action,
     /// Rate of a feed (mm/min, or °/min where no linear axis moves); 0 otherwise.
     pub rate_per_min: f64,
@@ -40,7 +41,7 @@ impl LinuxCnc {
         found.map(|program| Self { program })
     }
 
-    /// What a program makes it do, or what it says against it. Tools 1 to 99 are there, all without length.
+    /// Motion of a program, or the error of LinuxCNC. Tools 1 to 99 exist, all without length.
     pub fn drive(&self, text: &str) -> Result<Vec<Driven>, String> {
         static RUNS: AtomicU32 = AtomicU32::new(0);
         let folder = Folder::new(&format!("rs274-{}", RUNS.fetch_add(1, Ordering::Relaxed)));
@@ -65,7 +66,7 @@ impl LinuxCnc {
     }
 }
 
-/// What holds while canonical output is read.
+/// State while canonical output is read.
 #[derive(Default)]
 struct Canonical {
     zero: [f64; 6],

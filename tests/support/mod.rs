@@ -1,5 +1,5 @@
-//! What the tests of the whole share: the Python environment of the ROS 2 peers, ROS domains of their own, guarded processes, a real
-//! rclpy node that takes orders, and the interpreter of LinuxCNC.
+//! Shared code of the tests: the Python environment of the ROS 2 peers, ROS domains of their own, guarded processes, a real rclpy
+//! node that takes orders, and the interpreter of LinuxCNC.
 #![allow(dead_code, reason = "each test binary uses its own part of this module")]
 #![allow(unused_imports, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

@@ -13,7 +13,7 @@ pub const LOOPBACK: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInt
      <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>\
      <MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
-/// The peer's process and what it has told without being asked.
+/// Process of the peer, and its unsolicited messages.
 #[derive(Debug)]
 pub struct Peer {
     process: Guarded,
@@ -77,7 +77,7 @@ impl Peer {
         }
     }
 
-    /// Whether an order has been answered; waits a moment for it.
+    /// Returns whether an order has been answered; waits a moment for it.
     pub fn has_answer(&mut self, id: u64) -> bool {
         if !self.answers.iter().any(|answer| answer["id"] == id)
             && let Some(line) = self.process.line_within(std::time::Duration::from_millis(20))

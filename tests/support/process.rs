@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// How long a test waits for anything before it calls it lost. Much more than anything takes: a busy machine is not a defect.
+/// Time after which a test gives up waiting. Much more than anything takes: a busy machine is not a defect.
 pub const PATIENCE: Duration = Duration::from_secs(90);
 
 /// A child process with its standard output line by line; killed when this is dropped.
@@ -85,12 +85,12 @@ impl Guarded {
         self.child.stdin.take().expect("taken once")
     }
 
-    /// What it wrote to stderr so far.
+    /// Content of stderr so far.
     pub fn stderr(&self) -> String {
         self.stderr.lock().expect("nobody panics with this lock").clone()
     }
 
-    /// Whether it is still there.
+    /// Returns whether it is still running.
     pub fn is_running(&mut self) -> bool {
         matches!(self.child.try_wait(), Ok(None))
     }
@@ -127,7 +127,7 @@ impl Guarded {
         }
     }
 
-    /// What it wrote to stderr, for a panic message.
+    /// Content of stderr, for a panic message.
     pub fn complaint(&self) -> String {
         let stderr = self.stderr();
         if stderr.is_empty() { String::new() } else { format!("; its stderr:\n{stderr}") }

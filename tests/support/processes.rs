@@ -108,7 +108,7 @@ pub fn judge(env: &PeerEnv, domain: &Domain, bag: &Path) -> Value {
     serde_json::from_slice(&output.stdout).expect("a verdict in JSON")
 }
 
-/// What the peer does with the cell under a namespace.
+/// Actions of the peer with the cell under a namespace.
 pub struct Operator<'a> {
     pub peer: &'a mut Peer,
     pub namespace: &'a str,

@@ -36,14 +36,14 @@ impl<M: camwright_msgs::Message + Clone> Watched<M> {
     }
 }
 
-/// What the cell logs.
+/// Log lines of the cell.
 pub struct LogLines {
     lines: mpsc::Receiver<String>,
     _subscription: Subscription,
 }
 
 impl LogLines {
-    pub fn of(cell: &Cell) -> Self {
+    pub fn subscribe(cell: &Cell) -> Self {
         let (sender, lines) = mpsc::channel();
         let heard = move |log: Log, _: &_| drop(sender.send(log.msg));
         let subscription = cell.client.node.subscribe("/rosout", &Qos::latched(1000), heard);

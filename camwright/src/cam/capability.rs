@@ -11,7 +11,7 @@
 //! ISO 22514-2 for a normal distribution, estimated from a batch in its order; of a few parts they are rough: of five the true Cpk may
 //! with 95 % certainty be anything from 0.35 to 1.67 times what is found (chi-square of 4 degrees of freedom).
 
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use thiserror::Error;
 
 /// Why there is no capability.
@@ -20,7 +20,7 @@ pub enum CapabilityError {
     /// One part has no spread.
     #[error("a capability needs at least 2 parts, there are {count}")]
     TooFew {
-        /// How many there are.
+        /// Number of values.
         count: usize,
     },
     /// A measured value or a limit that is none.
@@ -46,11 +46,11 @@ pub struct Capability {
 }
 
 impl Capability {
-    /// Of what was measured on every part, against an upper limit and, if there is one, a lower limit.
+    /// Capability of a value measured on every part, against an upper limit and an optional lower limit.
     ///
     /// # Errors
     /// Fewer than 2 parts, values that are no numbers, limits the wrong way round.
-    pub fn of(values: &[f64], lower: Option<f64>, upper: f64) -> Result<Self, CapabilityError> {
+    pub fn from_values(values: &[f64], lower: Option<f64>, upper: f64) -> Result<Self, CapabilityError> {
         let limits = lower.into_iter().chain([upper]);
         if let Some(value) = values.iter().copied().chain(limits).find(|value| !value.is_finite()) {
             return Err(CapabilityError::NotFinite { value });
@@ -65,7 +65,7 @@ impl Capability {
         let mean = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
         let deviation = libm::sqrt(squares / (count - 1.0));
-        let span = least_and_most(values.iter().copied());
+        let span = minimum_and_maximum(values.iter().copied());
         // What rounding leaves of equal values is no spread.
         let spreads = deviation > 1e-12 * (mean.abs() + upper.abs());
         let nearest = lower.map_or(upper - mean, |lower| f64::min(upper - mean, mean - lower));
@@ -87,7 +87,7 @@ mod tests {
     /// 1, 2, 3, 4, 5: mean 3, s = √2.5. Between 0 and 10: Cp = 10/(6 √2.5), Cpk = 3/(3 √2.5).
     #[test]
     fn five_parts_have_the_capability_of_the_closed_form() {
-        let found = Capability::of(&[1.0, 2.0, 3.0, 4.0, 5.0], Some(0.0), 10.0).unwrap();
+        let found = Capability::from_values(&[1.0, 2.0, 3.0, 4.0, 5.0], Some(0.0), 10.0).unwrap();
         let s = libm::sqrt(2.5);
         assert!((found.mean - 3.0).abs() < 1e-15 && (found.deviation - s).abs() < 1e-15);
         assert!((found.cp.unwrap() - 10.0 / (6.0 * s)).abs() < 1e-14);
@@ -99,28 +99,28 @@ mod tests {
     #[test]
     fn a_centred_batch_has_the_same_cp_and_cpk() {
         let (d, t) = (0.4, 5.0);
-        let found = Capability::of(&[d, -d, d, -d], Some(-t), t).unwrap();
+        let found = Capability::from_values(&[d, -d, d, -d], Some(-t), t).unwrap();
         let wanted = t / (3.0 * d * libm::sqrt(4.0 / 3.0));
         assert!((found.cp.unwrap() - wanted).abs() < 1e-14 && (found.cpk.unwrap() - wanted).abs() < 1e-14);
-        let off = Capability::of(&[d + 1.0, 1.0 - d, d + 1.0, 1.0 - d], Some(-t), t).unwrap();
+        let off = Capability::from_values(&[d + 1.0, 1.0 - d, d + 1.0, 1.0 - d], Some(-t), t).unwrap();
         assert!((off.cp.unwrap() - wanted).abs() < 1e-14 && (off.cpk.unwrap() - wanted * 0.8).abs() < 1e-14);
     }
 
     #[test]
     fn one_limit_has_no_cp_and_a_mean_beyond_it_a_negative_cpk() {
-        let found = Capability::of(&[5.5, 6.5], None, 5.0).unwrap();
+        let found = Capability::from_values(&[5.5, 6.5], None, 5.0).unwrap();
         assert!(found.cp.is_none() && (found.cpk.unwrap() + 1.0 / (3.0 * libm::sqrt(0.5))).abs() < 1e-14);
     }
 
     #[test]
     fn equal_parts_have_no_index_and_one_part_no_spread() {
-        let same = Capability::of(&[0.1 + 0.2, 0.3, 0.3], Some(-5.0), 5.0).unwrap();
+        let same = Capability::from_values(&[0.1 + 0.2, 0.3, 0.3], Some(-5.0), 5.0).unwrap();
         assert_eq!((same.cp, same.cpk), (None, None));
-        assert_eq!(Capability::of(&[1.0], None, 5.0), Err(CapabilityError::TooFew { count: 1 }));
+        assert_eq!(Capability::from_values(&[1.0], None, 5.0), Err(CapabilityError::TooFew { count: 1 }));
         assert_eq!(
-            Capability::of(&[1.0, 2.0], Some(5.0), 5.0),
+            Capability::from_values(&[1.0, 2.0], Some(5.0), 5.0),
             Err(CapabilityError::NoTolerance { lower: 5.0, upper: 5.0 })
         );
-        assert!(matches!(Capability::of(&[1.0, f64::NAN], None, 5.0), Err(CapabilityError::NotFinite { .. })));
+        assert!(matches!(Capability::from_values(&[1.0, f64::NAN], None, 5.0), Err(CapabilityError::NotFinite { .. })));
     }
 }

@@ -14,7 +14,7 @@
 use crate::cam::contour::Contour;
 use crate::cam::form::{Form, FormError};
 use crate::math::periodic_spline::Sample;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -35,7 +35,7 @@ pub const MAX_CORRECTION_MM: f64 = 0.1;
 /// Steepest correction that can be allowed (mm/rad): 20 µm a degree, a hundredth of a valve lobe's flank.
 pub const MAX_SLOPE_MM_RAD: f64 = 0.020 * 180.0 / core::f64::consts::PI;
 
-/// How the form is learned.
+/// Settings for learning the form error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompensationSpec {
     /// γ, share of the measured error that the next part is corrected by, above 0 and at most 1.
@@ -59,10 +59,10 @@ impl Default for CompensationSpec {
     }
 }
 
-/// What a job says about learning, and what was learned before this part.
+/// Compensation of a job: its settings, and the corrections learned before this part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensation {
-    /// How it is learned.
+    /// Settings.
     pub spec: CompensationSpec,
     /// The corrections of this part; a lobe without one is ground as designed.
     pub learned: Vec<LearnedError>,
@@ -70,7 +70,7 @@ pub struct Compensation {
     pub afresh: bool,
 }
 
-/// What was learned about a lobe: by how much its path is shifted.
+/// Learned correction of a lobe: the shift of its path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LearnedError {
     /// Name of the lobe.
@@ -182,7 +182,7 @@ impl FormCurve {
         #[allow(clippy::cast_possible_truncation, reason = "at most 180 harmonics")]
         let count = (10 * self.waves_mm.len() as u32).max(360);
         let values = (0..count).map(|i| self.sample(f64::from(i) * TURN_RAD / f64::from(count)).value);
-        let (low, high) = least_and_most(values);
+        let (low, high) = minimum_and_maximum(values);
         high - low
     }
 
@@ -226,7 +226,7 @@ fn between(values: &[f64], azimuth_rad: f64) -> f64 {
     values[index] + share * (values[(index + 1) % values.len()] - values[index])
 }
 
-/// What was done with the error of a part.
+/// Use of the form error of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Learned {
     /// The correction went a step on.
@@ -268,10 +268,10 @@ impl LobeLearning {
 
     /// Learns from the error of the part that was ground with [`Self::correction`].
     ///
-    /// An error that grew beyond [`SAME_MM`] takes back every step since it was least and halves the gain. The part after that tells
-    /// the error of the correction taken back: if that has changed, the machine has, and learning goes on from there. A step after
-    /// which the error shrank as the gain says, to 1 − γ/2 or less, lets the gain double again, up to that of the job. So the error with
-    /// any correction that stays is at most [`SAME_MM`] above the least one, whatever the machine answers.
+    /// If the error grew by more than [`SAME_MM`], every step since the minimum is reverted and the gain is halved. The next part shows
+    /// the error of the reverted correction: if that has changed, the machine has changed, and learning continues from there. A step
+    /// that reduced the error as the gain predicts, to 1 − γ/2 or less, doubles the gain again, up to that of the job. The error with
+    /// any correction that stays is therefore at most [`SAME_MM`] above the minimum, for any response of the machine.
     pub fn learn(&mut self, spec: &CompensationSpec, measured: &FormCurve) -> Learned {
         let error = measured.low_pass(spec.harmonics);
         self.parts += 1;

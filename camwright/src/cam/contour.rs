@@ -31,7 +31,7 @@ pub enum ContourError {
     /// The base radius is not a positive number.
     #[error("base radius {base_radius_mm} mm is not a positive number")]
     BadBaseRadius {
-        /// What was given (mm).
+        /// Given value (mm).
         base_radius_mm: f64,
     },
     /// The follower cannot ride on this base circle.
@@ -58,7 +58,7 @@ pub enum ContourError {
         angle_deg: f64,
         /// Radius of curvature of the contour there (mm), negative where it doubles back.
         radius_of_curvature_mm: f64,
-        /// What it must exceed (mm).
+        /// Lower bound, exclusive (mm).
         bound_mm: f64,
     },
     /// An oscillating face overtakes the cam.
@@ -71,7 +71,7 @@ pub enum ContourError {
         angle_deg: f64,
         /// Rate of the face's angle, positive with the cam angle (rad/rad).
         rate: f64,
-        /// What it must stay below.
+        /// Upper bound, exclusive.
         bound: f64,
     },
     /// The cam is so large that it reaches the pivot of its follower.
@@ -97,7 +97,7 @@ pub enum ContourError {
         angle_deg: f64,
         /// Angle between the contact and the contact at lift 0, relative to the follower (deg).
         off_deg: f64,
-        /// What it must stay below (deg).
+        /// Upper bound, exclusive (deg).
         bound_deg: f64,
     },
     /// The contour passes the axis on the wrong side.
@@ -109,7 +109,7 @@ pub enum ContourError {
         angle_deg: f64,
         /// Distance of the tangent from the axis (mm).
         distance_mm: f64,
-        /// What it must exceed (mm).
+        /// Lower bound, exclusive (mm).
         bound_mm: f64,
     },
 }
@@ -178,8 +178,7 @@ impl Contour {
         Ok(contour)
     }
 
-    /// Sees to it that the contour clears the pivot of its follower and that the contact stays where its azimuth can be
-    /// told without counting turns.
+    /// Checks that the contour clears the pivot of its follower, and that the azimuth of the contact is unique without counting turns.
     fn stays_beside(&self, pivot_mm: f64) -> Result<(), ContourError> {
         let (grid, breaks) = (self.lift.grid(), self.lift.breaks());
         let radius = |angle: f64| {
@@ -275,18 +274,18 @@ impl Contour {
         self.mount.pressure_angle(&lift, &self.mount.frame(&lift))
     }
 
-    /// How much farther the follower is lifted per material left at a cam angle, along the normal (mm, or deg where the lift is one, per
-    /// mm): to first order, for the contact moves along the contour only.
+    /// Additional lift per material left at a cam angle, along the normal (mm per mm, or deg per mm for an angular lift); first order,
+    /// because the contact moves along the contour only.
     #[must_use]
     pub fn lift_per_depth(&self, cam_angle_rad: f64) -> f64 {
         let lift = self.lift.sample(cam_angle_rad);
         let frame = self.mount.frame(&lift);
-        1.0 / (libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.way_per_lift(&frame))
+        1.0 / (libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.travel_per_lift(&frame))
     }
 
-    /// Where on the follower's face the cam touches it (mm): from the stem of a flat or mushroom follower, positive in the
-    /// direction of increasing cam angle; on an oscillating face from the foot of the pivot's perpendicular, positive along
-    /// the arm. `None` for a roller or knife edge.
+    /// Contact position on the follower's face (mm): from the stem of a flat or mushroom follower, positive towards increasing cam
+    /// angle; on an oscillating face from the foot of the pivot's perpendicular, positive along the arm. `None` for a roller or knife
+    /// edge.
     #[must_use]
     pub fn contact_on_face_mm(&self, cam_angle_rad: f64) -> Option<f64> {
         let lift = self.lift.sample(cam_angle_rad);
@@ -304,7 +303,7 @@ impl Contour {
         Some((least, most))
     }
 
-    /// Where the pressure angle is largest in size, and its value there (rad).
+    /// Pressure angle of the largest magnitude (rad), and its cam angle.
     #[must_use]
     pub fn max_pressure_angle(&self) -> Extremum {
         self.max_pressure_angle
@@ -312,7 +311,7 @@ impl Contour {
 
     /// The most concave place and its curvature (1/mm, negative); `None` if the contour is convex throughout.
     #[must_use]
-    pub fn most_concave(&self) -> Option<Extremum> {
+    pub fn maximum_concavity(&self) -> Option<Extremum> {
         self.most_concave
     }
 
@@ -381,5 +380,5 @@ impl Contour {
 /// Relative size of what rounding can make of a zero.
 const ROUNDING: f64 = 1e-9;
 
-/// How far the contact on an oscillating follower may lie from where it lies at rest (rad): short of half a turn.
+/// Maximum distance of the contact on an oscillating follower from its rest position (rad): less than half a turn.
 const STRAYS_RAD: f64 = 3.0;

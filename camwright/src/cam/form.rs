@@ -1,7 +1,7 @@
 //! Form: how far a measured part lies from the contour it should have.
 
 use crate::cam::contour::Contour;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -14,9 +14,9 @@ pub enum FormError {
     /// A radius that is none.
     #[error("radius {radius_mm} mm at azimuth {azimuth_deg:.3} deg is not a positive number")]
     BadRadius {
-        /// What was measured (mm).
+        /// Measured radius (mm).
         radius_mm: f64,
-        /// Where (deg).
+        /// Azimuth (deg).
         azimuth_deg: f64,
     },
 }
@@ -74,16 +74,15 @@ impl Form {
         Ok(Self { deviations_mm, largest, rms_mm: libm::sqrt(mean_square) })
     }
 
-    /// What the follower's lift is off by, from the place where it is least to the one where it is most (mm, or deg where the lift is
-    /// one): what is left along the normal, times what the follower makes of it. Size, which lifts the follower everywhere, is no part of
-    /// it. See [`Contour::lift_per_depth`].
+    /// Peak-to-valley error of the follower's lift (mm, or deg for an angular lift): the error along the normal times the transmission of
+    /// the follower. A size error lifts the follower everywhere and is not part of it. See [`Contour::lift_per_depth`].
     #[must_use]
     pub fn lift_error(&self, contour: &Contour, phase_rad: f64) -> f64 {
         let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
         let errors = self.deviations_mm.iter().enumerate().map(|(i, deviation_mm)| {
             deviation_mm * contour.lift_per_depth(contour.cam_angle_at(azimuth(i) - phase_rad))
         });
-        let (low, high) = least_and_most(errors);
+        let (low, high) = minimum_and_maximum(errors);
         if low <= high { high - low } else { 0.0 }
     }
 

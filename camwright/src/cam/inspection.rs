@@ -1,16 +1,16 @@
 //! From a contour back to a lift: what an inspection gauge reads that touches the cam with another follower than it was
 //! made for.
 //!
-//! Cams are measured with whatever tip the inspection machine has, and compared with the table of the follower that runs
-//! on them. What the gauge's follower must read is a property of the contour: of all pieces of the contour that it could
-//! touch at a cam angle, it rests on the one that holds it farthest out. Where the contour is too concave for the gauge (a
-//! flat face on any hollow, a roller on one tighter than itself) it lies across on both sides and reads that; the contour
-//! between is seen by nobody, [`Inspection::overlooked`] tells of it, and the reading has a corner there.
+//! Cams are measured with the tip of the inspection machine and compared with the table of the follower that runs on them.
+//! The reading of the gauge's follower is a property of the contour: of all pieces of the contour that it can touch at a
+//! cam angle, it rests on the one that holds it farthest out. Where the contour is too concave for the gauge (a flat face
+//! on any hollow, a roller on one tighter than itself), it bridges the hollow. The contour in between is not measured,
+//! [`Inspection::overlooked`] reports it, and the reading has a corner there.
 
 use crate::cam::contour::Contour;
 use crate::cam::follower::frame::rotated;
 use crate::cam::follower::mount::Mount;
-use crate::cam::follower::touch::Miss;
+use crate::cam::follower::touch::ContactMiss;
 use crate::cam::follower::{Follower, FollowerError};
 use crate::cam::lift::{LiftLaw, LiftLawError};
 use crate::math::extremum::Extremum;
@@ -42,13 +42,13 @@ pub struct Inspection {
     gauge: Follower,
     mount: Mount,
     /// One for each of equal steps of the contour's own cam angle.
-    pieces: Vec<Miss>,
+    pieces: Vec<ContactMiss>,
     /// Bound on how much the miss changes from one piece to the next, at any cam angle.
     largest_change: f64,
     overlooked: Option<Extremum>,
 }
 
-/// What a gauge reads at one cam angle.
+/// Reading of a gauge at one cam angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Lift of the gauge's follower (mm, or deg as its [`crate::cam::follower::SwingLift`] says).
@@ -68,10 +68,10 @@ impl Inspection {
     pub fn new(contour: &Contour, gauge: &Follower) -> Result<Self, InspectionError> {
         let mount = Mount::new(gauge, contour.base_radius_mm())?;
         let count = contour.lift().grid();
-        let pieces: Vec<Miss> = (0..count).map(|i| miss_at(contour, &mount, angle_of(i, count))).collect();
+        let pieces: Vec<ContactMiss> = (0..count).map(|i| miss_at(contour, &mount, angle_of(i, count))).collect();
         let next = |i: usize| &pieces[(i + 1) % count];
         let largest_change = pieces.iter().enumerate().map(|(i, miss)| miss.change_to(next(i))).fold(0.0, f64::max);
-        let overlooked = contour.most_concave().filter(|place| match gauge.tip_radius_mm() {
+        let overlooked = contour.maximum_concavity().filter(|place| match gauge.tip_radius_mm() {
             Some(radius_mm) => 1.0 + place.value * radius_mm <= 0.0,
             None => true,
         });
@@ -94,7 +94,8 @@ impl Inspection {
         self.overlooked
     }
 
-    /// What the gauge reads at a cam angle (rad), exact to rounding; `None` if its arm cannot reach over the cam there.
+    /// Returns the reading of the gauge at a cam angle (rad), exact to rounding; `None` if its arm cannot reach over the
+    /// cam there.
     #[must_use]
     pub fn read(&self, cam_angle_rad: f64) -> Option<Reading> {
         let (sin, cos) = (libm::sin(cam_angle_rad), libm::cos(cam_angle_rad));
@@ -139,7 +140,7 @@ impl Inspection {
         })
     }
 
-    /// Where between two pieces, missed to either side, the gauge touches: regula falsi with the Illinois rule.
+    /// Contact angle between two pieces with misses of opposite sign: regula falsi with the Illinois rule.
     fn close_in(&self, ends: [(f64, f64); 2], cos: f64, sin: f64) -> f64 {
         let [(mut a, mut miss_a), (mut b, mut miss_b)] = ends;
         for _ in 0..STEPS {
@@ -168,8 +169,8 @@ impl Inspection {
     }
 }
 
-/// By how much a follower misses the contour at one of its own cam angles.
-fn miss_at(contour: &Contour, mount: &Mount, at_rad: f64) -> Miss {
+/// Distance of a follower from the contour at one of its own cam angles.
+fn miss_at(contour: &Contour, mount: &Mount, at_rad: f64) -> ContactMiss {
     let frame = contour.local(at_rad);
     let point = rotated(frame.along, frame.across, at_rad);
     mount.miss(point, rotated(frame.normal_along, frame.normal_across, at_rad))

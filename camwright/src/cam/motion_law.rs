@@ -67,7 +67,7 @@ impl MotionLaw {
         MotionLaw::ALL.into_iter().find(|law| law.name() == name)
     }
 
-    /// Whether the law takes up what its neighbours bring.
+    /// Returns whether the law takes its boundary conditions from its neighbours.
     #[must_use]
     pub const fn is_blend(self) -> bool {
         matches!(self, MotionLaw::QuinticBlend | MotionLaw::SepticBlend)

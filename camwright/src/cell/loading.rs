@@ -12,10 +12,10 @@
 //! A robot that is not heard of, not available or reports a fault is waited for; a step that takes too long, or sensors that show
 //! something else, end the handshake with a reason, and it can be begun again. Nothing here orders an axis.
 
-use crate::simulation::work_area::Place;
+use crate::simulation::work_area::Occupant;
 use core::fmt;
 
-/// What the cell wants in its chuck.
+/// Wanted content of the chuck.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
     /// A raw part, in the place of a machined one if there is one.
@@ -23,7 +23,7 @@ pub enum Goal {
     Empty,
 }
 
-/// What the robot is asked for.
+/// Request to the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Request {
@@ -38,7 +38,7 @@ pub enum Request {
 }
 
 impl Request {
-    /// What brings a chuck from what it holds to the goal.
+    /// Request that brings a chuck from its content to the goal.
     #[must_use]
     pub const fn for_goal(goal: Goal, part_present: bool, is_machined: bool) -> Self {
         match (goal, part_present) {
@@ -71,9 +71,9 @@ pub struct Timeouts {
     pub inside_s: f64,
 }
 
-/// What a robot says of itself.
+/// Reported state of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LoaderSeen {
+pub struct LoaderState {
     /// It can take a request.
     pub available: bool,
     /// It is in the work area.
@@ -84,13 +84,13 @@ pub struct LoaderSeen {
     pub has_fault: bool,
 }
 
-/// What machine and robot show.
+/// Signals of machine and robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct LoadingInputs {
     /// Now (s, of a clock that does not go back).
     pub now_s: f64,
-    pub door: Place,
-    pub chuck: Place,
+    pub door: Occupant,
+    pub chuck: Occupant,
     /// The sensor of the part.
     pub part_present: bool,
     /// Somebody is inside, says the machine.
@@ -98,7 +98,7 @@ pub struct Seen {
     /// The axes stand still in their safe place, the wheel has stopped, the door is open.
     pub is_safe: bool,
     /// The robot, as long as it is heard.
-    pub loader: Option<LoaderSeen>,
+    pub loader: Option<LoaderState>,
 }
 
 /// A step of the handshake.
@@ -126,7 +126,7 @@ impl Step {
     }
 }
 
-/// What the robot is waited for.
+/// Reason for waiting for the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wait {
     /// It is not heard of.
@@ -173,18 +173,18 @@ impl fmt::Display for Failure {
     }
 }
 
-/// What the cell is to do for it now.
+/// Command of the handshake to the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
+pub enum LoadingCommand {
     OpenDoor,
     CloseDoor,
 }
 
-/// Where the handshake is.
+/// Progress of the handshake.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress {
     /// Going on; what is to be done for it.
-    Going(Option<Order>),
+    Going(Option<LoadingCommand>),
     /// Waiting for the robot, for as long as it takes.
     Waiting(Wait),
     /// The chuck holds what was wanted, nobody is inside, the door is closed.
@@ -213,7 +213,7 @@ impl Handshake {
         Self { request, timeouts, step: Step::OpenDoor, since_s: now_s, was_empty: false, waits: false }
     }
 
-    /// What the robot is asked for.
+    /// Request to the robot.
     #[must_use]
     pub fn request(&self) -> Request {
         match self.step {
@@ -228,13 +228,13 @@ impl Handshake {
         self.step
     }
 
-    /// Whether the robot may enter.
+    /// Returns whether the robot may enter.
     #[must_use]
     pub fn clear_to_enter(&self) -> bool {
         matches!(self.step, Step::Enter | Step::Inside)
     }
 
-    /// How long this step may still take (s); `None`: for ever.
+    /// Remaining time of this step (s); `None`: unlimited.
     #[must_use]
     pub fn timeout_left_s(&self, now_s: f64) -> Option<f64> {
         (!self.waits).then_some((self.longest_s() - (now_s - self.since_s)).max(0.0))
@@ -254,7 +254,7 @@ impl Handshake {
     }
 
     /// Looks at what machine and robot show now.
-    pub fn look(&mut self, seen: &Seen) -> Progress {
+    pub fn look(&mut self, seen: &LoadingInputs) -> Progress {
         let inside = seen.entered || seen.loader.is_some_and(|loader| loader.inside);
         if inside && !self.clear_to_enter() {
             return Progress::Uncleared;
@@ -269,9 +269,9 @@ impl Handshake {
             Step::Enter => Self::waiting(seen).map_or(Progress::Going(None), Progress::Waiting),
             Step::Inside => self.inside(seen, inside),
             Step::CloseDoor => match seen.door {
-                Place::Closed => Progress::Done,
-                Place::Closing => Progress::Going(None),
-                Place::Open | Place::Opening => Progress::Going(Some(Order::CloseDoor)),
+                Occupant::Closed => Progress::Done,
+                Occupant::Closing => Progress::Going(None),
+                Occupant::Open | Occupant::Opening => Progress::Going(Some(LoadingCommand::CloseDoor)),
             },
         };
         self.in_time(progress, seen.now_s)
@@ -293,16 +293,16 @@ impl Handshake {
         }
     }
 
-    fn open_door(&mut self, seen: &Seen) -> Progress {
+    fn open_door(&mut self, seen: &LoadingInputs) -> Progress {
         match seen.door {
-            Place::Open if seen.is_safe => self.enter(Step::Enter, seen.now_s),
-            Place::Open | Place::Opening => Progress::Going(None),
-            Place::Closed | Place::Closing => Progress::Going(Some(Order::OpenDoor)),
+            Occupant::Open if seen.is_safe => self.enter(Step::Enter, seen.now_s),
+            Occupant::Open | Occupant::Opening => Progress::Going(None),
+            Occupant::Closed | Occupant::Closing => Progress::Going(Some(LoadingCommand::OpenDoor)),
         }
     }
 
     /// Why a robot outside cannot be counted on.
-    fn waiting(seen: &Seen) -> Option<Wait> {
+    fn waiting(seen: &LoadingInputs) -> Option<Wait> {
         match seen.loader {
             None => Some(Wait::Silent),
             Some(loader) if loader.has_fault => Some(Wait::Fault),
@@ -311,7 +311,7 @@ impl Handshake {
         }
     }
 
-    fn inside(&mut self, seen: &Seen, inside: bool) -> Progress {
+    fn inside(&mut self, seen: &LoadingInputs, inside: bool) -> Progress {
         self.was_empty |= !seen.part_present;
         if let Some(wait) = Self::waiting(seen).filter(|wait| *wait != Wait::Unavailable) {
             return Progress::Waiting(wait);
@@ -325,20 +325,22 @@ impl Handshake {
         }
     }
 
-    /// What is wrong with the chuck that the robot has left.
-    fn fault_of_result(&self, seen: &Seen) -> Option<Failure> {
+    /// Fault of the chuck after the robot has left.
+    fn fault_of_result(&self, seen: &LoadingInputs) -> Option<Failure> {
         match (self.request, seen.part_present) {
             (Request::Load | Request::Exchange, false) => Some(Failure::PartMissing),
             (Request::Unload, true) => Some(Failure::PartStillThere),
             (Request::Exchange, true) if !self.was_empty => Some(Failure::NotExchanged),
-            (Request::Load | Request::Exchange, true) if seen.chuck != Place::Closed => Some(Failure::ChuckNotClosed),
+            (Request::Load | Request::Exchange, true) if seen.chuck != Occupant::Closed => {
+                Some(Failure::ChuckNotClosed)
+            }
             _ => None,
         }
     }
 
     /// Why the chuck may not be worked now; `None`: it may.
     #[must_use]
-    pub fn chuck_refused(handshake: Option<&Self>, seen: &Seen) -> Option<&'static str> {
+    pub fn chuck_refused(handshake: Option<&Self>, seen: &LoadingInputs) -> Option<&'static str> {
         let inside = seen.loader.is_some_and(|loader| loader.inside) && seen.entered;
         match handshake {
             None => Some("no loading is asked for"),

@@ -41,7 +41,7 @@ pub enum State {
     Complete = 17,
 }
 
-/// What the cell may start by itself.
+/// Permitted automatic starts of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Mode {
@@ -134,7 +134,7 @@ impl State {
         }
     }
 
-    /// Where it leads when what is done in it is done; `None`: it waits for a command.
+    /// Next state after the work of this state; `None`: it waits for a command.
     #[must_use]
     pub const fn completes(self) -> Option<State> {
         Some(match self {
@@ -152,7 +152,7 @@ impl State {
         })
     }
 
-    /// Where a command leads; `None`: nowhere.
+    /// Next state after a command; `None`: the command is refused.
     #[must_use]
     pub const fn commanded(self, command: Command) -> Option<State> {
         Some(match (command, self) {
@@ -173,7 +173,7 @@ impl State {
         })
     }
 
-    /// Whether the cell is at rest in it and belongs to nobody.
+    /// Returns whether the cell is at rest in it and available.
     #[must_use]
     pub const fn is_idle(self) -> bool {
         matches!(self, State::Stopped | State::Idle | State::Complete | State::Aborted)
@@ -200,7 +200,7 @@ impl Mode {
         }
     }
 
-    /// Whether jobs run in it.
+    /// Returns whether jobs run in it.
     #[must_use]
     pub const fn produces(self) -> bool {
         matches!(self, Mode::Automatic | Mode::SemiAutomatic)
@@ -262,7 +262,7 @@ impl fmt::Display for Command {
     }
 }
 
-/// What a state takes, for people.
+/// Commands accepted in a state, for the operator.
 struct Takes(State);
 
 impl fmt::Display for Takes {
@@ -314,7 +314,7 @@ impl Unit {
         (now_s - self.since_s).max(0.0)
     }
 
-    /// How long it was in each state, by number; index 0: since it began (s).
+    /// Accumulated time in each state, by number (s); index 0: since the start.
     #[must_use]
     pub fn accumulated_s(&self, now_s: f64) -> [f64; STATES] {
         let mut times_s = self.accumulated_s;
@@ -340,7 +340,7 @@ impl Unit {
         Ok(self.state)
     }
 
-    /// Whether a command would be taken.
+    /// Checks whether a command would be accepted.
     ///
     /// # Errors
     /// As [`Unit::command`].
@@ -354,7 +354,7 @@ impl Unit {
         }
     }
 
-    /// What is done in this state is done; false where nothing is.
+    /// Ends the work of this state; returns false if the state has none.
     pub fn complete(&mut self, now_s: f64) -> bool {
         match self.state.completes() {
             Some(next) => {

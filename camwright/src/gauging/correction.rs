@@ -18,8 +18,8 @@
 //!             ╰────╯
 //!          C0                C0 + 2π
 //! ```
-//! As the paths of a plan are periodic, it is told in two parts: a periodic path over C, and a ramp over the angle since C0, from that
-//! difference to 0, that is added as an infeed is.
+//! Paths of a plan are periodic, so the correction has two parts: a periodic path over C, and a ramp over the angle since C0, from that
+//! difference to 0, which is added as an infeed.
 
 use super::Mode;
 use super::runout::RadiusByPhase;
@@ -41,7 +41,7 @@ const PARTS: u32 = 4;
 /// as much as it is: a curve through noisy phases has no truth between them.
 pub(super) const LEFT_SHARE: f64 = 0.01;
 
-/// What may be left in any case (mm): what a good gauge resolves.
+/// Permitted remaining error (mm): the resolution of a good gauge.
 pub(super) const LEFT_MM: f64 = 1e-4;
 
 /// To which radius the turn cuts.
@@ -56,11 +56,11 @@ pub enum Target {
     Radius(f64),
 }
 
-/// Where the turn begins.
+/// Start of the turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Start {
-    /// Where the least radius leaves the wheel, at the first such angle of the headstock from this one on (rad): when the correction can
-    /// be ready. The part turns forward to it, with the wheel where it was logged last.
+    /// The angle at which the minimum radius leaves the wheel, the first such angle of the headstock from this one on (rad): the correction
+    /// can be ready by then. The part turns forward to it, with the wheel at its last logged position.
     AtLeastRadius {
         /// Earliest (rad).
         from_rad: f64,
@@ -94,7 +94,7 @@ pub enum CorrectionError {
     /// An extra depth that is none.
     #[error("extra depth {extra_depth_mm} mm must be 0 or more")]
     ExtraDepth {
-        /// What was given (mm).
+        /// Given value (mm).
         extra_depth_mm: f64,
     },
     /// The path between the phases is not what the part needs.
@@ -112,7 +112,7 @@ pub enum CorrectionError {
     /// A wheel position that is no number.
     #[error("wheel position {wheel_mm} mm is not a finite number")]
     Wheel {
-        /// What was given (mm).
+        /// Given value (mm).
         wheel_mm: f64,
     },
     /// Radii that are no numbers.
@@ -129,7 +129,7 @@ pub enum CorrectionError {
     Ramp(#[from] HermiteError),
 }
 
-/// What grinding the path comes to, by the contact law, phase after phase.
+/// Predicted result of grinding the path, by the contact law, phase after phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forecast {
     /// Runout before (mm).
@@ -231,7 +231,7 @@ impl Correction {
         }
         let factor = 1.0 + law.grinding_n_mm() / law.machine_n_mm();
         let path: Vec<f64> = runout.runout_mm().iter().map(|ir_mm| wheel_mm - factor * ir_mm).collect();
-        let start_rad = from_rad + wrap_turn(runout.phase_rad(runout.least_index()) - from_rad);
+        let start_rad = from_rad + wrap_turn(runout.phase_rad(runout.minimum_index()) - from_rad);
         let path = PeriodicSpline::interpolate(&path)?;
         Ok(Self { mode: Mode::Published, start_rad, path, ramp: ramp(0.0)?, leaves_mm: wheel_mm, forecast: None })
     }
@@ -255,19 +255,20 @@ impl Correction {
         &self.path
     }
 
-    /// What is added to the path over the angle since the start (mm over rad); 0 at the end of the turn.
+    /// Addition to the path over the angle since the start (mm over rad); 0 at the end of the turn.
     #[must_use]
     pub const fn ramp(&self) -> &HermiteSpline {
         &self.ramp
     }
 
-    /// Where the wheel may stay when the turn is done (mm). Of an exact correction: where it takes nothing from the new circle.
+    /// Position at which the wheel may stay after the turn (mm). For an exact correction: the position at which it no longer cuts the new
+    /// circle.
     #[must_use]
     pub const fn leaves_mm(&self) -> f64 {
         self.leaves_mm
     }
 
-    /// What it will come to; nothing of a published correction, which does not know.
+    /// Predicted result; `None` for a published correction, which cannot predict it.
     #[must_use]
     pub const fn forecast(&self) -> Option<&Forecast> {
         self.forecast.as_ref()
@@ -285,7 +286,7 @@ impl Correction {
         }
     }
 
-    /// How steep it is, on a grid four times finer than its phases.
+    /// Steepness on a grid four times finer than its phases.
     #[must_use]
     pub fn steepness(&self) -> Steepness {
         let mut most = Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 };
@@ -304,15 +305,15 @@ impl Correction {
         (0..=count).map(move |place| phase_rad(place, count))
     }
 
-    /// What the contact law makes of it.
+    /// Result according to the contact law.
     fn ground(&self, state: &PartState<'_>) -> Forecast {
         let (mut before, mut after, mut depth) = (Range::EMPTY, Range::EMPTY, Range::EMPTY);
         for since_rad in self.places() {
             let before_mm = state.radius_mm(self.start_rad + since_rad - TURN_RAD);
             let after_mm = state.law().radius_after_mm(before_mm, self.at(since_rad).value);
-            before.take(before_mm);
-            after.take(after_mm);
-            depth.take(before_mm - after_mm);
+            before.add(before_mm);
+            after.add(after_mm);
+            depth.add(before_mm - after_mm);
         }
         Forecast {
             before_mm: before.most - before.least,
@@ -331,7 +332,7 @@ struct Range {
 impl Range {
     const EMPTY: Self = Self { least: f64::INFINITY, most: f64::NEG_INFINITY };
 
-    fn take(&mut self, value: f64) {
+    fn add(&mut self, value: f64) {
         self.least = self.least.min(value);
         self.most = self.most.max(value);
     }
@@ -353,13 +354,13 @@ fn start_of(state: &PartState<'_>, start: Start) -> Result<f64, CorrectionError>
     }
     Ok(match start {
         Start::At(start_rad) => start_rad,
-        Start::AtLeastRadius { from_rad } => least_radius_from(state, from_rad),
+        Start::AtLeastRadius { from_rad } => minimum_radius_from(state, from_rad),
     })
 }
 
 /// First C from an angle on at which a radius leaves the wheel that is the least of the turn before it, if possible at a place where it
 /// has no slope.
-fn least_radius_from(state: &PartState<'_>, from_rad: f64) -> f64 {
+fn minimum_radius_from(state: &PartState<'_>, from_rad: f64) -> f64 {
     let count = state.phases();
     let at = |place: usize| from_rad - TURN_RAD + phase_rad(place, count);
     let radii: Vec<f64> = (0..=2 * count + 1).map(|place| state.radius_mm(at(place))).collect();

@@ -20,13 +20,13 @@ const MAX_TURNS: f64 = 32.0;
 /// λ looked for: of km/kg from 4 down to 0.001.
 const RANGE: (f64, f64) = (0.2, 0.999);
 
-/// Why a dwell tells no decay.
+/// Reasons why a dwell gives no decay.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum DecayError {
     /// A decay needs two turns.
     #[error("depths of cut are known over {known_deg:.2} deg of the dwell, {needed_deg:.2} deg are needed")]
     TooShort {
-        /// What there is (deg).
+        /// Available angle (deg).
         known_deg: f64,
         /// Two turns (deg).
         needed_deg: f64,
@@ -57,7 +57,7 @@ pub enum DecayError {
     },
 }
 
-/// What a dwell tells.
+/// Result of a dwell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decay {
     /// λ, left per turn.
@@ -77,7 +77,7 @@ impl Decay {
     ///
     /// # Errors
     /// Less than two turns, phases that do not fit, depths that are not above their scatter or do not decay.
-    pub fn of_dwell(record: &GaugeRecord<'_>, from_rad: f64, phases: usize) -> Result<Self, DecayError> {
+    pub fn from_dwell(record: &GaugeRecord<'_>, from_rad: f64, phases: usize) -> Result<Self, DecayError> {
         if !(FEWEST_PHASES..=MAX_PHASES).contains(&phases) {
             return Err(DecayError::Phases { phases, least: FEWEST_PHASES, most: MAX_PHASES });
         }
@@ -107,7 +107,7 @@ impl Decay {
         let explained = products.explained(decay);
         let (phases, spare) = (phases as f64, (phases * (turns - 1) - 1) as f64);
         let scatter = libm::sqrt((products.total() - explained).max(0.0) / spare);
-        // Σ U_0² is what is explained less what noise explains of itself; of dw/dλ only what is across w tells λ.
+        // Σ U_0² is the explained part minus the part that noise explains by itself; only the part of dw/dλ across w determines λ.
         let (w, slope) = powers(decay, turns);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (ww, wd, dd) = (dot(&w, &w), dot(&w, &slope), dot(&slope, &slope));
@@ -131,19 +131,19 @@ impl Decay {
 pub struct Comparison {
     pub by_force: Measured,
     pub by_decay: Measured,
-    /// By decay less by force, and the uncertainty of that.
+    /// Value by decay minus value by force, and the uncertainty of the difference.
     pub difference: Measured,
 }
 
 impl Comparison {
-    /// Of the two ways.
+    /// Compares the two measurements.
     #[must_use]
-    pub fn of(by_force: Measured, by_decay: Measured) -> Self {
+    pub fn from_measurements(by_force: Measured, by_decay: Measured) -> Self {
         let uncertainty = libm::hypot(by_force.uncertainty, by_decay.uncertainty);
         Self { by_force, by_decay, difference: Measured { value: by_decay.value - by_force.value, uncertainty } }
     }
 
-    /// Whether they differ by no more than so many standard uncertainties; 2 is usual.
+    /// Returns whether they differ by no more than this number of standard uncertainties; 2 is usual.
     #[must_use]
     pub fn agrees(&self, coverage: f64) -> bool {
         self.difference.value.abs() <= coverage * self.difference.uncertainty
@@ -189,7 +189,7 @@ impl Products {
         (0..self.turns).map(|turn| self.sums[turn * self.turns + turn]).sum()
     }
 
-    /// What of it a decay explains: wᵀS w / wᵀw.
+    /// Share explained by a decay: wᵀS w / wᵀw.
     fn explained(&self, decay: f64) -> f64 {
         let (w, _) = powers(decay, self.turns);
         self.between(&w, &w) / w.iter().map(|w| w * w).sum::<f64>()

@@ -1,4 +1,4 @@
-//! g, the part of every phase's motion that the wheel's positions do not tell, by least squares from what the gauge read.
+//! g, the part of every phase's motion that the wheel's positions do not determine, by least squares from the gauge readings.
 //!
 //! From depths of cut, as published but for all turns at once: every phase has one number, a mean of its cuts weighted by a(C), and
 //! harmonics are cut afterwards. Or from the readings themselves: a reading is the sum of the radii at its contacts as they last left
@@ -13,14 +13,14 @@
 use super::gauge::Gauge;
 use super::harmonics::Series;
 use super::record::{GaugeRecord, Reading};
-use super::reference_motion::{Known, ROUNDING_RAD};
+use super::reference_motion::{ROUNDING_RAD, ReferenceMotion};
 use super::runout::phase_rad;
 use super::state_error::StateError;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
-/// How radii are found from readings.
+/// Method that derives radii from readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
     /// From all readings at once, as so many harmonics: the least noise.
@@ -36,7 +36,7 @@ pub enum Fit {
 }
 
 impl Fit {
-    /// Harmonics that it tells apart; 0 where it keeps everything.
+    /// Number of resolved harmonics; 0 if the fit keeps all of them.
     pub(super) fn harmonics(self) -> u32 {
         match self {
             Self::Readings { harmonics } => harmonics,
@@ -63,7 +63,7 @@ pub(super) fn cuts_of(phase_rad: f64, first_rad: f64, until_rad: f64) -> impl It
 /// From the depths of the cuts from one angle to another.
 pub(super) fn by_depths(
     record: &GaugeRecord<'_>,
-    known: &Known<'_>,
+    known: &ReferenceMotion<'_>,
     (first_rad, until_rad): (f64, f64),
     phases: usize,
     harmonics: Option<u32>,
@@ -104,7 +104,7 @@ pub(super) fn by_depths(
         // The T of a reading is that of another cut, a part of a turn before, so that depths hold an echo of g.
         let echo = feels * known.law.decay() * libm::pow(known.law.decay(), -delay_rad / TURN_RAD);
         let kept = harmonics.map_or(phases, |harmonics| harmonics as usize);
-        deviations = Series::of(&deviations, kept).without_echo(echo, delay_rad).values(phases);
+        deviations = Series::from_values(&deviations, kept).without_echo(echo, delay_rad).values(phases);
     }
     // A depth is the difference of two readings.
     Ok(Fitted { deviations, scatter_mm: (spare > 0.0).then(|| libm::sqrt(0.5 * squares / spare)) })
@@ -113,14 +113,14 @@ pub(super) fn by_depths(
 /// From all readings from an angle on.
 pub(super) fn by_readings(
     record: &GaugeRecord<'_>,
-    known: &Known<'_>,
+    known: &ReferenceMotion<'_>,
     until_rad: f64,
     phases: usize,
     harmonics: u32,
 ) -> Result<Fitted, StateError> {
     let kept = harmonics as usize;
-    // Twice as many are looked for: what the part has above those kept would else be taken for something in them, most of all in the odd
-    // ones, of which a diameter shows little. A turn of readings tells no more than half their number.
+    // Twice as many harmonics are fitted: otherwise the part's harmonics above those kept would leak into them, mainly into the odd
+    // ones, of which a diameter shows little. A turn of readings resolves no more than half their number.
     #[allow(clippy::cast_possible_truncation, reason = "a number of readings")]
     let told = (0.5 * record.per_turn()) as usize;
     let fitted = (2 * kept).min(told.saturating_sub(1)).max(kept);
@@ -132,7 +132,7 @@ pub(super) fn by_readings(
             if reading.c_rad >= known.from_rad - ROUNDING_RAD
                 && contacts.iter().flatten().all(|after_rad| reading.c_rad - after_rad <= until_rad + ROUNDING_RAD)
             {
-                normal.take(known, record.gauge(), contacts, *reading, zero_mm);
+                normal.add_reading(known, record.gauge(), contacts, *reading, zero_mm);
             }
         }
     }
@@ -174,7 +174,14 @@ impl Normal {
     }
 
     /// One reading: the zero's coefficient, then those of the mean and of every harmonic's cosine and sine.
-    fn take(&mut self, known: &Known<'_>, gauge: &Gauge, contacts: [Option<f64>; 2], reading: Reading, zero_mm: f64) {
+    fn add_reading(
+        &mut self,
+        known: &ReferenceMotion<'_>,
+        gauge: &Gauge,
+        contacts: [Option<f64>; 2],
+        reading: Reading,
+        zero_mm: f64,
+    ) {
         self.row.fill(0.0);
         self.row[0] = 1.0;
         // From the constant, so that a diameter of 40 mm costs no digits.

@@ -1,4 +1,4 @@
-//! Where a gauge stands, and what follows from it: which phase a reading belongs to, which cut it saw and how long ago.
+//! Position of a gauge, and its consequences: the phase and the cut that a reading belongs to, and the delay between them.
 //!
 //! Angles are those of the headstock, C, that grows while the part turns; a phase of the part is the C, modulo a turn, at which it
 //! stands at the wheel. Seen along the rotation, a contact stands at γ after the wheel:
@@ -26,18 +26,18 @@ use crate::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
 use core::f64::consts::PI;
 use thiserror::Error;
 
-/// Nearest that a contact may stand to the wheel line, and two gauges to the cut between them (deg). The arc on which wheel and part
-/// touch is a millimetre or two long, 3° to 6° of a journal of 20 mm, and a tip within it is neither before nor after the cut; nearer
-/// than this no gauge can be told from one at the wheel. Larger would refuse what a small tip on a large part can do.
+/// Minimum angle between a contact and the wheel line, and between two gauges and the cut between them (deg). The contact arc of wheel and
+/// part is a millimetre or two long, 3° to 6° on a journal of 20 mm, and a tip within it is neither before nor after the cut; a closer
+/// gauge cannot be distinguished from one at the wheel. A larger value would refuse a small tip on a large part.
 pub const NEAREST_DEG: f64 = 1.0;
 
-/// Why a gauge cannot tell what the wheel takes.
+/// Reasons why a gauge cannot measure the depth of cut.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum GaugeError {
     /// The angle is no angle within a turn.
     #[error("contact at {angle_deg} deg after the wheel: must lie between 0 and 360 deg")]
     OutsideTurn {
-        /// What was given (deg).
+        /// Given angle (deg).
         angle_deg: f64,
     },
     /// A contact stands at the wheel, or opposite it where its other end is.
@@ -46,7 +46,7 @@ pub enum GaugeError {
          its reading belongs to no side of a cut"
     )]
     AtTheWheel {
-        /// Where it stands (deg).
+        /// Angle of the gauge (deg).
         angle_deg: f64,
         /// Distance from the wheel line (deg).
         distance_deg: f64,
@@ -56,7 +56,7 @@ pub enum GaugeError {
     /// Two gauges that are no part of half a turn apart.
     #[error("gauges {apart_deg} deg apart: must be more than 0 and less than 180 deg")]
     Apart {
-        /// What was given (deg).
+        /// Given angle (deg).
         apart_deg: f64,
     },
     /// No cut lies between two gauges.
@@ -85,30 +85,30 @@ pub enum GaugeError {
     /// The difference of two zeros is no number.
     #[error("difference of the gauges' zeros {difference_mm} mm is not a finite number")]
     ZeroDifference {
-        /// What was given (mm).
+        /// Given value (mm).
         difference_mm: f64,
     },
 }
 
 /// Which record of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
+pub enum GaugeSide {
     /// That of the only gauge, or of the first.
     First,
     /// That of the second.
     Second,
 }
 
-impl core::fmt::Display for Which {
+impl core::fmt::Display for GaugeSide {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Which::First => "gauge",
-            Which::Second => "second gauge",
+            GaugeSide::First => "gauge",
+            GaugeSide::Second => "second gauge",
         })
     }
 }
 
-/// What a gauge reads.
+/// Measured quantity of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Diameter,
@@ -116,7 +116,7 @@ enum Kind {
     TwoDiameters { apart_rad: f64, zero_difference_mm: f64 },
 }
 
-/// A gauge that can tell the depth of every cut.
+/// Gauge that measures the depth of every cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauge {
     angle_rad: f64,
@@ -207,7 +207,7 @@ impl Gauge {
         }
     }
 
-    /// How far the part turns from a cut until its depth is known: s − δ (rad).
+    /// Rotation of the part from a cut until its depth is known: s − δ (rad).
     #[must_use]
     pub fn known_after_rad(&self) -> f64 {
         self.span_rad() - self.cut_after_rad()
@@ -226,7 +226,7 @@ impl Gauge {
         c_rad - self.known_after_rad()
     }
 
-    /// Whether it is two gauges, with records of their own.
+    /// Returns whether it consists of two gauges with separate records.
     #[must_use]
     pub const fn is_two(&self) -> bool {
         matches!(self.kind, Kind::TwoDiameters { .. })
@@ -240,16 +240,16 @@ impl Gauge {
     }
 
     /// Angles after the wheel of the contacts of one gauge, within a turn (rad).
-    pub(super) fn contacts_rad(&self, which: Which) -> [Option<f64>; 2] {
+    pub(super) fn contacts_rad(&self, which: GaugeSide) -> [Option<f64>; 2] {
         let near = match (self.kind, which) {
-            (Kind::TwoDiameters { apart_rad, .. }, Which::Second) => wrap_turn(self.angle_rad + apart_rad),
+            (Kind::TwoDiameters { apart_rad, .. }, GaugeSide::Second) => wrap_turn(self.angle_rad + apart_rad),
             _ => self.angle_rad,
         };
         let opposite = !matches!(self.kind, Kind::Radius { .. });
         [Some(near), opposite.then(|| wrap_turn(near + PI))]
     }
 
-    /// What the second of two gauges reads more than the first on one master (mm).
+    /// Difference of the second gauge's reading from the first's on one master (mm).
     pub(super) const fn zero_difference_mm(&self) -> f64 {
         match self.kind {
             Kind::TwoDiameters { zero_difference_mm, .. } => zero_difference_mm,
@@ -257,7 +257,7 @@ impl Gauge {
         }
     }
 
-    /// What it reads less than the radius per deflection T: s·cos γ.
+    /// Reduction of the reading against the radius per deflection T: s·cos γ.
     pub(super) fn feels_deflection(&self) -> f64 {
         match self.kind {
             Kind::Radius { work_share } => {
@@ -270,7 +270,7 @@ impl Gauge {
     }
 }
 
-/// Whether a contact is clear of the wheel line and, every `period_rad`, of where its other end would be at it.
+/// Checks that a contact is clear of the wheel line and, every `period_rad`, of the position of its other end there.
 fn clear_of_the_wheel(angle_rad: f64, period_rad: f64) -> Result<(), GaugeError> {
     let angle_deg = deg_from_rad(angle_rad);
     if !(0.0..=TURN_RAD).contains(&angle_rad) {

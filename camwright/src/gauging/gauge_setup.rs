@@ -5,12 +5,12 @@ use super::gauged::Gauged;
 use super::record::{GaugeRecord, Reading, RecordError};
 use alloc::vec::Vec;
 
-/// By what a machine's journals are seen.
+/// Gauge that measures a machine's journals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct GaugeSetup {
     /// The gauge, or the two.
     pub gauge: Gauge,
-    /// Of two: the cut lies after the machine's second and before its first, not the other way round.
+    /// For two gauges: the cut lies after the machine's second and before its first, not the other way round.
     pub exchanged: bool,
     /// Time constant of the amplifier (s), 0 for none.
     pub lag_s: f64,
@@ -26,11 +26,11 @@ pub(super) struct Readings {
 }
 
 impl Readings {
-    /// As the record of a gauge.
+    /// Converts the readings into the record of a gauge.
     pub(super) fn record(&self, gauge: Gauge) -> Result<GaugeRecord<'_>, RecordError> {
         match gauge.is_two() {
-            true => GaugeRecord::of_two(gauge, &self.first, &self.second),
-            false => GaugeRecord::of_one(gauge, &self.first),
+            true => GaugeRecord::from_two(gauge, &self.first, &self.second),
+            false => GaugeRecord::from_one(gauge, &self.first),
         }
     }
 
@@ -42,7 +42,7 @@ impl Readings {
     }
 }
 
-impl Seen {
+impl GaugeSetup {
     /// Readings at the angles that they belong to, up to an angle (rad): an amplifier of first order shows what there was a time constant
     /// ago. Where C stands or an encoder lets it seem to, the later one is left out. A reading of a second gauge that is missing is no
     /// number.
@@ -70,7 +70,7 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gauging::gauge::Which;
+    use crate::gauging::gauge::GaugeSide;
     use core::f64::consts::PI;
 
     fn log(second_mm: impl Fn(u64) -> Option<f64>) -> Vec<Gauged> {
@@ -88,16 +88,16 @@ mod tests {
     #[test]
     fn two_gauges_are_read_in_the_order_in_which_the_cut_comes_between_them() {
         let gauge = Gauge::two_diameters(1.5 * PI, 0.9 * PI, 0.0).unwrap();
-        let seen = Seen { gauge, exchanged: false, lag_s: 0.0, cycle_time_s: 1e-3 };
+        let seen = GaugeSetup { gauge, exchanged: false, lag_s: 0.0, cycle_time_s: 1e-3 };
         let readings = seen.readings(&log(|tick| Some(-(tick as f64))), f64::INFINITY);
         assert!(readings.first[0].value_mm > 40.0 && readings.second[0].value_mm < 0.0);
         assert!(readings.record(gauge).is_ok());
-        let other = Seen { exchanged: true, ..seen };
+        let other = GaugeSetup { exchanged: true, ..seen };
         let exchanged = other.readings(&log(|tick| Some(-(tick as f64))), f64::INFINITY);
         assert_eq!((exchanged.first, exchanged.second), (readings.second, readings.first));
         // A second that fails once is no record.
         let lost = seen.readings(&log(|tick| (tick != 300).then_some(1.0)), f64::INFINITY);
         let error = lost.record(gauge).unwrap_err();
-        assert!(matches!(error, RecordError::NotFinite { which: Which::Second, tick: 300, .. }), "{error:?}");
+        assert!(matches!(error, RecordError::NotFinite { which: GaugeSide::Second, tick: 300, .. }), "{error:?}");
     }
 }

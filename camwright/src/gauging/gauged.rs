@@ -8,9 +8,9 @@ pub struct Gauged {
     pub c_rad: f64,
     /// Position of `x_axis` (mm).
     pub x_mm: f64,
-    /// What the gauge read, or the first of two (mm).
+    /// Reading of the gauge, or of the first of two (mm).
     pub value_mm: f64,
-    /// What the second of two read (mm).
+    /// Reading of the second of two gauges (mm).
     pub second_mm: Option<f64>,
     /// Force of the motor of `x_axis`, positive outwards (N).
     pub motor_n: f64,

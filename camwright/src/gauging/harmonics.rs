@@ -18,7 +18,7 @@ fn circle(count: usize) -> Vec<(f64, f64)> {
 
 impl Series {
     /// The harmonics of values up to `most`, or as many as they have.
-    pub(super) fn of(values: &[f64], most: usize) -> Self {
+    pub(super) fn from_values(values: &[f64], most: usize) -> Self {
         let count = values.len();
         let share = 1.0 / count as f64;
         // From the first value, so that a radius of 20 mm does not cost the digits of its runout.
@@ -89,12 +89,12 @@ mod tests {
     fn a_series_of_all_harmonics_gives_its_values_back() {
         for count in [8_usize, 9, 72, 101] {
             let values: Vec<f64> = (0..count).map(|i| 20.0 + libm::sin((i * i) as f64)).collect();
-            for (found, wanted) in Series::of(&values, count).values(count).iter().zip(&values) {
+            for (found, wanted) in Series::from_values(&values, count).values(count).iter().zip(&values) {
                 assert!((found - wanted).abs() < 1e-12, "{count}: {found} {wanted}");
             }
         }
         let lobes: Vec<f64> = (0..72).map(|i| 20.0 + 3e-3 * libm::cos(3.0 * TURN_RAD * f64::from(i) / 72.0)).collect();
-        let series = Series::of(&lobes, 5);
+        let series = Series::from_values(&lobes, 5);
         assert!((series.amplitude(3) - 3e-3).abs() < 1e-15 && series.amplitude(2) < 1e-15);
         assert!(series.amplitude(0).abs() + series.amplitude(9) < 1e-300);
     }
@@ -105,7 +105,7 @@ mod tests {
         let g = |phi: f64| 1.0 + libm::sin(phi) - 0.3 * libm::cos(3.0 * phi + 0.4);
         let at = |k: usize| TURN_RAD * k as f64 / count as f64;
         let heard: Vec<f64> = (0..count).map(|k| g(at(k)) - echo * g(at(k) - delay)).collect();
-        let found = Series::of(&heard, 15).without_echo(echo, delay).values(count);
+        let found = Series::from_values(&heard, 15).without_echo(echo, delay).values(count);
         for (k, found) in found.iter().enumerate() {
             assert!((found - g(at(k))).abs() < 1e-12, "{k}: {found} {}", g(at(k)));
         }

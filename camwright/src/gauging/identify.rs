@@ -4,22 +4,22 @@
 //! same in both, drops out. Of the grinding that is the first turn of infeed, which is in the air; of the push its beginning.
 
 use super::decay::{Comparison, Decay, DecayError};
-use super::gauge_setup::Seen;
+use super::gauge_setup::GaugeSetup;
 use super::gauged::{Gauged, turning_on};
 use super::record::RecordError;
 use super::stiffness::{
-    ForcePoint, ForceReading, GrindingStiffness, Measured, OneFeed, StiffnessError, grinding_stiffness_of_one_feed,
+    FeedForce, ForcePoint, ForceReading, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed,
     machine_stiffness, mean_of_turn, ratio,
 };
 use crate::machine::contact_law::ContactLaw;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Turns of every feed that are looked at, the last before the infeed ends.
 const TURNS_OF_A_FEED: u32 = 2;
-/// How far before the end of its infeed the last of them ends (rad): the infeed ends in a blend.
+/// Distance between the end of the last one and the end of its infeed (rad): the infeed ends in a blend.
 const BEFORE_THE_BLEND_RAD: f64 = TURN_RAD * 0.1;
 /// Phases of the dwell that the decay is taken from.
 const PHASES: usize = 360;
@@ -28,7 +28,7 @@ const AIR_SHARE: f64 = 0.2;
 const PRESSING_SHARE: f64 = 0.2;
 /// Points that a push is taken together to.
 const PUSH_POINTS: usize = 40;
-/// How far the speed of a push may be off for a tick to belong to it.
+/// Relative speed tolerance for a tick to belong to a push.
 const PUSH_SPEED_SHARE: f64 = 0.5;
 
 /// A tick of a push.
@@ -47,12 +47,12 @@ impl From<Gauged> for Pushed {
     }
 }
 
-/// What a journal is identified from.
+/// Input for the identification of a journal.
 #[derive(Debug, Clone, Copy)]
 pub struct IdentifyRequest<'a> {
-    /// By what the journal is seen.
-    pub seen: Seen,
-    /// What it read while the journal was ground, and the motor's force with it.
+    /// Gauge that measures the journal.
+    pub seen: GaugeSetup,
+    /// Readings during the grinding of the journal, with the motor's force.
     pub gauged: &'a [Gauged],
     /// C at the beginning of a turn of infeed in the air (rad).
     pub air_from_rad: f64,
@@ -68,7 +68,7 @@ pub struct IdentifyRequest<'a> {
     pub friction_n: f64,
 }
 
-/// Why a journal tells no stiffness.
+/// Reasons why a journal gives no stiffness.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum IdentifyError {
     /// Readings that are no record.
@@ -77,7 +77,7 @@ pub enum IdentifyError {
     /// Points that make no line.
     #[error("{what}: {source}")]
     Stiffness { what: &'static str, source: StiffnessError },
-    /// A dwell that tells no decay.
+    /// The dwell gives no decay.
     #[error(transparent)]
     Decay(#[from] DecayError),
     /// The wheel was not seen to push.
@@ -93,25 +93,25 @@ pub struct Identified {
     /// kg and F0.
     pub grinding: GrindingStiffness,
     /// kg as published, from the last feed alone, with its bias.
-    pub one_feed: OneFeed,
+    pub one_feed: FeedForce,
     /// km/kg by force and by the decay of the dwell.
     pub comparison: Comparison,
     /// The law that follows: km as measured, km/kg from both ways by their uncertainties, F0 as the grinding then has it.
     pub law: ContactLaw,
-    /// How well the law is known.
-    pub known_to: KnownTo,
+    /// Uncertainty of the law.
+    pub known_to: Uncertainty,
 }
 
 /// Standard uncertainties of a law, and km/kg as it has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KnownTo {
+pub struct Uncertainty {
     /// km/kg.
     pub ratio: Measured,
-    /// Of km (N/mm).
+    /// Uncertainty of km (N/mm).
     pub machine_n_mm: f64,
-    /// Of kg (N/mm): that of km and that of km/kg as if neither knew of the other.
+    /// Uncertainty of kg (N/mm): those of km and km/kg as independent.
     pub grinding_n_mm: f64,
-    /// Of F0 (N): what a creeping axis may stick by, and what kg is off at the mean depth of cut.
+    /// Uncertainty of F0 (N): the stiction of a creeping axis, and the error of kg at the mean depth of cut.
     pub threshold_n: f64,
 }
 
@@ -137,14 +137,14 @@ impl Identified {
                 points.push(ForcePoint { force_n: point.force_n - air_n, ..point });
             }
         }
-        let grinding = GrindingStiffness::of_feeds(&points).map_err(of("grinding at two feeds"))?;
+        let grinding = GrindingStiffness::from_feeds(&points).map_err(of("grinding at two feeds"))?;
         let grinding = with_friction(grinding, request.friction_n, &points);
         let machine_n_mm = machine_stiffness(&push(request)?).map_err(of("the push"))?;
         let last = points[points.len() - 1];
         let one_feed = grinding_stiffness_of_one_feed(last, grinding.threshold_n.value).map_err(of("the last feed"))?;
         let dwell = readings.until(request.dwell_rad.1 + gauge.known_after_rad());
-        let decay = Decay::of_dwell(&dwell.record(gauge)?, request.dwell_rad.0, PHASES)?;
-        let comparison = Comparison::of(ratio(machine_n_mm, grinding.grinding_n_mm), decay.ratio);
+        let decay = Decay::from_dwell(&dwell.record(gauge)?, request.dwell_rad.0, PHASES)?;
+        let comparison = Comparison::from_measurements(ratio(machine_n_mm, grinding.grinding_n_mm), decay.ratio);
         let (law, known_to) =
             best_law(machine_n_mm, &comparison, &points, request.friction_n).map_err(of("the law"))?;
         Ok(Self { machine_n_mm, grinding, one_feed, comparison, law, known_to })
@@ -157,7 +157,7 @@ fn best_law(
     comparison: &Comparison,
     points: &[ForcePoint],
     friction_n: f64,
-) -> Result<(ContactLaw, KnownTo), StiffnessError> {
+) -> Result<(ContactLaw, Uncertainty), StiffnessError> {
     let weight = |measured: Measured| 1.0 / (measured.uncertainty * measured.uncertainty).max(f64::MIN_POSITIVE);
     let (by_force, by_decay) = (weight(comparison.by_force), weight(comparison.by_decay));
     let ratio = (by_force * comparison.by_force.value + by_decay * comparison.by_decay.value) / (by_force + by_decay);
@@ -168,7 +168,7 @@ fn best_law(
     let ratio = Measured { value: ratio, uncertainty: 1.0 / libm::sqrt(by_force + by_decay) };
     let shares = libm::hypot(ratio.uncertainty / ratio.value, machine_n_mm.uncertainty / machine_n_mm.value);
     let mean_mm = points.iter().map(|point| point.way_mm).sum::<f64>() / count;
-    let known_to = KnownTo {
+    let known_to = Uncertainty {
         ratio,
         machine_n_mm: machine_n_mm.uncertainty,
         grinding_n_mm: grinding_n_mm * shares,
@@ -183,9 +183,9 @@ fn creeping_n(friction_n: f64) -> f64 {
     friction_n / libm::sqrt(3.0)
 }
 
-/// What a creeping axis adds to the uncertainty of the line.
+/// Adds the friction of a creeping axis to the uncertainty of the line.
 fn with_friction(found: GrindingStiffness, friction_n: f64, points: &[ForcePoint]) -> GrindingStiffness {
-    let (least_mm, most_mm) = least_and_most(points.iter().map(|point| point.way_mm));
+    let (least_mm, most_mm) = minimum_and_maximum(points.iter().map(|point| point.way_mm));
     let range_mm = most_mm - least_mm;
     let friction_n = creeping_n(friction_n);
     let more =

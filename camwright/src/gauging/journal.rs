@@ -19,7 +19,7 @@ use super::Mode;
 use super::correction::{Correction, CorrectionError, Forecast, LEFT_MM, LEFT_SHARE, Start, Target};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
-use super::gauge_setup::{Readings, Seen};
+use super::gauge_setup::{GaugeSetup, Readings};
 use super::gauged::{Gauged, turning_on};
 use super::identify::IdentifyError;
 use super::published::{PublishedError, PublishedRunout};
@@ -30,13 +30,13 @@ use super::swept::{self, Lowest, PLACES, place_rad};
 use super::wheel_log::{WheelLog, WheelLogError, WheelPosition};
 use crate::machine::contact_law::ContactLaw;
 use crate::math::hermite::{HermiteError, HermiteSpline, Knot, Sample};
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// Where the wheel leaves a part that still turns: how far before the end of the last turn of a dwell it begins and ends to go outwards
-/// (rad). Over so much of a turn that what it leaves is smooth, and done before C slows down.
+/// Retraction from a part that still turns: start and end of the outward motion, before the end of the last turn of a dwell (rad). It is
+/// long enough to leave a smooth surface, and ends before C slows down.
 pub(crate) const DWELL_LEAVES_RAD: (f64, f64) = (TURN_RAD * 0.7, TURN_RAD * 0.1);
 /// Angle that C has for coming to its speed and, at the end, to rest (rad).
 const RUN_UP_RAD: f64 = TURN_RAD / 8.0;
@@ -44,7 +44,7 @@ const RUN_UP_RAD: f64 = TURN_RAD / 8.0;
 /// of radius r beside the line of centres and is x'² R/(2 r (r + R)) nearer to it than the law of a phase knows; so it enters slowly.
 const ENTERS_RAD: f64 = TURN_RAD * 0.6;
 const LEAVES_RAD: f64 = TURN_RAD * 0.25;
-/// How far the wheel is clear of the largest radius before and after (mm).
+/// Clearance of the wheel from the largest radius before and after (mm).
 const CLEAR_MM: f64 = 0.03;
 /// Knots of the turn, and phases of the part that it is computed from.
 const PHASES: u32 = 720;
@@ -52,15 +52,15 @@ const PHASES: u32 = 720;
 const ENTRY_PLACES: u32 = 600;
 /// Steps of the published measurement: 5° as in the text.
 const PUBLISHED_PHASES: usize = 72;
-/// How far the wheel may be below the target where it has entered (mm): less than a gauge resolves.
+/// Permitted depth of the wheel below the target after entry (mm): less than a gauge resolves.
 const MAX_BELOW_MM: f64 = 1e-4;
-/// How far before the end of its log the last turn of readings may end for its rounding (rad).
+/// Rounding tolerance between the last turn of readings and the end of its log (rad).
 const ROUNDING_RAD: f64 = 1e-9;
 
-/// How long before C rests the log is read to the end (rad): the wheel has left by then, and C does not yet slow down much.
+/// End of the evaluated log before C rests (rad): the wheel has left by then, and C has hardly slowed down.
 pub const LOG_ENDS_RAD: f64 = TURN_RAD / 36.0;
 
-/// Of everything that was logged of a journal what is needed: from the last turn with infeed on, to where the wheel had left it.
+/// Returns the required part of a journal's log: from the last turn with infeed to the angle at which the wheel had left.
 #[must_use]
 pub fn needed_log(gauged: &[Gauged], rest_rad: f64, dwell_turns: u32) -> &[Gauged] {
     let from_rad = rest_rad - f64::from(dwell_turns + 1) * TURN_RAD;
@@ -69,16 +69,16 @@ pub fn needed_log(gauged: &[Gauged], rest_rad: f64, dwell_turns: u32) -> &[Gauge
     gauged.get(from..until).unwrap_or_default()
 }
 
-/// What a journal is corrected with.
+/// Input for the correction of a journal.
 #[derive(Debug, Clone, Copy)]
 pub struct JournalRequest<'a> {
-    /// By what the journal is seen.
-    pub seen: Seen,
+    /// Gauge that measures the journal.
+    pub seen: GaugeSetup,
     /// The log: from a turn before the dwell on, or later, to where the wheel had left the part.
     pub gauged: &'a [Gauged],
     /// Contact law at the journal.
     pub law: ContactLaw,
-    /// By which law to correct.
+    /// Law of the correction.
     pub mode: Mode,
     pub harmonics: u32,
     /// Radius that the journal is to have (mm).
@@ -96,7 +96,7 @@ pub enum JournalError {
     /// Positions that are no log.
     #[error(transparent)]
     Log(#[from] WheelLogError),
-    /// Readings that tell no state of the part.
+    /// The readings do not determine the state of the part.
     #[error(transparent)]
     State(#[from] StateError),
     /// A part that cannot be corrected.
@@ -113,19 +113,19 @@ pub enum JournalError {
     /// The journal was not seen all round.
     #[error("the gauge read {turned_deg:.1} deg of it, a whole turn is needed")]
     NotATurn {
-        /// How much it read (deg).
+        /// Angle of the readings (deg).
         turned_deg: f64,
     },
     /// A reading that is no number.
     #[error("the gauge gave no number at tick {tick}")]
     NoReading { tick: u64 },
-    /// What is needed is not known.
+    /// A required value is unknown.
     #[error("{what} is not known")]
     NotKnown { what: &'static str },
-    /// A journal that tells no stiffness.
+    /// The journal gives no stiffness.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
-    /// A gauge that tells no depth of cut.
+    /// The gauge gives no depth of cut.
     #[error(transparent)]
     Gauge(#[from] GaugeError),
     /// Readings are missing between two ticks.
@@ -151,11 +151,11 @@ pub struct JournalCorrection {
     pub turns: u32,
     /// Angle since C began to turn at which the correction begins (rad); it takes one turn.
     pub corrects_from_rad: f64,
-    /// How much larger the part is than `x_axis` says, as the gauge found (mm); nothing where it reads no size.
+    /// Size of the part minus the size by `x_axis`, measured by the gauge (mm); `None` if the gauge reads no size.
     pub size_offset_mm: Option<f64>,
     /// Runout before it (mm): of the part as the gauge knew it.
     pub before_mm: f64,
-    /// What it will come to, of an exact correction.
+    /// Predicted result of an exact correction.
     pub forecast: Option<Forecast>,
     /// Standard deviation of the readings about the contact law (mm).
     pub scatter_mm: Option<f64>,
@@ -198,7 +198,7 @@ impl JournalCorrection {
         spark_out::turns(&self.law, self.before_mm, left_mm)
     }
 
-    /// What is expected before anything is known of the journal: a turn around its radius (mm), for a prediction of time and room.
+    /// Expected correction before anything is measured: a turn around the journal's radius (mm), for a prediction of time and clearance.
     #[must_use]
     pub fn expected(mode: Mode, radius_mm: f64, law: ContactLaw) -> Self {
         const TURNS: u32 = 3;
@@ -223,7 +223,7 @@ impl JournalCorrection {
     /// From the log of a journal that was fed, dwelled on and left.
     ///
     /// # Errors
-    /// Readings that are lost or do not tell the part; a part that the turn cannot make round and to size.
+    /// Readings are lost or do not determine the part, or the turn cannot make the part round and to size.
     pub fn decide(request: &JournalRequest<'_>) -> Result<Self, JournalError> {
         if let Some(pair) = request.gauged.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1) {
             return Err(JournalError::Lost { from: pair[0].tick, to: pair[1].tick });
@@ -278,8 +278,8 @@ impl JournalCorrection {
             }
         };
         let before = state.radii_at(request.rest_rad)?;
-        let (low, high) = least_and_most(before.radii_mm().iter().copied());
-        let (way, turns) = whole_way(&decided, begins, request.rest_rad, clear_mm)?;
+        let (low, high) = minimum_and_maximum(before.radii_mm().iter().copied());
+        let (way, turns) = whole_path(&decided, begins, request.rest_rad, clear_mm)?;
         // As each place last left the wheel.
         let left_at = |place| request.rest_rad + place_rad(place) - if place > 0 { TURN_RAD } else { 0.0 };
         let left_mm = (LEFT_SHARE * (high - low)).max(LEFT_MM).max(state.scatter_mm().unwrap_or(0.0));
@@ -300,7 +300,7 @@ impl JournalCorrection {
     }
 }
 
-/// Readings that tell what was cut, and the wheel's positions.
+/// Readings that measured the cut, and the positions of the wheel.
 fn records(request: &JournalRequest<'_>) -> (Readings, Vec<WheelPosition>) {
     // Of a wheel that is leaving, cuts end somewhere: they are followed by the law, not measured.
     let until_rad = request.rest_rad - DWELL_LEAVES_RAD.0 + request.seen.gauge.known_after_rad();
@@ -309,14 +309,14 @@ fn records(request: &JournalRequest<'_>) -> (Readings, Vec<WheelPosition>) {
     (readings, turning_on(request.gauged).map(position).collect())
 }
 
-/// How much larger the part is than positions of the wheel and the contact law say, in the mean of the last turn of readings, of the first
-/// gauge where there are two; nothing of a gauge that feels the part give way.
+/// Size of the part minus the size by the wheel's positions and the contact law, as the mean of the last turn of readings of the first
+/// gauge; `None` for a gauge that senses the part's deflection.
 fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) -> Option<f64> {
     if gauge.feels_deflection() != 0.0 {
         return None;
     }
     let end_rad = readings[readings.len() - 1].c_rad;
-    let contacts = gauge.contacts_rad(super::gauge::Which::First);
+    let contacts = gauge.contacts_rad(super::gauge::GaugeSide::First);
     let (mut sum, mut count) = (0.0, 0.0);
     for reading in readings.iter().filter(|reading| reading.c_rad > end_rad - TURN_RAD) {
         let (mut radii_mm, mut touched) = (0.0, 0.0);
@@ -330,10 +330,10 @@ fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) ->
     Some(sum / count)
 }
 
-/// Where the wheel is clear of the part (mm).
+/// Position at which the wheel is clear of the part (mm).
 fn clear_mm(state: &PartState<'_>) -> Result<f64, StateError> {
     let end_rad = state.logged_until_rad().unwrap_or(0.0);
-    let (_, high_mm) = least_and_most(state.radii_at(end_rad)?.radii_mm().iter().copied());
+    let (_, high_mm) = minimum_and_maximum(state.radii_at(end_rad)?.radii_mm().iter().copied());
     Ok(high_mm + CLEAR_MM)
 }
 
@@ -361,7 +361,7 @@ fn with_entry(
 }
 
 /// The way over whole turns from where C rests.
-fn whole_way(
+fn whole_path(
     turn: &Correction,
     begins: Sample,
     rest_rad: f64,

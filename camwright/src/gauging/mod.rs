@@ -8,12 +8,12 @@
 //!                 ▲
 //! stiffness, decay: km, kg, F0 and λ measured on the machine ─► stiffness_map: kept along the table
 //! ```
-//! The method is JTEKT's (method of measuring the actual depth of cut, machining method and machine tool): the depth of cut U at a
-//! phase is the difference of two diameters, and as the wheel's force bends the part by (kg/km) U + F0/km, U tells the radius itself.
-//! It is kept in two forms. [`Mode::Published`] is the text to the letter. It corrects by ΔV = IR (1 + kg/km), which leaves
-//! −km/(kg + km) of the runout with its sign reversed, for it takes the change of the cut for more than it is: where IR more stands
-//! before the wheel, IR of the motion is already there, and IR·kg/km is to be added. [`Mode::Exact`] follows every phase through the
-//! contact law with the wheel position that was logged, and leaves nothing but what the gauge did not know.
+//! The method is JTEKT's (method of measuring the actual depth of cut, machining method and machine tool): the depth of cut U at a phase is
+//! the difference of two diameters. The wheel's force bends the part by (kg/km) U + F0/km, so U determines the radius itself. Two forms exist.
+//! [`Mode::Published`] follows the text literally. It corrects by ΔV = IR (1 + kg/km), which leaves −km/(kg + km) of the runout with its sign
+//! reversed, because it overestimates the change of the cut: if the radius before the wheel is larger by IR, the motion already contains IR,
+//! and IR·kg/km must be added. [`Mode::Exact`] follows every phase through the contact law with the logged wheel position, and leaves only the
+//! errors of the gauge.
 //!
 //! ```
 //! use camwright::machine::contact_law::ContactLaw;
@@ -69,7 +69,7 @@ pub mod stiffness_map;
 pub mod swept;
 pub mod wheel_log;
 
-/// How a runout is measured and corrected.
+/// Method of measuring and correcting a runout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mode {
     /// Radii by phase, propagated with the logged wheel position; the exact one-turn law.

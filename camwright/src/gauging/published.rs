@@ -17,7 +17,7 @@ use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// How far an angle may be off for its rounding (rad).
+/// Rounding tolerance of an angle (rad).
 const ROUNDING_RAD: f64 = 1e-9;
 
 /// Why there is no published measurement.
@@ -26,7 +26,7 @@ pub enum PublishedError {
     /// The window is not full.
     #[error("readings reach {turned_deg:.2} deg from the start of the window, {needed_deg:.2} deg are needed")]
     WindowTooShort {
-        /// What there is (deg).
+        /// Available angle (deg).
         turned_deg: f64,
         /// Window: 540° of a diameter (deg).
         needed_deg: f64,
@@ -39,7 +39,7 @@ pub enum PublishedError {
     Depth(#[from] PhasesError),
 }
 
-/// What the published steps find.
+/// Result of the published steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedRunout {
     /// U by phase (mm).

@@ -4,7 +4,7 @@
 //! interpolated by the polynomial of degree 5 through the six nearest: a record every 5° holds its third harmonic to 1e-6 of it, and
 //! where an interval divides the span of the gauge there is nothing to interpolate.
 
-use super::gauge::{Gauge, Which};
+use super::gauge::{Gauge, GaugeSide};
 use crate::math::units::{deg_from_rad, rad_from_deg};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -16,7 +16,7 @@ pub const LARGEST_GAP_DEG: f64 = 15.0;
 /// Readings around a place that its value is interpolated from.
 const NEIGHBOURS: usize = 6;
 
-/// How far outside a record a place may lie for its rounding (rad).
+/// Rounding tolerance of a position outside a record (rad).
 const ROUNDING_RAD: f64 = 1e-9;
 
 /// A reading of a gauge.
@@ -25,7 +25,7 @@ pub struct Reading {
     /// Angle of the headstock, growing from turn to turn (rad): the machine's counts times its rad per count. That at which the part stood
     /// when there was what is read now: a gauge of time constant τ lags by τ times the work speed.
     pub c_rad: f64,
-    /// What the gauge read (mm), from any zero that stays.
+    /// Reading of the gauge (mm), from any constant zero.
     pub value_mm: f64,
     pub tick: u64,
 }
@@ -38,11 +38,11 @@ pub enum RecordError {
     Gauges { given: usize, needed: usize },
     /// Too few to interpolate.
     #[error("{which}: {count} readings, at least {least} are needed")]
-    TooFew { which: Which, count: usize, least: usize },
+    TooFew { which: GaugeSide, count: usize, least: usize },
     /// A number that is none: a gauge that lost the part, or a broken one.
     #[error("{which}, reading {index} (tick {tick}): angle or value is not a finite number")]
     NotFinite {
-        which: Which,
+        which: GaugeSide,
         /// Index of the reading.
         index: usize,
         tick: u64,
@@ -52,7 +52,7 @@ pub enum RecordError {
         "{which}, reading {index} (tick {tick}): C at {c_deg:.4} deg is not beyond {previous_deg:.4} deg of the reading before"
     )]
     NotIncreasing {
-        which: Which,
+        which: GaugeSide,
         /// Index of the reading.
         index: usize,
         tick: u64,
@@ -65,7 +65,7 @@ pub enum RecordError {
         "{which}, reading {index} (tick {tick}): {gap_deg:.3} deg after the one before, at most {largest_deg} deg are allowed"
     )]
     Gap {
-        which: Which,
+        which: GaugeSide,
         /// Index of the reading.
         index: usize,
         tick: u64,
@@ -84,7 +84,7 @@ pub enum RecordError {
     },
 }
 
-/// How much the wheel took at one place.
+/// Depth of cut at one position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthOfCut {
     /// Angle of the headstock at the cut (rad); modulo a turn the phase that was cut.
@@ -108,11 +108,11 @@ impl<'a> GaugeRecord<'a> {
     ///
     /// # Errors
     /// Two gauges; too few readings, numbers that are none, a part that stood or turned back, gaps, less than a span of the gauge.
-    pub fn of_one(gauge: Gauge, readings: &'a [Reading]) -> Result<Self, RecordError> {
+    pub fn from_one(gauge: Gauge, readings: &'a [Reading]) -> Result<Self, RecordError> {
         if gauge.is_two() {
             return Err(RecordError::Gauges { given: 1, needed: 2 });
         }
-        checked(Which::First, readings)?;
+        checked(GaugeSide::First, readings)?;
         Self { gauge, before: readings, after: readings }.sees_a_cut()
     }
 
@@ -120,12 +120,12 @@ impl<'a> GaugeRecord<'a> {
     ///
     /// # Errors
     /// One gauge; otherwise as [`GaugeRecord::of_one`].
-    pub fn of_two(gauge: Gauge, first: &'a [Reading], second: &'a [Reading]) -> Result<Self, RecordError> {
+    pub fn from_two(gauge: Gauge, first: &'a [Reading], second: &'a [Reading]) -> Result<Self, RecordError> {
         if !gauge.is_two() {
             return Err(RecordError::Gauges { given: 2, needed: 1 });
         }
-        checked(Which::First, first)?;
-        checked(Which::Second, second)?;
+        checked(GaugeSide::First, first)?;
+        checked(GaugeSide::Second, second)?;
         Self { gauge, before: first, after: second }.sees_a_cut()
     }
 
@@ -183,8 +183,8 @@ impl<'a> GaugeRecord<'a> {
 
     /// Readings with the angles after the wheel at which they were taken, and what they read too much (mm).
     pub(super) fn sources(&self) -> impl Iterator<Item = ([Option<f64>; 2], &'a [Reading], f64)> {
-        let first = (self.gauge.contacts_rad(Which::First), self.before, 0.0);
-        let second = (self.gauge.contacts_rad(Which::Second), self.after, self.gauge.zero_difference_mm());
+        let first = (self.gauge.contacts_rad(GaugeSide::First), self.before, 0.0);
+        let second = (self.gauge.contacts_rad(GaugeSide::Second), self.after, self.gauge.zero_difference_mm());
         core::iter::once(first).chain(self.gauge.is_two().then_some(second))
     }
 
@@ -200,8 +200,8 @@ impl<'a> GaugeRecord<'a> {
     }
 }
 
-/// Whether readings are in order.
-fn checked(which: Which, readings: &[Reading]) -> Result<(), RecordError> {
+/// Checks that readings are in order.
+fn checked(which: GaugeSide, readings: &[Reading]) -> Result<(), RecordError> {
     if readings.len() < NEIGHBOURS {
         return Err(RecordError::TooFew { which, count: readings.len(), least: NEIGHBOURS });
     }
@@ -267,22 +267,25 @@ mod tests {
         let gauge = Gauge::diameter(1.5 * PI).unwrap();
         let two = Gauge::two_diameters(1.8 * PI, 1.0, 0.0).unwrap();
         let good = every(1.0, 400, |_| 40.0);
-        assert!(GaugeRecord::of_one(gauge, &good).is_ok());
-        let refused = |readings: &[Reading]| GaugeRecord::of_one(gauge, readings).unwrap_err();
-        assert_eq!(GaugeRecord::of_one(two, &good).unwrap_err(), RecordError::Gauges { given: 1, needed: 2 });
-        assert_eq!(GaugeRecord::of_two(gauge, &good, &good).unwrap_err(), RecordError::Gauges { given: 2, needed: 1 });
+        assert!(GaugeRecord::from_one(gauge, &good).is_ok());
+        let refused = |readings: &[Reading]| GaugeRecord::from_one(gauge, readings).unwrap_err();
+        assert_eq!(GaugeRecord::from_one(two, &good).unwrap_err(), RecordError::Gauges { given: 1, needed: 2 });
+        assert_eq!(
+            GaugeRecord::from_two(gauge, &good, &good).unwrap_err(),
+            RecordError::Gauges { given: 2, needed: 1 }
+        );
         assert!(matches!(refused(&good[..5]), RecordError::TooFew { count: 5, .. }));
         assert!(matches!(refused(&good[..181]), RecordError::SeesNoCut { .. }));
         let mut broken = good.clone();
         broken[17].value_mm = f64::NAN;
-        assert_eq!(refused(&broken), RecordError::NotFinite { which: Which::First, index: 17, tick: 17 });
+        assert_eq!(refused(&broken), RecordError::NotFinite { which: GaugeSide::First, index: 17, tick: 17 });
         let mut back = good.clone();
         back[20].c_rad = back[19].c_rad;
         assert!(matches!(refused(&back), RecordError::NotIncreasing { index: 20, .. }));
         let mut gap = good.clone();
         gap.drain(30..45);
         assert!(matches!(refused(&gap), RecordError::Gap { index: 30, .. }));
-        let second = GaugeRecord::of_two(two, &good, &broken).unwrap_err();
+        let second = GaugeRecord::from_two(two, &good, &broken).unwrap_err();
         assert_eq!(
             alloc::format!("{second}"),
             "second gauge, reading 17 (tick 17): angle or value is not a finite number"

@@ -9,7 +9,7 @@ pub(super) const ROUNDING_RAD: f64 = 1e-9;
 
 /// q: what the wheel makes of a phase that began at a constant radius.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known<'a> {
+pub(super) struct ReferenceMotion<'a> {
     pub(super) law: ContactLaw,
     pub(super) log: WheelLog<'a>,
     /// C at which it begins (rad).
@@ -18,7 +18,7 @@ pub(super) struct Known<'a> {
     pub(super) base_mm: f64,
 }
 
-impl<'a> Known<'a> {
+impl<'a> ReferenceMotion<'a> {
     /// With its beginning at an angle of the headstock; the constant is what the wheel there would leave in the end, so that q has no
     /// step at its beginning.
     pub(super) fn from(law: ContactLaw, log: WheelLog<'a>, from_rad: f64) -> Self {

@@ -5,7 +5,7 @@ use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// Fewest phases that a runout is told at.
+/// Minimum number of phases of a runout.
 pub const FEWEST_PHASES: usize = 8;
 
 /// Why radii are no runout.
@@ -54,7 +54,7 @@ impl RadiusByPhase {
 
     /// Index of the least radius.
     #[must_use]
-    pub fn least_index(&self) -> usize {
+    pub fn minimum_index(&self) -> usize {
         let mut least = 0;
         for (index, radius) in self.radii_mm.iter().enumerate() {
             if *radius < self.radii_mm[least] {
@@ -66,27 +66,27 @@ impl RadiusByPhase {
 
     /// Least radius (mm).
     #[must_use]
-    pub fn least_mm(&self) -> f64 {
-        self.radii_mm[self.least_index()]
+    pub fn minimum_mm(&self) -> f64 {
+        self.radii_mm[self.minimum_index()]
     }
 
     /// IR of every phase: by how much its radius exceeds the least (mm).
     #[must_use]
     pub fn runout_mm(&self) -> Vec<f64> {
-        let least = self.least_mm();
+        let least = self.minimum_mm();
         self.radii_mm.iter().map(|radius| radius - least).collect()
     }
 
     /// TIR, the total indicated runout: largest less least radius (mm).
     #[must_use]
     pub fn total_mm(&self) -> f64 {
-        self.radii_mm.iter().fold(f64::NEG_INFINITY, |most, radius| most.max(*radius)) - self.least_mm()
+        self.radii_mm.iter().fold(f64::NEG_INFINITY, |most, radius| most.max(*radius)) - self.minimum_mm()
     }
 
     /// Amplitude of a harmonic (mm): of the first the eccentricity, of the third that of a three-lobed part.
     #[must_use]
     pub fn harmonic_mm(&self, harmonic: u32) -> f64 {
-        Series::of(&self.radii_mm, harmonic as usize).amplitude(harmonic as usize)
+        Series::from_values(&self.radii_mm, harmonic as usize).amplitude(harmonic as usize)
     }
 }
 

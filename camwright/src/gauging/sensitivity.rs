@@ -1,4 +1,4 @@
-//! What a correction leaves where something is not as it is thought: closed forms.
+//! Remaining error of a correction with wrong assumptions: closed forms.
 //!
 //! Each is a share of the amplitude that a harmonic had, of a part whose radii were measured right before the turn. A thought radius
 //! r̂ in place of r leaves λ (r − r̂): the correction turn itself takes the rest of any error away.

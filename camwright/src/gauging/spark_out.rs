@@ -1,16 +1,16 @@
-//! How many turns a spark-out needs for what a correction does in one.
+//! Turns of spark-out that would achieve the effect of a one-turn correction.
 
 use crate::machine::contact_law::ContactLaw;
 use thiserror::Error;
 
-/// Why a number of turns cannot be told.
+/// Reasons why the number of turns cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SparkOutError {
     /// A runout must be a number above 0.
     #[error("{what} runout must be positive and finite, not {runout_mm} mm")]
     Runout {
         what: &'static str,
-        /// What was given (mm).
+        /// Given value (mm).
         runout_mm: f64,
     },
 }

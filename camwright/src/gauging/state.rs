@@ -21,7 +21,7 @@
 
 use super::fit::{self, Fit};
 use super::record::GaugeRecord;
-use super::reference_motion::{Known, ROUNDING_RAD};
+use super::reference_motion::{ROUNDING_RAD, ReferenceMotion};
 use super::runout::{FEWEST_PHASES, RadiusByPhase, phase_rad};
 pub use super::state_error::StateError;
 use super::wheel_log::WheelLog;
@@ -29,17 +29,16 @@ use crate::machine::contact_law::ContactLaw;
 use crate::math::periodic_spline::PeriodicSpline;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 
-/// Harmonics that a measurement keeps unless told otherwise. Noise of a reading enters a radius √2·kg/km-fold, spread over all
-/// harmonics alike; what bends and clamps a part lies in the lowest. More follow a rougher part and let through more noise: 30 instead
-/// of 15 √2 times as much.
+/// Default number of harmonics. Noise of a reading enters a radius √2·kg/km-fold, spread over all harmonics alike; bending and clamping of a
+/// part lie in the lowest. More harmonics follow a rougher part and pass more noise: 30 instead of 15 pass √2 times as much.
 pub const USUAL_HARMONICS: u32 = 15;
 
-/// Depth (mm) below which a phase counts as not cut unless told otherwise: the resolution of a usual gauge.
+/// Default depth (mm) below which a phase counts as not cut: the resolution of a usual gauge.
 pub const USUAL_LEAST_DEPTH_MM: f64 = 1e-4;
 
-/// Scatter of the readings (mm) above which they are not believed unless told otherwise: ten times the noise of a usual gauge. A gauge
-/// that jumped or a wheel that was not where the log says are above it. A stiffness wrong by half is not, it scatters a dwell of three
-/// turns by 0.3 µm: that is what [`Decay`](super::decay::Decay) is for.
+/// Default scatter of the readings (mm) above which they are rejected: ten times the noise of a usual gauge. A gauge that jumped, or a wheel
+/// at another position than logged, exceeds it. A stiffness wrong by half does not, it scatters a dwell of three turns by 0.3 µm:
+/// [`Decay`](super::decay::Decay) detects that.
 pub const USUAL_MOST_SCATTER_MM: f64 = 2e-3;
 
 /// Phases per harmonic kept, and 360 at least: the curve through them errs by 1e-6 of the highest. More resolve what is no harmonic, as
@@ -54,10 +53,10 @@ pub const MAX_PHASES: usize = 7200;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasureSettings {
-    /// How radii are found from readings.
+    /// Method that derives radii from readings.
     pub fit: Fit,
-    /// Phases told apart, which a correction's path has as knots; `None` for as many as harmonics need ([`PHASES_PER_HARMONIC`]), or, of a
-    /// fit to depths, as the gauge reads in a turn.
+    /// Number of phases, the knots of a correction's path; `None`: as many as the harmonics need ([`PHASES_PER_HARMONIC`]), or, for a fit to
+    /// depths, as the gauge reads in a turn.
     pub phases: Option<usize>,
     /// Cuts before this angle of the headstock are left out (rad): where a dwell began, or the last fault ended.
     pub from_rad: Option<f64>,
@@ -79,7 +78,7 @@ impl Default for MeasureSettings {
     }
 }
 
-/// Where the radii come from.
+/// Source of the radii.
 #[derive(Debug, Clone, PartialEq)]
 enum Source {
     /// They are given; nothing has been cut since.
@@ -112,7 +111,7 @@ impl<'a> PartState<'a> {
     ///
     /// # Errors
     /// Radii that make no curve.
-    pub fn of_known_radii(radii: &RadiusByPhase, law: ContactLaw) -> Result<Self, StateError> {
+    pub fn from_known_radii(radii: &RadiusByPhase, law: ContactLaw) -> Result<Self, StateError> {
         let spline = PeriodicSpline::interpolate(radii.radii_mm())?;
         Ok(Self { law, log: None, phases: radii.radii_mm().len(), source: Source::Known(spline) })
     }
@@ -143,7 +142,7 @@ impl<'a> PartState<'a> {
             return Err(StateError::LogTooShort { logged_deg, needed_deg });
         }
         let from_rad = first_rad - lead_rad;
-        let known = Known::from(law, log, from_rad);
+        let known = ReferenceMotion::from(law, log, from_rad);
         if until_rad - first_rad < TURN_RAD * (1.0 - 1.0 / phases_as_number(phases)) - ROUNDING_RAD {
             return Err(StateError::LessThanATurn { known_deg: deg_from_rad((until_rad - first_rad).max(0.0)) });
         }
@@ -218,7 +217,7 @@ impl<'a> PartState<'a> {
         let Some(log) = self.log else { return base_mm };
         let beyond = libm::ceil((c_rad - until_rad - ROUNDING_RAD) / TURN_RAD).max(0.0);
         let seen_rad = c_rad - beyond * TURN_RAD;
-        let known = Known { law: self.law, log, from_rad, base_mm };
+        let known = ReferenceMotion { law: self.law, log, from_rad, base_mm };
         let mut radius_mm = known.radius_mm(seen_rad)
             + libm::pow(self.law.decay(), (seen_rad - from_rad) / TURN_RAD)
                 * deviation.sample(wrap_turn(seen_rad)).value;
@@ -252,7 +251,7 @@ fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usi
     let least = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
     #[allow(clippy::cast_possible_truncation, reason = "between 0 and MAX_PHASES + 1")]
     let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MAX_PHASES as f64) as usize;
-    // A record denser than that is read at as many places as are told apart.
+    // A denser record is read at the positions of the phases.
     let phases = settings.phases.unwrap_or_else(|| match settings.fit {
         Fit::Depths { .. } => by_readings().min(MAX_PHASES),
         Fit::Readings { .. } => (PHASES_PER_HARMONIC * harmonics as usize).max(360),

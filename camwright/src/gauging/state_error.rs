@@ -27,10 +27,10 @@ pub enum StateError {
     /// Phases too few for the harmonics, or for anything, or too many.
     #[error("{phases} phases for {harmonics} harmonics: between {least} and {most} are needed")]
     Phases { phases: usize, harmonics: u32, least: usize, most: usize },
-    /// More harmonics than any gauge tells.
+    /// More harmonics than any gauge resolves.
     #[error("{harmonics} harmonics, at most {most} are allowed")]
     Harmonics { harmonics: u32, most: u32 },
-    /// More unknowns than the readings tell.
+    /// More unknowns than the readings determine.
     #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
     Undetermined { readings: usize, harmonics: u32 },
     /// The readings do not follow the contact law.

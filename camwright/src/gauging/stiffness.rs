@@ -28,7 +28,7 @@ pub struct ForcePoint {
     pub force_n: f64,
 }
 
-/// Why points tell no stiffness.
+/// Reasons why points give no stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum StiffnessError {
     /// Too few points for a line and its uncertainty.
@@ -74,7 +74,7 @@ pub enum StiffnessError {
     },
     #[error("depth of cut {depth_mm} mm must be above 0")]
     Depth {
-        /// What was given (mm).
+        /// Given value (mm).
         depth_mm: f64,
     },
     /// The numbers make no contact law.
@@ -89,12 +89,12 @@ struct Line {
     at_zero: Measured,
 }
 
-/// Fewest points of a line that tells its uncertainty.
+/// Minimum number of points of a line with an uncertainty.
 const FEWEST_POINTS: usize = 3;
 
-/// How many standard uncertainties the slopes of a push's two halves may differ by, were the scatter known; what is known of it is
-/// known from few points, and more is allowed by 1 + 8/ν of ν degrees of freedom, which of straight lines one in some ten thousand
-/// exceeds at any ν. A half without contact has no slope at all.
+/// Permitted difference between the slopes of a push's two halves in standard uncertainties, for a known scatter. The scatter is estimated
+/// from few points, so more is allowed by 1 + 8/ν for ν degrees of freedom; about one in ten thousand straight lines exceeds it at any ν. A
+/// half without contact has no slope at all.
 const BEND: f64 = 6.0;
 
 /// Share of the slope by which they may differ in any case: a contact that stiffens as it closes is no push into the air.
@@ -108,8 +108,8 @@ impl Line {
         if let Some(index) = points.iter().position(|point| !(point.way_mm.is_finite() && point.force_n.is_finite())) {
             return Err(StiffnessError::NotFinite { index });
         }
-        let spread = Spread::of(points);
-        // A nanometre: nothing that a machine can tell.
+        let spread = Spread::from_points(points);
+        // A nanometre: no machine resolves it.
         if spread.range < 1e-6 {
             return Err(StiffnessError::OnePlace { range_mm: spread.range });
         }
@@ -144,7 +144,7 @@ struct Spread {
 }
 
 impl Spread {
-    fn of(points: &[ForcePoint]) -> Self {
+    fn from_points(points: &[ForcePoint]) -> Self {
         let count = points.len() as f64;
         let mean = |of: fn(&ForcePoint) -> f64| points.iter().map(of).sum::<f64>() / count;
         let mean = (mean(|point| point.way_mm), mean(|point| point.force_n));
@@ -179,7 +179,7 @@ pub fn machine_stiffness(points: &[ForcePoint]) -> Result<Measured, StiffnessErr
         let mut sorted: Vec<ForcePoint> = points.to_vec();
         sorted.sort_by(|a, b| a.way_mm.total_cmp(&b.way_mm));
         let (lower, upper) = sorted.split_at(sorted.len() / 2);
-        let (below, above) = (Spread::of(lower), Spread::of(upper));
+        let (below, above) = (Spread::from_points(lower), Spread::from_points(upper));
         let (lower_n_mm, upper_n_mm) = (below.slope(), above.slope());
         // The scatter of the upper half: that of one with a corner in it would hide the corner.
         let scatter_n = libm::sqrt(above.rest / (above.count - 2.0));
@@ -208,7 +208,7 @@ impl GrindingStiffness {
     ///
     /// # Errors
     /// Points too few, of one feed alone, not rising.
-    pub fn of_feeds(points: &[ForcePoint]) -> Result<Self, StiffnessError> {
+    pub fn from_feeds(points: &[ForcePoint]) -> Result<Self, StiffnessError> {
         let line = Line::through(points)?;
         Ok(Self { grinding_n_mm: line.slope, threshold_n: line.at_zero })
     }
@@ -275,7 +275,7 @@ pub fn mean_of_turn(
 
 /// kg by the published formula of one feed, F/U, and what it has too much.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OneFeed {
+pub struct FeedForce {
     /// F/U (N/mm).
     pub grinding_n_mm: f64,
     /// F0/U: by how much that exceeds kg (N/mm).
@@ -286,7 +286,7 @@ pub struct OneFeed {
 ///
 /// # Errors
 /// A depth that is not above 0.
-pub fn grinding_stiffness_of_one_feed(point: ForcePoint, threshold_n: f64) -> Result<OneFeed, StiffnessError> {
+pub fn grinding_stiffness_of_one_feed(point: ForcePoint, threshold_n: f64) -> Result<FeedForce, StiffnessError> {
     let depth_mm = point.way_mm;
     if !(depth_mm > 0.0 && depth_mm.is_finite()) {
         return Err(StiffnessError::Depth { depth_mm });
@@ -294,7 +294,7 @@ pub fn grinding_stiffness_of_one_feed(point: ForcePoint, threshold_n: f64) -> Re
     if !(point.force_n.is_finite() && threshold_n.is_finite()) {
         return Err(StiffnessError::NotFinite { index: 0 });
     }
-    Ok(OneFeed { grinding_n_mm: point.force_n / depth_mm, bias_n_mm: threshold_n / depth_mm })
+    Ok(FeedForce { grinding_n_mm: point.force_n / depth_mm, bias_n_mm: threshold_n / depth_mm })
 }
 
 /// km/kg of two measurements: their shares of uncertainty add as squares.

@@ -1,4 +1,4 @@
-//! What was measured of a machine's contact along its table, and what follows between the places.
+//! Measured contact stiffness along the machine's table, and interpolation between the positions.
 //!
 //! A journal gives way by 1/km per force. Between two places the compliance is taken for straight:
 //!
@@ -40,7 +40,7 @@ pub enum StiffnessMapError {
     /// A number that is none.
     #[error("at z = {z_mm} mm: {what} {value} +- {uncertainty} is not what a measurement gives")]
     NotMeasured {
-        /// Where (mm).
+        /// Position (mm).
         z_mm: f64,
         what: &'static str,
         value: f64,
@@ -116,7 +116,7 @@ pub struct StiffnessMap {
 }
 
 impl StiffnessMap {
-    /// Of places in any order; none is a map as well, which says nothing.
+    /// Builds a map from positions in any order; an empty map is valid and gives no value.
     ///
     /// # Errors
     /// Numbers that no measurement gives, one place twice.
@@ -255,7 +255,7 @@ mod tests {
             for i in 0..280 {
                 let z_mm = f64::from(i);
                 let pair = &places[i as usize / 70..][..2];
-                let (low, high) = crate::math::range::least_and_most(pair.iter().map(|at| at.machine_n_mm.value));
+                let (low, high) = crate::math::range::minimum_and_maximum(pair.iter().map(|at| at.machine_n_mm.value));
                 let km = map.at(z_mm).unwrap().machine_n_mm;
                 assert!((low - 1e-9..=high + 1e-9).contains(&km.value), "seed {seed}, z {z_mm}: {km:?}");
             }

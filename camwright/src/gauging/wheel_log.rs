@@ -1,9 +1,9 @@
-//! Where the wheel stood while the part turned, as it was logged.
+//! Logged positions of the wheel while the part turned.
 
 use crate::math::units::deg_from_rad;
 use thiserror::Error;
 
-/// Where the wheel stood at an angle of the headstock.
+/// Position of the wheel at an angle of the headstock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelPosition {
     /// Angle of the headstock, growing from turn to turn, counted as that of the gauge's readings (rad).

@@ -18,11 +18,11 @@ pub enum Dialect {
 pub struct ProgramFile {
     /// Its name with its extension.
     pub name: String,
-    /// What is in it: ASCII.
+    /// Content of the file: ASCII.
     pub text: String,
 }
 
-/// What a control reads.
+/// Syntax rules of a control.
 #[derive(Debug)]
 pub(super) struct Rules {
     /// Digits of a coordinate, before and behind the point together.
@@ -33,13 +33,13 @@ pub(super) struct Rules {
     pub(super) numbers: Option<(u32, u32)>,
     /// Length of a program's name.
     pub(super) name_length: usize,
-    /// Whether names are in capitals.
+    /// True if names are in capitals.
     pub(super) capital_names: bool,
-    /// Whether comments are in capitals, and without underscores.
+    /// True if comments are in capitals and without underscores.
     pub(super) capital_text: bool,
-    /// What a comma in a comment becomes: LinuxCNC executes `(msg,…)`, `(logopen,…)` and their like.
+    /// Replacement for a comma in a comment: LinuxCNC executes `(msg,…)`, `(logopen,…)` and similar.
     pub(super) comma: char,
-    /// What a comment is opened and closed with.
+    /// Opening and closing text of a comment.
     pub(super) comment: (&'static str, &'static str),
 }
 

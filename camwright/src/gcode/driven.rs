@@ -1,4 +1,4 @@
-//! Where a program drives the machine, block by block, from what it says and not from its text.
+//! Motion of the machine, block by block, computed from the typed program and not from its text.
 
 use super::{Block, Call, NcAxis, Program, Step, Target};
 use alloc::vec::Vec;
@@ -12,9 +12,9 @@ pub struct DrivenMove {
     pub call: Option<usize>,
     /// Its block in the main program or the subprogram, from 0.
     pub block: usize,
-    /// Where the axes are at its end, shifts included, in increments; `None` for those that no block has named yet.
+    /// Position of the axes at the end, shifts included, in increments; `None` for axes that no block has named yet.
     pub pose: [Option<i64>; 4],
-    /// How long it takes (s); `None` for a rapid.
+    /// Duration (s); `None` for a rapid.
     pub time_s: Option<f64>,
 }
 
@@ -55,7 +55,7 @@ pub fn driven(program: &Program) -> Vec<DrivenMove> {
     moves
 }
 
-/// By how much a call shifts each axis.
+/// Shift of each axis by a call.
 pub(super) fn shift_of(program: &Program, call: &Call) -> Target {
     let shift = Target::default().with(NcAxis::C, call.phase);
     match program.subprograms.get(call.subprogram).and_then(|sub| sub.offset_axis) {
@@ -72,7 +72,7 @@ fn motion(block: &Block, shift: &Target, pose: &mut [Option<i64>; 4]) -> Option<
         _ => return None,
     };
     for (axis, count) in target.named() {
-        pose[axis.index()] = Some(count.saturating_add(shift.of(axis).unwrap_or(0)));
+        pose[axis.index()] = Some(count.saturating_add(shift.value(axis).unwrap_or(0)));
     }
     Some(time_s)
 }

@@ -23,7 +23,7 @@ impl fmt::Display for BlockPlace {
     }
 }
 
-/// What a dialect cannot say.
+/// Reasons why a dialect cannot express a program.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WriteError {
     /// A name of which nothing is left.
@@ -41,9 +41,9 @@ pub enum WriteError {
     /// A line for people that is too long.
     #[error("a comment has {characters} characters, at most {most} are allowed: {text:?}")]
     LongText {
-        /// How long it is.
+        /// Length of the text.
         characters: usize,
-        /// How long it may be.
+        /// Maximum length.
         most: usize,
         text: String,
     },
@@ -71,7 +71,7 @@ pub enum WriteError {
         place: BlockPlace,
         /// Which, from 0.
         index: usize,
-        /// How many there are.
+        /// Number of items.
         count: usize,
     },
     /// A shift of an axis that the subprogram does not shift.
@@ -85,9 +85,9 @@ pub enum WriteError {
     TooManyDigits {
         place: BlockPlace,
         word: String,
-        /// How many digits it has.
+        /// Required digits.
         digits: u32,
-        /// How many it may have.
+        /// Maximum digits.
         most: u32,
     },
     /// A shift that would send an axis beyond the control's digits.
@@ -95,9 +95,9 @@ pub enum WriteError {
     ShiftedTooFar {
         place: BlockPlace,
         axis: NcAxis,
-        /// How many digits it has.
+        /// Required digits.
         digits: u32,
-        /// How many it may have.
+        /// Maximum digits.
         most: u32,
     },
     /// A time that is none.
@@ -136,7 +136,7 @@ pub enum WriteError {
     #[error("{place}: a dwell of {ms} ms is not within 1 to {most} ms")]
     Dwell {
         place: BlockPlace,
-        /// How long (ms).
+        /// Requested dwell (ms).
         ms: u32,
         /// Longest (ms).
         most: u32,

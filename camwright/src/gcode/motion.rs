@@ -1,10 +1,10 @@
-//! What a program makes a machine do, as it was read from its text.
+//! Machine motion of a program, as read from its text.
 
 use super::{Direction, NcAxis};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Where the axes are in the frame of the machine's zero point: of X the distance from the spindle axis.
+/// Position of the axes in the frame of the machine's zero point; X is the distance from the spindle axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pose {
     values: [f64; 4],
@@ -14,7 +14,7 @@ pub struct Pose {
 impl Pose {
     /// Position of an axis (mm, rad); `None` until a block has named it.
     #[must_use]
-    pub fn of(&self, axis: NcAxis) -> Option<f64> {
+    pub fn position(&self, axis: NcAxis) -> Option<f64> {
         (self.known & Self::bit(axis) != 0).then_some(self.values[axis.index()])
     }
 
@@ -34,20 +34,20 @@ impl Pose {
 /// One thing that is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
-    /// As fast as the axes can.
+    /// Rapid motion to a pose.
     Rapid(Pose),
     /// All axes in proportion.
     Feed {
-        /// Where they are at its end.
+        /// Pose at the end of the move.
         pose: Pose,
-        /// How long it takes (s).
+        /// Duration (s).
         time_s: f64,
     },
     /// A tool with its length.
     ToolChange(u32),
     SpindleOn {
         direction: Direction,
-        /// How fast (1/min).
+        /// Speed (1/min).
         rpm: f64,
     },
     SpindleOff,
@@ -91,7 +91,7 @@ pub struct Motion {
     pub subprograms: Vec<String>,
     /// Calls in the order in which they are made.
     pub calls: Vec<CallMade>,
-    /// What is done, in its order.
+    /// Actions in their order.
     pub done: Vec<Done>,
 }
 

@@ -1,4 +1,4 @@
-//! What a program says, before any dialect.
+//! Typed NC program, independent of a dialect.
 
 use super::NcAxis;
 use crate::math::units::{deg_from_rad, from_increments, increments, rad_from_deg};
@@ -13,7 +13,7 @@ const MAX_DECIMALS: u32 = 6;
 /// Coordinates have fewer increments than this; what is shifted by a call stays far from the end of the integers.
 pub const MAX_INCREMENTS: i64 = 1_000_000_000_000_000;
 
-/// Whether X is written as the distance from the spindle axis or as twice of it.
+/// Meaning of X: distance from the spindle axis, or twice that distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum XValues {
     /// The distance from the spindle axis.
@@ -22,7 +22,7 @@ pub enum XValues {
 }
 
 impl XValues {
-    /// What is written for a distance of 1 mm.
+    /// Written value for a distance of 1 mm.
     #[must_use]
     pub const fn factor(self) -> f64 {
         match self {
@@ -32,7 +32,7 @@ impl XValues {
     }
 }
 
-/// How coordinates are counted: an increment is one unit of the last decimal place that is written.
+/// Resolution of coordinates: an increment is one unit of the last decimal place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
     linear_decimals: u32,
@@ -47,7 +47,7 @@ pub enum FormatError {
     #[error("{decimals} decimal places of {what} are not within 1 to {MAX_DECIMALS}")]
     Decimals {
         what: &'static str,
-        /// How many were asked for.
+        /// Requested decimals.
         decimals: u32,
     },
     /// A coordinate that cannot be counted.
@@ -103,7 +103,7 @@ impl Format {
         increments(value, decimals).ok_or(FormatError::Coordinate { axis, value, decimals })
     }
 
-    /// What so many increments mean, in mm (of X the distance from the axis) or rad.
+    /// Value of a number of increments in mm (X: distance from the axis) or rad.
     #[must_use]
     pub fn value(self, axis: NcAxis, count: i64) -> f64 {
         let written = from_increments(count, self.decimals(axis));
@@ -115,7 +115,7 @@ impl Format {
     }
 }
 
-/// Where a block goes, in increments; an axis that is not named stays where it is.
+/// Target of a block in increments; axes that are not named keep their position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Target {
     /// X, as it is written: the distance from the axis, or the diameter.
@@ -128,7 +128,7 @@ pub struct Target {
 impl Target {
     /// That of an axis.
     #[must_use]
-    pub const fn of(&self, axis: NcAxis) -> Option<i64> {
+    pub const fn value(&self, axis: NcAxis) -> Option<i64> {
         match axis {
             NcAxis::X => self.x,
             NcAxis::Y => self.y,
@@ -152,11 +152,11 @@ impl Target {
     /// The axes that are named, with their increments.
     pub fn named(&self) -> impl Iterator<Item = (NcAxis, i64)> {
         let target = *self;
-        NcAxis::ALL.into_iter().filter_map(move |axis| target.of(axis).map(|count| (axis, count)))
+        NcAxis::ALL.into_iter().filter_map(move |axis| target.value(axis).map(|count| (axis, count)))
     }
 }
 
-/// Which way a cutter's spindle turns, seen from the spindle.
+/// Direction of a cutter's spindle, seen from the spindle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// M3.
@@ -174,7 +174,7 @@ pub enum Block {
     ToolChange(u32),
     SpindleOn {
         direction: Direction,
-        /// How fast (1/min).
+        /// Speed (1/min).
         rpm: u32,
     },
     SpindleOff,
@@ -182,16 +182,16 @@ pub enum Block {
     Coolant(bool),
     /// Blocks may be joined as long as the path stays within so many increments of a length.
     PathTolerance(i64),
-    /// As fast as the axes can, away from the part.
+    /// Rapid motion, away from the part.
     Rapid(Target),
     /// All axes in proportion, in a given time.
     Feed {
         target: Target,
-        /// How long it takes (s).
+        /// Duration (s).
         time_s: f64,
     },
     Dwell {
-        /// How long (ms).
+        /// Duration (ms).
         ms: u32,
     },
 }
@@ -203,11 +203,11 @@ pub struct Subprogram {
     pub name: String,
     /// Its number, for those that call by number.
     pub number: u32,
-    /// What it is, for people.
+    /// Title for the operator.
     pub title: String,
     /// The linear axis that a call shifts beside C: stock that is left, or a depth.
     pub offset_axis: Option<CarriageAxis>,
-    /// What it does, between the shift by its parameters and the end of that shift.
+    /// Blocks between the shift by its parameters and the end of that shift.
     pub blocks: Vec<Block>,
 }
 
@@ -236,7 +236,7 @@ pub struct Tool {
     pub number: u32,
     /// Its radius, for which the program was made (mm).
     pub radius_mm: f64,
-    /// What it is, for people.
+    /// Comment for the operator.
     pub text: String,
 }
 
@@ -248,7 +248,7 @@ pub struct Program {
     pub number: u32,
     /// Lines for people, at its head.
     pub header: Vec<String>,
-    /// How coordinates are counted.
+    /// Resolution of coordinates.
     pub format: Format,
     /// The tools that it changes to.
     pub tools: Vec<Tool>,

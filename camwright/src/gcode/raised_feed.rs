@@ -11,7 +11,7 @@ use thiserror::Error;
 /// way beside ran at its limit.
 pub const MIN_RATE_MM_MIN: f64 = 0.1;
 
-/// What rounding of F may take off a rate.
+/// Relative error of a rate by the rounding of F.
 const ROUNDING: f64 = 1e-6;
 
 /// A block that would take less time than it says.
@@ -24,7 +24,7 @@ pub struct RaisedFeed {
     pub place: BlockPlace,
     /// The way that its rate is made of: that of the linear axes, or of C where none of them moves.
     pub way: f64,
-    /// What that way is counted in: `mm`, or `deg`.
+    /// Unit of the distance: `mm` or `deg`.
     pub unit: &'static str,
     /// Time that is written (s).
     pub time_s: f64,
@@ -43,7 +43,7 @@ pub fn raised_feeds(program: &Program) -> Vec<RaisedFeed> {
     for driven in driven(program) {
         let start = core::mem::replace(&mut from, driven.pose);
         let Some(time_s) = driven.time_s else { continue };
-        let Some((way, unit)) = way_of_rate(program, &start, &driven.pose) else { continue };
+        let Some((way, unit)) = distance_for_rate(program, &start, &driven.pose) else { continue };
         let rate_per_min = way * (60.0 / time_s);
         let slow = way > 0.0 && rate_per_min < MIN_RATE_MM_MIN * (1.0 + ROUNDING);
         if slow && known.insert((driven.subprogram, driven.block)) {
@@ -62,7 +62,7 @@ pub fn raised_feeds(program: &Program) -> Vec<RaisedFeed> {
 }
 
 /// The way between two poses by which LinuxCNC makes a rate of a time, and its unit; `None` where an axis was nowhere before.
-fn way_of_rate(program: &Program, from: &[Option<i64>; 4], to: &[Option<i64>; 4]) -> Option<(f64, &'static str)> {
+fn distance_for_rate(program: &Program, from: &[Option<i64>; 4], to: &[Option<i64>; 4]) -> Option<(f64, &'static str)> {
     let way = |axis: NcAxis| {
         let Some(to) = to[axis.index()] else { return Some(0.0) };
         Some(program.format.value(axis, to.saturating_sub(from[axis.index()]?)))

@@ -11,7 +11,7 @@
 //! same velocity and acceleration: afterwards the path is the one that was left. A hold that stops the infeed only is the
 //! same with no distance to go.
 
-use super::free_rotation::{Spin, SpinFacts, next_start};
+use super::free_rotation::{FreeRotation, SpinFacts, next_start};
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
 use super::pose::{Pose, in_counts};
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
@@ -30,7 +30,7 @@ pub(crate) struct Curves<'a> {
 
 impl<'a> Curves<'a> {
     /// The curves of a cut; `None` if the plan has not got them.
-    pub(crate) fn of(plan: &'a Plan, cut: &'a CutSegment) -> Option<Self> {
+    pub(crate) fn from_segment(plan: &'a Plan, cut: &'a CutSegment) -> Option<Self> {
         Some(Self { cut, motion: plan.motion_of(cut)? })
     }
 
@@ -60,19 +60,19 @@ impl<'a> Curves<'a> {
         chain(self.motion.path.sample(self.path_angle(c)), c)
     }
 
-    /// What the infeed adds to X while C is as given.
+    /// Addition of the infeed to X for a motion of C.
     pub(crate) fn infeed(&self, c: Sample) -> Sample {
         self.offset(self.infeed_at(c.value), c)
     }
 
-    /// What an infeed that stands still at `level_mm` adds to X while C is as given.
+    /// Addition of an infeed that rests at `level_mm` to X for a motion of C.
     fn standing(&self, level_mm: f64, c: Sample) -> Sample {
         self.offset(Sample { value: level_mm, ..Sample::default() }, c)
     }
 
     /// The way of X for an infeed over the angle.
     fn offset(&self, infeed: Sample, c: Sample) -> Sample {
-        chain(self.motion.way_of(infeed, self.path_angle(c)), c)
+        chain(self.motion.path_position(infeed, self.path_angle(c)), c)
     }
 
     /// X without any hold at a time (mm over s); before the start and after the end as there.
@@ -93,15 +93,15 @@ impl<'a> Curves<'a> {
     }
 }
 
-/// What X does besides the path.
+/// Offset of X from the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Offset {
     Infeed,
     /// Leaves the part, or stands off it.
     Off {
-        /// Where the infeed was left.
+        /// State of the infeed at the interruption.
         left: Left,
-        /// How far off (mm); 0 where only the infeed stops.
+        /// Retraction (mm); 0 if only the infeed stops.
         to_mm: f64,
         /// Offset relative to the infeed there (mm over s of path time), from `begin` on.
         law: JerkLaw,
@@ -119,7 +119,7 @@ enum Offset {
     },
 }
 
-/// Where the infeed was left.
+/// State of the infeed at the interruption.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Left {
     at: i64,
@@ -142,7 +142,7 @@ pub(crate) struct Cut {
     /// behind it, if one does.
     undisturbed_rad: f64,
     sparked_out: Option<u64>,
-    /// Where it begins, where its first and last turn begin and end, and where it ends.
+    /// Start, start and end of the first and the last turn, and end.
     start: i64,
     turns: (i64, i64),
     end: i64,
@@ -160,7 +160,7 @@ pub(crate) struct Cut {
 
 /// A clock for a cut that C comes to turning: path time 0 where the cut begins, and C there (counts).
 pub(crate) fn clock_from(
-    spin: &Spin,
+    spin: &FreeRotation,
     tick: u64,
     curves: &Curves<'_>,
     machine: &MachineDescription,
@@ -176,7 +176,7 @@ pub(crate) fn clock_from(
     (clock, c_counts)
 }
 
-/// What a cut needs to know besides its segment.
+/// State at the start of a cut besides its segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CutStart {
     /// Its path time 0 is where the cut begins.
@@ -288,8 +288,8 @@ impl Cut {
         let (c, inserted, x) = self.axes_at(time.tau, curves);
         let mut pose = Pose { base: rest.base, ..Pose::default() };
         let turn_counts = machine.axis(Axis::C).scale.counts(TURN_RAD);
-        pose.put(Axis::C, self.start_counts + inserted * turn_counts, &c, &time, machine);
-        pose.put(Axis::X, 0, &x, &time, machine);
+        pose.set_axis(Axis::C, self.start_counts + inserted * turn_counts, &c, &time, machine);
+        pose.set_axis(Axis::X, 0, &x, &time, machine);
         pose
     }
 
@@ -347,11 +347,16 @@ impl Cut {
     }
 
     /// C turning on from its end.
-    pub(crate) fn spin(&self, curves: &Curves<'_>, facts: SpinFacts, machine: &MachineDescription) -> Option<Spin> {
+    pub(crate) fn spin(
+        &self,
+        curves: &Curves<'_>,
+        facts: SpinFacts,
+        machine: &MachineDescription,
+    ) -> Option<FreeRotation> {
         let scale = machine.axis(Axis::C).scale;
         let turned = in_counts(scale, curves.angle(self.seconds(self.end)).value);
         let base = self.start_counts + self.inserted * scale.counts(TURN_RAD);
-        self.turns_on.then(|| Spin::new(self.clock, self.end, (base, turned), facts, self.cycle_s))
+        self.turns_on.then(|| FreeRotation::new(self.clock, self.end, (base, turned), facts, self.cycle_s))
     }
 
     pub(crate) fn is_on_path(&self) -> bool {

@@ -1,4 +1,4 @@
-//! What goes into a tick of the interpolator, and what comes out of it.
+//! Inputs and outputs of a tick of the interpolator.
 
 use super::tolerance::ToleranceViolation;
 use super::{InterpolatorAlarm, Status};
@@ -7,7 +7,7 @@ use crate::machine::setpoint::{Input, Latch, Setpoint};
 use crate::math::fixed_list::FixedList;
 use thiserror::Error;
 
-/// What an operator or a client asks for while a motion is executed.
+/// Request of an operator or a client during a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Request {
     /// Hold on the path; in a cut, take the wheel off the part and keep C turning, as between cuts where it turns on.
@@ -17,7 +17,7 @@ pub enum Request {
     Cancel,
     /// Factor on path time, 0..=1; what lies outside is taken to the nearer bound, what is not a number is ignored.
     SetOverride(f64),
-    /// What a wait waits for.
+    /// A decision of the client.
     Decision,
 }
 
@@ -60,9 +60,9 @@ pub enum OrderKind {
         /// The position that becomes zero (counts).
         counts: i64,
     },
-    /// The machine tells in the order's tick, like an edge, if an input is closed.
+    /// In the order's tick the machine reports, like an edge, whether an input is closed.
     Ask { input: Input },
-    /// The zero of the axis is not known from the order's tick on; the machine tells whether its home switch is closed.
+    /// The zero of the axis is unknown from the order's tick on; the machine reports whether its home switch is closed.
     LoseHome { axis: Axis },
     /// Bring the wheel to its surface speed.
     #[default]
@@ -94,31 +94,31 @@ pub struct Order {
     pub kind: OrderKind,
 }
 
-/// How a motion ended.
+/// Outcome of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
     Completed,
-    /// By a cancel; the axes rest, the wheel is retracted.
+    /// Ended by a cancel; the axes rest, the wheel is retracted.
     Cancelled,
-    /// By an alarm, with its number.
+    /// Ended by an alarm, with its number.
     Failed(u16),
-    /// By a tolerance of a trajectory that was not kept; the axes rest on their path.
+    /// Ended by a violated tolerance of a trajectory; the axes rest on their path.
     OutOfTolerance(ToleranceViolation),
 }
 
-/// What a probe found.
+/// Result of a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Probed {
     /// The edge, as it read; and by how much the reading of the axis was corrected (counts), 0 where it was not to be.
     Found {
         latch: Latch,
-        /// What the edge reads from now on, less what it read.
+        /// New reading of the edge minus the old one.
         correction: i64,
     },
     /// The edge; it read so much else than it should (counts) that the zero was left as it is.
     TooFarOff {
         latch: Latch,
-        /// What the edge should read, less what it read.
+        /// Expected reading of the edge minus the measured one.
         off: i64,
     },
     /// No edge up to the target, where the axis stands.
@@ -155,7 +155,7 @@ impl Default for Event {
 /// Most inputs that one tick applies; the rest waits for the next.
 pub const MAX_APPLIED: usize = 32;
 
-/// What one tick gives.
+/// Result of one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct StepOutput {
     pub tick: u64,
@@ -167,7 +167,7 @@ pub struct StepOutput {
     /// Orders to send to the machine.
     pub orders: FixedList<Order, 4>,
     pub events: FixedList<Event, 16>,
-    /// What the interpolator is doing.
+    /// Present status of the interpolator.
     pub status: Status,
 }
 
@@ -196,9 +196,9 @@ pub enum StartError {
     #[error("the trajectory begins at {wanted} counts of {}, the axis rests at {actual}", axis.joint())]
     StartsElsewhere {
         axis: Axis,
-        /// Where the trajectory begins (counts).
+        /// Start of the trajectory (counts).
         wanted: i64,
-        /// Where the axis rests (counts).
+        /// Rest position of the axis (counts).
         actual: i64,
     },
 }

@@ -10,8 +10,8 @@ use crate::math::units::TURN_RAD;
 use crate::motion::plan::{AxisTarget, Command, CutSegment, HomeStep, Segment, SegmentKind};
 use crate::motion::point_to_point::{MoveLaw, whole_ticks};
 
-/// How long after the end of its travel a search still looks for its edge (s), besides the feedback delay: the axis
-/// comes after its setpoint by its following error, a few 1/Kv.
+/// Time after the end of its travel during which a search still expects its edge (s), in addition to the feedback delay: the axis
+/// lags its setpoint by its following error, a few 1/Kv.
 const LAST_LOOK_S: f64 = 0.2;
 
 impl Interpolator {
@@ -49,8 +49,8 @@ impl Interpolator {
                     self.begin(self.segment + 1, tick, motion, out);
                 }
             }
-            Mode::Level { until } => self.look_at_level(until, tick, motion, out),
-            Mode::LastLook { until } => self.look_last(until, tick, motion, out),
+            Mode::Level { until } => self.check_level(until, tick, motion, out),
+            Mode::LastLook { until } => self.check_last(until, tick, motion, out),
             Mode::Line(line, purpose) => self.advance_line(line, purpose, tick, motion, out),
             Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
             Mode::Spiral(spiral) => self.advance_spiral(spiral, tick, motion, out),
@@ -64,7 +64,7 @@ impl Interpolator {
     /// C of a tick, where it turns on between two cuts.
     fn put_spin(&mut self, tick: u64) {
         if let Some(spin) = &self.spin {
-            spin.put(tick, &self.machine, &mut self.setpoint);
+            spin.apply(tick, &self.machine, &mut self.setpoint);
         }
     }
 
@@ -190,7 +190,8 @@ impl Interpolator {
         motion: &Prepared,
     ) -> Result<(), InterpolatorAlarm> {
         let bad = InterpolatorAlarm::BadSegment { segment: self.segment };
-        let (Some(curves), Some(facts)) = (Curves::of(&motion.plan, cut), motion.facts.get(self.segment)) else {
+        let (Some(curves), Some(facts)) = (Curves::from_segment(&motion.plan, cut), motion.facts.get(self.segment))
+        else {
             return Err(bad);
         };
         self.must_be_homed(&[Axis::C, Axis::X])?;
@@ -375,7 +376,7 @@ impl Interpolator {
 
     pub(super) fn curves<'a>(&self, motion: &'a Prepared) -> Option<Curves<'a>> {
         match &motion.plan.segments.get(self.segment)?.kind {
-            SegmentKind::Cut(cut) => Curves::of(&motion.plan, cut),
+            SegmentKind::Cut(cut) => Curves::from_segment(&motion.plan, cut),
             _ => None,
         }
     }
@@ -468,7 +469,7 @@ pub(super) fn trajectory_pose(
     let at = if over { trajectory.duration_s() + cycle_s } else { to_ticks(time.tau) * cycle_s };
     for axis in Axis::ALL {
         let Some(law) = trajectory.law(axis) else { continue };
-        pose.put(axis, 0, &law.sample(at), &time, machine);
+        pose.set_axis(axis, 0, &law.sample(at), &time, machine);
     }
     pose
 }

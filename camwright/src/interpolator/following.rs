@@ -1,18 +1,18 @@
-//! How well the axes follow a trajectory: what they were told at each tick, against what the encoders read there.
+//! Path following of the axes: setpoints of each tick, compared with the encoder readings.
 //!
 //! Like an edge, what is found at tick k comes into sight at tick k + D, so that it changes nothing but by its tick.
 
 use super::path_time::to_ticks;
-use super::tolerance::{FollowingState, Stretch, ToleranceViolation, violation};
+use super::tolerance::{FollowingState, MotionPhase, ToleranceViolation, violation};
 use super::trajectory::Trajectory;
 use super::{Feedback, Interpolator, Mode, Prepared};
 use crate::machine::description::MachineDescription;
 use crate::machine::setpoint::{Measured, Setpoint};
 use alloc::vec::Vec;
 
-/// What the axes were told at a tick.
+/// Setpoints of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Told {
+struct Reported {
     tick: u64,
     setpoint: Setpoint,
     /// Path time of a trajectory.
@@ -22,14 +22,14 @@ struct Told {
 /// The setpoints that may still be measured.
 #[derive(Debug, Clone)]
 pub(super) struct History {
-    told: Vec<Told>,
+    told: Vec<Reported>,
 }
 
 impl History {
     /// Room for what can be between a setpoint and the news of how it was followed: setpoints run D ahead, and D for the way back.
     pub(super) fn new(machine: &MachineDescription) -> Self {
         let room = 2 * machine.feedback_delay_ticks as usize + 64;
-        Self { told: alloc::vec![Told { tick: u64::MAX, ..Told::default() }; room] }
+        Self { told: alloc::vec![Reported { tick: u64::MAX, ..Reported::default() }; room] }
     }
 
     fn place(&self, tick: u64) -> usize {
@@ -37,17 +37,17 @@ impl History {
         usize::try_from(tick % self.told.len() as u64).unwrap_or(0)
     }
 
-    fn tell(&mut self, told: Told) {
+    fn report(&mut self, told: Reported) {
         let place = self.place(told.tick);
         self.told[place] = told;
     }
 
-    fn at(&self, tick: u64) -> Option<&Told> {
+    fn at(&self, tick: u64) -> Option<&Reported> {
         self.told.get(self.place(tick)).filter(|told| told.tick == tick)
     }
 }
 
-/// What is known of how a trajectory is followed.
+/// State of the path following of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Following {
     /// Its last tick, once it is over.
@@ -67,7 +67,7 @@ impl Interpolator {
             Mode::Trajectory(clock) => clock.at(tick).tau,
             _ => 0,
         };
-        self.history.tell(Told { tick, setpoint: self.setpoint, tau });
+        self.history.report(Reported { tick, setpoint: self.setpoint, tau });
     }
 
     /// The trajectory is at its end with this tick.
@@ -75,7 +75,7 @@ impl Interpolator {
         self.following.ended = Some(tick);
     }
 
-    /// What the axes were told at a tick that is not long ago.
+    /// Setpoints of a recent tick.
     #[must_use]
     pub fn desired_at(&self, tick: u64) -> Option<&Setpoint> {
         self.history.at(tick).map(|told| &told.setpoint)
@@ -93,7 +93,7 @@ impl Interpolator {
         self.following.is_judged = self.remember(verdict);
     }
 
-    fn judge(&self, trajectory: &Trajectory, told: &Told, measured: &Measured) -> Option<Feedback> {
+    fn judge(&self, trajectory: &Trajectory, told: &Reported, measured: &Measured) -> Option<Feedback> {
         let error = |axis: usize| {
             let scale = self.machine.axes[axis].scale;
             FollowingState {
@@ -107,12 +107,12 @@ impl Interpolator {
         match self.following.ended.filter(|ended| tick >= *ended) {
             None => {
                 let time_s = to_ticks(told.tau) * cycle_s;
-                let broken = violation(&tolerances.path, &errors, Stretch::Path, time_s);
+                let broken = violation(&tolerances.path, &errors, MotionPhase::Path, time_s);
                 broken.map(|broken| Feedback::OutOfTolerance(tick, broken))
             }
             Some(ended) => {
                 let late_s = (tick - ended) as f64 * cycle_s;
-                match violation(&tolerances.goal, &errors, Stretch::Goal, late_s) {
+                match violation(&tolerances.goal, &errors, MotionPhase::Goal, late_s) {
                     None => Some(Feedback::Settled(tick)),
                     Some(broken) => {
                         let is_over = tolerances.goal_time_ticks.is_some_and(|most| tick - ended > most);

@@ -9,7 +9,7 @@ use crate::motion::path_stop::path_stop_s;
 use crate::motion::point_to_point::{JerkLaw, whole_ticks};
 use crate::motion::speed_change::{SPEED_CHANGE_SHARE, change_of_speed};
 
-/// What is known of C between two cuts before anything moves.
+/// Data of C between two cuts, known before anything moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SpinFacts {
     /// Angle over time since the cut before ended.
@@ -32,7 +32,7 @@ impl SpinFacts {
 
 /// C turning, in execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Spin {
+pub(crate) struct FreeRotation {
     clock: PathClock,
     /// Path time at which it began.
     from: i64,
@@ -43,7 +43,7 @@ pub(crate) struct Spin {
     cycle_s: f64,
 }
 
-impl Spin {
+impl FreeRotation {
     /// Goes on from a place of C (counts, and counts besides) at a path time of a clock.
     pub(crate) fn new(clock: PathClock, from: i64, place: (i64, f64), facts: SpinFacts, cycle_s: f64) -> Self {
         Self { clock, from, base: place.0, offset: place.1, facts, cycle_s }
@@ -66,12 +66,12 @@ impl Spin {
 
     /// Velocity and acceleration of C at a tick (rad, s).
     fn rates(&self, tick: u64) -> (f64, f64) {
-        self.clock.at(tick).of(&self.facts.law.sample(self.since(tick)), self.cycle_s)
+        self.clock.at(tick).scale(&self.facts.law.sample(self.since(tick)), self.cycle_s)
     }
 
     /// Puts C of a tick into a setpoint.
     #[allow(clippy::cast_possible_truncation, reason = "travel in counts is below 2^53")]
-    pub(crate) fn put(&self, tick: u64, machine: &MachineDescription, setpoint: &mut Setpoint) {
+    pub(crate) fn apply(&self, tick: u64, machine: &MachineDescription, setpoint: &mut Setpoint) {
         let c = Axis::C.index();
         let (base, offset) = self.place(tick, machine);
         setpoint.counts[c] = base.saturating_add(libm::round(offset) as i64);
@@ -107,8 +107,8 @@ impl Spin {
     }
 }
 
-/// Where in its law a cut is that C comes to turning (rad since the law's start, not above a tick's way; below 0: C has still to
-/// come there), and C where the cut begins (counts): the next place with the cut's phase.
+/// Position in its law of a cut that C enters while turning (rad since the law's start, not above a tick's travel; below 0: C
+/// has not reached it yet), and C at the start of the cut (counts): the next position with the cut's phase.
 #[allow(clippy::cast_possible_truncation, reason = "travel in counts is below 2^53")]
 pub(crate) fn next_start(
     place: (i64, f64),

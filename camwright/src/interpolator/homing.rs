@@ -5,12 +5,12 @@ use super::PrepareError;
 use crate::machine::description::{Axis, Homing, HomingKind, MachineDescription, Scale};
 use crate::machine::setpoint::Input;
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
+use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, SearchSignal, Segment, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
-/// How much farther than its travel a slide searches.
+/// Search distance of a slide relative to its travel.
 const SEARCH_SHARE: f64 = 1.1;
 
 /// Every step for these axes: slides by their sequence, then the headstock, with the wheel out of its way. Axes that know their
@@ -85,7 +85,7 @@ impl Steps<'_> {
         Ok(())
     }
 
-    fn seek(&mut self, input: Input, sought: Sought, velocity_mm_s: f64, travel_mm: f64, label: &str) {
+    fn seek(&mut self, input: Input, sought: SearchSignal, velocity_mm_s: f64, travel_mm: f64, label: &str) {
         let description = self.machine.axis(self.axis);
         let travel_counts = description.scale.counts(libm::copysign(travel_mm, velocity_mm_s));
         let zero_counts = description
@@ -106,17 +106,17 @@ impl Steps<'_> {
         let Some(kind) = homing.kind() else { return };
         self.forget();
         if matches!(kind, HomingKind::SwitchOnly | HomingKind::SwitchAndIndex) {
-            self.seek(switch, Sought::OpeningIfClosed, -search, travel_mm, "back off the switch");
-            self.seek(switch, Sought::Closing, search, travel_mm, "search the switch");
+            self.seek(switch, SearchSignal::OpeningIfClosed, -search, travel_mm, "back off the switch");
+            self.seek(switch, SearchSignal::Closing, search, travel_mm, "search the switch");
             if homing.latches_closing() {
-                self.seek(switch, Sought::Opening, -search, travel_mm, "back off the switch");
-                self.seek(switch, Sought::Closing, latch, travel_mm, "latch where the switch closes");
+                self.seek(switch, SearchSignal::Opening, -search, travel_mm, "back off the switch");
+                self.seek(switch, SearchSignal::Closing, latch, travel_mm, "latch where the switch closes");
             } else {
-                self.seek(switch, Sought::Opening, latch, travel_mm, "latch where the switch opens");
+                self.seek(switch, SearchSignal::Opening, latch, travel_mm, "latch where the switch opens");
             }
         }
         if homing.use_index {
-            self.seek(index, Sought::Closing, latch, 1.5 * homing.index_pitch_mm, "latch the index");
+            self.seek(index, SearchSignal::Closing, latch, 1.5 * homing.index_pitch_mm, "latch the index");
         }
         if kind == HomingKind::Immediate {
             let counts = description.scale.counts(homing.offset_mm(self.machine.switch_hysteresis_mm));

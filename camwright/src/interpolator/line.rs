@@ -8,7 +8,7 @@ use super::pose::Pose;
 use crate::machine::description::{AXIS_COUNT, MachineDescription, MotionLimits};
 use crate::motion::point_to_point::{JerkLaw, MOVE_SHARE, MoveLaw, solve, stop, whole_ticks};
 
-/// Where a line is, along its coordinate s (0 at the start, 1 at the target), per second.
+/// Position on a line, along its coordinate s (0 at the start, 1 at the target), per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Along {
     s: f64,
@@ -65,7 +65,7 @@ impl Line {
         }
         let time = self.clock.at(tick);
         let sample = self.law.sample(to_ticks(time.tau) * self.cycle_s);
-        let (first, second) = time.of(&sample, self.cycle_s);
+        let (first, second) = time.scale(&sample, self.cycle_s);
         Along { s: self.from + sample.value, first, second }
     }
 

@@ -12,16 +12,16 @@ use crate::motion::plan::{AxisTarget, Plan};
 use crate::motion::point_to_point::MoveLaw;
 use alloc::string::String;
 
-/// How far a jog goes that nothing ends (mm or rad): `c_axis` turns for hours.
+/// Distance of an unlimited jog (mm or rad): `c_axis` turns for hours.
 const WITHOUT_END: f64 = 1e6;
 
-/// What is to be jogged.
+/// Request of a jog.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JogRequest {
     pub axis: Axis,
     /// Speed (mm/s or rad/s); its sign is the direction where there is no distance.
     pub velocity: f64,
-    /// How far, with its sign (mm or rad); none: until somebody lets go.
+    /// Signed distance (mm or rad); `None`: until the button is released.
     pub distance: Option<f64>,
 }
 

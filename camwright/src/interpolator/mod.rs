@@ -1,9 +1,9 @@
 //! Room 10. The interpolator: from a plan, tick by tick, to setpoints on encoder counts.
 //!
-//! [`Interpolator::step`] does not allocate, lock, log or fail; what is worth telling is in its result. Everything that
-//! takes time is done before, in [`Prepared::new`]. What happens depends on nothing but the motion, the requests with
-//! their ticks, and the feedback whose own tick lies at least D ticks back: so the same inputs give the same setpoints,
-//! bit for bit, whenever and wherever they are computed.
+//! [`Interpolator::step`] does not allocate, lock, log or fail; its result holds everything to report. All
+//! time-consuming work is done before, in [`Prepared::new`]. The motion, the requests with their ticks, and the
+//! feedback whose own tick lies at least D ticks back determine every setpoint: the same inputs give the same
+//! setpoints, bit for bit.
 //!
 //! ```
 //! use camwright::interpolator::{Interpolator, TickInputs};
@@ -47,7 +47,7 @@ pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};
 pub use replay::RestState;
 pub use status::{InterpolatorAlarm, SearchStep, State, Status};
-pub use trajectory_replacement::Foreseen;
+pub use trajectory_replacement::StateForecast;
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::{Input, Latch, Setpoint};
@@ -55,7 +55,7 @@ use crate::math::fixed_list::FixedList;
 use alloc::boxed::Box;
 use cut::Cut;
 use following::{Following, History};
-use free_rotation::Spin;
+use free_rotation::FreeRotation;
 use line::Line;
 use path_time::{ONE, PathClock};
 use pose::Pose;
@@ -86,7 +86,7 @@ impl Default for Feedback {
     }
 }
 
-/// What a line is for.
+/// Purpose of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     Move,
@@ -95,7 +95,7 @@ enum Purpose {
     Retract,
 }
 
-/// What is being executed.
+/// Motion in execution.
 #[allow(clippy::large_enum_variant, reason = "a box would allocate in the cyclic path")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mode {
@@ -113,7 +113,7 @@ enum Mode {
         until: u64,
     },
     Line(Line, Purpose),
-    /// Whether the home switch is closed, before a search that depends on it.
+    /// Waits for the state of the home switch, before a search that depends on it.
     Level {
         until: u64,
     },
@@ -137,7 +137,7 @@ pub struct Interpolator {
     feedback: FixedList<Feedback, 256>,
     mode: Mode,
     /// C turning on between two cuts, whatever the mode.
-    spin: Option<Spin>,
+    spin: Option<FreeRotation>,
     tick: u64,
     setpoint: Setpoint,
     segment: usize,

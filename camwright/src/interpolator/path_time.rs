@@ -39,7 +39,7 @@ pub(crate) struct PathTime {
 
 impl PathTime {
     /// First and second derivative in time (s) of what goes by a law over path time (s), of which a tick takes `cycle_s`.
-    pub(super) fn of(&self, law: &Sample, cycle_s: f64) -> (f64, f64) {
+    pub(super) fn scale(&self, law: &Sample, cycle_s: f64) -> (f64, f64) {
         (self.rate * law.first, self.rate * self.rate * law.second + self.slope / cycle_s * law.first)
     }
 }
@@ -80,8 +80,8 @@ impl Piece {
     }
 }
 
-/// The clock of a motion. It knows the piece before its last one too, for a stop that can only begin when a change
-/// under way is over must be told as a whole.
+/// Clock of a motion. It retains the piece before its last one too: a stop that can only begin after a change in progress
+/// must be reported as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PathClock {
     piece: Piece,

@@ -1,4 +1,4 @@
-//! Where the axes are, between counts: what the motions compute and the setpoint rounds.
+//! Position of the axes between counts: computed by the motions and rounded to setpoints.
 
 use super::path_time::PathTime;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
@@ -24,11 +24,18 @@ impl Pose {
     }
 
     /// Puts an axis `law` after a whole count: a law over path time (mm or rad over s), which passes as `time` says.
-    pub(super) fn put(&mut self, axis: Axis, base: i64, law: &Sample, time: &PathTime, machine: &MachineDescription) {
+    pub(super) fn set_axis(
+        &mut self,
+        axis: Axis,
+        base: i64,
+        law: &Sample,
+        time: &PathTime,
+        machine: &MachineDescription,
+    ) {
         let i = axis.index();
         self.base[i] = base;
         self.offset[i] = in_counts(machine.axis(axis).scale, law.value);
-        (self.velocity[i], self.acceleration[i]) = time.of(law, machine.cycle_time_s());
+        (self.velocity[i], self.acceleration[i]) = time.scale(law, machine.cycle_time_s());
     }
 
     /// Rounded to counts. Each position is rounded by itself, from the absolute path: so the error never adds up, which
@@ -42,7 +49,7 @@ impl Pose {
         }
     }
 
-    /// As a point of a stop, not rounded.
+    /// Converts the pose to a point of a stop, not rounded.
     pub(crate) fn stop_point(&self, ticks: u32, machine: &MachineDescription) -> StopPoint {
         let position = |axis: usize| {
             let scale = machine.axes[axis].scale;

@@ -47,7 +47,7 @@ pub enum PrepareError {
     BadCut {
         /// Index of the segment.
         segment: usize,
-        /// What does not fit.
+        /// Part that does not fit.
         what: &'static str,
     },
     /// A cut without a length of its stop.

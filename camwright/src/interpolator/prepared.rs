@@ -42,7 +42,7 @@ impl From<Trajectory> for Motion {
     }
 }
 
-/// What the interpolator needs to know about a segment besides the plan.
+/// Data of a segment for the interpolator besides the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Facts {
     /// Input of a search.
@@ -71,7 +71,7 @@ pub struct Prepared {
     pub(crate) setup_axes: Vec<Axis>,
     /// A jog of an axis whose zero is not known.
     pub(crate) is_lost: bool,
-    /// Where the wheel is safe: the farthest that any move of the plan takes it (counts).
+    /// Safe position of the wheel: the farthest position in any move of the plan (counts).
     pub(crate) safe_x_counts: Option<i64>,
 }
 
@@ -88,26 +88,26 @@ impl Prepared {
     /// A motion that this machine cannot execute.
     pub fn new(motion: Motion, machine: &MachineDescription) -> Result<Self, PrepareError> {
         match motion {
-            Motion::Plan(plan) => Self::of_plan(plan, machine),
-            Motion::Trajectory(trajectory) => Ok(Self::of_trajectory(*trajectory, machine)),
-            Motion::Home(axes) => Self::of_plan(Arc::new(super::homing::homing_plan(&axes, machine)?), machine),
+            Motion::Plan(plan) => Self::from_plan(plan, machine),
+            Motion::Trajectory(trajectory) => Ok(Self::from_trajectory(*trajectory, machine)),
+            Motion::Home(axes) => Self::from_plan(Arc::new(super::homing::homing_plan(&axes, machine)?), machine),
             Motion::Move(targets) => {
                 let axes = targets.iter().map(|target| target.axis).collect();
-                Self::of_setup(axes, setup::move_plan(targets), machine)
+                Self::from_setup(axes, setup::move_plan(targets), machine)
             }
-            Motion::Probe(probe) => Self::of_setup(alloc::vec![probe.axis()], probe.plan(machine), machine),
+            Motion::Probe(probe) => Self::from_setup(alloc::vec![probe.axis()], probe.plan(machine), machine),
             Motion::Jog(Jog { target, knows_zero }) => {
                 let axes = if knows_zero { alloc::vec![target.axis] } else { Vec::new() };
-                let prepared = Self::of_setup(axes, setup::move_plan(alloc::vec![target]), machine)?;
+                let prepared = Self::from_setup(axes, setup::move_plan(alloc::vec![target]), machine)?;
                 Ok(Self { is_lost: !knows_zero, ..prepared })
             }
-            Motion::Wheel(turns) => Self::of_setup(Vec::new(), wheel_plan(turns, machine), machine),
+            Motion::Wheel(turns) => Self::from_setup(Vec::new(), wheel_plan(turns, machine), machine),
         }
     }
 
-    /// Where set-up work is cancelled there it stays: nobody knows of a safer place.
-    fn of_setup(axes: Vec<Axis>, plan: Plan, machine: &MachineDescription) -> Result<Self, PrepareError> {
-        let prepared = Self::of_plan(Arc::new(plan), machine)?;
+    /// Cancelled set-up work keeps its position: no safer position is known.
+    fn from_setup(axes: Vec<Axis>, plan: Plan, machine: &MachineDescription) -> Result<Self, PrepareError> {
+        let prepared = Self::from_plan(Arc::new(plan), machine)?;
         Ok(Self { setup_axes: axes, safe_x_counts: None, ..prepared })
     }
 
@@ -129,7 +129,7 @@ impl Prepared {
         self.ticks
     }
 
-    fn of_trajectory(trajectory: Trajectory, machine: &MachineDescription) -> Self {
+    fn from_trajectory(trajectory: Trajectory, machine: &MachineDescription) -> Self {
         let cycle_s = machine.cycle_time_s();
         let stop_s = Axis::ALL.into_iter().map(|axis| {
             let (peaks, own) = (trajectory.peaks(axis), machine.axis(axis).limits);
@@ -157,7 +157,7 @@ impl Prepared {
         }
     }
 
-    fn of_plan(plan: Arc<Plan>, machine: &MachineDescription) -> Result<Self, PrepareError> {
+    fn from_plan(plan: Arc<Plan>, machine: &MachineDescription) -> Result<Self, PrepareError> {
         let mut walk = PlanWalk::new(&plan, machine);
         for (index, segment) in plan.segments.iter().enumerate() {
             walk.segment(index, segment)?;
@@ -262,7 +262,7 @@ impl<'a> PlanWalk<'a> {
         segment: &Segment,
         facts: &mut Facts,
     ) -> Result<(), PrepareError> {
-        let curves = Curves::of(self.plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
+        let curves = Curves::from_segment(self.plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
         check_plateau(index, cut, segment, &curves)?;
         if cut.until_steady_n.is_some_and(|most_n| i64::from(most_n) != self.watched_n) {
             let what = "a cut ends when the force is steady, and the force monitor has not been told what that is";
@@ -421,7 +421,7 @@ fn spin_after(
     for (segment, later) in plan.segments.iter().enumerate().skip(index + 1) {
         let moves_c = match &later.kind {
             SegmentKind::Cut(next) => {
-                let next = Curves::of(plan, next).ok_or(PrepareError::MissingSpline { segment })?;
+                let next = Curves::from_segment(plan, next).ok_or(PrepareError::MissingSpline { segment })?;
                 return Ok(Some(SpinFacts::new(from_rad_s, next.motion().end_speeds_rad_s().0, machine)));
             }
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),

@@ -37,7 +37,7 @@ impl Interpolator {
         }
     }
 
-    /// What there is to say while nothing is executed: the override that the next motion begins with, and whether the axes are homed.
+    /// Status while nothing is executed: the override of the next motion, and whether the axes are homed.
     #[must_use]
     pub fn idle_status(&self) -> Status {
         let Status { feed_override, homed, .. } = self.status(None);
@@ -106,7 +106,7 @@ impl Interpolator {
         }
     }
 
-    /// Of the predicted ticks.
+    /// Completed share of the predicted ticks.
     fn ticks_done(&self, motion: &Prepared) -> f64 {
         if let Mode::Trajectory(clock) = &self.mode {
             return to_ticks(clock.at(self.tick).tau);

@@ -6,10 +6,10 @@
 use super::{AppliedInput, Feedback, Interpolator, Request};
 use crate::machine::description::AXIS_COUNT;
 
-/// What an interpolator at rest brings into a motion.
+/// State of an interpolator at rest that a motion depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RestState {
-    /// Where the axes rest (counts).
+    /// Rest position of the axes (counts).
     pub counts: [i64; AXIS_COUNT],
     /// Which zeros are known.
     pub homed: [bool; AXIS_COUNT],
@@ -18,7 +18,7 @@ pub struct RestState {
 }
 
 impl Interpolator {
-    /// What it would bring into a motion that began now.
+    /// State that a motion beginning now would start from.
     #[must_use]
     pub fn rest_state(&self) -> RestState {
         RestState { counts: self.setpoint.counts, homed: self.homed, feed_override: self.feed_override }
@@ -33,7 +33,7 @@ impl Interpolator {
 
     /// Takes an input that a tick applied once, to be applied by that tick again. What came from the machine comes into sight then; a
     /// request is given back, to be made with that tick.
-    pub fn again(&mut self, tick: u64, input: &AppliedInput) -> Option<Request> {
+    pub fn replay(&mut self, tick: u64, input: &AppliedInput) -> Option<Request> {
         // Whatever tick it was of: it came into sight with this one.
         let seen = tick.saturating_sub(u64::from(self.machine.feedback_delay_ticks));
         let feedback = match input {

@@ -3,7 +3,7 @@
 use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, Probed, Purpose, StepOutput};
 use crate::machine::description::{Axis, MotionLimits};
 use crate::machine::setpoint::{Input, Latch};
-use crate::motion::plan::{AxisTarget, HomeStep, SegmentKind, Sought};
+use crate::motion::plan::{AxisTarget, HomeStep, SearchSignal, SegmentKind};
 
 impl Interpolator {
     /// An edge ends the search in execution if it is the first of its input since the search began.
@@ -23,7 +23,7 @@ impl Interpolator {
         }
     }
 
-    pub(super) fn look_last(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+    pub(super) fn check_last(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         if self.leaves_at_rest(tick, motion, out) || self.hold {
             return;
         }
@@ -40,13 +40,13 @@ impl Interpolator {
         }
     }
 
-    /// What the segment in execution searches for, and whether where it closes.
+    /// Searched axis and input of the current segment; true if the input closes.
     fn sought_in(&self, motion: &Prepared) -> Option<(Axis, Input, bool)> {
         let input = motion.facts.get(self.segment)?.input?;
         match motion.plan.segments.get(self.segment)?.kind {
             SegmentKind::Search { axis, .. } => Some((axis, input, true)),
             SegmentKind::Home(HomeStep::Seek { axis, sought, .. } | HomeStep::Probe { axis, sought, .. }) => {
-                Some((axis, input, sought == Sought::Closing))
+                Some((axis, input, sought == SearchSignal::Closing))
             }
             _ => None,
         }
@@ -70,8 +70,8 @@ impl Interpolator {
                 self.references[axis.index()] = self.setpoint.counts[axis.index()] - counts;
                 Ok(false)
             }
-            HomeStep::Seek { sought: Sought::OpeningIfClosed, .. } => {
-                // The machine told with the tick at which the zero was forgotten, which is the one before or this.
+            HomeStep::Seek { sought: SearchSignal::OpeningIfClosed, .. } => {
+                // The machine reports with the tick at which the zero was forgotten: the one before or this one.
                 self.mode = Mode::Level { until: tick + delay + 1 };
                 Ok(true)
             }
@@ -97,7 +97,7 @@ impl Interpolator {
     }
 
     /// A switch that was closed when the zero was forgotten is left first.
-    pub(super) fn look_at_level(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+    pub(super) fn check_level(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         if self.leaves_at_rest(tick, motion, out) || self.hold || tick < until {
             return;
         }
@@ -105,7 +105,7 @@ impl Interpolator {
         match step {
             Some(SegmentKind::Home(HomeStep::Probe { axis, sought, travel_counts, limits, .. })) => {
                 let is_closed = self.caught.take().is_some();
-                if is_closed == (*sought == Sought::Closing) {
+                if is_closed == (*sought == SearchSignal::Closing) {
                     self.end_probe(Probed::AlreadyThere, tick, motion, out);
                 } else if let Err(alarm) = self.enter_seek(*axis, *travel_counts, *limits, tick) {
                     self.fail(alarm, out);

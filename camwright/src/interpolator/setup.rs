@@ -11,7 +11,7 @@
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
 use crate::machine::setpoint::Input;
 use crate::math::units::deg_from_rad;
-use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
+use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, SearchSignal, Segment, SegmentKind};
 use crate::motion::point_to_point::{MoveLaw, whole_ticks};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -21,13 +21,13 @@ use thiserror::Error;
 /// that off the part, a stopped one is pressed by it.
 pub const MAX_RUN_ON_MM: f64 = 0.05;
 
-/// Where one axis is to go.
+/// Target of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MoveTo {
     pub axis: Axis,
     /// To where, or by how much (mm or rad).
     pub position: f64,
-    /// By so much, from where it rests.
+    /// True for a distance from the rest position.
     pub is_relative: bool,
 }
 
@@ -84,7 +84,7 @@ pub enum SetupError {
     )]
     RunsOn {
         speed_mm_s: f64,
-        /// How far it would run on.
+        /// Stopping distance (mm).
         run_on_mm: f64,
         /// The speed that would do.
         most_mm_s: f64,
@@ -97,7 +97,7 @@ pub enum SetupError {
     Bound {
         what: &'static str,
         value: f64,
-        /// What it must be.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// Limits that no move can keep.
@@ -162,7 +162,7 @@ pub fn targets(
     Ok(targets)
 }
 
-/// What is to be probed.
+/// Request of a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProbeRequest {
     /// The axis that moves.
@@ -174,13 +174,13 @@ pub struct ProbeRequest {
     pub input: Input,
     /// Its name, for people.
     pub input_name: String,
-    /// Where it opens instead of where it closes.
+    /// True if the probe ends at the opening instead of the closing edge.
     pub until_open: bool,
-    /// How far back from the edge the axis stands afterwards (mm or rad); 0: where it stopped.
+    /// Final distance of the axis from the edge (mm or rad); 0: the stop position.
     pub stand_off: f64,
     /// With the gap detector: the stopped wheel touches and may press so hard (N); 0: the running wheel touches.
     pub most_force_n: f64,
-    /// What the edge is to read from then on, and by how much that may differ from what it read (mm).
+    /// New reading of the edge, and its permitted difference from the old reading (mm).
     pub reads: Option<(f64, f64)>,
 }
 
@@ -260,7 +260,7 @@ impl Probe {
                 return Err(SetupError::Bound { what, value, allowed: "above 0 and below 10" });
             }
         };
-        let sought = if request.until_open { Sought::Opening } else { Sought::Closing };
+        let sought = if request.until_open { SearchSignal::Opening } else { SearchSignal::Closing };
         let input = request.input;
         Ok(Self {
             step: HomeStep::Probe { axis, input, sought, travel_counts, limits, stand_off, reads },
@@ -304,8 +304,8 @@ impl Probe {
     }
 }
 
-/// How far an axis runs on after an edge (mm or rad): until it is known, and until the axis stands. A stop from v takes v/a + a/j at
-/// most, at half the speed in the mean; moves use less than all of acceleration and jerk, which the other half is for.
+/// Stopping distance of an axis after an edge (mm or rad): until the edge is known, and until the axis stands. A stop from v takes
+/// at most v/a + a/j, at half the speed on average; moves use only part of acceleration and jerk, the rest is reserved for the stop.
 fn run_on(speed: f64, limits: &MotionLimits, machine: &MachineDescription) -> f64 {
     let known_s = f64::from(machine.feedback_delay_ticks + 2) * machine.cycle_time_s();
     // From a slow speed the stop is all jerk: 2 √(v/j).
@@ -314,7 +314,7 @@ fn run_on(speed: f64, limits: &MotionLimits, machine: &MachineDescription) -> f6
     speed * (known_s + stop_s)
 }
 
-/// Where the axis stands relative to the edge afterwards, and how it goes there.
+/// Final position of the axis relative to the edge, and the move to it.
 fn stand_off(
     request: &ProbeRequest,
     at: i64,

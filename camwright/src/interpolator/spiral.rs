@@ -29,7 +29,7 @@ impl Spiral {
         let at_s = if over { motion.duration_s() + cycle_s } else { to_ticks(time.tau) * cycle_s };
         let mut pose = Pose::default();
         for (axis, sample) in Axis::ALL.into_iter().zip(motion.at(at_s)) {
-            pose.put(axis, if axis == Axis::C { self.start_counts } else { 0 }, &sample, &time, machine);
+            pose.set_axis(axis, if axis == Axis::C { self.start_counts } else { 0 }, &sample, &time, machine);
         }
         pose
     }

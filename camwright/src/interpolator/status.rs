@@ -38,13 +38,13 @@ pub enum SearchStep {
     Latch,
 }
 
-/// What the interpolator is doing.
+/// Present status of the interpolator.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Status {
     pub state: State,
     /// Index of the segment in execution.
     pub segment: usize,
-    /// What it is for.
+    /// Purpose.
     pub phase: Option<Phase>,
     /// Index of the lobe it is for.
     pub lobe: Option<usize>,
@@ -54,7 +54,7 @@ pub struct Status {
     pub turns: f64,
     /// Material above the contour (mm).
     pub stock_mm: f64,
-    /// Of the predicted time (0..=100).
+    /// Share of the predicted time (0..=100).
     pub percent: f64,
     /// Predicted at full override (s).
     pub time_left_s: f64,
@@ -97,9 +97,9 @@ pub enum InterpolatorAlarm {
     /// A cut begins where the axis is not.
     NotAtStart {
         axis: Axis,
-        /// Where it should be (counts; C modulo a turn).
+        /// Expected position (counts; C modulo a turn).
         wanted: i64,
-        /// Where it is (counts).
+        /// Actual position (counts).
         actual: i64,
     },
     /// A segment that preparation should have refused.

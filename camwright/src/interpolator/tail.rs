@@ -1,7 +1,7 @@
 //! The stop that ends a chunk of setpoints: what the axes do if nothing more comes.
 
 use super::execution::trajectory_pose;
-use super::free_rotation::Spin;
+use super::free_rotation::FreeRotation;
 use super::pose::Pose;
 use super::{Interpolator, Mode, Purpose};
 use crate::machine::setpoint::StopPoint;
@@ -45,7 +45,13 @@ impl Interpolator {
         }
     }
 
-    fn write(&self, out: &mut [StopPoint], length: u64, spin: Option<Spin>, pose: impl Fn(u64) -> Pose) -> usize {
+    fn write(
+        &self,
+        out: &mut [StopPoint],
+        length: u64,
+        spin: Option<FreeRotation>,
+        pose: impl Fn(u64) -> Pose,
+    ) -> usize {
         let (Ok(room), Ok(length)) = (u32::try_from(out.len()), u32::try_from(length)) else { return 0 };
         if room == 0 || length == 0 {
             return 0;

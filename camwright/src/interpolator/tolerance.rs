@@ -59,7 +59,7 @@ pub struct FollowingState {
     pub acceleration: f64,
 }
 
-/// What following a trajectory has to keep; by default nothing.
+/// Tolerances for following a trajectory; none by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FollowingTolerances {
     /// On the way, per axis.
@@ -78,9 +78,9 @@ impl FollowingTolerances {
     }
 }
 
-/// Where a tolerance was broken.
+/// Phase of the motion in which a tolerance was violated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stretch {
+pub enum MotionPhase {
     Path,
     /// After the end, when the time for it was over.
     Goal,
@@ -92,10 +92,10 @@ pub struct ToleranceViolation {
     pub axis: Axis,
     pub quantity: Quantity,
     pub error: f64,
-    /// How much is allowed.
+    /// Allowed value.
     pub allowed: f64,
     /// On the way or at the end.
-    pub stretch: Stretch,
+    pub stretch: MotionPhase,
     /// Time of the trajectory (s from its start, held time not counted); at the end: how long after it.
     pub time_s: f64,
 }
@@ -113,8 +113,8 @@ impl fmt::Display for ToleranceViolation {
             libm::fabs(self.error) - self.allowed,
             self.time_s,
             match self.stretch {
-                Stretch::Path => "start",
-                Stretch::Goal => "end",
+                MotionPhase::Path => "start",
+                MotionPhase::Goal => "end",
             }
         )
     }
@@ -125,7 +125,7 @@ impl fmt::Display for ToleranceViolation {
 pub fn violation(
     tolerances: &[Tolerance; AXIS_COUNT],
     errors: &[FollowingState; AXIS_COUNT],
-    stretch: Stretch,
+    stretch: MotionPhase,
     time_s: f64,
 ) -> Option<ToleranceViolation> {
     for axis in Axis::ALL {
@@ -169,10 +169,10 @@ mod tests {
         tolerances[1].position = Some(0.5);
         let mut errors = [FollowingState { position: 9.0, velocity: 9.0, acceleration: 9.0 }; AXIS_COUNT];
         errors[1].position = -0.75;
-        let violation = violation(&tolerances, &errors, Stretch::Path, 1.25).expect("broken");
+        let violation = violation(&tolerances, &errors, MotionPhase::Path, 1.25).expect("broken");
         let text = "x_axis: position error -0.750000 mm exceeds 0.500000 mm by 0.250000 mm 1.250 s after the start";
         assert_eq!(violation.to_string(), text);
         errors[1].position = 0.5;
-        assert_eq!(super::violation(&tolerances, &errors, Stretch::Path, 1.25), None);
+        assert_eq!(super::violation(&tolerances, &errors, MotionPhase::Path, 1.25), None);
     }
 }

@@ -26,7 +26,7 @@ pub struct TrajectoryPoint {
     pub accelerations: Vec<f64>,
 }
 
-/// Where a trajectory begins: position (mm or rad) and its derivatives by the time of the trajectory, one per axis.
+/// Start of a trajectory: position (mm or rad) and its derivatives by the time of the trajectory, one per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Start {
     pub position: [f64; AXIS_COUNT],
@@ -116,7 +116,7 @@ impl Trajectory {
         Self { tolerances, ..self }
     }
 
-    /// What following it has to keep.
+    /// Tolerances for following it.
     #[must_use]
     pub fn tolerances(&self) -> &FollowingTolerances {
         &self.tolerances

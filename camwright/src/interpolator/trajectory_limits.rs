@@ -61,7 +61,7 @@ pub enum TrajectoryError {
         actual: f64,
         allowed: f64,
     },
-    /// A joint that moves is not told where to go.
+    /// A moving joint has no target.
     #[error("joint {} still moves and the new trajectory does not name it", axis.joint())]
     StillMoves { axis: Axis },
     /// A limit of the machine would be exceeded.
@@ -75,7 +75,7 @@ pub enum TrajectoryError {
         /// When it is largest (s from the start).
         time_s: f64,
         value: f64,
-        /// How much is allowed.
+        /// Allowed value.
         bound: f64,
     },
 }

@@ -9,10 +9,10 @@ use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
 use alloc::boxed::Box;
 
-/// What there is to say about a tick ahead.
+/// Forecast for a future tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Foreseen {
-    /// Where the axes will be, and how they move there by the trajectory's own time, if nobody disturbs it.
+pub enum StateForecast {
+    /// Position and motion of the axes by the trajectory's own time, if nothing disturbs it.
     At(Start),
     /// No trajectory is executed, or it is over or coming to its end by then.
     Over,
@@ -20,20 +20,20 @@ pub enum Foreseen {
 }
 
 impl Interpolator {
-    /// Where the trajectory in execution will be at a tick ahead.
+    /// Forecasts the state of the current trajectory at a future tick.
     #[must_use]
-    pub fn foresee(&self, tick: u64) -> Foreseen {
-        let Some(motion) = self.motion.as_deref() else { return Foreseen::Over };
+    pub fn foresee(&self, tick: u64) -> StateForecast {
+        let Some(motion) = self.motion.as_deref() else { return StateForecast::Over };
         let (Mode::Trajectory(clock), Some(trajectory)) = (&self.mode, &motion.trajectory) else {
-            return Foreseen::Over;
+            return StateForecast::Over;
         };
         let time = clock.at(tick);
         let ends = self.cancel || self.alarm.is_some() || self.following.broken.is_some();
         if ends || tick <= self.tick || time.tau >= whole(motion.ticks) {
-            return Foreseen::Over;
+            return StateForecast::Over;
         }
         if self.hold {
-            return Foreseen::Held;
+            return StateForecast::Held;
         }
         let waits = tick < clock.begins();
         let mut start = Start::default();
@@ -49,7 +49,7 @@ impl Interpolator {
                 _ => start.position[place] = self.machine.axis(axis).scale.position(self.setpoint.counts[place]),
             }
         }
-        Foreseen::At(start)
+        StateForecast::At(start)
     }
 
     /// Setpoint of the trajectory in execution at a tick ahead, if nobody disturbs it.
@@ -64,9 +64,9 @@ impl Interpolator {
     /// The one before it is to be taken as finished.
     ///
     /// # Errors
-    /// It does not begin exactly as [`Interpolator::foresee`] tells for that tick; the motion is given back.
+    /// The start differs from the forecast of [`Interpolator::foresee`] for that tick; the motion is returned.
     pub fn splice(&mut self, tick: u64, motion: Box<Prepared>) -> Result<(), (StartError, Box<Prepared>)> {
-        let begins = motion.trajectory.as_ref().map(|trajectory| Foreseen::At(*trajectory.start()));
+        let begins = motion.trajectory.as_ref().map(|trajectory| StateForecast::At(*trajectory.start()));
         let (Mode::Trajectory(mut clock), true) = (self.mode, begins == Some(self.foresee(tick))) else {
             return Err((StartError::MovesOtherwise, motion));
         };

@@ -10,11 +10,11 @@ use crate::gauging::Mode;
 use crate::gauging::state::MAX_HARMONICS;
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What rounding may add to a bound, relative.
+/// Relative rounding tolerance of a bound.
 const ROUNDING: f64 = 1e-3;
 
 /// Slowest and fastest work speed that a job may ask for (rad/s).
@@ -181,7 +181,7 @@ impl JobSpec {
         Ok(())
     }
 
-    /// What correcting runout needs of the machine and of the job.
+    /// Checks the requirements of a runout correction on machine and job.
     fn check_correction(&self, machine: &MachineDescription) -> Result<(), JobError> {
         let Some(correction) = &self.correction else {
             return if self.identification.is_none() { Ok(()) } else { Err(JobError::IdentifiesForNothing) };
@@ -229,7 +229,7 @@ impl JobSpec {
         self.lobes.iter().any(|lobe| lobe.name == name)
     }
 
-    /// What measuring the stock needs of the machine and of the job.
+    /// Checks the requirements of the stock measurement on machine and job.
     fn check_stock(&self, machine: &MachineDescription) -> Result<(), JobError> {
         let Some(stock) = &self.measure_stock else { return Ok(()) };
         let lacks = |why| Err(JobError::MeasuresNoStock { why });
@@ -260,7 +260,7 @@ impl JobSpec {
         Ok(())
     }
 
-    /// What was learned is of this job and within what the job allows.
+    /// Checks that the learned corrections belong to this job and stay within its limits.
     fn check_compensation(&self) -> Result<(), JobError> {
         let Some(compensation) = &self.compensation else { return Ok(()) };
         if self.correction.is_some() {
@@ -299,18 +299,19 @@ impl JobSpec {
         Ok(())
     }
 
-    /// What measuring the stiffness needs: two feeds, and a turn in the air before.
+    /// Checks the requirements of the stiffness measurement: two feeds, and a turn in the air before.
     fn check_identification(&self) -> Result<(), JobError> {
         let Some(identification) = &self.identification else { return Ok(()) };
         let feed_mm = |pass: &PassSpec| pass.infeed_per_block_mm * f64::from(self.blocks_per_turn);
         let feeds = || self.passes.iter().map(feed_mm);
-        let (least_mm, most_mm) = least_and_most(feeds());
+        let (least_mm, most_mm) = minimum_and_maximum(feeds());
         if most_mm.is_nan() || most_mm < 2.0 * least_mm {
             return Err(JobError::OneFeed { least_mm, most_mm });
         }
         let total_mm: f64 = self.passes.iter().map(|pass| pass.total_infeed_mm).sum();
         let allowance_mm = self.allowance_mm();
-        let (air_mm, needed_mm) = (total_mm + allowance_mm - self.most_stock_mm(), 1.5 * feeds().next().unwrap_or(0.0));
+        let (air_mm, needed_mm) =
+            (total_mm + allowance_mm - self.maximum_stock_mm(), 1.5 * feeds().next().unwrap_or(0.0));
         if air_mm < needed_mm {
             return Err(JobError::NoAir { air_mm, needed_mm });
         }

@@ -3,10 +3,10 @@
 //! ```text
 //! R_n+1 = R_n − depth − wear since the last dress        path of R_n+1 for every lobe after it
 //! ```
-//! A wheel that wears by w while its path stays leaves w on the part, along the normal and everywhere alike (the curves of
-//! its centre and of its rim are parallel): that is the predicted error. A wheel that is dressed by ΔR while its path stays
-//! is held with its cutting point where it was, and leaves ΔR·(1 − cos β) on the flanks, β between the contour's normal and
-//! the wheel line: so the path is made anew for every radius, and that error is only told.
+//! A wheel that wears by w on an unchanged path leaves w on the part, along the normal and everywhere alike (the curves of
+//! its centre and of its rim are parallel): that is the predicted error. A wheel that is dressed by ΔR on an unchanged path
+//! keeps the position of its cutting point, and leaves ΔR·(1 − cos β) on the flanks, β between the contour's normal and the
+//! wheel line. The path is therefore computed anew for every radius, and that error is only reported.
 
 use crate::cam::contour::Contour;
 use crate::machine::description::MachineDescription;
@@ -35,9 +35,9 @@ pub struct DressingSpec {
 /// Why the wheel is dressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DressReason {
-    /// So many lobes were ground with it.
+    /// Number of lobes ground with it.
     Lobes(u32),
-    /// So many parts were finished with it.
+    /// Number of parts finished with it.
     Parts(u32),
     /// The next lobe would be further off than allowed.
     PredictedError,
@@ -143,7 +143,7 @@ pub enum DressError {
 }
 
 impl DressingSpec {
-    /// Whether it can be done on a machine.
+    /// Checks that a machine can do it.
     fn check(&self, machine: &MachineDescription) -> Result<(), DressError> {
         let name = || machine.name.clone();
         if machine.dresser.is_none() {
@@ -290,8 +290,8 @@ impl DressingSpec {
     }
 }
 
-/// What lies between a contour and its blank, per width (mm²): by Steiner's formula length times stock and the area of a
-/// circle of the stock; exact while the stock is less than the radius of every hollow.
+/// Area between a contour and its blank, per width (mm²): by Steiner's formula length times stock and the area of a circle
+/// of the stock; exact while the stock is less than the radius of every hollow.
 #[must_use]
 pub fn stock_area_mm2(contour: &Contour, stock_mm: f64) -> f64 {
     // The trapezoidal rule over a period: more exact than any digit that is printed.
@@ -322,9 +322,9 @@ pub fn kept_path_error(contour: &Contour, kept: &ToolPath, radius_mm: f64) -> Ex
     worst
 }
 
-/// What keeping a path over a dress would cost.
+/// Error of keeping a path over a dress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KeptPath {
+pub struct RetainedPath {
     /// Index of the profile on which the error is largest.
     pub profile: usize,
     /// The error along the contour's normal, positive where material would be left (mm), and its cam angle.
@@ -336,9 +336,9 @@ pub struct KeptPath {
 pub struct PlannedDress {
     pub dress: Dress,
     /// The form error that the path of the radius before it would leave; `None` if there is none for a profile.
-    pub kept_path: Option<KeptPath>,
+    pub kept_path: Option<RetainedPath>,
     /// The same for the path that the job began with.
-    pub first_path: Option<KeptPath>,
+    pub first_path: Option<RetainedPath>,
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::math::units::um_from_mm;
 use alloc::string::String;
 use thiserror::Error;
 
-/// What a job cannot ask for, whatever its paths look like.
+/// Invalid job settings, independent of the paths.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum JobError {
     /// There is nothing to machine.
@@ -78,10 +78,10 @@ pub enum JobError {
     #[error("pass {pass} measures its infeed along {other}, pass {first} along {one}; all passes need the same")]
     MixedDirections {
         first: String,
-        /// What it measures along.
+        /// Base of the first one's infeed.
         one: &'static str,
         pass: String,
-        /// What that measures along.
+        /// Base of the other one's infeed.
         other: &'static str,
     },
     /// No pass, or more than make sense.
@@ -108,7 +108,7 @@ pub enum JobError {
     /// The machine cannot correct runout.
     #[error("the runout of journals cannot be corrected on machine {machine}: it has no {what}")]
     CannotCorrect { machine: String, what: &'static str },
-    /// The gauge stands where it cannot tell a depth of cut.
+    /// The gauge is at an angle where it cannot measure a depth of cut.
     #[error("the runout of journals cannot be corrected on machine {machine}: {source}")]
     GaugeSeesNoCut { machine: String, source: crate::gauging::gauge::GaugeError },
     /// The published method takes the difference of two diameters for a depth of cut.
@@ -116,10 +116,10 @@ pub enum JobError {
         "runout_correction.mode is published, which needs one gauge that reads a diameter; machine {machine} has {gauge}: set          runout_correction.mode to exact"
     )]
     PublishedGauge { machine: String, gauge: &'static str },
-    /// What is measured is for the correction.
+    /// The measured stiffness would only be used by a correction, which the job lacks.
     #[error("the stiffness is measured for the correction of runout, and the job has none")]
     IdentifiesForNothing,
-    /// One feed tells the stiffness of the cut and its threshold together.
+    /// A single feed cannot separate the stiffness of the cut from its threshold.
     #[error(
         "the stiffness is measured at two feeds, and those of the passes lie between {least_mm} and {most_mm} mm per turn; the largest \
          must be twice the least"
@@ -136,12 +136,12 @@ pub enum JobError {
          a turn in the air tells the friction of x_axis"
     )]
     NoAir {
-        /// What there is (mm).
+        /// Available height (mm).
         air_mm: f64,
-        /// What is needed (mm).
+        /// Required height (mm).
         needed_mm: f64,
     },
-    /// What was kept is of another job.
+    /// The stored stiffness belongs to another job.
     #[error("runout_correction has a contact of lobe {lobe}, which the job has not")]
     KeptElsewhere { lobe: String },
     /// The job insists on what is not there.
@@ -153,7 +153,7 @@ pub enum JobError {
     /// The stock cannot be measured.
     #[error("the stock cannot be measured before it is ground (measure_stock): {why}")]
     MeasuresNoStock { why: &'static str },
-    /// A gauge tells the stock of what is round.
+    /// A gauge measures the stock of round parts only.
     #[error("lobe {lobe} is not round; the stock is measured (measure_stock) only where all lobes are journals")]
     StockNotRound { lobe: String },
     /// The job itself knows of more than its margin.
@@ -165,10 +165,10 @@ pub enum JobError {
     MarginTooSmall {
         /// The margin (mm).
         margin_mm: f64,
-        /// What is not seen (mm).
+        /// Amplitude that the gauge does not see (mm).
         unseen_mm: f64,
     },
-    /// What is not round has no runout.
+    /// Only round parts have a runout.
     #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]
     NotRound { lobe: String },
     /// Between measuring and correcting C stops.
@@ -182,10 +182,10 @@ pub enum JobError {
          (form_compensation)"
     )]
     LearnsAndCorrects,
-    /// What was learned is of another job.
+    /// The learned correction belongs to another job.
     #[error("form_compensation has learned of lobe {lobe}, which the job has not")]
     LearnedElsewhere { lobe: String },
-    /// What was learned is more than the job allows now.
+    /// The learned correction exceeds the present limits of the job.
     #[error(
         "lobe {lobe}: the learned correction goes to {:.3} um and {:.3} um/deg; form_compensation allows {:.3} um and {:.3} um/deg: \
          allow more, or learn afresh (form_compensation.afresh)",
@@ -197,9 +197,9 @@ pub enum JobError {
         size_mm: f64,
         /// Its steepest (mm/rad).
         slope_mm_rad: f64,
-        /// What is allowed (mm).
+        /// Allowed shift (mm).
         most_mm: f64,
-        /// What is allowed (mm/rad).
+        /// Allowed slope (mm/rad).
         most_slope_mm_rad: f64,
     },
     /// A number is outside its range.

@@ -1,5 +1,5 @@
-//! What a job asks for: the lobes of a part, their profiles, and the settings of the grinding cycle. Pure data; files
-//! are read elsewhere.
+//! Specification of a grinding job: the lobes of a part, their profiles, and the settings of the grinding cycle. Pure data; files are read
+//! elsewhere.
 //!
 //! The settings are those of the digital switches of JPS6156064B2 (rapid advance R0, total infeed RT, rapid speed F0,
 //! infeed per block ΔR, phase angles α1…αn) and what the patent leaves out: spark-out, stock, work speed.
@@ -46,13 +46,13 @@ impl ProfileSpec {
 /// A lift below this is none (mm): what a formula of no lift rounds to.
 const ROUND_MM: f64 = 1e-9;
 
-/// By which stiffness the runout of a journal is corrected that is not measured on it.
+/// Stiffness used to correct the runout of a journal on which it is not measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StiffnessSource {
-    /// What is kept for the machine, where it says something of the journal; else that of the machine's description.
+    /// The stored stiffness of the machine if it covers the journal; otherwise that of the machine's description.
     #[default]
     Best,
-    /// What is kept for the machine, or not at all.
+    /// The stored stiffness of the machine; without it the job is refused.
     Kept,
     /// That of the machine's description.
     Nominal,
@@ -66,42 +66,42 @@ pub struct KnownContact {
     pub law: ContactLaw,
 }
 
-/// How the runout of journals is corrected.
+/// Runout correction of journals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionSpec {
     pub mode: Mode,
-    /// Harmonics of the part that are told apart in what the gauge read.
+    /// Number of harmonics of the part resolved in the gauge readings.
     pub harmonics: u32,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
     pub allowance_mm: f64,
-    /// By which stiffness, where it is not measured.
+    /// Source of the stiffness where it is not measured.
     pub stiffness: StiffnessSource,
-    /// What is kept for the machine, as it was when the job was planned.
+    /// Stored contacts of the machine at the time of planning.
     pub contacts: Vec<KnownContact>,
 }
 
-/// How the stiffness of machine and cut is measured on every journal, before it is corrected.
+/// Measurement of the stiffness of machine and cut on every journal, before its correction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdentificationSpec {
-    /// How far the stopped wheel pushes the ground journal (mm).
+    /// Distance by which the stopped wheel pushes the ground journal (mm).
     pub push_mm: f64,
-    /// How fast (mm/s).
+    /// Speed of the push (mm/s).
     pub push_speed_mm_s: f64,
     /// Force at which the machine stops (N).
     pub most_n: i64,
     /// It is measured and no more: the journals stay as the passes leave them.
     pub only: bool,
-    /// What is kept for the machine begins with it.
+    /// Replaces the stored values of the machine.
     pub afresh: bool,
 }
 
-/// How the stock of every journal is measured before anything is cut.
+/// Measurement of the stock of every journal before anything is cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StockSpec {
-    /// How far above the measured stock the infeed begins at least (mm). Two opposed contacts do not see eccentricity, nor waves of an odd
-    /// count: this is for them.
+    /// Minimum start of the infeed above the measured stock (mm). Two opposed contacts do not see eccentricity, nor waves of an odd count;
+    /// the margin covers them.
     pub margin_mm: f64,
-    /// How fast a journal turns under the gauge (rad/s).
+    /// Speed of a journal under the gauge (rad/s).
     pub speed_rad_s: f64,
 }
 
@@ -127,7 +127,7 @@ pub struct LobeSpec {
     pub width_mm: f64,
 }
 
-/// How the headstock's speed over the lobe is chosen.
+/// Speed law of the headstock over the lobe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SpeedLaw {
     /// One work speed for the whole pass, between bounded ramps.
@@ -166,14 +166,14 @@ pub enum SpeedLaw {
         /// Largest headstock speed (rad/s).
         most_rad_s: f64,
     },
-    /// As fast as the axes can.
+    /// The fastest speed that the axes allow.
     TimeOptimal {
         /// Largest headstock speed (rad/s).
         most_rad_s: f64,
     },
 }
 
-/// What the wheel's spindle may give, and what grinding takes of it. It bounds every pass, whatever its speed law.
+/// Power of the wheel's spindle and power demand of grinding. It bounds every pass, for any speed law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelPower {
     /// Most that the spindle may give to the cut (W).
@@ -200,7 +200,7 @@ impl WheelPower {
 impl SpeedLaw {
     /// The work speed, or the largest one that the law may use (rad/s).
     #[must_use]
-    pub const fn most_rad_s(&self) -> f64 {
+    pub const fn maximum_rad_s(&self) -> f64 {
         match *self {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
             SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
@@ -241,7 +241,7 @@ impl SpeedLaw {
 /// Over what the wheel comes closer to the part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InfeedCourse {
-    /// By the same amount in every block: a spiral, as JPS6156064B2 has it.
+    /// The same amount in every block: a spiral, as in JPS6156064B2.
     #[default]
     PerAngle,
     /// Once per turn, on the base circle, by the amount of a whole turn; between two steps the depth stays.
@@ -268,7 +268,7 @@ impl InfeedDirection {
     }
 }
 
-/// What a hold does in the cut. A cancel always takes the wheel off.
+/// Effect of a hold in the cut. A cancel always retracts the wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum HoldInCut {
     /// The wheel leaves the part while C keeps turning.
@@ -278,7 +278,7 @@ pub enum HoldInCut {
     StopInfeed,
 }
 
-/// What C does between two lobes.
+/// Motion of C between two lobes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BetweenLobes {
     /// It stops: every lobe is ground from rest to rest.
@@ -286,7 +286,7 @@ pub enum BetweenLobes {
     Stops,
     /// It turns on: the next cut begins at the phase with which C is predicted to arrive.
     TurnsOn {
-        /// How much later than predicted the table may arrive without the phase being missed (s).
+        /// Permitted delay of the table against the prediction before the phase is missed (s).
         margin_s: f64,
     },
 }
@@ -311,7 +311,7 @@ pub struct PassSpec {
     pub speed: SpeedLaw,
 }
 
-/// Where the axes stand before and after a part.
+/// Position of the axes before and after a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HomePosition {
     /// `x_axis` (mm): the wheel is clear of every lobe here.
@@ -340,38 +340,37 @@ pub struct JobSpec {
     pub passes: Vec<PassSpec>,
     /// Distance by which a hold or a cancel takes the wheel off the part (mm).
     pub retract_clearance_mm: f64,
-    /// What a hold does in the cut.
+    /// Effect of a hold in the cut.
     pub hold_in_cut: HoldInCut,
     /// Bound on the power of the wheel's spindle, if there is one.
     pub wheel_power: Option<WheelPower>,
-    /// What C does between two lobes.
+    /// Motion of C between two lobes.
     pub c_between_lobes: BetweenLobes,
     /// The conventional way: C is turned to each lobe's base centre before it is machined.
     pub rotary_indexing: bool,
-    /// Where the axes stand before and after the part.
+    /// Position of the axes before and after the part.
     pub home: HomePosition,
     /// When the wheel is dressed; `None`: never in this job.
     pub dressing: Option<DressingSpec>,
-    /// What the part has besides its lobes: shoulders, journals.
+    /// Features of the part besides its lobes: shoulders, journals.
     pub obstacles: Vec<ObstacleSpec>,
-    /// How far the wheel keeps from everything but the lobe it grinds (mm).
+    /// Clearance of the wheel from everything but the lobe it grinds (mm).
     pub clearance_mm: f64,
     /// Wheels that single lobes or passes ask for. The machine has one.
-    pub wheels: Vec<WheelWish>,
-    /// What is off about the raw part.
+    pub wheels: Vec<WheelRequirement>,
+    /// Deviation of the raw part from the design.
     pub raw_part: RawPart,
-    /// How the runout of its journals is corrected; `None`: not at all. Then every lobe is a journal.
+    /// Runout correction of its journals; `None`: off. With it every lobe is a journal.
     pub correction: Option<CorrectionSpec>,
-    /// How the form errors of parts correct those after them, and what they did so far; `None`: every part is ground as designed.
+    /// Form compensation from part to part, with the learned corrections; `None`: every part is ground as designed.
     pub compensation: Option<Compensation>,
-    /// How much farther out than it would grind the wheel is (mm): a dry run, which cuts nothing; `None`: it grinds.
+    /// Stand-off of the wheel (mm) in a dry run, which cuts nothing; `None`: it grinds.
     pub dry_run_mm: Option<f64>,
     /// Azimuth of the part's key-way as it is clamped, where it was found (rad). The phases of the lobes have it in them.
     pub part_phase_rad: f64,
-    /// How its stiffness is measured before that; `None`: that of the machine's description is taken for known.
+    /// Stiffness measurement before that; `None`: that of the machine's description counts.
     pub identification: Option<IdentificationSpec>,
-    /// How the stock of its journals is measured before anything is cut, to leave out turns in the air; `None`: it is as large as the job
-    /// says.
+    /// Stock measurement of its journals before anything is cut, to skip turns in the air; `None`: the stock is that of the job.
     pub measure_stock: Option<StockSpec>,
 }
 
@@ -379,13 +378,13 @@ pub struct JobSpec {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObstacleSpec {
     pub name: String,
-    /// Where it is and how large: in the positions of the stations.
+    /// Position and size, in the positions of the stations.
     pub extent: Extent,
 }
 
 /// A wheel that a lobe or a pass asks for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WheelWish {
+pub struct WheelRequirement {
     /// The lobe or the pass.
     pub of: Subject,
     /// Its radius (mm).
@@ -446,11 +445,11 @@ impl JobSpec {
 
     /// Material of the raw part above the contour where it has most (mm).
     #[must_use]
-    pub fn most_stock_mm(&self) -> f64 {
+    pub fn maximum_stock_mm(&self) -> f64 {
         self.stock_mm + self.raw_part.reach_mm()
     }
 
-    /// How its runout is corrected in a plan of its own that follows the passes.
+    /// Correction of the runout in a separate plan after the passes.
     #[must_use]
     pub fn is_corrected(&self) -> Option<&CorrectionSpec> {
         let only = self.identification.is_some_and(|identification| identification.only);
@@ -476,7 +475,7 @@ impl JobSpec {
         self.correction.as_ref().map_or(0.0, |correction| correction.allowance_mm)
     }
 
-    /// How far a hold in the cut takes the wheel off the part (mm); 0: it stops the infeed.
+    /// Retraction by a hold in the cut (mm); 0: it stops the infeed.
     #[must_use]
     pub const fn hold_mm(&self) -> f64 {
         match self.hold_in_cut {

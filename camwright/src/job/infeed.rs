@@ -36,7 +36,7 @@ pub(crate) const BLEND_SHARE: f64 = 0.05;
 /// Longest blend (rad): half of that of a spiral lies in the first spark-out turn, of which three quarters must stay.
 const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
 
-/// How far the wheel goes outwards when it leaves a part that still turns (mm): farther than any part gives way in a dwell.
+/// Outward motion of the wheel when it leaves a part that still turns (mm): more than any deflection in a dwell.
 const LEAVES_MM: f64 = 0.2;
 
 /// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
@@ -170,7 +170,7 @@ impl InfeedSchedule {
         Self { course, ..self }
     }
 
-    /// What later passes take (mm).
+    /// Stock of later passes (mm).
     #[must_use]
     pub const fn left_mm(&self) -> f64 {
         self.left_mm
@@ -305,8 +305,8 @@ impl InfeedLaw {
         Self { law, ..self }
     }
 
-    /// The same law for a cut of so many turns (rad) at whose end the wheel leaves the part while it still turns: with the last part of
-    /// the last turn X goes outwards, so that nothing on the part tells where C stopped.
+    /// The same law for a cut of this many turns (rad) with retraction while the part still turns: X moves outwards during the last
+    /// part of the last turn, so the stop of C leaves no mark on the part.
     #[must_use]
     pub(crate) fn left_turning(self, turns_rad: f64) -> Self {
         let left_mm = self.schedule.left_mm;
@@ -321,7 +321,7 @@ impl InfeedLaw {
         Self { law, ..self }
     }
 
-    /// What it was made from.
+    /// Schedule that it was made from.
     #[must_use]
     pub const fn schedule(&self) -> &InfeedSchedule {
         &self.schedule
@@ -332,7 +332,7 @@ impl InfeedLaw {
         &self.law
     }
 
-    /// Where the blend at its end begins and ends (rad): of a spiral centred on the end of the last turn with infeed.
+    /// Start and end of the last blend (rad); for a spiral centred on the end of the last turn with infeed.
     #[must_use]
     pub const fn last_blend_rad(&self) -> (f64, f64) {
         self.last_blend_rad

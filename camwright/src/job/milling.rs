@@ -1,4 +1,4 @@
-//! What is milled, with what, and how, on a machine that is not ours: cams and grooves of one part by one mill.
+//! Milling job for a foreign machine: cams and grooves of one part by one mill.
 
 use crate::cam::contour::Contour;
 use crate::toolpath::cutter_path::CutterPath;
@@ -11,14 +11,14 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// What of a mill makes cams.
+/// Part of a mill that makes cams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CutsWith {
     Periphery,
     Face,
 }
 
-/// How the axis of a mill lies.
+/// Direction of a mill's axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MillAxis {
     /// Parallel to the part's: for cams by the periphery, and grooves in plates.
@@ -38,7 +38,7 @@ impl MillAxis {
 }
 
 impl CutsWith {
-    /// How the mill's axis lies when it makes a cam.
+    /// Direction of the mill's axis when it makes a cam.
     #[must_use]
     pub const fn axis(self) -> MillAxis {
         match self {
@@ -52,13 +52,13 @@ impl CutsWith {
 pub struct MillingTool {
     /// Its number in the control.
     pub number: u32,
-    /// What of it makes cams.
+    /// Part of it that makes cams.
     pub cuts_with: CutsWith,
     /// Radius (mm).
     pub radius_mm: f64,
     /// Speed of its spindle (rad/s).
     pub spindle_speed_rad_s: f64,
-    /// What it is, for people.
+    /// Description for the operator.
     pub text: String,
 }
 
@@ -69,13 +69,13 @@ pub struct MilledCam {
     pub contour: Contour,
     /// Phase α: from the key-way to cam angle 0 (rad).
     pub phase_rad: f64,
-    /// Where the mill stands along the part (mm).
+    /// Position of the mill along the part (mm).
     pub z_mm: f64,
     /// Width along the part (mm), where the job says it: a face must reach over it.
     pub width_mm: Option<f64>,
 }
 
-/// Where a groove is.
+/// Kind of groove.
 #[allow(clippy::large_enum_variant, reason = "a job has a handful of them")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum GrooveKind {
@@ -112,7 +112,7 @@ pub struct MilledGroove {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MillingPass {
     pub name: String,
-    /// What it leaves on contours and walls, along their normals (mm).
+    /// Stock left on contours and walls, along their normals (mm).
     pub leaves_mm: f64,
     /// Speed of the part (rad/s).
     pub work_speed_rad_s: f64,
@@ -133,7 +133,7 @@ pub struct MillingJob {
     pub grooves: Vec<MilledGroove>,
     /// Passes, in their order.
     pub passes: Vec<MillingPass>,
-    /// How far the mill keeps from the part on its ways (mm).
+    /// Clearance of the mill from the part in its moves (mm).
     pub clearance_mm: f64,
     /// Radius of the blank where cams are milled (mm); `None`: turned to the largest radius of each.
     pub blank_radius_mm: Option<f64>,
@@ -151,7 +151,7 @@ pub enum MillingError {
     FaceTooNarrow {
         /// Radius of the face (mm).
         face_radius_mm: f64,
-        /// What it cuts everywhere (mm).
+        /// Smallest depth of cut (mm).
         cuts_mm: f64,
         /// Width of the cam (mm).
         width_mm: f64,
@@ -161,7 +161,7 @@ pub enum MillingError {
 }
 
 impl MillingTool {
-    /// Whether it can make a cam, without its path.
+    /// Checks that it can make a cam, without computing its path.
     ///
     /// # Errors
     /// What stands against it, with figures and place.
@@ -188,13 +188,13 @@ impl MillingTool {
         self.fits_cam(cam, leaves_mm)?;
         match self.cuts_with {
             CutsWith::Periphery => {
-                Ok(CutterPath::of_periphery(&ToolPath::for_wheel(&cam.contour, self.radius_mm + leaves_mm)?))
+                Ok(CutterPath::from_periphery(&ToolPath::for_wheel(&cam.contour, self.radius_mm + leaves_mm)?))
             }
             CutsWith::Face => Ok(FacePath::new(&cam.contour, self.radius_mm, leaves_mm)?.path().clone()),
         }
     }
 
-    /// Whether it goes into a groove, without its paths.
+    /// Checks that it fits into a groove, without computing its paths.
     ///
     /// # Errors
     /// What stands against it, with figures.
@@ -225,7 +225,7 @@ impl MillingTool {
 }
 
 impl MilledGroove {
-    /// How the mill's axis lies.
+    /// Direction of the mill's axis.
     #[must_use]
     pub const fn axis(&self) -> MillAxis {
         match self.kind {
@@ -243,7 +243,7 @@ impl MilledGroove {
         }
     }
 
-    /// What is left of its depth after every step down, all alike and none larger than the job allows; the last is 0 (mm).
+    /// Remaining depth after every step down (mm): equal steps no larger than the job allows; the last is 0.
     #[must_use]
     pub fn steps_mm(&self) -> Vec<f64> {
         let depth_mm = self.depth_mm();

@@ -31,13 +31,13 @@ impl Wave {
 /// A bend between two places of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Bend {
-    /// How far the middle is off the axis, and where to.
+    /// Offset of the middle from the axis, and its direction.
     pub wave: Wave,
     /// Positions of the stations between which the part is bent: where it is held (mm).
     pub between_mm: (f64, f64),
 }
 
-/// What is off about a raw part.
+/// Deviation of a raw part from the design.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RawPart {
     /// Its centre off the axis, all along.
@@ -47,7 +47,7 @@ pub struct RawPart {
     pub lobes: Vec<(u32, Wave)>,
     /// Azimuth at which its key-way lies as it is clamped (rad); 0 faces the wheel where C is 0. Everything above turns with it.
     pub clamped_at_rad: f64,
-    /// What it has more all round than the job says, or, below 0, less (mm). Nobody who plans knows of it.
+    /// Additional stock all round, or missing stock below 0 (mm). The planner does not know it.
     pub unknown_mm: f64,
 }
 
@@ -67,14 +67,14 @@ impl RawPart {
         }
     }
 
-    /// What of it a diameter does not show (mm): what leaves every diameter as it is.
+    /// Amplitude that a diameter does not show (mm): the waves that leave every diameter unchanged.
     #[must_use]
     pub fn unseen_mm(&self) -> f64 {
         let odd = self.lobes.iter().filter(|(count, _)| count % 2 == 1).map(|(_, wave)| wave.mm.abs());
         self.eccentric.mm.abs() + self.bend.map_or(0.0, |bend| bend.wave.mm.abs()) + odd.sum::<f64>()
     }
 
-    /// What the part has more than design and stock (mm), at an azimuth (rad) and a position along the axis (mm).
+    /// Height of the part above design and stock (mm), at an azimuth (rad) and a position along the axis (mm).
     #[must_use]
     pub fn above_mm(&self, azimuth_rad: f64, z_mm: f64) -> f64 {
         let bent_mm = self.bend.map_or(0.0, |bend| {
@@ -86,7 +86,7 @@ impl RawPart {
         self.unknown_mm + self.eccentric.value_mm(1.0, azimuth_rad) + bent_mm + lobes_mm.sum::<f64>()
     }
 
-    /// What it has more nowhere, as far as anybody knows (mm): all amplitudes together.
+    /// Upper bound of that height without the unknown stock (mm): all amplitudes together.
     #[must_use]
     pub fn reach_mm(&self) -> f64 {
         let lobes_mm: f64 = self.lobes.iter().map(|(_, wave)| wave.mm.abs()).sum();

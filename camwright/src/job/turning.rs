@@ -1,17 +1,17 @@
-//! What is turned, from what, and how.
+//! Turning job: surface, bar and passes.
 
 use crate::cam::surface::Surface;
 use crate::toolpath::insert_path::{Feed, Passes};
 use alloc::string::String;
 
-/// How fast the spindle turns.
+/// Speed of the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TurningSpeed {
-    /// As fast as the axes allow everywhere, at constant speed.
+    /// The fastest constant speed that the axes allow everywhere.
     Fastest,
     /// At this speed (rad/s).
     Constant(f64),
-    /// As fast as the axes allow everywhere, faster where X works less.
+    /// The fastest speed that the axes allow at each angle, faster where X works less.
     Varied,
 }
 
@@ -19,7 +19,7 @@ pub enum TurningSpeed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurningJob {
     pub name: String,
-    /// What it is to be: z along the part (mm), the tool coming from where it begins.
+    /// Nominal surface: z along the part (mm), the tool coming from its start.
     pub surface: Surface,
     /// Between which z it is turned (mm); the tool begins outside the first and ends over the second.
     pub turned_mm: (f64, f64),
@@ -29,13 +29,13 @@ pub struct TurningJob {
     pub part_zero_mm: f64,
     /// Passes: roughing, then finishing.
     pub passes: Passes,
-    /// How the finishing pass advances.
+    /// Feed of the finishing pass.
     pub feed: Feed,
     /// Angles a turn at which the path is computed: 180 to 3600.
     pub angles: u32,
     /// Speed of the spindle.
     pub speed: TurningSpeed,
-    /// How far from the bar the insert stands before it comes to the part, and after (mm).
+    /// Distance of the insert from the bar before and after the cut (mm).
     pub clearance_mm: f64,
     /// Speed of X there and back (mm/s).
     pub rapid_speed_mm_s: f64,

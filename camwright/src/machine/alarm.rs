@@ -40,7 +40,7 @@ struct Template {
 /// Quantity and unit of an alarm's value and bound, as its text shows them.
 #[derive(Clone, Copy)]
 enum Quantity {
-    /// As it is, without a unit.
+    /// Plain number without a unit.
     Plain,
     /// mm, on C degrees (held in rad).
     Position,
@@ -370,7 +370,7 @@ pub struct Alarm {
     pub bound: f64,
 }
 
-crate::kept!(Alarm { kind, tick, value, bound } on {});
+crate::snapshot!(Alarm { kind, tick, value, bound } on {});
 
 impl Quantity {
     fn write(self, f: &mut fmt::Formatter<'_>, axis: Option<Axis>, value: f64) -> fmt::Result {

@@ -14,7 +14,7 @@ pub enum Axis {
     Z = 2,
 }
 
-crate::kept_cases!(Axis { 0 C, 1 X, 2 Z });
+crate::snapshot_cases!(Axis { 0 C, 1 X, 2 Z });
 
 impl Axis {
     /// Every axis, in the order of the setpoint message.
@@ -46,7 +46,7 @@ impl Axis {
 /// Number of axes that take setpoints.
 pub const AXIS_COUNT: usize = 3;
 
-/// How an axis counts: encoder counts per mm (linear) or per turn (rotary).
+/// Scale of an axis: encoder counts per mm (linear) or per turn (rotary).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
     Linear {

@@ -1,4 +1,4 @@
-//! What is known of the place where wheel and part meet: how stiff machine and part are along the table, and how hard the cut is.
+//! Contact of wheel and part: stiffness of machine and part along the table, and stiffness of the cut.
 
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description_error::{DescriptionError, ordered};
@@ -13,7 +13,7 @@ pub struct StiffnessAt {
     pub n_mm: f64,
 }
 
-/// How wheel and part give way to each other.
+/// Deflection of wheel and part against each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactDescription {
     /// km along the table, in the order of its positions: straight between them, constant beyond the first and the last. A part

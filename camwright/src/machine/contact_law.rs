@@ -1,4 +1,4 @@
-//! How wheel and part give way to each other where they touch: three numbers, and what follows from them turn after turn.
+//! Deflection of wheel and part at their contact: three parameters, and the resulting cut turn after turn.
 //!
 //! ```text
 //!  spring  km·T ──► presses the wheel on the part ──► F0 is lost to rubbing ──► kg·U cuts:  km·T = F0 + kg·U

@@ -1,4 +1,4 @@
-//! What a machine is: axes with their counts and limits, stations, switches, wheel or insert, drives.
+//! Machine description: axes with their counts and limits, stations, switches, wheel or insert, drives.
 
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description_error::ordered;
@@ -35,9 +35,9 @@ pub struct AxisDescription {
     pub max_following_error: f64,
     /// Following error below which it never trips (mm or rad); `LinuxCNC`'s `MIN_FERROR`.
     pub min_following_error: f64,
-    /// Whether the encoder is incremental: its zero is unknown until the axis has been homed.
+    /// True for an incremental encoder: its zero is unknown until the axis has been homed.
     pub needs_homing: bool,
-    /// How a slide finds its zero; `None`: the headstock on its origin detector, an absolute encoder not at all.
+    /// Homing of a slide; `None`: the headstock homes on its origin detector, an absolute encoder not at all.
     pub homing: Option<Homing>,
     /// Speed of a reference search (mm/s or rad/s).
     pub search_velocity: f64,
@@ -46,8 +46,8 @@ pub struct AxisDescription {
     pub good_drive: Option<DriveSettings>,
     /// Moving mass (kg) or inertia (kg m²).
     pub inertia: f64,
-    /// Where the axis stands at power-up, relative to the machine's true zero (mm or rad). An incremental encoder reads 0
-    /// there, and homing must find the difference; an absolute one reads this position.
+    /// Position of the axis at power-up, relative to the machine's true zero (mm or rad). An incremental encoder reads 0 there, and
+    /// homing must find the difference; an absolute one reads this position.
     pub power_up_position: f64,
 }
 
@@ -86,23 +86,23 @@ pub struct MachineDescription {
     pub wheel: WheelDescription,
     /// The insert of a lathe; `None`: a grinder.
     pub insert: Option<InsertDescription>,
-    /// How wheel and part give way to each other; `None`: not at all.
+    /// Deflection of wheel and part; `None`: rigid.
     pub contact: Option<ContactDescription>,
-    /// How the wheelhead grows as it gets warm; `None`: not at all.
+    /// Thermal growth of the wheelhead; `None`: none.
     pub thermal: Option<ThermalDescription>,
-    /// What measures the lobe that stands in front of the wheel; `None`: nothing does.
+    /// Gauge that measures the lobe in front of the wheel; `None`: no gauge.
     pub gauge: Option<GaugeDescription>,
-    /// What tells that the wheel touches the part; `None`: nothing does.
+    /// Detector of the contact between wheel and part; `None`: no detector.
     pub gap_detector: Option<GapDetector>,
-    /// What sees the part's key-way; `None`: nothing does.
+    /// Probe for the part's keyway; `None`: no probe.
     pub key_way_probe: Option<KeyWayProbe>,
-    /// What it is loaded through; `None`: nobody minds how parts come in.
+    /// Loading equipment; `None`: parts appear without loading.
     pub loading: Option<LoadingDescription>,
-    /// What grinding takes; `None`: nobody says.
+    /// Process data of grinding; `None`: unknown.
     pub process: Option<GrindingProcess>,
-    /// How an alarm takes the wheel off the part.
+    /// Retraction of the wheel by an alarm.
     pub retract: AlarmRetract,
-    /// What it is dressed with; `None` is a machine without.
+    /// Dresser; `None`: no dresser.
     pub dresser: Option<Dresser>,
     /// Room of the headstock with its chuck, where the wheel must not go; `None` where nobody says.
     pub headstock: Option<Extent>,
@@ -183,14 +183,14 @@ impl MachineDescription {
         self.stations.iter().find(|station| station.switch == switch)
     }
 
-    /// How wheel and part give way to each other at a station, over a lobe of this width (mm); none where nothing does.
+    /// Contact law at a station, over a lobe of this width (mm); `None` on a rigid machine.
     #[must_use]
     pub fn contact_law(&self, switch: &str, width_mm: f64) -> Option<ContactLaw> {
         let station = self.station(switch)?;
         self.contact.as_ref()?.law(station.position_mm, width_mm.min(self.wheel.width_mm))
     }
 
-    /// Whether these figures make a machine.
+    /// Checks that the values describe a possible machine.
     ///
     /// # Errors
     /// The first figure that does not.
@@ -295,21 +295,21 @@ impl MachineDescription {
     }
 }
 
-/// What drives can do beyond the limits that plans keep: a factor on speed and acceleration. It covers rounding to
-/// counts and the tracking of disturbances; a sender that needs more of it has a fault.
+/// Capability of drives beyond the limits that plans keep: a factor on speed and acceleration. It covers rounding to counts and the
+/// tracking of disturbances; a sender that needs more of it has a fault.
 pub const DRIVE_HEADROOM: f64 = 1.2;
 
 impl AxisDescription {
     /// Fastest change of speed that its drive can make (mm/s² or rad/s²).
     #[must_use]
-    pub fn most_acceleration(&self) -> f64 {
+    pub fn maximum_acceleration(&self) -> f64 {
         let kept = self.limits.acceleration * DRIVE_HEADROOM;
         self.drive.max_force.map_or(kept, |force| kept.max(force * self.acceleration_per_force()))
     }
 
-    /// What its drive has: force (N) or torque (N m). Where nobody says, what the limits of its motion take.
+    /// Maximum force (N) or torque (N m) of its drive. Default: the value that the motion limits need.
     #[must_use]
-    pub fn most_force(&self) -> f64 {
+    pub fn maximum_force(&self) -> f64 {
         let kept = self.limits.acceleration * DRIVE_HEADROOM / self.acceleration_per_force();
         self.drive.max_force.unwrap_or(kept)
     }
@@ -323,7 +323,7 @@ impl AxisDescription {
         }
     }
 
-    /// Whether these figures make an axis whose servo steps are so long (s).
+    /// Checks that the values describe a possible axis with servo steps of this length (s).
     fn validate(&self, step_s: f64) -> Result<(), DescriptionError> {
         let joint = self.axis.joint();
         let (rotary, counts) = match self.scale {

@@ -1,10 +1,10 @@
-//! What a servo drive is, with the slide or spindle that it moves: loops, motor, friction, structure, encoder.
+//! Servo drive with its slide or spindle: loops, motor, friction, structure, encoder.
 //!
 //! Forces are those of the axis: N of a slide, N m of a spindle; lengths mm of a slide, rad of a spindle.
 
 use crate::machine::description_error::DescriptionError;
 
-/// How a servo drive follows its setpoints, and what is in its way.
+/// Control loops of a servo drive, and the disturbances of its axis.
 ///
 /// ```text
 ///              ff_a·a·m + friction ────────────────┐
@@ -39,7 +39,7 @@ pub struct DriveSettings {
     pub backlash: f64,
     /// The first mode of the structure; `None`: it is rigid.
     pub structure: Option<Structure>,
-    /// What the encoder resolves (counts); 0: everything.
+    /// Resolution of the encoder (counts); 0: unlimited.
     pub encoder_step_counts: f64,
     /// Standard deviation of its noise (counts).
     pub encoder_noise_counts: f64,
@@ -59,7 +59,7 @@ pub struct Structure {
 }
 
 impl DriveSettings {
-    /// A drive that is exactly where it is told to be.
+    /// Ideal drive that follows its setpoint exactly.
     pub const IDEAL: DriveSettings = DriveSettings {
         kv_1_s: 300.0,
         gain_error: 0.0,
@@ -83,7 +83,7 @@ impl DriveSettings {
         Self { encoder_step_counts: 0.0, encoder_noise_counts: 0.0, ..self }
     }
 
-    /// Whether these figures make a drive of an axis with this inertia, whose servo steps are so long (s).
+    /// Checks that the values describe a possible drive for an axis with this inertia and servo steps of this length (s).
     pub(super) fn validate(&self, joint: &'static str, inertia: f64, step_s: f64) -> Result<(), DescriptionError> {
         let positive = |what: &'static str, value: f64| match value > 0.0 && value.is_finite() {
             true => Ok(()),

@@ -1,20 +1,20 @@
-//! What stands around the wheel besides the part: the dresser, headstock and tailstock on the table.
+//! Bodies around the wheel besides the part: the dresser, headstock and tailstock on the table.
 
 use crate::machine::description_error::DescriptionError;
 
 /// A body of revolution about the spindle axis, on the table. `z` as `z_axis` reads when the middle of the wheel faces it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
-    /// Where it begins (mm of `z_axis`).
+    /// Start (mm of `z_axis`).
     pub from_mm: f64,
-    /// Where it ends (mm of `z_axis`).
+    /// End (mm of `z_axis`).
     pub to_mm: f64,
     /// Its largest radius about the spindle axis (mm).
     pub radius_mm: f64,
 }
 
 impl Extent {
-    /// Whether it begins before it ends and has a size.
+    /// Returns whether it starts before it ends and has a size.
     #[must_use]
     pub fn is_body(&self) -> bool {
         self.from_mm < self.to_mm && self.radius_mm > 0.0 && self.to_mm - self.from_mm + self.radius_mm < f64::INFINITY
@@ -41,7 +41,7 @@ pub struct Dresser {
     pub max_depth_mm: f64,
 }
 
-/// How far the table moves on beyond the wheel's edges while it is dressed (mm).
+/// Overtravel of the table beyond the wheel's edges during dressing (mm).
 const OVERRUN_MM: f64 = 1.0;
 
 impl Dresser {

@@ -1,8 +1,8 @@
-//! What an in-process gauge is.
+//! In-process gauge.
 
 use crate::machine::description_error::DescriptionError;
 
-/// What a gauge measures.
+/// Measured quantity of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GaugeKind {
     /// The distance of two opposed contacts, one at γ, one at γ + 180°. A part that gives way along their line changes nothing.
@@ -25,7 +25,7 @@ pub struct GaugeDescription {
     pub noise_mm: f64,
     /// Bandwidth of its amplifier, a lag of first order (rad/s); `None`: it does not lag.
     pub bandwidth_rad_s: Option<f64>,
-    /// Where its noise begins.
+    /// Seed of its noise.
     pub seed: u64,
 }
 

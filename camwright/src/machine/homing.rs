@@ -1,4 +1,4 @@
-//! How a slide with an incremental encoder finds its zero, as `LinuxCNC` does.
+//! Homing of a slide with an incremental encoder, as in `LinuxCNC`.
 //!
 //! ```text
 //!  search + , latch +          ┌────────── switch        search + , latch −       ┌────────── switch
@@ -8,7 +8,7 @@
 //! ```
 //! With an index the axis goes on in the direction of the latch to the next mark of its encoder.
 
-/// How a slide is homed.
+/// Homing of a slide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Homing {
     /// Velocity of the search for the switch (mm/s); its sign says where the switch is; 0: it is not searched for.
@@ -20,15 +20,15 @@ pub struct Homing {
     pub final_mm_s: f64,
     /// The zero is taken from the encoder's index and not from the switch.
     pub use_index: bool,
-    /// What the axis reads where the edge or mark was caught (mm); `None`: where the machine's own figures put it.
+    /// Reading of the axis at the captured edge or mark (mm); `None`: the value given by the machine's own dimensions.
     pub offset_mm: Option<f64>,
-    /// Where the axis goes then (mm).
+    /// Target of the axis afterwards (mm).
     pub home_mm: f64,
     /// The switch is the hard limit switch: reaching it is no overtravel before the axis is homed.
     pub ignore_limits: bool,
     /// Axes of smaller numbers are homed before.
     pub sequence: u32,
-    /// Where the switch closes for an axis that comes in the direction of the search (mm, true); it stays closed beyond.
+    /// Position at which the switch closes for an axis in the search direction (mm, true); it stays closed beyond.
     pub switch_mm: f64,
     /// Distance of the encoder's index marks (mm), which lie at its multiples.
     pub index_pitch_mm: f64,
@@ -37,7 +37,7 @@ pub struct Homing {
 /// The kinds of homing that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HomingKind {
-    /// Where the axis stands is its zero.
+    /// The current position of the axis is its zero.
     Immediate,
     /// The next mark of the encoder.
     IndexOnly,
@@ -48,7 +48,7 @@ pub enum HomingKind {
 }
 
 impl Homing {
-    /// What its velocities and its index make of it; `None`: no homing.
+    /// Homing sequence given by its velocities and its index; `None`: no homing.
     #[must_use]
     pub fn kind(&self) -> Option<HomingKind> {
         let zero = |value: f64| value.abs() < f64::MIN_POSITIVE;
@@ -67,7 +67,7 @@ impl Homing {
         (self.search_mm_s > 0.0) == (self.latch_mm_s > 0.0)
     }
 
-    /// Where the edge of the switch truly lies that is caught (mm).
+    /// True position of the captured switch edge (mm).
     #[must_use]
     pub fn edge_mm(&self, hysteresis_mm: f64) -> f64 {
         if self.latches_closing() {
@@ -77,7 +77,7 @@ impl Homing {
         }
     }
 
-    /// What the axis reads at the edge or mark that is caught (mm).
+    /// Reading of the axis at the captured edge or mark (mm).
     #[must_use]
     pub fn offset_mm(&self, hysteresis_mm: f64) -> f64 {
         self.offset_mm.unwrap_or_else(|| match self.kind() {

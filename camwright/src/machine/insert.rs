@@ -1,4 +1,4 @@
-//! What a lathe turns with: a round insert that a spindle of its own rotates.
+//! Lathe tool: a round insert rotated by a spindle of its own.
 
 use crate::machine::description_error::{DescriptionError, ordered};
 use crate::machine::wheel::WheelDescription;

@@ -1,17 +1,17 @@
-//! What a machine is loaded through: door and chuck, and where its wheel must stand for that.
+//! Loading equipment: door and chuck, and the safe position of the wheel for loading.
 
 use crate::machine::description_error::DescriptionError;
 
 /// Door, chuck and safe place of a machine that is loaded by a robot or by hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadingDescription {
-    /// How long the door takes to open (s).
+    /// Opening time of the door (s).
     pub door_opens_s: f64,
-    /// How long it takes to close (s).
+    /// Closing time of the door (s).
     pub door_closes_s: f64,
-    /// How long the chuck takes to open (s).
+    /// Opening time of the chuck (s).
     pub chuck_opens_s: f64,
-    /// How long it takes to close (s).
+    /// Closing time of the chuck (s).
     pub chuck_closes_s: f64,
     /// X from which on the wheel leaves room for who loads (mm).
     pub safe_x_mm: f64,

@@ -1,37 +1,37 @@
-//! What outlives a run: the machine's lasting state. The node keeps it in a file; here it is a plain value.
+//! Persistent state of the machine between runs. The node stores it in a file; here it is a plain value.
 
 use crate::machine::description::MachineDescription;
 use crate::machine::wheel_state::WheelNow;
 
 /// Parts since some moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Tally {
+pub struct TravelCount {
     pub total: u64,
-    /// Of those that were judged, within every tolerance.
+    /// Judged parts within every tolerance.
     pub good: u64,
     /// Not within every tolerance.
     pub bad: u64,
 }
 
-crate::kept!(Tally { total, good, bad } on {});
+crate::snapshot!(TravelCount { total, good, bad } on {});
 
-impl Tally {
+impl TravelCount {
     fn judge(&mut self, is_good: bool) {
         let of = if is_good { &mut self.good } else { &mut self.bad };
         *of = of.saturating_add(1);
     }
 }
 
-/// What the machine remembers from one run to the next.
+/// State that the machine retains from one run to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LastingState {
+pub struct PersistentState {
     /// Radius of the wheel at its last dress (mm): what `x_axis` is counted with.
     pub wheel_radius_mm: f64,
-    /// What it has lost since then (mm).
+    /// Wear of the wheel since then (mm).
     pub wheel_wear_mm: f64,
-    /// What the wheelhead has grown by towards the part (mm).
+    /// Growth of the wheelhead towards the part (mm).
     pub growth_mm: f64,
-    /// What it had grown by at the wheel's last dress (mm).
+    /// Growth at the wheel's last dress (mm).
     pub growth_at_dress_mm: f64,
     /// Lobes ground since then; one that is ground again after another counts again.
     pub lobes_since_dress: u32,
@@ -40,18 +40,18 @@ pub struct LastingState {
     /// Times this wheel has been dressed.
     pub dress_count: u32,
     /// Parts since the machine was new.
-    pub life: Tally,
+    pub life: TravelCount,
     /// Parts of this shift.
-    pub shift: Tally,
+    pub shift: TravelCount,
 }
 
-crate::kept!(LastingState {
+crate::snapshot!(PersistentState {
     wheel_radius_mm, wheel_wear_mm, growth_mm, growth_at_dress_mm, lobes_since_dress, parts_since_dress, dress_count, life, shift,
 } on {} holds |lasting| {
     lasting.wheel_radius_mm > 0.0 => "the wheel has no radius",
 });
 
-impl LastingState {
+impl PersistentState {
     /// A machine that has never run, with a new wheel.
     #[must_use]
     pub fn new(description: &MachineDescription) -> Self {
@@ -63,8 +63,8 @@ impl LastingState {
             lobes_since_dress: 0,
             parts_since_dress: 0,
             dress_count: 0,
-            life: Tally::default(),
-            shift: Tally::default(),
+            life: TravelCount::default(),
+            shift: TravelCount::default(),
         }
     }
 

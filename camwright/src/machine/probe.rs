@@ -1,4 +1,4 @@
-//! What a machine finds its part with: where the wheel touches it, and where its key-way is.
+//! Sensors that locate the part: contact of the wheel, and position of the keyway.
 
 use crate::machine::description_error::DescriptionError;
 use crate::math::units::TURN_RAD;
@@ -6,7 +6,7 @@ use crate::math::units::TURN_RAD;
 /// A gap detector of the wheelhead, as acoustic emission sensors are: it closes when the wheel touches the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GapDetector {
-    /// How long it stays closed when the wheel has ceased to touch (s).
+    /// Hold time of the closed input after the wheel has left the part (s).
     pub holds_s: f64,
 }
 
@@ -26,7 +26,7 @@ impl GapDetector {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeyWayProbe {
-    /// Where it looks: azimuth from the wheel's line (rad), in the direction in which azimuths of the part are counted.
+    /// Angle of the probe: azimuth from the wheel's line (rad), in the direction in which azimuths of the part are counted.
     pub at_rad: f64,
     /// Angle that the key-way takes under it (rad).
     pub width_rad: f64,

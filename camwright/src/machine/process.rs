@@ -1,4 +1,4 @@
-//! What grinding takes: energy of the chips, force of rubbing, and the cut that just does not burn.
+//! Process data of grinding: energy of the chips, force of rubbing, and the cut at the burn limit.
 
 use crate::machine::description_error::DescriptionError;
 
@@ -13,7 +13,7 @@ pub struct ReferenceCut {
     pub equivalent_diameter_mm: f64,
 }
 
-/// What a wheel takes to grind a material.
+/// Process data of a wheel and a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrindingProcess {
     /// e: energy that a removed volume takes (J/mm³).
@@ -31,8 +31,8 @@ impl GrindingProcess {
         self.specific_energy_j_mm3 * removal_mm2_s + self.rubbing_n_mm2 * contact_mm * wheel_speed_m_s
     }
 
-    /// How hot a cut is, by the safe one; above 1 it burns. Temperature of a moving source of heat at high speed: depth^¾ · speed^½ ·
-    /// diameter^−¼, with constant specific energy and share of heat.
+    /// Temperature of a cut relative to the safe one; above 1 it burns. Temperature of a moving heat source at high speed: depth^¾ ·
+    /// speed^½ · diameter^−¼, with constant specific energy and share of heat.
     #[must_use]
     pub fn burn_index(&self, cut: &ReferenceCut) -> f64 {
         let safe = &self.safe_cut;

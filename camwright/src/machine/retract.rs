@@ -1,8 +1,8 @@
-//! What an alarm does with a wheel that is at the part, and from what energy.
+//! Reaction of an alarm on a wheel at the part, and its source of energy.
 
 use crate::machine::description_error::DescriptionError;
 
-/// How an alarm takes the wheel off the part.
+/// Retraction of the wheel by an alarm.
 ///
 /// While the drives of C and X work, the axes come to rest on the path and X leaves it outwards meanwhile. If C's drive does
 /// not, X goes outwards by itself; if X's does not, a brake stops the wheelhead and a weight or a spring draws it back.

@@ -1,4 +1,4 @@
-//! What passes between interpolator and machine, tick by tick.
+//! Data exchanged between interpolator and machine, tick by tick.
 
 use crate::machine::description::AXIS_COUNT;
 
@@ -13,7 +13,7 @@ pub struct Setpoint {
     pub acceleration: [f64; AXIS_COUNT],
 }
 
-crate::kept!(Setpoint { counts, velocity, acceleration } on {});
+crate::snapshot!(Setpoint { counts, velocity, acceleration } on {});
 
 /// An input of the machine whose edges are caught.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,7 +35,7 @@ pub enum Input {
     KeyWay,
 }
 
-crate::kept_cases!(Input { 0 Origin, 1 Station(index), 2 Home(axis), 3 Index(axis), 4 SteadyForce, 5 WheelContact, 6 KeyWay });
+crate::snapshot_cases!(Input { 0 Origin, 1 Station(index), 2 Home(axis), 3 Index(axis), 4 SteadyForce, 5 WheelContact, 6 KeyWay });
 
 impl Input {
     /// Inputs that are no station and not the origin: what a machine may have besides.
@@ -44,7 +44,7 @@ impl Input {
         [Input::Home(Axis::X), Input::Home(Axis::Z), Input::SteadyForce, Input::WheelContact, Input::KeyWay]
     };
 
-    /// Whether a machine has it.
+    /// Returns whether a machine has it.
     #[must_use]
     pub fn is_on(self, machine: &crate::machine::description::MachineDescription) -> bool {
         match self {
@@ -84,9 +84,9 @@ pub struct Latch {
     pub counts: i64,
 }
 
-crate::kept!(Latch { tick, input, rising, axis, counts } on {});
+crate::snapshot!(Latch { tick, input, rising, axis, counts } on {});
 
-/// What the encoders read at a tick.
+/// Encoder readings at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
     pub tick: u64,

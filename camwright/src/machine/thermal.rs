@@ -1,4 +1,4 @@
-//! How a machine grows as it gets warm.
+//! Thermal growth of a machine.
 
 use crate::machine::description_error::DescriptionError;
 

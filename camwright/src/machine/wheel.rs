@@ -1,4 +1,4 @@
-//! What a grinding wheel is: its size, its speed, how it wears.
+//! Grinding wheel: size, speed and wear.
 
 use crate::math::units::{TURN_RAD, rpm_from_rad_s};
 use thiserror::Error;
@@ -26,7 +26,7 @@ pub struct WheelDescription {
     pub max_speed_rad_s: Option<f64>,
     /// G, volume of the part removed per volume that the wheel loses doing it; `None` is a wheel that does not wear.
     pub grinding_ratio: Option<f64>,
-    /// How far its unbalance throws its centre to either side at speed, once a turn (mm).
+    /// Amplitude of its centre by unbalance at speed, once a turn (mm).
     pub unbalance_mm: f64,
 }
 
@@ -37,7 +37,7 @@ impl WheelDescription {
         1e3 * self.surface_speed_m_s / radius_mm
     }
 
-    /// Whether a wheel of this radius may be run at its surface speed.
+    /// Checks that a wheel of this radius may run at its surface speed.
     ///
     /// # Errors
     /// Its spindle would turn too fast.
@@ -54,7 +54,7 @@ impl WheelDescription {
         }
     }
 
-    /// What a wheel of this radius loses of it by removing `area_mm2` per width of cut (mm): volume removed over G is
+    /// Radius loss of a wheel of this radius by removing `area_mm2` per width of cut (mm): volume removed over G is
     /// 2π·R·w per width.
     #[must_use]
     pub fn wear_mm(&self, radius_mm: f64, area_mm2: f64) -> f64 {

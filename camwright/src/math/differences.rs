@@ -12,7 +12,7 @@ pub struct Extreme {
 
 impl Extreme {
     /// Keeps the larger of this and another magnitude. Not a number counts as infinitely large, so that it cannot hide.
-    pub fn take(&mut self, value: f64, at: f64) {
+    pub fn add(&mut self, value: f64, at: f64) {
         let magnitude = if value.is_nan() { f64::INFINITY } else { value.abs() };
         if magnitude > self.value {
             *self = Self { value: magnitude, at };
@@ -29,21 +29,21 @@ pub fn largest_derivatives(f: impl Fn(f64) -> f64, from: f64, to: f64, step: f64
     #[allow(clippy::cast_possible_truncation, reason = "counts of steps are small and positive")]
     let count = libm::ceil((to - from) / step).max(0.0) as u64;
     let (mut a, mut b, mut c) = (f(from), f(from + step), f(from + 2.0 * step));
-    found[0].take((b - a) / step, from);
-    found[0].take((c - b) / step, from);
-    found[1].take((c - 2.0 * b + a) / (step * step), from + step);
+    found[0].add((b - a) / step, from);
+    found[0].add((c - b) / step, from);
+    found[1].add((c - 2.0 * b + a) / (step * step), from + step);
     for k in 3..=count.max(3) {
         let at = from + k as f64 * step;
         let d = f(at);
-        found[0].take((d - c) / step, at - 0.5 * step);
-        found[1].take((d - 2.0 * c + b) / (step * step), at - step);
-        found[2].take((d - 3.0 * c + 3.0 * b - a) / (step * step * step), at - 1.5 * step);
+        found[0].add((d - c) / step, at - 0.5 * step);
+        found[1].add((d - 2.0 * c + b) / (step * step), at - step);
+        found[2].add((d - 3.0 * c + 3.0 * b - a) / (step * step * step), at - 1.5 * step);
         (a, b, c) = (b, c, d);
     }
     found
 }
 
-/// As [`largest_derivatives`], of values and at abscissae that keep the digits which a float loses: their rounding does not grow with
+/// Same as [`largest_derivatives`], for values and abscissae with twice the digits of a float: their rounding does not grow with
 /// either.
 pub fn largest_exact_derivatives(
     mut f: impl FnMut(Twofold) -> Twofold,
@@ -63,12 +63,12 @@ pub fn largest_exact_derivatives(
         let here = f(at);
         let d1 = here.minus(before);
         let d2 = d1 - last1;
-        found[0].take(d1 / step, at.value() - 0.5 * step);
+        found[0].add(d1 / step, at.value() - 0.5 * step);
         if k >= 2 {
-            found[1].take(d2 / (step * step), at.value() - step);
+            found[1].add(d2 / (step * step), at.value() - step);
         }
         if k >= 3 {
-            found[2].take((d2 - last2) / (step * step * step), at.value() - 1.5 * step);
+            found[2].add((d2 - last2) / (step * step * step), at.value() - 1.5 * step);
         }
         (before, last1, last2) = (here, d1, d2);
     }

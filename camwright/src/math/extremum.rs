@@ -12,8 +12,8 @@ pub struct Extremum {
     pub value: f64,
 }
 
-/// How many local minima of the grid are refined. More than one, because the grid may rank two nearly equal ones the
-/// wrong way; more than a dozen never changed a result on rounded tables, which have hundreds.
+/// Number of local minima of the grid that are refined. More than one, because the grid may rank two nearly equal ones
+/// the wrong way; more than a dozen never changed a result on rounded tables, which have hundreds.
 const REFINED: usize = 12;
 
 /// Distance (rad) from a break at which the function is looked at on either side.

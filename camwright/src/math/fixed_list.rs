@@ -1,6 +1,6 @@
 //! A list of fixed capacity: what a cyclic step hands out, since it must not allocate.
 
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use core::ops::Deref;
 
 /// At most `N` values, in the order in which they were pushed.
@@ -10,13 +10,17 @@ pub struct FixedList<T, const N: usize> {
     len: usize,
 }
 
-impl<T: Kept, const N: usize> Kept for FixedList<T, N> {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
-        let len = tape.count(self.len, N)?;
-        if tape.is_reading() {
+impl<T: Snapshot, const N: usize> Snapshot for FixedList<T, N> {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        let len = codec.count(self.len, N)?;
+        if codec.is_reading() {
             self.len = len;
         }
-        self.values.iter_mut().take(len).enumerate().try_for_each(|(i, value)| tape.item(i, |tape| value.keep(tape)))
+        self.values
+            .iter_mut()
+            .take(len)
+            .enumerate()
+            .try_for_each(|(i, value)| codec.item(i, |codec| value.snapshot(codec)))
     }
 }
 

@@ -25,7 +25,7 @@ pub struct Sample {
     pub third: f64,
 }
 
-crate::kept!(Sample { value, first, second, third } on {});
+crate::snapshot!(Sample { value, first, second, third } on {});
 
 /// Why knots do not make a spline.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -121,7 +121,7 @@ impl HermiteSpline {
         quintic(&self.knots[right - 1], &self.knots[right], at)
     }
 
-    /// Where a spline that does not fall has a value, by bisection.
+    /// Abscissa at which a non-decreasing spline has a value, by bisection.
     #[must_use]
     pub fn place_of(&self, value: f64) -> f64 {
         let (mut low, mut high) = (self.start(), self.end());
@@ -157,7 +157,7 @@ pub(crate) fn quintic(left: &Knot, right: &Knot, at: f64) -> Sample {
 
 /// Way done at share `s` of a step: the cubic from 0 to `way` with these slopes by the share at its ends; exactly `way` at 1.
 #[must_use]
-pub fn cubic_way(s: f64, way: f64, slope_from: f64, slope_to: f64) -> f64 {
+pub fn cubic_path(s: f64, way: f64, slope_from: f64, slope_to: f64) -> f64 {
     let s2 = s * s;
     let s3 = s2 * s;
     slope_from * (s - 2.0 * s2 + s3) + way * (3.0 * s2 - 2.0 * s3) + slope_to * (s3 - s2)
@@ -196,10 +196,10 @@ mod tests {
     fn a_cubic_is_reproduced_with_its_slope_and_ends_exactly() {
         for i in 0..=20 {
             let s = f64::from(i) / 20.0;
-            assert!((cubic_way(s, -1.0, -2.0, 1.0) - s * (s * s - 2.0)).abs() < 1e-15, "{s}");
+            assert!((cubic_path(s, -1.0, -2.0, 1.0) - s * (s * s - 2.0)).abs() < 1e-15, "{s}");
             assert!((cubic_slope(s, -1.0, -2.0, 1.0) - (3.0 * s * s - 2.0)).abs() < 1e-15, "{s}");
         }
-        assert_eq!(cubic_way(1.0, 0.1, 0.7, -0.3).to_bits(), 0.1_f64.to_bits());
+        assert_eq!(cubic_path(1.0, 0.1, 0.7, -0.3).to_bits(), 0.1_f64.to_bits());
     }
 
     #[test]

@@ -24,8 +24,8 @@ struct Piece {
 }
 
 impl Piece {
-    /// As [`super::hermite::quintic`], but that what the right knot asks beyond the Taylor parabola keeps all its digits: the piece ends on
-    /// the right knot even where the value is large.
+    /// Same as [`super::hermite::quintic`], but the right knot's deviation from the Taylor parabola keeps all its digits: the piece ends on
+    /// the right knot even for large values.
     fn between(left: &Knot, right: &Knot) -> Self {
         let width = Twofold::sum(right.at, -left.at);
         let h = width.value();

@@ -1,6 +1,6 @@
 //! Noise that repeats: normally distributed numbers from a seed.
 
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 
 /// A source of normally distributed numbers with mean 0 and standard deviation 1: Box and Muller's transform of Steele, Lea and
@@ -10,9 +10,9 @@ pub(crate) struct Noise {
     state: u64,
 }
 
-impl Kept for Noise {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
-        tape.bits(&mut self.state)
+impl Snapshot for Noise {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        codec.bits(&mut self.state)
     }
 }
 

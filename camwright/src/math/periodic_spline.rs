@@ -69,7 +69,7 @@ impl PeriodicSpline {
         Self::from_coefficients(coefficients)
     }
 
-    /// What turns so many values into coefficients; `None` for fewer than five.
+    /// Matrix that turns this many values into coefficients; `None` for fewer than five.
     pub(crate) fn interpolation(count: usize) -> Option<CyclicCholesky<3>> {
         CyclicBand::<3>::circulant(count, [66.0 / 120.0, 26.0 / 120.0, 1.0 / 120.0]).factor().ok()
     }
@@ -124,7 +124,7 @@ impl PeriodicSpline {
         Twofold::sum(m, v[0] * (a - m) + v[1] * (b - m) + v[3] * (p - m) + v[4] * (q - m) + v[5] * (r - m))
     }
 
-    /// As [`PeriodicSpline::sample`], at `parts` equal steps from every knot to the next, from angle 0 on round the turn.
+    /// Same as [`PeriodicSpline::sample`], at `parts` equal steps from every knot to the next, from angle 0 on round the turn.
     #[must_use]
     pub fn samples(&self, parts: u32) -> Vec<Sample> {
         let weights = Weights::at_parts(parts);
@@ -212,7 +212,7 @@ impl PeriodicSpline {
     }
 }
 
-/// What coefficients, their first, second and third differences count between two knots.
+/// Weights of coefficients, and of their first, second and third differences, between two knots.
 pub(crate) struct Weights {
     value: [f64; 6],
     first: [f64; 5],
@@ -226,10 +226,10 @@ impl Weights {
         (0..parts).map(|part| Self::at(f64::from(part) / f64::from(parts))).collect()
     }
 
-    /// What the six coefficients themselves count in value, first and second derivative (over knots) at `u` in 0..1 from the left knot:
-    /// for splines over a turn whose coefficients depend on something else.
+    /// Weights of the six coefficients in value, first and second derivative (over knots) at `u` in 0..1 from the left knot: for
+    /// splines over a turn whose coefficients depend on something else.
     #[inline]
-    pub(crate) fn of_coefficients(u: f64) -> [[f64; 6]; 3] {
+    pub(crate) fn from_coefficients(u: f64) -> [[f64; 6]; 3] {
         let (q, p) = (quartic_basis(u), cubic_basis(u));
         let first = [-q[0], q[0] - q[1], q[1] - q[2], q[2] - q[3], q[3] - q[4], q[4]];
         let second =

@@ -2,7 +2,7 @@
 
 /// Least and largest; of none, infinity and its negative. What is no number is passed over.
 #[must_use]
-pub fn least_and_most(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+pub fn minimum_and_maximum(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     values.into_iter().fold(none, |(least, most), value| (least.min(value), most.max(value)))
 }
@@ -22,7 +22,7 @@ pub fn scaled((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
 
 /// Largest magnitude of the sum of numbers, each within a range.
 #[must_use]
-pub fn most_of_sum(ranges: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+pub fn maximum_of_sum(ranges: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let (least, most) = ranges.into_iter().fold((0.0, 0.0), |(least, most), (a, b)| (least + a, most + b));
     f64::max(-least, most)
 }
@@ -33,8 +33,8 @@ mod tests {
 
     #[test]
     fn of_no_values_there_is_no_range_and_what_is_no_number_is_passed_over() {
-        assert_eq!(least_and_most([]), (f64::INFINITY, f64::NEG_INFINITY));
-        assert_eq!(least_and_most([2.0, f64::NAN, -1.0, 0.5]), (-1.0, 2.0));
+        assert_eq!(minimum_and_maximum([]), (f64::INFINITY, f64::NEG_INFINITY));
+        assert_eq!(minimum_and_maximum([2.0, f64::NAN, -1.0, 0.5]), (-1.0, 2.0));
     }
 
     #[test]
@@ -44,7 +44,7 @@ mod tests {
         for range in [(-1.0, 2.0), (-4.0, -2.0), (3.0, 4.0)] {
             assert_eq!(scaled(range, (0.5, 3.0)), product(range, (0.5, 3.0)));
         }
-        assert_eq!(most_of_sum([(-1.0, 2.0), (-5.0, 3.0)]).to_bits(), 6.0_f64.to_bits());
-        assert_eq!(most_of_sum([(1.0, 2.0), (-0.5, 3.0)]).to_bits(), 5.0_f64.to_bits());
+        assert_eq!(maximum_of_sum([(-1.0, 2.0), (-5.0, 3.0)]).to_bits(), 6.0_f64.to_bits());
+        assert_eq!(maximum_of_sum([(1.0, 2.0), (-0.5, 3.0)]).to_bits(), 5.0_f64.to_bits());
     }
 }

@@ -1,4 +1,4 @@
-//! Where a growing function passes zero.
+//! Root of an increasing function.
 
 /// The angle between `low` and `high` at which a growing function passes zero, to rounding; `function` gives value and rate, and its
 /// root lies between the two. Newton's method inside a shrinking bracket, from a guess.

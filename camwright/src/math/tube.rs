@@ -34,8 +34,8 @@ const RELATIVE_GAP: f64 = 1e-6;
 /// 36 000 points with a coarse digit, where H is singular to working precision; at 3600 the excess is [`RELATIVE_GAP`].
 const WORST_GAP: f64 = 1.0;
 
-/// Energy that counts as none, as a fraction of that of a wave of one half digit once per turn: nothing smoother can be
-/// told from a circle, and a table without lift must end.
+/// Energy that counts as zero, as a fraction of that of a wave of one half digit once per turn: anything smoother cannot
+/// be distinguished from a circle, and a table without lift must terminate.
 const NEGLIGIBLE: f64 = 1e-3;
 
 /// Iterations after which the method has failed; it takes 10 to 30.
@@ -289,7 +289,7 @@ impl Tube {
         Direction { c, r, upper, lower }
     }
 
-    /// How far a direction can be followed before a slack or a multiplier becomes zero, at most 1/0.995 of the whole.
+    /// Distance along a direction before a slack or a multiplier becomes zero, at most 1/0.995 of the whole.
     fn reach(&self, direction: &Direction) -> f64 {
         let mut reach = 1.0 / 0.995_f64;
         let mut shorten = |value: f64, change: f64| {

@@ -2,7 +2,7 @@
 //! hundreds of thousands of knots.
 
 use super::hermite::{HermiteError, HermiteSpline, Knot, Sample, quintic};
-use super::range::least_and_most;
+use super::range::minimum_and_maximum;
 use alloc::vec::Vec;
 
 /// Value, first and second derivative at a knot.
@@ -116,7 +116,7 @@ impl UniformHermite {
         let d2 = [d[1] - d[0], d[2] - d[1], d[3] - d[2], d[4] - d[3]];
         let d3 = [d2[1] - d2[0], d2[2] - d2[1], d2[3] - d2[2]];
         let hull = |values: &[f64], times: f64, per: f64| {
-            let (least, most) = least_and_most(values.iter().copied());
+            let (least, most) = minimum_and_maximum(values.iter().copied());
             (times * least / per, times * most / per)
         };
         [hull(&d, 5.0, h), hull(&d2, 20.0, h * h), hull(&d3, 60.0, h * h * h)]

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 /// The least of every value and its neighbours up to `radius` away.
 #[must_use]
-pub fn least_around(values: &[f64], radius: usize) -> Vec<f64> {
+pub fn minimum_around(values: &[f64], radius: usize) -> Vec<f64> {
     // Places whose values rise: the first is the least of the window, and who comes after a smaller one is never asked for.
     let mut rising: VecDeque<usize> = VecDeque::new();
     let mut least = Vec::with_capacity(values.len());
@@ -58,7 +58,7 @@ mod tests {
     fn windows_are_those_of_the_definition() {
         let values = row();
         for radius in [0_usize, 1, 7, 300] {
-            let (least, means) = (least_around(&values, radius), mean_around(&values, radius));
+            let (least, means) = (minimum_around(&values, radius), mean_around(&values, radius));
             for place in 0..values.len() {
                 let (low, high) = (place.saturating_sub(radius), (place + radius).min(values.len() - 1));
                 let wanted = values[low..=high].iter().copied().fold(f64::INFINITY, f64::min);
@@ -72,6 +72,6 @@ mod tests {
 
     #[test]
     fn of_nothing_there_is_nothing() {
-        assert!(least_around(&[], 3).is_empty() && mean_around(&[], 3).is_empty());
+        assert!(minimum_around(&[], 3).is_empty() && mean_around(&[], 3).is_empty());
     }
 }

@@ -66,15 +66,15 @@ impl CutMotion<'_> {
         sum(self.path.sample(self.path_start_rad + angle_rad), self.offset_over_angle(angle_rad))
     }
 
-    /// What the infeed adds to X over the angle since the start, with derivatives by the angle (mm, rad).
+    /// Addition of the infeed to X over the angle since the start, with derivatives by the angle (mm, rad).
     #[must_use]
     pub fn offset_over_angle(&self, angle_rad: f64) -> Sample {
-        self.way_of(self.infeed.sample(angle_rad), self.path_start_rad + angle_rad)
+        self.path_position(self.infeed.sample(angle_rad), self.path_start_rad + angle_rad)
     }
 
-    /// What an infeed known over the angle adds to X at a path angle, with derivatives by the angle (mm, rad).
+    /// Addition of an infeed, known over the angle, to X at a path angle, with derivatives by the angle (mm, rad).
     #[must_use]
-    pub fn way_of(&self, infeed: Sample, path_angle_rad: f64) -> Sample {
+    pub fn path_position(&self, infeed: Sample, path_angle_rad: f64) -> Sample {
         match self.ratio {
             Some(ratio) => product(ratio.sample(path_angle_rad), infeed),
             None => infeed,
@@ -145,7 +145,7 @@ impl<'a> ExactCut<'a> {
         }
     }
 
-    /// As [`CutMotion::angle`].
+    /// Same as [`CutMotion::angle`], with twice the digits.
     pub(crate) fn angle(&mut self, time_s: Twofold) -> Twofold {
         let beyond = |edge: &Knot| {
             let since = time_s.plus_float(-edge.at);
@@ -158,7 +158,7 @@ impl<'a> ExactCut<'a> {
         }
     }
 
-    /// As [`CutMotion::x_mm`].
+    /// Same as [`CutMotion::x_mm`], with twice the digits.
     pub(crate) fn x_mm(&mut self, time_s: Twofold) -> Twofold {
         let angle = self.law.at(time_s);
         let path_angle = angle.plus_float(self.motion.path_start_rad);

@@ -2,8 +2,8 @@
 
 use crate::machine::description::MotionLimits;
 
-/// How the rate of path time changes, in a stop on the path from 1 to 0: by S(u) = 10u³ − 15u⁴ + 6u⁵, the quintic
-/// smoothstep, u from 0 to 1 over the change.
+/// Rate of path time during a stop on the path, from 1 to 0: S(u) = 10u³ − 15u⁴ + 6u⁵, the quintic smoothstep, u from 0
+/// to 1 over the change.
 #[must_use]
 pub fn rate_step(u: f64) -> f64 {
     u * u * u * (10.0 + u * (-15.0 + 6.0 * u))

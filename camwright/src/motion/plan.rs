@@ -9,7 +9,7 @@ use crate::math::periodic_spline::PeriodicSpline;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What a segment is for, in the words of the grinding cycle.
+/// Purpose of a segment in the grinding cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Phase {
@@ -80,8 +80,8 @@ pub struct CutSegment {
     pub retract_mm: f64,
     /// Distance by which a hold does (mm); 0: it stops the infeed and leaves the wheel on the part.
     pub hold_mm: f64,
-    /// Turns of spark-out end when the normal force differs by so much over one of them at most (N), which a
-    /// [`Command::WatchForce`] has told the machine; `None`: all of them are turned.
+    /// Spark-out ends when the normal force changes over one turn by no more than this (N), set in the machine by
+    /// [`Command::WatchForce`]; `None`: all turns are executed.
     pub until_steady_n: Option<u32>,
 }
 
@@ -114,7 +114,7 @@ pub enum SegmentKind {
         input: String,
         /// Farthest position relative to the start; reaching it without an edge is an alarm (counts).
         travel_counts: i64,
-        /// Where to stand, relative to the caught edge (counts).
+        /// Target position relative to the captured edge (counts).
         offset_counts: i64,
         /// Limits of the search; its velocity is that of the search.
         limits: MotionLimits,
@@ -133,27 +133,27 @@ pub enum SegmentKind {
 
 /// The edge that ends a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sought {
-    /// Where the input closes.
+pub enum SearchSignal {
+    /// The input closes.
     Closing,
     Opening,
-    /// Where it opens, if it was closed when the zero was forgotten; else there is nothing to search for.
+    /// The input opens, if it was closed when the zero was forgotten; otherwise there is no search.
     OpeningIfClosed,
 }
 
 /// A step of the homing of an axis, or of a probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HomeStep {
-    /// The zero of an axis is not known from now on, so there are no soft limits; the machine tells whether its home switch is closed.
+    /// The zero of an axis is unknown from now on, so there are no soft limits; the machine reports whether its home switch is closed.
     Forget(Axis),
     /// Move until an edge is caught, and stop behind it.
     Seek {
         axis: Axis,
         input: crate::machine::setpoint::Input,
-        sought: Sought,
+        sought: SearchSignal,
         /// Farthest position relative to the start; reaching it without the edge is an alarm (counts).
         travel_counts: i64,
-        /// What the axis reads at the edge, once it is made the zero's measure (counts).
+        /// Reading of the axis at the edge, once it is the reference of the zero (counts).
         zero_counts: i64,
         /// Limits of the search; its velocity is that of the search.
         limits: MotionLimits,
@@ -162,18 +162,17 @@ pub enum HomeStep {
     Probe {
         axis: Axis,
         input: crate::machine::setpoint::Input,
-        sought: Sought,
+        sought: SearchSignal,
         /// Farthest position relative to the start (counts).
         travel_counts: i64,
         /// Limits of the probe; its velocity is that of the probe.
         limits: MotionLimits,
-        /// Where to stand afterwards relative to the edge (counts), `None`: where it stopped; and the limits of the way there.
+        /// Target position afterwards relative to the edge (counts), `None`: the stop position; and the limits of the move.
         stand_off: Option<(i64, MotionLimits)>,
-        /// What the edge is to read, and by how much that may differ from what it read (counts): then a [`Command::SetHome`] that
-        /// follows makes it so.
+        /// Expected reading at the edge, and its tolerance (counts): a following [`Command::SetHome`] then sets it.
         reads: Option<(i64, i64)>,
     },
-    /// Where the axis stands it reads so many counts.
+    /// The current position of the axis gets this reading.
     Here { axis: Axis, counts: i64 },
 }
 
@@ -213,7 +212,7 @@ pub enum Command {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     pub kind: SegmentKind,
-    /// What it is for.
+    /// Purpose.
     pub phase: Phase,
     /// Index of the lobe, `None` for the whole part.
     pub lobe: Option<usize>,
@@ -226,7 +225,7 @@ pub struct Segment {
     pub stock_mm: f64,
 }
 
-/// How much of a job a plan is.
+/// Part of a job that a plan covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Half {
@@ -234,11 +233,11 @@ pub enum Half {
     Whole = 0,
     /// Another follows, which is made from what this one finds out.
     First = 1,
-    /// What follows such a one; the part is finished by it.
+    /// Plan that follows a first half; it finishes the part.
     Second = 2,
     /// No part is finished by it: a dry run, or set-up work.
     NoPart = 3,
-    /// What follows such a one, and is followed itself.
+    /// Plan between a first half and a second half.
     Middle = 4,
 }
 
@@ -261,7 +260,7 @@ impl Half {
 pub struct Plan {
     /// Name of the job.
     pub job: String,
-    /// How much of it this is.
+    /// Part of the job that it covers.
     pub half: Half,
     /// Names of the lobes, in the order of machining.
     pub lobes: Vec<String>,

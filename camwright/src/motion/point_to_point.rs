@@ -47,7 +47,7 @@ pub enum PointToPointError {
         v1: f64,
         limit: f64,
     },
-    /// The forward check found a limit exceeded or a target missed: a defect of the solver, told rather than driven.
+    /// The forward check found an exceeded limit or a missed target: a defect of the solver, reported before anything moves.
     #[error("a move over {distance} from velocity {v0} to {v1} failed its forward check")]
     Check {
         distance: f64,
@@ -68,7 +68,7 @@ struct Phase {
     j: f64,
 }
 
-crate::kept!(Phase { start, x, v, a, j } on {});
+crate::snapshot!(Phase { start, x, v, a, j } on {});
 
 impl Phase {
     fn at(&self, t: f64) -> Sample {
@@ -93,7 +93,7 @@ pub struct JerkLaw {
     end: Sample,
 }
 
-crate::kept!(JerkLaw { phases, count, duration, end } on {} holds |law| {
+crate::snapshot!(JerkLaw { phases, count, duration, end } on {} holds |law| {
     law.count <= MAX_PHASES => "a motion has more phases than there are",
 });
 
@@ -414,7 +414,7 @@ impl MoveLaw {
         whole_ticks(self.law.duration(), cycle_time_s)
     }
 
-    /// Where the line starts (counts).
+    /// Start position of the line (counts).
     #[must_use]
     pub fn start_counts(&self) -> [i64; AXIS_COUNT] {
         self.start_counts

@@ -22,7 +22,7 @@ use alloc::vec::Vec;
 /// Rounding of positions to counts, and of the path between its knots (mm).
 const ROUNDING_MM: f64 = 1e-4;
 
-/// What a body is.
+/// Kinds of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Body {
     Lobe(usize),
@@ -49,7 +49,7 @@ pub(super) fn check_clearance(
     let mut z_mm = position(Axis::Z, start_counts[Axis::Z.index()]);
     let half_mm = 0.5 * machine.wheel.width_mm;
     for segment in &plan.segments {
-        let way = Way::of(segment, plan, machine, x_mm, z_mm);
+        let way = MovePath::from_segment(segment, plan, machine, x_mm, z_mm);
         for (body, extent) in &bodies {
             let beside = extent.to_mm <= way.z_mm.0 - half_mm || extent.from_mm >= way.z_mm.1 + half_mm;
             if beside || is_meant(*body, segment, &way) {
@@ -62,7 +62,7 @@ pub(super) fn check_clearance(
                 return Err(PlanError::Collision {
                     step: segment.label.clone(),
                     lobe: segment.lobe,
-                    what: told(*body, job),
+                    what: describe(*body, job),
                     obstacle: if let Body::Obstacle(index) = body { Some(*index) } else { None },
                     reach_mm: extent.radius_mm,
                     x_mm: way.least_x_mm,
@@ -76,16 +76,16 @@ pub(super) fn check_clearance(
     Ok(())
 }
 
-/// Where a segment takes the wheel.
-struct Way {
+/// Travel of the wheel in a segment.
+struct MovePath {
     least_x_mm: f64,
     z_mm: (f64, f64),
     last_x_mm: f64,
     last_z_mm: f64,
 }
 
-impl Way {
-    fn of(segment: &Segment, plan: &Plan, machine: &MachineDescription, x_mm: f64, z_mm: f64) -> Self {
+impl MovePath {
+    fn from_segment(segment: &Segment, plan: &Plan, machine: &MachineDescription, x_mm: f64, z_mm: f64) -> Self {
         let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
         let (mut least_x_mm, mut last_x_mm, mut last_z_mm) = (x_mm, x_mm, z_mm);
         let mut z_range = (z_mm, z_mm);
@@ -136,7 +136,7 @@ fn cut_positions(plan: &Plan, cut: &CutSegment) -> Option<(f64, f64)> {
 }
 
 /// The wheel grinds the lobe that the step is for, with the table at rest before it.
-fn is_meant(body: Body, segment: &Segment, way: &Way) -> bool {
+fn is_meant(body: Body, segment: &Segment, way: &MovePath) -> bool {
     matches!((body, segment.lobe), (Body::Lobe(body), Some(lobe)) if body == lobe) && !way.moves_table()
 }
 
@@ -145,7 +145,7 @@ fn bodies(job: &JobSpec, machine: &MachineDescription, lobes: &[PlannedLobe]) ->
         let place_mm = machine.station(&lobe.design.station)?.position_mm;
         let half_mm = 0.5 * lobe.design.width_mm;
         // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
-        let radius_mm = extremes(lobe.tool_path.spline()).1 + job.most_stock_mm();
+        let radius_mm = extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();
         Some((Body::Lobe(index), Extent { from_mm: place_mm - half_mm, to_mm: place_mm + half_mm, radius_mm }))
     };
     let obstacles = job.obstacles.iter().enumerate();
@@ -160,7 +160,7 @@ fn bodies(job: &JobSpec, machine: &MachineDescription, lobes: &[PlannedLobe]) ->
         .collect()
 }
 
-fn told(body: Body, job: &JobSpec) -> String {
+fn describe(body: Body, job: &JobSpec) -> String {
     match body {
         Body::Lobe(index) => alloc::format!("lobe {} with its stock", job.lobes[index].name),
         Body::Obstacle(index) => alloc::format!("obstacle {}", job.obstacles[index].name),

@@ -17,7 +17,7 @@ use crate::machine::description::Axis;
 use crate::math::units::TURN_RAD;
 use crate::motion::point_to_point::whole_ticks;
 use crate::motion::speed_change::change_of_speed;
-use crate::motion::speed_plan::{SpeedPlan, Turning, largest_lead_speed_rad_s, shortest_lead_s};
+use crate::motion::speed_plan::{FlyingStart, SpeedPlan, largest_lead_speed_rad_s, shortest_lead_s};
 use alloc::vec::Vec;
 
 /// Speeds of C between lobes that are tried, as shares of the cut's own where it begins and ends: the first that ramps and leads
@@ -39,30 +39,30 @@ struct Departure {
     ticks: u64,
 }
 
-/// Where a cut begins that C comes to turning.
+/// State at the start of a cut that C enters while turning.
 #[derive(Debug, Clone, Copy)]
 struct Arrival {
     begin: Begin,
-    turning: Turning,
+    turning: FlyingStart,
     /// From the predicted arrival to the beginning of the lead-in (s).
     waits_s: f64,
     lead_s: f64,
 }
 
-/// Where X stands between the lobes (mm): clear of the highest one by the distance of a retract, on a count.
+/// Position of X between the lobes (mm): clear of the highest lobe by the retract distance, on a count.
 pub(super) fn clear_x_mm(planner: &LobePlanner<'_>, stopping: &[PlannedLobe]) -> f64 {
     let reach_mm = |lobe: &PlannedLobe| {
         let (_, highest_mm) = extremes(lobe.tool_path.spline());
         let infeed_mm = infeed_of_x_mm(planner.job, &lobe.tool_path, lobe.start_rad, planner.total_infeed_mm());
-        highest_mm + planner.job.most_stock_mm().max(infeed_mm)
+        highest_mm + planner.job.maximum_stock_mm().max(infeed_mm)
     };
     let clear_mm = stopping.iter().map(reach_mm).fold(0.0, f64::max) + planner.job.retract_clearance_mm;
     let scale = planner.machine.axis(Axis::X).scale;
     scale.position(scale.counts(clear_mm))
 }
 
-/// Every lobe from where C arrives, and the steps with them. `stopping` are the same lobes with C stopping in between, the first
-/// from `begin`: their turns tell how fast C goes where.
+/// Plans every lobe from the angle at which C arrives, with its steps. `stopping` are the same lobes with C stopping in between,
+/// the first from `begin`; their turns give the speed of C.
 pub(super) fn grind_turning(
     planner: &LobePlanner<'_>,
     sequence: &mut Sequence<'_>,
@@ -117,23 +117,23 @@ struct Between<'a> {
 
 impl Between<'_> {
     /// C turning with a share of the speed that a pass has at a path angle (rad).
-    fn turning(&self, pass: &SpeedPlan, path_rad: f64, share: f64) -> Turning {
+    fn turning(&self, pass: &SpeedPlan, path_rad: f64, share: f64) -> FlyingStart {
         let planner = self.planner;
         let path = &planner.shapes[self.stopping.path].path;
         let in_turn_rad_s = pass.speed_in_turn_rad_s(path_rad - self.stopping_begin.path_rad);
         let most_rad_s = largest_lead_speed_rad_s(path, &planner.machine.axis(Axis::X).limits);
-        Turning {
+        FlyingStart {
             speed_rad_s: share * in_turn_rad_s.min(most_rad_s),
             clear_x_mm: self.clear_x_mm,
             rapid_mm_s: planner.job.rapid_speed_mm_s,
         }
     }
 
-    fn comes(&self, path_rad: f64, share: f64) -> Turning {
+    fn comes(&self, path_rad: f64, share: f64) -> FlyingStart {
         self.turning(&self.stopping.passes[0], path_rad, share)
     }
 
-    fn goes(&self, path_rad: f64, share: f64) -> Turning {
+    fn goes(&self, path_rad: f64, share: f64) -> FlyingStart {
         self.turning(&self.stopping.passes[self.stopping.passes.len() - 1], path_rad, share)
     }
 

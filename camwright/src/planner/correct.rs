@@ -1,4 +1,4 @@
-//! The second half of a job whose runout is corrected: what is planned when the gauge has told what the first half left.
+//! Second half of a job with runout correction, planned from the gauge readings of the first half.
 //!
 //! ```text
 //! for each journal:
@@ -27,9 +27,9 @@ use crate::machine::description::{Axis, MachineDescription};
 use crate::math::hermite::{HermiteSpline, Knot};
 use crate::math::hull::lowest;
 use crate::math::periodic_spline::PeriodicSpline;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::motion::plan::{CutSegment, Half, Plan};
-use crate::motion::speed_plan::{WayRequest, WaySpeed};
+use crate::motion::speed_plan::{FixedPathRequest, FixedPathSpeed};
 use crate::planner::plan_check::PlanReport;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -37,8 +37,8 @@ use alloc::vec::Vec;
 /// Knots of a path that is a circle: it carries nothing but the radius.
 const CIRCLE_KNOTS: usize = 8;
 
-/// How each journal of a job is corrected, from what was logged of it in the first half: for each, ticks in their order. By the contact
-/// that was measured on it, or, where none was, by what [`PlannedLobe::contact`](super::PlannedLobe::contact) says.
+/// Decides the correction of each journal from the log of the first half: ticks in order for each journal. Uses the measured contact;
+/// without one, [`PlannedLobe::contact`](super::PlannedLobe::contact).
 ///
 /// # Errors
 /// Which journal cannot be, and why.
@@ -73,7 +73,7 @@ pub fn decide_corrections(
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedCorrection {
     pub plan: Plan,
-    /// What the forward check found.
+    /// Result of the forward check.
     pub report: PlanReport,
 }
 
@@ -89,7 +89,7 @@ pub fn plan_corrections(
 ) -> Result<PlannedCorrection, PlanError> {
     let start = PlanStart { counts: first.report.end_counts, c_homed: true };
     let mut sequence = Sequence::new(job, machine, &[], start);
-    let most_rad_s = job.passes.last().map_or(0.0, |pass| pass.speed.most_rad_s());
+    let most_rad_s = job.passes.last().map_or(0.0, |pass| pass.speed.maximum_rad_s());
     for (index, (lobe, correction)) in first.lobes.iter().zip(corrections).enumerate() {
         let name = &lobe.design.name;
         let place = || Subject::Lobe(name.clone());
@@ -98,11 +98,11 @@ pub fn plan_corrections(
         let offset = lowered(&correction.way, radius_mm);
         let lowest_mm = lowest(&correction.way).value;
         // Its knots lie closer than it bends.
-        let (_, highest_mm) = least_and_most(correction.way.knots().iter().map(|knot| knot.value));
+        let (_, highest_mm) = minimum_and_maximum(correction.way.knots().iter().map(|knot| knot.value));
         soft_limit(machine, Axis::X, lowest_mm, place(), Needed::LowestCorrection)?;
         let held_mm = highest_mm + job.retract_clearance_mm;
         soft_limit(machine, Axis::X, held_mm, place(), Needed::CorrectionHold)?;
-        let speed = WaySpeed::new(&WayRequest {
+        let speed = FixedPathSpeed::new(&FixedPathRequest {
             path: &path,
             offset: &offset,
             turns: correction.turns,

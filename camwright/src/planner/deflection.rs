@@ -1,8 +1,8 @@
-//! What wheel and part giving way leaves of a lobe: the contact law walked through all turns of all passes, phase by phase.
+//! Deflection of wheel and part on a lobe: the contact law walked through all turns of all passes, phase by phase.
 
 use crate::machine::contact_law::ContactLaw;
 use crate::math::hermite::HermiteSpline;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{CutSegment, Plan};
 
@@ -26,11 +26,11 @@ pub struct Deflections {
 }
 
 impl Deflections {
-    /// Of a lobe of a plan, with stock (mm) along the contour's normal; none where the plan has no cut of it.
+    /// Computes the deflection on a lobe of a plan with stock (mm) along the contour's normal; `None` if the plan has no cut of it.
     ///
     /// As on the base circle. An infeed along X closes in on a flank by its cosine, so that everything is less there.
     #[must_use]
-    pub fn of_lobe(plan: &Plan, lobe: usize, stock_mm: f64, law: &ContactLaw) -> Option<Self> {
+    pub fn from_lobe(plan: &Plan, lobe: usize, stock_mm: f64, law: &ContactLaw) -> Option<Self> {
         let mut surface = Surface::new(stock_mm, law);
         let mut turns = 0;
         for cut in plan.cuts_of(lobe) {
@@ -86,6 +86,6 @@ impl<'a> Surface<'a> {
 fn is_steady(cut: &CutSegment, law: &ContactLaw, deflection_mm: &[f64]) -> bool {
     let Some(most_n) = cut.until_steady_n else { return false };
     let force_n = deflection_mm.iter().map(|mm| law.force_n(*mm));
-    let (low_n, high_n) = least_and_most(force_n);
+    let (low_n, high_n) = minimum_and_maximum(force_n);
     high_n - low_n <= f64::from(most_n)
 }

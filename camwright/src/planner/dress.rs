@@ -6,7 +6,7 @@ use super::lobe::{Shape, shape_of, soft_limit};
 use super::sequence::Sequence;
 use super::steps::Of;
 use crate::cam::contour::Contour;
-use crate::job::dressing::{Dress, KeptPath, PlannedDress, WheelCourse, kept_path_error};
+use crate::job::dressing::{Dress, PlannedDress, RetainedPath, WheelCourse, kept_path_error};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
 use crate::machine::description::Axis;
@@ -17,7 +17,7 @@ use crate::motion::point_to_point::whole_ticks;
 use crate::toolpath::wheel_path::ToolPath;
 use alloc::vec::Vec;
 
-/// How far before the dresser the slow infeed begins (mm): room for a wheel that has worn less than predicted.
+/// Distance before the dresser at which the slow infeed begins (mm): clearance for a wheel that wore less than predicted.
 const APPROACH_MM: f64 = 0.5;
 
 impl Sequence<'_> {
@@ -86,12 +86,12 @@ pub(super) fn with_kept_paths(
     };
     let ends = wheel.dresses.iter().skip(1).map(|next| next.before_lobe).chain([job.lobes.len()]);
     let kept = |dress: &Dress, end: usize, radius_mm: f64| {
-        let mut worst: Option<KeptPath> = None;
+        let mut worst: Option<RetainedPath> = None;
         let lobes = &job.lobes[dress.before_lobe..end.max(dress.before_lobe)];
         for profile in (0..contours.len()).filter(|profile| lobes.iter().any(|lobe| lobe.profile == *profile)) {
             let error = kept_path_error(&contours[profile], &path(profile, radius_mm)?, dress.radius_mm());
             if worst.is_none_or(|worst| error.value.abs() > worst.error.value.abs()) {
-                worst = Some(KeptPath { profile, error });
+                worst = Some(RetainedPath { profile, error });
             }
         }
         worst

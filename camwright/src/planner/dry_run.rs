@@ -24,7 +24,7 @@ pub(super) fn check(
     lobes: &[PlannedLobe],
     stand_off_mm: f64,
 ) -> Result<(), PlanError> {
-    let needed_mm = job.most_stock_mm() + job.clearance_mm;
+    let needed_mm = job.maximum_stock_mm() + job.clearance_mm;
     for lobe in lobes {
         let place = || Subject::Lobe(lobe.design.name.clone());
         let outline: Vec<(f64, f64)> = (0..PLACES)

@@ -32,13 +32,13 @@ pub enum PlanError {
     Path {
         /// `lobes E1, E2: `, those that have the profile; nothing if none has.
         lobes: String,
-        /// What can be done about it, after a semicolon, or nothing.
+        /// Advice to the user after a semicolon, or empty.
         advice: String,
         /// Name of the profile.
         profile: String,
         source: ToolPathError,
     },
-    /// What was learned of a lobe makes no path.
+    /// The learned correction of a lobe gives no path.
     #[error(
         "lobe {lobe}: corrected by what was learned, up to {:.3} um, it cannot be ground: {source}; learn afresh \
          (form_compensation.afresh) or within closer bounds",
@@ -58,7 +58,7 @@ pub enum PlanError {
     NoNormal {
         /// Name of the profile.
         profile: String,
-        /// What came of it.
+        /// Cause.
         source: PeriodicSplineError,
     },
     /// C turns on, and the wheel finds no way onto the lobe.
@@ -68,7 +68,7 @@ pub enum PlanError {
     )]
     NoArrival {
         lobe: String,
-        /// Where X stands (mm).
+        /// Position of X (mm).
         clear_x_mm: f64,
     },
     /// A part that needs two wheels is two jobs.
@@ -79,7 +79,7 @@ pub enum PlanError {
     TwoWheels {
         /// Radius of the wheel mounted (mm).
         mounted_mm: f64,
-        /// What asks for which wheel.
+        /// Requirements of the lobes.
         wishes: String,
         /// The largest wheel that each lobe can be ground with.
         needs: String,
@@ -95,7 +95,7 @@ pub enum PlanError {
         step: String,
         /// Index of the lobe that the step is for.
         lobe: Option<usize>,
-        /// What stands there: `obstacle journal 1`, `lobe E1`, `the tailstock`.
+        /// Name of the obstacle: `obstacle journal 1`, `lobe E1`, `the tailstock`.
         what: String,
         /// Index of the obstacle, if it is one of the job.
         obstacle: Option<usize>,
@@ -172,9 +172,9 @@ pub enum PlanError {
     TooMuchStock {
         /// Name of the lobe.
         lobe: String,
-        /// What was found (mm).
+        /// Measured stock (mm).
         stock_mm: f64,
-        /// What the job says (mm).
+        /// Stock of the job (mm).
         said_mm: f64,
         /// Most allowed (mm).
         most_mm: f64,
@@ -188,9 +188,9 @@ pub enum PlanError {
     NoStock {
         /// Name of the lobe.
         lobe: String,
-        /// What was found (mm).
+        /// Measured stock (mm).
         stock_mm: f64,
-        /// What the passes leave (mm).
+        /// Stock that the passes leave (mm).
         least_mm: f64,
     },
     /// The wheel is not clear of the part while the table or the part moves.
@@ -201,7 +201,7 @@ pub enum PlanError {
     )]
     NotClear {
         place: Subject,
-        /// What leaves it there.
+        /// Motion that leaves it there.
         what: Leaving,
         /// Position of X (mm).
         x_mm: f64,
@@ -209,10 +209,10 @@ pub enum PlanError {
         moving: &'static str,
         /// The lobe that reaches farthest.
         highest: String,
-        /// How far (mm).
+        /// Reach (mm).
         reach_mm: f64,
         remedy: &'static str,
-        /// By how much (mm).
+        /// Missing amount (mm).
         lacking_mm: f64,
     },
     /// A move cannot be made.
@@ -230,9 +230,9 @@ pub enum PlanError {
     DryRun {
         /// Name of the lobe.
         lobe: String,
-        /// How far out X would be (mm).
+        /// Position of X (mm).
         stand_off_mm: f64,
-        /// What the wheel must keep off the contour (mm).
+        /// Required clearance from the contour (mm).
         needed_mm: f64,
         /// The stand-off that keeps it (mm).
         least_mm: f64,
@@ -259,7 +259,7 @@ pub enum PlanError {
         /// Reason for the allowed depth.
         why: &'static str,
     },
-    /// The finished plan failed its forward check: a defect of the planner, told rather than driven.
+    /// The finished plan failed its forward check: a defect of the planner, reported before anything moves.
     #[error("the plan failed its forward check: {0}")]
     Check(#[from] PlanCheckError),
 }

@@ -89,7 +89,7 @@ fn is_deeper(depth_mm: f64, allowed_mm: f64) -> bool {
 }
 
 /// A place where the wheel is too deep.
-struct Deep {
+struct DeepestPoint {
     c_rad: f64,
     turn: Option<f64>,
     depth_mm: f64,
@@ -214,7 +214,7 @@ impl Walk<'_> {
                     return Err(self.deep(
                         segment,
                         lobe,
-                        Deep { c_rad, turn: None, depth_mm, allowed_mm, surface, why },
+                        DeepestPoint { c_rad, turn: None, depth_mm, allowed_mm, surface, why },
                     ));
                 }
             }
@@ -242,7 +242,11 @@ impl Walk<'_> {
                     let why =
                         "what a correction may leave; more runout_correction.allowance_um keeps the wheel farther out";
                     let (c_rad, turn) = (begins_rad + angle_rad, Some(angle_rad / TURN_RAD));
-                    return Err(self.deep(segment, lobe, Deep { c_rad, turn, depth_mm, allowed_mm, surface, why }));
+                    return Err(self.deep(
+                        segment,
+                        lobe,
+                        DeepestPoint { c_rad, turn, depth_mm, allowed_mm, surface, why },
+                    ));
                 }
             }
             None => {
@@ -254,7 +258,11 @@ impl Walk<'_> {
                         let angle_rad = if is_angle { found.at } else { motion.law.sample(found.at).value };
                         let (c_rad, turn) = (begins_rad + angle_rad, Some(angle_rad / TURN_RAD));
                         let depth_mm = -found.value;
-                        return Err(self.deep(segment, lobe, Deep { c_rad, turn, depth_mm, allowed_mm, surface, why }));
+                        return Err(self.deep(
+                            segment,
+                            lobe,
+                            DeepestPoint { c_rad, turn, depth_mm, allowed_mm, surface, why },
+                        ));
                     }
                 }
             }
@@ -290,7 +298,7 @@ impl Walk<'_> {
                 let c_rad = self.position(Axis::C, cut.start_counts) + wrap_turn(angle - cut.path_start_rad);
                 let why = if learned_mm > 0.0 { "the learned correction" } else { "rounding" };
                 let surface = "the finished contour";
-                let deep = Deep { c_rad, turn: None, depth_mm: -gap_mm, allowed_mm, surface, why };
+                let deep = DeepestPoint { c_rad, turn: None, depth_mm: -gap_mm, allowed_mm, surface, why };
                 return Err(self.deep(segment, lobe, deep));
             }
         }
@@ -298,7 +306,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn deep(&self, segment: &Segment, lobe: usize, deep: Deep) -> PlanError {
+    fn deep(&self, segment: &Segment, lobe: usize, deep: DeepestPoint) -> PlanError {
         PlanError::Gouges {
             step: segment.label.clone(),
             lobe: self.request.lobes[lobe].design.name.clone(),

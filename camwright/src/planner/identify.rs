@@ -1,5 +1,5 @@
-//! Measuring the stiffness of machine and cut as a part of a job: the push of a stopped wheel after each journal, and what the log of a
-//! journal tells.
+//! Measurement of the stiffness of machine and cut within a job: the push of a stopped wheel after each journal, and the evaluation of
+//! its log.
 
 use super::PlannedJob;
 use super::error::PlanError;
@@ -16,9 +16,9 @@ use crate::motion::plan::{Command, Phase, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use alloc::vec::Vec;
 
-/// Where a push begins above the radius that the journal has been ground to (mm), besides what the raw part was off: in the air.
+/// Start of a push above the ground radius of the journal (mm), in addition to the error of the raw part: in the air.
 const AIR_MM: f64 = 0.03;
-/// Where in the first turn of infeed the turn in the air begins: C is at its speed by then.
+/// Angle in the first turn of infeed at which the turn in the air begins: C has reached its speed by then.
 const AIR_FROM_RAD: f64 = TURN_RAD * 0.25;
 
 impl Sequence<'_> {
@@ -56,10 +56,11 @@ impl Sequence<'_> {
 
 /// The contact of each journal of a job, measured from what was logged of it in the first half.
 ///
-/// Turns that a hold puts in are counted; but a journal into whose own cut they were put tells nothing, for its log does not say where.
+/// Turns that a hold adds are counted; but a journal whose own cut was held gives no result, because its log does not contain the
+/// position of the hold.
 ///
 /// # Errors
-/// For every journal that tells none, why.
+/// Reason for every journal without a result.
 pub fn identify(
     job: &JobSpec,
     machine: &MachineDescription,

@@ -39,7 +39,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// How far beyond where it could touch the bar the insert begins (mm).
+/// Distance (mm) between the start of the insert and the first possible contact with the bar.
 const AIR_MM: f64 = 0.5;
 
 /// Most knots of all passes together: some hundred bytes each in path, plan and pages, and some microseconds each to find them. The shipped
@@ -108,7 +108,7 @@ pub enum TurningError {
         wanted_rpm: f64,
         /// Fastest (1/min).
         fastest_rpm: f64,
-        /// What holds it down.
+        /// Bound that limits the speed.
         bound: SpeedBound,
     },
     /// A path that no plan can carry.
@@ -151,13 +151,13 @@ impl From<PlanCheckError> for TurningError {
 /// One pass as planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedPass {
-    /// What it takes off, along the section's normal in the rake plane (mm).
+    /// Depth of cut along the section's normal in the rake plane (mm).
     pub depth_mm: f64,
-    /// Where the insert's centre runs over the turned angle.
+    /// Path of the insert's centre over the turned angle.
     pub path: InsertPath,
-    /// How the spindle turns: at constant or varied speed, but for the run-up and the run-down.
+    /// Speed law of the spindle, constant or varied, without run-up and run-down.
     pub spindle: SpindleLaw,
-    /// What holds the fastest constant speed down; where the speed varies, [`SpindleLaw::bounds`] say what holds it along which share.
+    /// Bound of the fastest constant speed; for a varied speed [`SpindleLaw::bounds`] lists the bounds and their shares.
     pub bound: SpeedBound,
     pub turns: f64,
 }
@@ -175,11 +175,11 @@ impl PlannedPass {
 pub struct PlannedTurning {
     pub plan: Plan,
     pub passes: Vec<PlannedPass>,
-    /// How the insert clears the finished part.
+    /// Clearance of the insert on the finished part.
     pub clearance: Clearance,
-    /// How near the flank comes to the surface below the edge (mm), along the last pass.
+    /// Smallest distance of the flank from the surface below the edge (mm), along the last pass.
     pub flank_distance_mm: f64,
-    /// What the forward check found.
+    /// Result of the forward check.
     pub report: PlanReport,
     /// Looks at the surface that its paths took; at most [`MAX_SURFACE_LOOKS`] are allowed.
     pub surface_looks: u64,
@@ -199,7 +199,7 @@ pub fn plan_turning(
         return Err(TurningError::TurnsBackwards);
     }
     check(job)?;
-    let flank = Flank::of(&insert);
+    let flank = Flank::from_insert(&insert);
     let (low, high) = job.range_mm();
     let clearance = ClearanceMap::new(&job.surface, low, high, flank)?.check(-insert.height_mm)?;
     let clear_mm = job.bar_radius_mm + insert.radius_mm + job.clearance_mm;
@@ -284,7 +284,7 @@ fn check(job: &TurningJob) -> Result<(), TurningError> {
     Ok(())
 }
 
-/// What each pass takes off, and the path it asks for.
+/// Depth of each pass and the request for its path.
 fn requests(job: &TurningJob, insert: &InsertDescription) -> Result<Vec<(f64, PathRequest)>, TurningError> {
     let (from_mm, to_mm) = job.turned_mm;
     let outward = if to_mm < from_mm { 1.0 } else { -1.0 };
@@ -312,7 +312,7 @@ fn knots(request: &PathRequest) -> f64 {
     (request.to_mm - request.from_mm).abs() / feed * f64::from(request.angles)
 }
 
-/// How far before the part's end the insert on its path does not touch the bar yet (mm).
+/// Distance before the part's end at which the insert on its path does not touch the bar yet (mm).
 ///
 /// At a distance d along z its edge lies √(R² − d²) nearer the axis than its centre. Seen in the rake plane the bar reaches √(B² − y₀²), and
 /// the centre stands R + stock beyond the section at least, √(r² − y₀²).

@@ -12,14 +12,14 @@ use crate::job::infeed::InfeedSchedule;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::machine::wheel_state::WheelNow;
 use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, wrap_turn};
-use crate::motion::speed_plan::{SpeedPlan, SpeedRequest, Turning};
+use crate::motion::speed_plan::{FlyingStart, SpeedPlan, SpeedRequest};
 use crate::toolpath::wheel_path::ToolPath;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// How a lobe shall be: its contour and where it sits on the part. What a measurement is compared with.
+/// Nominal geometry of a lobe: contour and position on the part, the reference of every measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobeDesign {
     /// Name of the lobe.
@@ -30,7 +30,7 @@ pub struct LobeDesign {
     pub contour: Contour,
     /// Azimuth of the lobe's cam angle 0 where the part is taken to be clamped: from where its key-way should be (rad).
     pub phase_rad: f64,
-    /// Where its key-way is taken to be instead (rad).
+    /// Assumed angle of its keyway (rad).
     pub part_phase_rad: f64,
     /// Width (mm).
     pub width_mm: f64,
@@ -60,7 +60,7 @@ impl LobeDesign {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedLobe {
-    /// How it shall be.
+    /// Nominal geometry.
     pub design: LobeDesign,
     /// Path of the wheel over the wheel-line angle in the lobe's frame, for the wheel as it is then.
     pub tool_path: ToolPath,
@@ -91,7 +91,7 @@ pub(super) struct Shape {
     pub(super) ratio: Option<PeriodicSpline>,
 }
 
-/// Where C stands when a lobe begins.
+/// Position of C at the start of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Begin {
     /// C (counts).
@@ -100,7 +100,7 @@ pub(super) struct Begin {
     pub(super) path_rad: f64,
 }
 
-/// How every lobe of a job shall be.
+/// Nominal geometry of every lobe of a job.
 ///
 /// # Errors
 /// A profile without a contour, a lobe without a profile.
@@ -193,7 +193,7 @@ pub(super) fn shape_of(shapes: &[Shape], profile: usize, lobe: Option<usize>, wh
     shapes.iter().position(same)
 }
 
-/// By what a lobe is corrected.
+/// Learned correction of a lobe.
 fn learned_of(job: &JobSpec, lobe: usize) -> Option<&FormCurve> {
     let name = &job.lobes[lobe].name;
     let learned = job.compensation.iter().flat_map(|compensation| &compensation.learned);
@@ -249,11 +249,11 @@ pub(super) fn extremes(spline: &PeriodicSpline) -> (f64, f64) {
     #[allow(clippy::cast_possible_truncation, reason = "knots are far below 2^30")]
     let count = 4 * spline.coefficients().len() as u32;
     let values = (0..count).map(|i| spline.sample(f64::from(i) * TURN_RAD / f64::from(count)).value);
-    least_and_most(values)
+    minimum_and_maximum(values)
 }
 
-/// Where C stands when each lobe begins. After homing C is 0; each lobe turns it by whole turns; rotary indexing turns it
-/// the shorter way to the lobe's cam angle 0 first.
+/// Position of C at the start of each lobe. After homing C is 0; each lobe adds whole turns; rotary indexing first turns C the
+/// shorter way to the lobe's cam angle 0.
 pub(super) fn begins(
     job: &JobSpec,
     machine: &MachineDescription,
@@ -280,7 +280,7 @@ pub(super) fn begins(
         .collect()
 }
 
-/// Where a lobe of this phase (rad) begins if C stands so (counts).
+/// Start of a lobe of this phase (rad) for a position of C (counts).
 pub(super) fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i64) -> Begin {
     let scale = machine.axis(Axis::C).scale;
     let c_rad = scale.position(c_counts.rem_euclid(scale.counts(TURN_RAD)));
@@ -296,7 +296,7 @@ pub(super) fn block_at(angle_rad: f64, blocks: u32) -> u32 {
     block % blocks
 }
 
-/// What lobes are planned from.
+/// Input for planning lobes.
 #[derive(Clone, Copy)]
 pub(super) struct LobePlanner<'a> {
     pub(super) job: &'a JobSpec,
@@ -319,7 +319,7 @@ impl LobePlanner<'_> {
             .expect("every lobe's profile got a path for the lobe's wheel")
     }
 
-    /// Where a lobe begins if C stands so (counts).
+    /// Start of a lobe for a position of C (counts).
     pub(super) fn begin(&self, index: usize, c_counts: i64) -> Begin {
         begin_at(self.machine, self.job.lobes[index].phase_rad, c_counts)
     }
@@ -334,8 +334,8 @@ impl LobePlanner<'_> {
         &self,
         index: usize,
         begin: Begin,
-        comes: Option<Turning>,
-        goes: Option<Turning>,
+        comes: Option<FlyingStart>,
+        goes: Option<FlyingStart>,
     ) -> Result<PlannedLobe, PlanError> {
         let (job, machine, schedules) = (self.job, self.machine, self.schedules);
         let lobe = &job.lobes[index];
@@ -388,7 +388,7 @@ fn total_infeed_mm(schedules: &[InfeedSchedule]) -> f64 {
     schedules.first().map_or(0.0, |first| first.left_mm() + first.total_mm())
 }
 
-/// How far X is off the finished path for an infeed still to come (mm).
+/// Offset of X from the finished path for a remaining infeed (mm).
 pub(super) fn infeed_of_x_mm(job: &JobSpec, path: &ToolPath, angle_rad: f64, infeed_mm: f64) -> f64 {
     match job.passes.first().map(|pass| pass.infeed_direction) {
         Some(InfeedDirection::Normal) => infeed_mm / libm::cos(path.beta(angle_rad)),
@@ -417,7 +417,7 @@ fn check_blank(
             .fold(f64::INFINITY, f64::min)
     };
     let gap_mm = gap_at(total_infeed_mm);
-    let stock_mm = job.most_stock_mm();
+    let stock_mm = job.maximum_stock_mm();
     if gap_mm > stock_mm {
         return Ok(());
     }
@@ -440,7 +440,7 @@ pub(super) fn check_travel(
 ) -> Result<(), PlanError> {
     let total_infeed_mm = total_infeed_mm(schedules);
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
-    let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.most_stock_mm();
+    let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();
     let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
     let clear = |place: Subject, what: Leaving, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
         Some(highest) if x_mm <= reach(highest) => Err(PlanError::NotClear {

@@ -1,8 +1,8 @@
-//! What was logged of the journals of a job, as its identification and its correction read it.
+//! Log of the journals of a job, as read by identification and correction.
 
 use super::PlannedJob;
 use super::lobe::PlannedLobe;
-use crate::gauging::gauge_setup::Seen;
+use crate::gauging::gauge_setup::GaugeSetup;
 use crate::gauging::gauged::Gauged;
 use crate::gauging::identify::Pushed;
 use crate::gauging::journal::JournalError;
@@ -15,7 +15,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// What was logged of a journal.
+/// Logged data of a journal.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Contact {
     /// While it was ground.
@@ -107,20 +107,20 @@ impl<'a> Logged<'a> {
         libm::round((logged_rad - self.rests[index]) / TURN_RAD).max(0.0)
     }
 
-    /// By what the journals of the machine are seen.
-    pub(super) fn seen(&self) -> Result<Seen, JournalError> {
+    /// Gauge that measures the journals of the machine.
+    pub(super) fn seen(&self) -> Result<GaugeSetup, JournalError> {
         seen(self.machine)
     }
 }
 
-/// By what the journals of a machine are seen.
-pub(super) fn seen(machine: &MachineDescription) -> Result<Seen, JournalError> {
+/// Gauge that measures the journals of a machine.
+pub(super) fn seen(machine: &MachineDescription) -> Result<GaugeSetup, JournalError> {
     let gauge = machine.gauge.as_ref().ok_or(JournalError::NotKnown { what: "the gauge" })?;
     let part_share = machine.contact.as_ref().map_or(0.0, |contact| contact.part_share);
     Ok(gauge.seen(part_share, machine.cycle_time_s())?)
 }
 
-/// How a message is made of what is missing in a job.
+/// Builds the error for data that a job lacks.
 pub(super) const fn unknown(what: &'static str) -> JournalError {
     JournalError::NotKnown { what }
 }

@@ -27,7 +27,7 @@ use crate::job::infeed::InfeedSchedule;
 use crate::job::raw_part::RawPart;
 use crate::machine::description::{Axis, GaugeKind, MachineDescription};
 use crate::machine::wheel_state::WheelNow;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use crate::motion::plan::{Half, Plan, SegmentKind};
 use crate::planner::plan_check::{PlanReport, check_plan};
@@ -44,14 +44,14 @@ const AIR_TURNS: f64 = 1.5;
 /// Turns that are left of the first pass where the stiffness is measured: one in the air, one into the cut, two to measure.
 const MIN_TURNS: u32 = 4;
 
-/// How near a position may be to another for its rounding (mm).
+/// Rounding tolerance of equal positions (mm).
 const ROUNDING_MM: f64 = 1e-9;
 
 /// The plan that measures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedMeasuring {
     pub plan: Plan,
-    /// What the forward check found.
+    /// Result of the forward check.
     pub report: PlanReport,
     /// Predicted time of measuring alone, without homing and wheel start (s).
     pub measuring_s: f64,
@@ -59,14 +59,14 @@ pub struct PlannedMeasuring {
     pub read_to_rad: Vec<f64>,
 }
 
-/// What the gauge found of a journal, and what is left out for it.
+/// Gauge result of a journal, and the turns skipped because of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skipped {
     /// Name of the journal.
     pub lobe: String,
     /// Its stock, half of its largest diameter less the radius that it is to have (mm).
     pub stock_mm: f64,
-    /// Where the infeed begins above that radius (mm).
+    /// Start of the infeed above that radius (mm).
     pub begins_mm: f64,
     /// Turns with infeed that are left out.
     pub infeed_turns: u32,
@@ -91,9 +91,9 @@ impl core::fmt::Display for Skipped {
 pub struct MeasuredJob {
     /// The plan and what it was made of; it begins where the measuring plan ends.
     pub planned: PlannedJob,
-    /// What is left out, in the order of the journals.
+    /// Skipped turns, in the order of the journals.
     pub skipped: Vec<Skipped>,
-    /// What its cuts are shorter by (s).
+    /// Time saved in the cuts (s).
     pub saved_s: f64,
 }
 
@@ -153,7 +153,7 @@ pub fn measured_stocks(
         if let Some(broken) = gauged.iter().find(|gauged| !gauged.value_mm.is_finite()) {
             return Err(JournalError::NoReading { tick: broken.tick });
         }
-        let (_, most_mm) = least_and_most(gauged.iter().map(|gauged| gauged.value_mm));
+        let (_, most_mm) = minimum_and_maximum(gauged.iter().map(|gauged| gauged.value_mm));
         let radius_mm = match machine.gauge.map(|gauge| gauge.kind) {
             Some(GaugeKind::Radius) => most_mm,
             _ => 0.5 * most_mm,
@@ -166,7 +166,7 @@ pub fn measured_stocks(
     each.collect()
 }
 
-/// Of a log what was read of the turn that ends beyond this angle (rad).
+/// Returns the readings of the turn that ends beyond this angle (rad).
 fn the_turn(gauged: &[Gauged], to_rad: f64) -> &[Gauged] {
     let from_rad = to_rad - TURN_RAD + 2.0 * UNREAD_RAD;
     let until = gauged.iter().rposition(|gauged| gauged.c_rad <= to_rad).map_or(0, |last| last + 1);

@@ -16,8 +16,8 @@
 //! Where the job says so, C turns on from lobe to lobe: then the lead-in and the lead-out of the cuts take the place of rapid advance
 //! and retract.
 //!
-//! Turns are whole, so C stands after each lobe at the phase it had before: without rotary indexing lobe j is read from
-//! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
+//! Turns are whole, so C ends each lobe at the phase it had before. Without rotary indexing, lobe j is read from the angle σ·C − αj
+//! on, wherever in its table that is. Both variants are built, and both times are reported.
 //!
 //! ```
 //! use camwright::{job::grinding::JobSpec, machine::reference::cam_grinder, planner::plan_job};
@@ -75,12 +75,12 @@ use sequence::Sequence;
 
 use alloc::vec::Vec;
 
-/// Where the axes stand before the part.
+/// Position of the axes before the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanStart {
     /// Positions (counts).
     pub counts: [i64; AXIS_COUNT],
-    /// Whether C knows its zero: then the way to the origin is known, else half a turn is predicted.
+    /// True if C knows its zero; otherwise half a turn to the origin is predicted.
     pub c_homed: bool,
 }
 
@@ -103,7 +103,7 @@ pub struct PlannedJob {
     pub dresses: Vec<PlannedDress>,
     /// Predicted duration of the same job with C stopping between its lobes, where it turns on (s).
     pub duration_with_stops_s: Option<f64>,
-    /// What the forward check found.
+    /// Result of the forward check.
     pub report: PlanReport,
     /// C where the plan begins (counts).
     pub start_c_counts: i64,
@@ -181,7 +181,7 @@ pub fn plan_job(
         plan: &plan,
         start_counts: start.counts,
         c_homed: start.c_homed,
-        stock_mm: &alloc::vec![job.most_stock_mm(); lobes.len()],
+        stock_mm: &alloc::vec![job.maximum_stock_mm(); lobes.len()],
         corrections: &[],
     })?;
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
@@ -213,7 +213,7 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
     Ok(schedules)
 }
 
-/// What plans are built from.
+/// Input for building a plan.
 #[derive(Clone, Copy)]
 struct Build<'a> {
     planner: LobePlanner<'a>,

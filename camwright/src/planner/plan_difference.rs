@@ -14,10 +14,10 @@ const PER_TURN: u32 = 1440;
 /// Most places of a law that are looked at: laws of many turns are looked at more coarsely.
 const MAX_PLACES: u32 = 2_000_000;
 
-/// What of a step moved.
+/// Parts of a step that can change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Moved {
-    /// Where an axis goes (mm or rad).
+pub enum PlanChange {
+    /// Target of an axis (mm or rad).
     Target(Axis),
     /// X over the angle of C (mm at rad): the path of a lobe, or X of a spiral.
     PathOfX,
@@ -48,30 +48,30 @@ pub struct Difference {
     pub old_step: usize,
     /// Index of the step in the new plan.
     pub new_step: usize,
-    pub moved: Moved,
-    /// As it was, in the unit of what moved; 0 for [`Moved::Words`].
+    pub moved: PlanChange,
+    /// Old value in the unit of the change; 0 for [`PlanChange::Words`].
     pub old: f64,
     pub new: f64,
-    /// Where it moved most (rad), if it is something over an angle.
+    /// Angle of the largest change (rad), for values over an angle.
     pub at_rad: Option<f64>,
 }
 
 impl Difference {
-    /// By how much, in the unit of what moved.
+    /// Size of the change, in its unit.
     #[must_use]
     pub fn by(&self) -> f64 {
         self.new - self.old
     }
 }
 
-/// How two plans compare.
+/// Difference of two plans.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanDifference {
     /// Steps that only the old plan has.
     pub only_old: Vec<usize>,
     /// Steps that only the new plan has.
     pub only_new: Vec<usize>,
-    /// What moved, in the order of the new plan's steps.
+    /// Changes, in the order of the new plan's steps.
     pub moved: Vec<Difference>,
 }
 
@@ -130,9 +130,9 @@ impl Pair<'_> {
             (before, after) if before != after => self.words(),
             _ => {}
         }
-        self.number(Moved::Stock, old.stock_mm, new.stock_mm);
+        self.number(PlanChange::Stock, old.stock_mm, new.stock_mm);
         if old.ticks != new.ticks {
-            self.number(Moved::Time, self.seconds(old.ticks), self.seconds(new.ticks));
+            self.number(PlanChange::Time, self.seconds(old.ticks), self.seconds(new.ticks));
         } else if self.moved.is_empty() && old.stop_ticks != new.stop_ticks {
             self.words();
         }
@@ -142,17 +142,17 @@ impl Pair<'_> {
         ticks as f64 * self.machine.cycle_time_s()
     }
 
-    fn number(&mut self, moved: Moved, old: f64, new: f64) {
+    fn number(&mut self, moved: PlanChange, old: f64, new: f64) {
         if old.to_bits() != new.to_bits() {
             self.moved.push(self.difference(moved, old, new, None));
         }
     }
 
     fn words(&mut self) {
-        self.moved.push(self.difference(Moved::Words, 0.0, 0.0, None));
+        self.moved.push(self.difference(PlanChange::Words, 0.0, 0.0, None));
     }
 
-    fn difference(&self, moved: Moved, old: f64, new: f64, at_rad: Option<f64>) -> Difference {
+    fn difference(&self, moved: PlanChange, old: f64, new: f64, at_rad: Option<f64>) -> Difference {
         Difference { old_step: self.old_step, new_step: self.new_step, moved, old, new, at_rad }
     }
 
@@ -167,7 +167,7 @@ impl Pair<'_> {
                 (Some(before), Some(after)) => {
                     let (from, to) = (before.target_counts, after.target_counts);
                     if from != to {
-                        self.number(Moved::Target(axis), self.in_units(axis, from), self.in_units(axis, to));
+                        self.number(PlanChange::Target(axis), self.in_units(axis, from), self.in_units(axis, to));
                     }
                     if before.limits != after.limits {
                         self.words();
@@ -183,11 +183,11 @@ impl Pair<'_> {
     fn start(&mut self, old: f64, new: f64) {
         let forwards = wrap_turn(new - old);
         let by = if forwards > 0.5 * TURN_RAD { forwards - TURN_RAD } else { forwards };
-        self.number(Moved::Start, old, old + by);
+        self.number(PlanChange::Start, old, old + by);
     }
 
-    /// Where two functions of an angle differ most, at so many equal steps from `from` to `to`.
-    fn over(&mut self, moved: Moved, (from, to): (f64, f64), old: impl Fn(f64) -> f64, new: impl Fn(f64) -> f64) {
+    /// Largest difference of two functions of an angle, at equal steps from `from` to `to`.
+    fn over(&mut self, moved: PlanChange, (from, to): (f64, f64), old: impl Fn(f64) -> f64, new: impl Fn(f64) -> f64) {
         let places = places(to - from);
         let mut most: Option<Difference> = None;
         for place in 0..=places {
@@ -207,23 +207,23 @@ impl Pair<'_> {
         if old.start_counts != new.start_counts && old.path_start_rad.to_bits() == new.path_start_rad.to_bits() {
             self.start(self.in_units(Axis::C, old.start_counts), self.in_units(Axis::C, new.start_counts));
         }
-        self.number(Moved::Turns, f64::from(old.turns), f64::from(new.turns));
+        self.number(PlanChange::Turns, f64::from(old.turns), f64::from(new.turns));
         let (before, after) = (self.old, self.new);
         if let (Some(path), Some(other)) = (before.paths.get(old.path), after.paths.get(new.path)) {
-            self.over(Moved::PathOfX, (0.0, TURN_RAD), |at| path.sample(at).value, |at| other.sample(at).value);
+            self.over(PlanChange::PathOfX, (0.0, TURN_RAD), |at| path.sample(at).value, |at| other.sample(at).value);
         }
         let old_ratio = old.ratio.and_then(|ratio| before.ratios.get(ratio));
         let new_ratio = new.ratio.and_then(|ratio| after.ratios.get(ratio));
         match (old_ratio, new_ratio) {
             (Some(ratio), Some(other)) => {
-                self.over(Moved::Ratio, (0.0, TURN_RAD), |at| ratio.sample(at).value, |at| other.sample(at).value);
+                self.over(PlanChange::Ratio, (0.0, TURN_RAD), |at| ratio.sample(at).value, |at| other.sample(at).value);
             }
             (None, None) => {}
             _ => self.words(),
         }
         if let (Some(law), Some(other)) = (before.angle_laws.get(old.infeed), after.angle_laws.get(new.infeed)) {
             let ends = (law.start().min(other.start()), law.end().max(other.end()));
-            self.over(Moved::Infeed, ends, |at| law.sample(at).value, |at| other.sample(at).value);
+            self.over(PlanChange::Infeed, ends, |at| law.sample(at).value, |at| other.sample(at).value);
         }
         // The cut itself: where C comes turning or turns on is in the predicted time.
         let most = f64::from(old.turns.min(new.turns)) * TURN_RAD;
@@ -243,12 +243,12 @@ impl Pair<'_> {
         }
         let mut most = 0.0;
         for (moved, pair) in
-            [(Moved::PathOfX, laws(old.path, new.path)), (Moved::PathOfZ, laws(old.advance, new.advance))]
+            [(PlanChange::PathOfX, laws(old.path, new.path)), (PlanChange::PathOfZ, laws(old.advance, new.advance))]
         {
             let Some((law, other)) = pair else { continue };
             most = law.end().min(other.end());
-            if moved == Moved::PathOfX {
-                self.number(Moved::Turns, law.end() / TURN_RAD, other.end() / TURN_RAD);
+            if moved == PlanChange::PathOfX {
+                self.number(PlanChange::Turns, law.end() / TURN_RAD, other.end() / TURN_RAD);
             }
             self.over(moved, (0.0, most), |at| law.sample(at).value, |at| other.sample(at).value);
         }
@@ -262,7 +262,7 @@ impl Pair<'_> {
             && law != other
         {
             let speed = |law: &HermiteSpline, at: f64| law.sample(law.place_of(at)).first;
-            self.over(Moved::Speed, ends, |at| speed(law, at), |at| speed(other, at));
+            self.over(PlanChange::Speed, ends, |at| speed(law, at), |at| speed(other, at));
         }
     }
 }

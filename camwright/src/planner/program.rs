@@ -23,13 +23,13 @@ use thiserror::Error;
 pub struct ProgramRequest<'a> {
     /// Name of the part.
     pub name: &'a str,
-    /// What the program does.
+    /// Motion of the program.
     pub motion: &'a Motion,
     /// The files that it was read from, for their names.
     pub files: &'a [ProgramFile],
-    /// How it stands to the machine.
+    /// Setup of the program on the machine.
     pub setup: ProgramSetup,
-    /// The lobes of the part, in the order in which they are told of; none where it does not matter which one is ground.
+    /// Lobes of the part in report order; empty if it does not matter which one is ground.
     pub lobes: &'a [ProgramLobe<'a>],
 }
 
@@ -37,7 +37,7 @@ pub struct ProgramRequest<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgramLobe<'a> {
     pub name: &'a str,
-    /// Where `z_axis` stands when its middle is before the wheel (mm).
+    /// Position of `z_axis` with the lobe's middle before the wheel (mm).
     pub z_mm: f64,
     /// Its width (mm).
     pub width_mm: f64,
@@ -55,10 +55,10 @@ pub enum ProgramPlanError {
     )]
     OffThePart {
         lines: String,
-        /// Where the table is (mm).
+        /// Position of the table (mm).
         z_mm: f64,
         lobe: String,
-        /// Where that is (mm).
+        /// Position of that lobe (mm).
         lobe_mm: f64,
     },
     /// No room for a stop on the path.
@@ -83,7 +83,7 @@ pub struct PlannedProgram {
     pub plan: Plan,
     /// Its runs of feeds, each with its segment of the plan.
     pub runs: Vec<(usize, Run)>,
-    /// What the forward check found.
+    /// Result of the forward check.
     pub report: PlanReport,
 }
 
@@ -161,7 +161,7 @@ pub fn plan_program(
 }
 
 impl ProgramRequest<'_> {
-    /// Where something is written, for people.
+    /// Position in the program, for the operator.
     fn lines(&self, first: usize, last: usize) -> String {
         let place = |done: usize| self.motion.done.get(done).map_or((0, 1), |done| (done.file, done.line));
         let ((file, first), (last_file, last)) = (place(first), place(last));
@@ -189,7 +189,7 @@ impl ProgramRequest<'_> {
         Ok(faced)
     }
 
-    /// The lobe that the wheel is before; what feeds elsewhere would cut nothing and tell nobody.
+    /// Finds the lobe before the wheel; feeds elsewhere would cut nothing unnoticed.
     fn lobe_before(&self, run: &Run, machine: &MachineDescription) -> Result<Option<usize>, ProgramPlanError> {
         let z_mm = run.laws.advance.sample(0.0).value;
         let beside = |lobe: &ProgramLobe<'_>| (lobe.z_mm - z_mm).abs();

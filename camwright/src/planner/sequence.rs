@@ -13,12 +13,11 @@ use crate::math::periodic_spline::PeriodicSpline;
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{Command, CutSegment, Half, Phase, Plan, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
-use crate::motion::speed_plan::{SpeedPlan, WaySpeed};
+use crate::motion::speed_plan::{FixedPathSpeed, SpeedPlan};
 use crate::planner::deflection::Surface;
 
-/// How far before a station's switch the table stands when the search for it begins (mm), and how far beyond the switch
-/// the search may go. It covers a switch that has shifted and lets the table reach its search speed; longer costs time
-/// at the slow search speed.
+/// Distance of the table before a station's switch at the start of the search (mm), and the limit of the search beyond the switch.
+/// It covers a shifted switch and lets the table reach its search speed; a longer distance costs time at the slow search speed.
 pub(super) const RUN_IN_MM: f64 = 5.0;
 
 /// A plan in the making.
@@ -26,7 +25,7 @@ pub(super) struct Sequence<'a> {
     pub(super) job: &'a JobSpec,
     start: PlanStart,
     pub(super) steps: Steps<'a>,
-    /// What the force monitor was told last (N).
+    /// Last force threshold sent to the monitor (N).
     watched_n: i64,
 }
 
@@ -177,7 +176,7 @@ impl<'a> Sequence<'a> {
         name: &str,
         cut: CutSegment,
         path: PeriodicSpline,
-        speed: &WaySpeed,
+        speed: &FixedPathSpeed,
         offset: HermiteSpline,
     ) -> Result<(), PlanError> {
         let of = |phase: Phase| Of { phase, lobe: Some((index, name)), stock_mm: 0.0 };
@@ -263,7 +262,7 @@ impl<'a> Sequence<'a> {
         Ok(self.done())
     }
 
-    /// How long the cuts take whose spark-out ends when the force is steady.
+    /// Predicts the time of cuts whose spark-out ends when the force is steady.
     fn foresee(&mut self) {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
             let Some(law) = self.steps.machine.contact_law(&lobe.station, lobe.width_mm) else { continue };

@@ -64,7 +64,7 @@ impl Steps<'_> {
         self.machine.axis(axis).scale.counts(position)
     }
 
-    /// How far an axis runs on after an edge at a speed: until the edge is known, and until it stands.
+    /// Overtravel of an axis after an edge at a speed: until the edge is reported, and until the axis stands.
     pub(super) fn overshoot(&self, axis: Axis, speed: f64) -> f64 {
         let limits = self.machine.axis(axis).limits;
         let known_s = f64::from(self.machine.feedback_delay_ticks + 2) * self.machine.cycle_time_s();

@@ -1,4 +1,4 @@
-//! One wheel for one job: what each lobe could be ground with, told where the wheel does not fit or two are asked for.
+//! One wheel for one job: reports the possible wheels of each lobe if the wheel does not fit or two are needed.
 
 use super::error::PlanError;
 use crate::cam::contour::Contour;
@@ -21,7 +21,7 @@ pub(super) fn check_one_wheel(job: &JobSpec, contours: &[Contour], mounted_mm: f
 
 /// The largest wheel for each lobe, in a sentence.
 fn needs(job: &JobSpec, contours: &[Contour]) -> String {
-    let need = |lobe: &crate::job::grinding::LobeSpec| match contours[lobe.profile].most_concave() {
+    let need = |lobe: &crate::job::grinding::LobeSpec| match contours[lobe.profile].maximum_concavity() {
         Some(place) => alloc::format!(
             "lobe {} takes less than {:.3} mm (hollow at cam angle {:.2} deg)",
             lobe.name,

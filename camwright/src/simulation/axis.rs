@@ -1,8 +1,8 @@
 //! One axis while it runs: its coordinates, the setpoint between two ticks, its drive, and when it counts as at rest.
 
 use crate::machine::description::{AxisDescription, Scale, nearest_count};
-use crate::math::hermite::{Sample, cubic_slope, cubic_way};
-use crate::simulation::servo::{Demand, Servo};
+use crate::math::hermite::{Sample, cubic_path, cubic_slope};
+use crate::simulation::servo::{Servo, ServoCommand};
 
 /// Ticks for which an axis must be within its window of a resting setpoint before it is clamped there. Eight outlast
 /// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
@@ -16,7 +16,7 @@ pub(crate) struct Target {
     pub(crate) acceleration: f64,
 }
 
-crate::kept!(Target { position, velocity, acceleration } on {});
+crate::snapshot!(Target { position, velocity, acceleration } on {});
 
 impl Target {
     pub(crate) fn resting(position: f64) -> Self {
@@ -28,7 +28,7 @@ impl Target {
     }
 }
 
-/// Where what an axis carries truly was at both ends of a servo step (counts, counts/s), in true coordinates.
+/// True position of the load of an axis at both ends of a servo step (counts, counts/s), in true coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Span {
     pub(crate) from: f64,
@@ -40,7 +40,7 @@ pub(crate) struct Span {
 impl Span {
     /// Way done at fraction `s` of the step: the cubic with these ends.
     pub(crate) fn way(&self, s: f64, step_s: f64) -> f64 {
-        cubic_way(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
+        cubic_path(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
     }
 
     pub(crate) fn is_still(&self) -> bool {
@@ -75,7 +75,7 @@ pub(crate) struct AxisState {
     disturbance: f64,
 }
 
-crate::kept!(AxisState {
+crate::snapshot!(AxisState {
     homed, origin, previous, target, servo, gone, encoder_offset, settled_ticks, clamped, velocity_before, pushed, disturbance,
 } on { scale, counts_per_unit, inertia, stop });
 
@@ -159,17 +159,17 @@ impl AxisState {
         nearest_count(self.target.position).saturating_sub(self.origin)
     }
 
-    /// What the encoder reads (counts).
+    /// Reading of the encoder (counts).
     pub(crate) fn counts(&self) -> i64 {
         nearest_count(self.target.position - self.servo.error_seen()).saturating_sub(self.origin)
     }
 
-    /// What the encoder reads when what the axis carries truly stands at `position` (counts), play and structure being as they are.
+    /// Reading of the encoder if the load were truly at `position` (counts), with the present play and structure.
     pub(crate) fn reading_at(&self, position: f64) -> i64 {
         nearest_count(position - self.servo.tool_ahead() + self.encoder_offset).saturating_sub(self.origin)
     }
 
-    /// Where what the axis carries truly is (counts): the wheel, or the part.
+    /// True position of the load (counts): the wheel, or the part.
     pub(crate) fn true_position(&self) -> f64 {
         let slide = self.target.position + (self.gone - self.distance()) - self.servo.error() - self.encoder_offset;
         slide + self.servo.tool_ahead()
@@ -180,7 +180,7 @@ impl AxisState {
         self.true_position() / self.counts_per_unit
     }
 
-    /// How far its structure is ahead of the slide (mm or rad), and how fast that grows (1/s).
+    /// Deflection of the structure ahead of the slide (mm or rad), and its rate (1/s).
     pub(crate) fn swing(&self) -> (f64, f64) {
         let (ahead, growth) = self.servo.swing();
         (ahead / self.counts_per_unit, growth / self.counts_per_unit)
@@ -217,7 +217,7 @@ impl AxisState {
         force - disturbance
     }
 
-    /// What the encoder counts, whatever zero is in force (counts).
+    /// Raw count of the encoder, independent of the zero (counts).
     pub(crate) fn reading(&self) -> i64 {
         nearest_count(self.target.position - self.servo.error_seen())
     }
@@ -320,7 +320,7 @@ impl AxisState {
         let tick_s = step_s * f64::from(count);
         let s = f64::from(index + 1) / f64::from(count);
         let (slope0, slope1) = (self.previous.velocity * tick_s, self.target.velocity * tick_s);
-        let gone = cubic_way(s, self.distance(), slope0, slope1);
+        let gone = cubic_path(s, self.distance(), slope0, slope1);
         // The derivative of the cubic; at its end the setpoint's own velocity, free of the rounding to counts.
         let velocity = if index + 1 == count {
             self.target.velocity
@@ -330,7 +330,7 @@ impl AxisState {
         let middle = s - 0.5 / f64::from(count);
         let acceleration =
             self.previous.acceleration + (self.target.acceleration - self.previous.acceleration) * middle;
-        self.servo.step(Demand {
+        self.servo.step(ServoCommand {
             position: self.previous.position + gone,
             distance: gone - self.gone,
             velocity,

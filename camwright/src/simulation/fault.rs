@@ -6,7 +6,7 @@ use crate::math::units::{TURN_RAD, rad_from_deg};
 use alloc::string::{String, ToString};
 use thiserror::Error;
 
-/// How a gauge fails.
+/// Failure of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GaugeFault {
     /// It gives its last reading for ever.
@@ -16,9 +16,9 @@ pub enum GaugeFault {
     NotANumber,
 }
 
-crate::kept_cases!(GaugeFault { 0 Stuck, 1 NotANumber });
+crate::snapshot_cases!(GaugeFault { 0 Stuck, 1 NotANumber });
 
-/// How what a machine is loaded through fails.
+/// Failure of the loading equipment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadingFault {
     /// Somebody forces the door open.
@@ -42,7 +42,7 @@ impl Default for LoadingFault {
     }
 }
 
-crate::kept_cases!(LoadingFault {
+crate::snapshot_cases!(LoadingFault {
     0 DoorForced(on),
     1 DoorStuck(on),
     2 ChuckForced(on),
@@ -89,7 +89,7 @@ pub enum Fault {
     Loading(LoadingFault),
 }
 
-crate::kept_cases!(Fault {
+crate::snapshot_cases!(Fault {
     0 EStop(pressed),
     1 PowerLoss(lost),
     2 StuckInput { input, level },
@@ -113,12 +113,12 @@ impl Default for Fault {
     }
 }
 
-/// What a fault may strike, for people.
+/// Fault with its description for the operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultEntry {
     pub name: &'static str,
     pub target: &'static str,
-    /// What its value means.
+    /// Meaning of its value.
     pub value: &'static str,
 }
 
@@ -257,8 +257,8 @@ impl Fault {
     }
 }
 
-/// Where the origin detector may signal besides its mark (rad): what the commutation of the headstock's motor tells about
-/// the angle of its rotor at any time, homed or not.
+/// Tolerance around the mark within which the origin detector may signal (rad): the commutation of the headstock's motor
+/// gives the angle of its rotor at any time, homed or not.
 pub(super) const ORIGIN_TOLERANCE_RAD: f64 = TURN_RAD / 180.0;
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! stiffness km, is what wheel and part still give way differently. Since a turn of spark-out leaves kg/(kg + km) of what the force is
 //! above its threshold F0, a change of ΔF over a turn means that at most (ΔF (1 + kg/km) + F0)/km is left on the part.
 
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 
 /// Sectors of a turn; the force of a sector is the mean over it, so that what the wheel's own turning does to it averages out.
@@ -27,7 +27,7 @@ pub struct ForceMonitor {
     is_closed: bool,
 }
 
-crate::kept!(ForceMonitor { most_n, mean_n, passed, sector, sum_n, count, is_closed } on {});
+crate::snapshot!(ForceMonitor { most_n, mean_n, passed, sector, sum_n, count, is_closed } on {});
 
 impl Default for ForceMonitor {
     fn default() -> Self {
@@ -87,10 +87,10 @@ impl ForceMonitor {
         changed.then_some(closed)
     }
 
-    /// By how much the sectors of the last turn differ (N).
+    /// Difference between the sectors of the last turn (N).
     #[must_use]
     pub fn variation_n(&self) -> f64 {
-        let (low, high) = least_and_most(self.mean_n);
+        let (low, high) = minimum_and_maximum(self.mean_n);
         high - low
     }
 
@@ -118,7 +118,7 @@ mod tests {
         ticks.flatten().collect()
     }
 
-    /// Of a force that halves from turn to turn on one side of the part, the first whole turn below the bound closes the input.
+    /// The force halves from turn to turn on one side of the part: the first whole turn below the bound closes the input.
     #[test]
     fn the_input_closes_when_a_whole_turn_is_within_the_bound() {
         let mut monitor = ForceMonitor::default();
@@ -152,7 +152,7 @@ mod tests {
         assert_eq!(monitor.tick(3.0 * TURN_RAD, 5.0), Some(false));
     }
 
-    /// What the wheel's own turning does to the force averages out within a sector.
+    /// The force variation by the wheel's own rotation averages out within a sector.
     #[test]
     fn a_fast_wave_of_the_wheel_is_no_variation_of_a_turn() {
         let mut monitor = ForceMonitor::default();

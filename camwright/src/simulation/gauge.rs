@@ -5,7 +5,7 @@
 //! contact is at azimuth θ − σ·γ.
 
 use crate::gauging::gauge::{self, GaugeError};
-use crate::gauging::gauge_setup::Seen;
+use crate::gauging::gauge_setup::GaugeSetup;
 use crate::machine::description::{GaugeDescription, GaugeKind};
 use crate::math::noise::Noise;
 use crate::math::units::{TURN_RAD, wrap_turn};
@@ -13,13 +13,13 @@ use crate::simulation::workpiece::{Deflection, Lobe};
 use core::f64::consts::PI;
 
 impl GaugeDescription {
-    /// What tells the depth of cut, on a machine with this interpolation period (s) whose part has this share in what gives way. Of two
-    /// gauges that one is the first after which the cut comes before the other; as two diameters half a turn apart are one, that is
-    /// always so in one of both orders.
+    /// Measurement of the depth of cut on a machine with this interpolation period (s) and this share of the part in the total
+    /// deflection. Of two gauges the first is the one after which the cut passes before the other; two diameters half a turn apart are
+    /// equal, so this holds in one of both orders.
     ///
     /// # Errors
     /// A contact at the wheel; two gauges in one place, or with one contact each.
-    pub fn seen(&self, part_share: f64, cycle_time_s: f64) -> Result<Seen, GaugeError> {
+    pub fn seen(&self, part_share: f64, cycle_time_s: f64) -> Result<GaugeSetup, GaugeError> {
         let behind_rad = self.behind_wheel_rad;
         let (gauge, exchanged) = match (self.kind, self.second_behind_wheel_rad) {
             (GaugeKind::Diameter, None) => (gauge::Gauge::diameter(behind_rad)?, false),
@@ -36,7 +36,7 @@ impl GaugeDescription {
                 }
             }
         };
-        Ok(Seen { gauge, exchanged, lag_s: self.bandwidth_rad_s.map_or(0.0, f64::recip), cycle_time_s })
+        Ok(GaugeSetup { gauge, exchanged, lag_s: self.bandwidth_rad_s.map_or(0.0, f64::recip), cycle_time_s })
     }
 
     /// Readings of a part without lag, noise and steps (mm), with the wheel line at this azimuth, and a part that gives way so far.
@@ -61,13 +61,13 @@ impl GaugeDescription {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gauge {
     description: GaugeDescription,
-    /// What a step of its lag leaves of a difference.
+    /// Factor of a difference after one step of its lag.
     kept: f64,
     lagging_mm: Option<[f64; 2]>,
     noise: Noise,
 }
 
-crate::kept!(Gauge { lagging_mm, noise } on { description, kept });
+crate::snapshot!(Gauge { lagging_mm, noise } on { description, kept });
 
 impl Gauge {
     pub(super) fn new(description: GaugeDescription, cycle_time_s: f64) -> Self {

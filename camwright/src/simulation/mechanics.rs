@@ -1,4 +1,4 @@
-//! What a motor moves: a slide with friction, and on it a structure that swings; stepped exactly for a force held over the step.
+//! Load of a motor: a slide with friction and an oscillating structure on it; integrated exactly for a force held over the step.
 //!
 //! ```text
 //! motor ── F ──► [ slide (1 − μ) m ]──/\/\/──[ structure μ m ]── tool
@@ -33,7 +33,7 @@ pub(super) struct Mechanics {
     play: (f64, f64),
 }
 
-crate::kept!(Mechanics { velocity, swing, play } on { free, led, pull, swings, step_s, coulomb, half_play });
+crate::snapshot!(Mechanics { velocity, swing, play } on { free, led, pull, swings, step_s, coulomb, half_play });
 
 impl Mechanics {
     /// At rest. `coulomb` is Fc over the mass (counts/s²), `viscous` is b over the mass (1/s), `backlash` is in counts.
@@ -74,12 +74,12 @@ impl Mechanics {
         self.velocity
     }
 
-    /// How far the tool is ahead of the slide (counts).
+    /// Lead of the tool over the slide (counts).
     pub(super) fn tool_ahead(&self) -> f64 {
         self.play.0 + self.swing.0
     }
 
-    /// How far the structure is ahead of the slide (counts), and how fast that grows (counts/s).
+    /// Lead of the structure over the slide (counts), and its rate (counts/s).
     pub(super) fn swing(&self) -> (f64, f64) {
         self.swing
     }

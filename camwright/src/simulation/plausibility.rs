@@ -1,13 +1,13 @@
-//! Whether one setpoint can follow another: what a drive checks before it believes its master.
+//! Plausibility of consecutive setpoints, as a drive checks it.
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::Setpoint;
 
 pub use crate::machine::description::DRIVE_HEADROOM;
 
-/// What is wrong between two setpoints.
+/// Faults between two setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Implausible {
+pub enum PlausibilityFault {
     /// Faster than the axis (mm/s or rad/s).
     Velocity,
     /// Changes speed faster than the axis (mm/s² or rad/s²).
@@ -20,10 +20,10 @@ pub enum Implausible {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Misfit {
     pub axis: Axis,
-    pub what: Implausible,
-    /// How much; see [`Implausible`] for the unit.
+    pub what: PlausibilityFault,
+    /// Value; see [`PlausibilityFault`] for the unit.
     pub value: f64,
-    /// How much is allowed.
+    /// Allowed value.
     pub bound: f64,
 }
 
@@ -64,9 +64,9 @@ impl Plausibility {
             let jump = (distance - 0.5 * (v0 + v1) * t).abs();
             let jump_bound = 0.5 * self.acceleration[i] * t * t + 2.0 / self.counts_per_unit[i];
             for (what, value, bound) in [
-                (Implausible::Velocity, v1.abs(), self.velocity[i]),
-                (Implausible::Acceleration, change.max(to.acceleration[i].abs()), self.acceleration[i]),
-                (Implausible::Jump, jump, jump_bound),
+                (PlausibilityFault::Velocity, v1.abs(), self.velocity[i]),
+                (PlausibilityFault::Acceleration, change.max(to.acceleration[i].abs()), self.acceleration[i]),
+                (PlausibilityFault::Jump, jump, jump_bound),
             ] {
                 // Written so that a number that is not one is a misfit too.
                 if !(value <= bound && to.acceleration[i].is_finite()) {
@@ -90,17 +90,23 @@ mod tests {
         assert_eq!(check.misfit(&rest, &rest), None);
         let mut next = rest;
         next.counts[1] = 10_000;
-        assert!(matches!(check.misfit(&rest, &next), Some(Misfit { axis: Axis::X, what: Implausible::Jump, .. })));
+        assert!(matches!(
+            check.misfit(&rest, &next),
+            Some(Misfit { axis: Axis::X, what: PlausibilityFault::Jump, .. })
+        ));
         let mut next = rest;
         next.velocity[0] = 1.0;
         assert!(matches!(
             check.misfit(&rest, &next),
-            Some(Misfit { axis: Axis::C, what: Implausible::Acceleration, .. })
+            Some(Misfit { axis: Axis::C, what: PlausibilityFault::Acceleration, .. })
         ));
         next.velocity[0] = f64::NAN;
         assert!(check.misfit(&rest, &next).is_some());
         let mut next = rest;
         next.velocity[2] = -1000.0;
-        assert!(matches!(check.misfit(&rest, &next), Some(Misfit { axis: Axis::Z, what: Implausible::Velocity, .. })));
+        assert!(matches!(
+            check.misfit(&rest, &next),
+            Some(Misfit { axis: Axis::Z, what: PlausibilityFault::Velocity, .. })
+        ));
     }
 }

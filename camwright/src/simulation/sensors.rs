@@ -28,11 +28,11 @@ pub struct OriginDetector {
     counts_per_turn: f64,
     half_window: f64,
     stuck: Option<bool>,
-    /// Where a second mark lies that should not be there (counts from the first).
+    /// Position of a spurious second mark (counts from the first).
     second: Option<f64>,
 }
 
-crate::kept!(OriginDetector { stuck, second } on { counts_per_turn, half_window });
+crate::snapshot!(OriginDetector { stuck, second } on { counts_per_turn, half_window });
 
 impl OriginDetector {
     /// A detector for a headstock of so many counts per turn; `half_window_rad` on both sides of the mark.
@@ -46,7 +46,7 @@ impl OriginDetector {
         self.second = counts;
     }
 
-    /// How far a position is from the mark (counts), at most half a turn.
+    /// Distance of a position from the mark (counts), at most half a turn.
     #[must_use]
     pub fn off_mark(&self, position: f64) -> f64 {
         let turns = position / self.counts_per_turn;
@@ -58,14 +58,14 @@ impl OriginDetector {
         self.stuck = level;
     }
 
-    /// Whether the detector sees its mark.
+    /// Returns whether the detector sees its mark.
     #[must_use]
     pub fn is_closed(&self, position: f64) -> bool {
         let sees = |position: f64| self.off_mark(position) <= self.half_window;
         self.stuck.unwrap_or_else(|| sees(position) || self.second.is_some_and(|second| sees(position - second)))
     }
 
-    /// What the latch catches between two positions less than a turn apart: the index mark, or a second one.
+    /// Edge captured by the latch between two positions less than a turn apart: the index mark, or a second one.
     #[must_use]
     pub fn edge(&self, from: f64, to: f64) -> Option<Edge> {
         if self.stuck.is_some() {
@@ -111,7 +111,7 @@ pub struct StationSwitch {
     chatter: u32,
 }
 
-crate::kept!(StationSwitch { closed, stuck, bounces, chatter } on { start, end, hysteresis });
+crate::snapshot!(StationSwitch { closed, stuck, bounces, chatter } on { start, end, hysteresis });
 
 /// Times that a switch toggles after each edge when it bounces, once in each servo step: an even number, so that it shows
 /// its true level afterwards.
@@ -143,7 +143,7 @@ impl StationSwitch {
         self.chatter = 0;
     }
 
-    /// Whether it is closed.
+    /// Returns whether the switch is closed.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.stuck.unwrap_or(self.closed != (self.chatter % 2 == 1))
@@ -155,7 +155,7 @@ impl StationSwitch {
         if self.stuck.is_some() { None } else { Some(Edge { rising: self.is_closed(), position: table }) }
     }
 
-    /// What it must show with the table at this position if it works, with a tolerance (counts); `None` near its edges.
+    /// Expected state of a working switch with the table at this position, with a tolerance (counts); `None` near its edges.
     #[must_use]
     pub fn expected(&self, table: f64, tolerance: f64) -> Option<bool> {
         let beyond = self.hysteresis + tolerance;
@@ -168,7 +168,7 @@ impl StationSwitch {
         }
     }
 
-    /// Whether a switch that closed with the table at `closed_at` must still be closed with it at `table` (counts): further on its dog, in
+    /// Returns whether a switch that closed with the table at `closed_at` must still be closed at `table` (counts): further on its dog, in
     /// the half where it closed, or not yet back by its hysteresis.
     #[must_use]
     pub fn must_hold(&self, closed_at: f64, table: f64) -> bool {

@@ -21,10 +21,10 @@ use crate::simulation::plausibility::DRIVE_HEADROOM;
 
 pub use crate::machine::drive::{DriveSettings, Structure};
 
-/// What the setpoint does during one servo step, and what acts on the axis.
+/// Setpoint during one servo step, and external load of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Demand {
-    /// Where it is at the end (counts): what the counts of the encoder are counted from.
+pub struct ServoCommand {
+    /// Setpoint at the end of the step (counts): the reference of the encoder counts.
     pub position: f64,
     /// Distance (counts).
     pub distance: f64,
@@ -60,7 +60,7 @@ pub struct Servo {
     demanded_way: f64,
     /// Speed v̂ now, and in the mean of the last step (counts/s).
     model: (f64, f64),
-    /// What the integral holds against (counts/s²).
+    /// Integral part (counts/s²).
     integral: f64,
     /// Force of the last step over the mass (counts/s²).
     force: f64,
@@ -68,7 +68,7 @@ pub struct Servo {
     mechanics: Mechanics,
 }
 
-crate::kept!(Servo {
+crate::snapshot!(Servo {
     gain, noise, error, seen, seen_way, demanded_way, model, integral, force, ideal_velocity, mechanics,
 } on { settings, step_s, max_velocity, max_acceleration, brake, per_force, friction, seed });
 
@@ -135,13 +135,13 @@ impl Servo {
         if self.is_ideal() { self.ideal_velocity } else { self.mechanics.velocity() }
     }
 
-    /// How far the tool is ahead of the encoder: play and structure (counts).
+    /// Lead of the tool over the encoder: play and structure (counts).
     #[must_use]
     pub fn tool_ahead(&self) -> f64 {
         self.mechanics.tool_ahead()
     }
 
-    /// How far the structure is ahead of the slide (counts), and how fast that grows (counts/s).
+    /// Lead of the structure over the slide (counts), and its rate (counts/s).
     #[must_use]
     pub fn swing(&self) -> (f64, f64) {
         self.mechanics.swing()
@@ -209,7 +209,7 @@ impl Servo {
     ///
     /// Without a bandwidth the loop is ideal and the position loop continuous: de/dt = (1 − ff) v − Kv e, solved exactly
     /// for the step's mean setpoint speed; only the speed is limited then.
-    pub fn step(&mut self, demand: Demand) -> f64 {
+    pub fn step(&mut self, demand: ServoCommand) -> f64 {
         let kv = self.settings.kv_1_s * (1.0 + self.settings.gain_error) * self.gain;
         let ff = self.settings.velocity_feed_forward * self.gain;
         let Some(bandwidth) = self.settings.velocity_loop_rad_s else { return self.ideal_step(demand, kv, ff) };
@@ -246,7 +246,7 @@ impl Servo {
         distance
     }
 
-    /// What the drive gives against friction before it is felt.
+    /// Feed-forward against friction.
     fn friction_ahead(&self, velocity: f64) -> f64 {
         let share = self.settings.friction_feed_forward * self.gain;
         if share == 0.0 || velocity == 0.0 {
@@ -266,7 +266,7 @@ impl Servo {
         }
     }
 
-    fn ideal_step(&mut self, demand: Demand, kv: f64, ff: f64) -> f64 {
+    fn ideal_step(&mut self, demand: ServoCommand, kv: f64, ff: f64) -> f64 {
         let h = self.step_s;
         let mean = demand.distance / h;
         let forgotten = -libm::expm1(-kv * h);
@@ -316,7 +316,7 @@ impl Servo {
     }
 }
 
-/// Where the noise of an axis' encoder begins: no two read alike.
+/// Seed of the encoder noise of an axis: different for every axis.
 fn seed(axis: Axis) -> u64 {
     0x5eed_0000 + axis.index() as u64
 }

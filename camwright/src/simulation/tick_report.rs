@@ -1,4 +1,4 @@
-//! What a tick of the machine tells.
+//! Report of a machine tick.
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, Severity};
 use crate::machine::description::AXIS_COUNT;
@@ -8,7 +8,7 @@ use crate::simulation::turned_part::TurnedRemoval;
 use crate::simulation::work_area::WorkAreaState;
 use crate::simulation::workpiece::Removal;
 
-/// Most edges told by one tick; the dog passes one switch at a time, the headstock at most one mark.
+/// Maximum number of edges in one tick; the dog passes one switch at a time, the headstock at most one mark.
 pub const MAX_LATCHES: usize = 16;
 
 /// State of the motion.
@@ -31,14 +31,14 @@ pub enum MotionState {
 pub struct AxisReport {
     /// Setpoint (counts).
     pub setpoint_counts: i64,
-    /// What the encoder reads (counts).
+    /// Reading of the encoder (counts).
     pub counts: i64,
-    /// What the encoder reads (mm or rad).
+    /// Reading of the encoder (mm or rad).
     pub position: f64,
     /// Velocity (mm/s or rad/s).
     pub velocity: f64,
-    /// Force (N) or torque (N m) of the motor in this tick, in the mean, positive in the positive direction of the axis: what its current
-    /// tells. It accelerates the axis, overcomes friction, and holds against the wheel's force on the part.
+    /// Mean force (N) or torque (N m) of the motor in this tick, positive in the positive direction of the axis, as its current shows it.
+    /// It accelerates the axis, overcomes friction, and holds against the wheel's force on the part.
     pub effort: f64,
     /// Setpoint minus actual (mm or rad), finer than a count.
     pub following_error: f64,
@@ -76,20 +76,20 @@ pub struct IoState {
 }
 
 impl IoState {
-    /// Whether input `index` of [`Input::OTHERS`] is closed.
+    /// Returns whether input `index` of [`Input::OTHERS`] is closed.
     #[must_use]
     pub fn other(&self, index: usize) -> bool {
         index < Input::OTHERS.len() && self.others >> index & 1 == 1
     }
 
-    /// Whether the switch of station `index` is closed.
+    /// Returns whether the switch of station `index` is closed.
     #[must_use]
     pub fn station(&self, index: usize) -> bool {
         index < 64 && self.stations >> index & 1 == 1
     }
 }
 
-/// What a tick of the machine tells.
+/// Report of a machine tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickReport {
     /// The tick that was executed.
@@ -106,13 +106,13 @@ pub struct TickReport {
     pub motion: MotionState,
     /// Index of the lobe that stands in front of the wheel.
     pub lobe: Option<usize>,
-    /// What the wheel took from it; what a lathe's insert took from its part, per width of the insert.
+    /// Material removed by the wheel; for a lathe, material removed by the insert per width of the insert.
     pub removal: Removal,
-    /// What a lathe's insert took, and where it was deepest.
+    /// Material removed by a lathe's insert, and its deepest position.
     pub turned: TurnedRemoval,
-    /// Normal force of the wheel on the part at the end of the tick (N); 0 where nothing gives way, and nothing can be told of it.
+    /// Normal force of the wheel on the part at the end of the tick (N); 0 on a rigid machine, where it is unknown.
     pub normal_force_n: f64,
-    /// What the gauge reads of the lobe in front of the wheel (mm), and a second gauge, while C turns.
+    /// Reading of the gauge at the lobe in front of the wheel (mm), and of a second gauge, while C turns.
     pub gauge_mm: [Option<f64>; 2],
     /// Speed of the wheel (rad/s).
     pub wheel_rad_s: f64,

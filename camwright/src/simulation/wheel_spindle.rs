@@ -12,7 +12,7 @@ pub struct WheelSpindle {
     surface_speed_mm_s: f64,
 }
 
-crate::kept!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surface_speed_mm_s } holds |wheel| {
+crate::snapshot!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surface_speed_mm_s } holds |wheel| {
     wheel.ticks <= wheel.ticks_to_speed => "the wheel is faster than it can be",
 });
 
@@ -57,7 +57,7 @@ impl WheelSpindle {
         self
     }
 
-    /// Whether it is meant to run.
+    /// Returns whether the spindle is commanded to run.
     #[must_use]
     pub fn is_ordered(&self) -> bool {
         self.ordered
@@ -69,7 +69,7 @@ impl WheelSpindle {
         self.ticks_to_speed
     }
 
-    /// Whether it is fast enough to cut: from half its speed on; below, it rubs.
+    /// Returns whether it is fast enough to cut: from half its speed on; below, it rubs.
     #[must_use]
     pub fn cuts(&self) -> bool {
         self.ticks.saturating_mul(2) > self.ticks_to_speed
@@ -81,13 +81,13 @@ impl WheelSpindle {
         f64::from(self.ticks) / f64::from(self.ticks_to_speed)
     }
 
-    /// Whether it stands still.
+    /// Returns whether it stands still.
     #[must_use]
     pub fn is_still(&self) -> bool {
         self.ticks == 0
     }
 
-    /// Whether it has its surface speed.
+    /// Returns whether it has its surface speed.
     #[must_use]
     pub fn is_running(&self) -> bool {
         self.ticks == self.ticks_to_speed

@@ -6,10 +6,10 @@ use crate::machine::alarm::AlarmKind;
 use crate::machine::loading::LoadingDescription;
 use thiserror::Error;
 
-/// Where a door or a chuck is.
+/// Position of a door or a chuck.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum Place {
+pub enum Occupant {
     /// At its end: nothing goes through, or the part is held.
     #[default]
     Closed = 0,
@@ -20,12 +20,12 @@ pub enum Place {
     Closing = 3,
 }
 
-crate::kept_cases!(Place { 0 Closed, 1 Opening, 2 Open, 3 Closing });
+crate::snapshot_cases!(Occupant { 0 Closed, 1 Opening, 2 Open, 3 Closing });
 
 /// A door or a chuck: it goes from one end to the other in so many ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Leaf {
-    place: Place,
+    place: Occupant,
     /// Ticks that it still goes, and for which it has been on its way.
     left: u32,
     under_way: u32,
@@ -34,11 +34,11 @@ pub(super) struct Leaf {
     stuck: bool,
 }
 
-crate::kept!(Leaf { place, left, under_way, stuck } on { ticks_to_open, ticks_to_close });
+crate::snapshot!(Leaf { place, left, under_way, stuck } on { ticks_to_open, ticks_to_close });
 
 impl Leaf {
     #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
-    fn new((opens_s, closes_s): (f64, f64), cycle_time_s: f64, place: Place) -> Self {
+    fn new((opens_s, closes_s): (f64, f64), cycle_time_s: f64, place: Occupant) -> Self {
         let ticks = |time_s: f64| libm::ceil(time_s / cycle_time_s).clamp(1.0, f64::from(u32::MAX)) as u32;
         let (ticks_to_open, ticks_to_close) = (ticks(opens_s), ticks(closes_s));
         Self { place, left: 0, under_way: 0, ticks_to_open, ticks_to_close, stuck: false }
@@ -46,8 +46,8 @@ impl Leaf {
 
     fn order(&mut self, open: bool) {
         let (there, way, ticks) = match open {
-            true => (Place::Open, Place::Opening, self.ticks_to_open),
-            false => (Place::Closed, Place::Closing, self.ticks_to_close),
+            true => (Occupant::Open, Occupant::Opening, self.ticks_to_open),
+            false => (Occupant::Closed, Occupant::Closing, self.ticks_to_close),
         };
         if self.place != there && self.place != way {
             (self.place, self.left, self.under_way) = (way, ticks, 0);
@@ -56,7 +56,7 @@ impl Leaf {
 
     /// At once where nobody ordered it to: by force.
     pub(super) fn force_open(&mut self) {
-        (self.place, self.left, self.under_way) = (Place::Open, 0, 0);
+        (self.place, self.left, self.under_way) = (Occupant::Open, 0, 0);
     }
 
     pub(super) fn set_stuck(&mut self, stuck: bool) {
@@ -66,9 +66,9 @@ impl Leaf {
     /// One tick; true when it has been on its way for twice as long as it takes.
     fn step(&mut self) -> bool {
         let (end, whole) = match self.place {
-            Place::Opening => (Place::Open, self.ticks_to_open),
-            Place::Closing => (Place::Closed, self.ticks_to_close),
-            Place::Open | Place::Closed => return false,
+            Occupant::Opening => (Occupant::Open, self.ticks_to_open),
+            Occupant::Closing => (Occupant::Closed, self.ticks_to_close),
+            Occupant::Open | Occupant::Closed => return false,
         };
         self.under_way = self.under_way.saturating_add(1);
         if !self.stuck {
@@ -80,14 +80,14 @@ impl Leaf {
         }
         let is_late = self.under_way > whole.saturating_mul(2);
         if is_late {
-            // Told once; after a reset it has its time again.
+            // Reported once; a reset restarts its time limit.
             self.under_way = 0;
         }
         is_late
     }
 
     fn is_moving(&self) -> bool {
-        matches!(self.place, Place::Opening | Place::Closing)
+        matches!(self.place, Occupant::Opening | Occupant::Closing)
     }
 }
 
@@ -119,9 +119,9 @@ pub enum LoadingRefused {
     NoPart,
 }
 
-/// What keeps axes and wheel from starting.
+/// Conditions that prevent axes and wheel from starting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hindrance {
+pub enum AccessRefusal {
     /// Somebody is in the work area.
     Entered,
     /// The door is not closed.
@@ -130,41 +130,41 @@ pub enum Hindrance {
     Chuck,
 }
 
-impl Hindrance {
+impl AccessRefusal {
     /// The alarm of who starts, or goes on, in spite of it.
     #[must_use]
     pub const fn alarm(self) -> AlarmKind {
         match self {
-            Hindrance::Entered => AlarmKind::WorkAreaEntered,
-            Hindrance::Door => AlarmKind::DoorOpened,
-            Hindrance::Chuck => AlarmKind::ChuckOpened,
+            AccessRefusal::Entered => AlarmKind::WorkAreaEntered,
+            AccessRefusal::Door => AlarmKind::DoorOpened,
+            AccessRefusal::Chuck => AlarmKind::ChuckOpened,
         }
     }
 
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
-            Hindrance::Entered => "somebody is in the work area",
-            Hindrance::Door => "the door is not closed",
-            Hindrance::Chuck => "the chuck is not closed",
+            AccessRefusal::Entered => "somebody is in the work area",
+            AccessRefusal::Door => "the door is not closed",
+            AccessRefusal::Chuck => "the chuck is not closed",
         }
     }
 }
 
-/// What door, chuck and sensors show after a tick.
+/// State of door, chuck and sensors after a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkAreaState {
-    pub door: Place,
+    pub door: Occupant,
     /// The chuck; closed: it holds.
-    pub chuck: Place,
+    pub chuck: Occupant,
     /// The sensor sees a part in the chuck.
     pub part_present: bool,
     /// Somebody is inside, or nobody knows that he has left.
     pub entered: bool,
     /// The axes stand still in their safe place, the wheel has stopped, the door is open.
     pub is_safe: bool,
-    /// What keeps axes and wheel from starting.
-    pub hindrance: Option<Hindrance>,
+    /// Condition that prevents axes and wheel from starting.
+    pub hindrance: Option<AccessRefusal>,
 }
 
 /// Door, chuck, sensors and who is inside.
@@ -174,14 +174,14 @@ pub(super) struct WorkArea {
     pub(super) chuck: Leaf,
     /// There is a part in the chuck, whatever the sensor shows.
     has_part: bool,
-    /// What the sensor shows whatever there is.
+    /// Fixed reading of a stuck sensor.
     pub(super) sensor_stuck: Option<bool>,
     pub(super) person_inside: bool,
     loader_inside: bool,
     loader_lost: bool,
 }
 
-crate::kept!(WorkArea {
+crate::snapshot!(WorkArea {
     door, chuck, has_part, sensor_stuck, person_inside, loader_inside, loader_lost,
 } on {});
 
@@ -190,8 +190,8 @@ impl WorkArea {
     pub(super) fn new(description: &LoadingDescription, cycle_time_s: f64) -> Self {
         let LoadingDescription { door_opens_s, door_closes_s, chuck_opens_s, chuck_closes_s, .. } = *description;
         Self {
-            door: Leaf::new((door_opens_s, door_closes_s), cycle_time_s, Place::Closed),
-            chuck: Leaf::new((chuck_opens_s, chuck_closes_s), cycle_time_s, Place::Open),
+            door: Leaf::new((door_opens_s, door_closes_s), cycle_time_s, Occupant::Closed),
+            chuck: Leaf::new((chuck_opens_s, chuck_closes_s), cycle_time_s, Occupant::Open),
             has_part: false,
             sensor_stuck: None,
             person_inside: false,
@@ -202,7 +202,7 @@ impl WorkArea {
 
     /// One tick: the alarms of what does not come to its end.
     pub(super) fn step(&mut self) -> [Option<AlarmKind>; 2] {
-        if self.entered() && self.door.place == Place::Closing {
+        if self.entered() && self.door.place == Occupant::Closing {
             // Its edge opens it again.
             self.door.order(true);
         }
@@ -222,23 +222,23 @@ impl WorkArea {
         self.loader_inside || self.person_inside
     }
 
-    pub(super) fn hindrance(&self) -> Option<Hindrance> {
+    pub(super) fn hindrance(&self) -> Option<AccessRefusal> {
         let wanted = [
-            (self.entered(), Hindrance::Entered),
-            (self.door.place != Place::Closed, Hindrance::Door),
-            (self.chuck.place != Place::Closed, Hindrance::Chuck),
+            (self.entered(), AccessRefusal::Entered),
+            (self.door.place != Occupant::Closed, AccessRefusal::Door),
+            (self.chuck.place != Occupant::Closed, AccessRefusal::Chuck),
         ];
         wanted.into_iter().find_map(|(is_so, hindrance)| is_so.then_some(hindrance))
     }
 
-    /// What it shows; `quiet` says that the axes stand still in their safe place and the wheel has stopped.
+    /// State of the work area; `quiet`: the axes stand still at their safe position and the wheel has stopped.
     pub(super) fn state(&self, quiet: bool) -> WorkAreaState {
         WorkAreaState {
             door: self.door.place,
             chuck: self.chuck.place,
             part_present: self.part_present(),
             entered: self.entered(),
-            is_safe: quiet && self.door.place == Place::Open,
+            is_safe: quiet && self.door.place == Occupant::Open,
             hindrance: self.hindrance(),
         }
     }
@@ -254,7 +254,7 @@ impl WorkArea {
 
     /// Opens or closes the chuck of a machine in which nothing moves. With the door closed a part would fall.
     pub(super) fn order_chuck(&mut self, open: bool) -> Result<(), LoadingRefused> {
-        if open && self.door.place != Place::Open {
+        if open && self.door.place != Occupant::Open {
             return Err(LoadingRefused::DoorNotOpen);
         }
         self.chuck.order(open);
@@ -263,10 +263,10 @@ impl WorkArea {
 
     /// Puts a part into the open chuck, or takes it out.
     pub(super) fn change_part(&mut self, put_in: bool) -> Result<(), LoadingRefused> {
-        if self.door.place != Place::Open {
+        if self.door.place != Occupant::Open {
             return Err(LoadingRefused::DoorNotOpen);
         }
-        if self.chuck.place != Place::Open {
+        if self.chuck.place != Occupant::Open {
             return Err(LoadingRefused::ChuckNotOpen);
         }
         if put_in == self.has_part {
@@ -276,16 +276,16 @@ impl WorkArea {
         Ok(())
     }
 
-    /// Whether a part is held that may be given the outline of a raw one.
+    /// Checks that a part is held that may get the outline of a raw part.
     pub(super) fn holds_part(&self) -> Result<(), LoadingRefused> {
         match (self.part_present(), self.chuck.place) {
             (false, _) => Err(LoadingRefused::NoPart),
-            (true, Place::Closed) => Ok(()),
+            (true, Occupant::Closed) => Ok(()),
             (true, _) => Err(LoadingRefused::ChuckNotClosed),
         }
     }
 
-    /// What the loader says of itself; `lost`: it has ceased to. True when it went silent inside.
+    /// Updates the state of the loader; `lost`: it has fallen silent. Returns true if it fell silent inside.
     pub(super) fn see_loader(&mut self, inside: bool, lost: bool) -> bool {
         let was_lost = core::mem::replace(&mut self.loader_lost, lost);
         // One that says nothing any more is where it was.

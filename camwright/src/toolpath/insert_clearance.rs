@@ -1,4 +1,4 @@
-//! Whether the insert's flank clears the part it cuts, and how far below centre the insert should stand.
+//! Clearance of the insert's flank from the part, and the best height of the insert below centre.
 //!
 //! ```text
 //!   | part   \          Where the rake face meets the surface, the outward normal stands ν = ψ − atan(r′/r) above the X axis line.
@@ -8,10 +8,10 @@
 //!   |            |      r the radius at the contact, H the depth of the rake plane below the axis, r′ signed, over the azimuth.
 //! ```
 //!
-//! Every point of the surface becomes a contact as the part turns, so the least clearance is that over the whole surface. It grows with H;
-//! what shrinks with H is the angle 90° + ν between the surface and the rake face, below which the tool does not cut but scrapes. The best
-//! H keeps both margins equal. H is told by the offset angle asin(H/rb), rb the least radius: JP2012-71381A asks for 20° to 70°, better 40°
-//! to 60°, which is where the balance lies for ordinary cams.
+//! Every point of the surface becomes a contact as the part turns, so the minimum clearance is that over the whole surface. It grows with
+//! H. The angle 90° + ν between the surface and the rake face shrinks with H; below it the tool scrapes instead of cutting. The best H
+//! keeps both margins equal. H is given by the offset angle asin(H/rb) with rb the minimum radius: JP2012-71381A asks for 20° to 70°,
+//! better 40° to 60°, the range of the balance for ordinary cams.
 //!
 //! A surface may clear the edge and still meet the flank farther down, so that is looked at too: the flank of a round insert is a cone.
 
@@ -105,9 +105,9 @@ pub enum InsertClearanceError {
         turned_deg: f64,
         /// z of the insert's centre (mm).
         z_mm: f64,
-        /// How far it enters (mm).
+        /// Depth (mm).
         inside_mm: f64,
-        /// How far below the edge (mm).
+        /// Distance below the edge (mm).
         below_mm: f64,
         /// Allowed (mm).
         bound_mm: f64,
@@ -145,7 +145,7 @@ pub struct Flank {
     pub least_clearance_rad: f64,
     /// Least angle between surface and rake face (rad).
     pub least_approach_rad: f64,
-    /// How far the flank reaches down from the edge (mm).
+    /// Height of the flank below the edge (mm).
     pub depth_mm: f64,
 }
 
@@ -164,7 +164,7 @@ impl Default for Flank {
 impl Flank {
     /// The flank of a lathe's insert, and what is asked of every flank.
     #[must_use]
-    pub fn of(insert: &InsertDescription) -> Self {
+    pub fn from_insert(insert: &InsertDescription) -> Self {
         Self { relief_rad: insert.relief_rad, ..Self::default() }
     }
 }
@@ -180,7 +180,7 @@ pub struct AngleAt {
     pub z_mm: f64,
 }
 
-/// How an insert at one height stands to a surface.
+/// Clearance of an insert at one height on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clearance {
     /// H: how far the rake plane lies below the axis (mm), negative above.
@@ -209,10 +209,10 @@ pub struct Heights {
 /// Offset angles that the patent prefers, and those it asks for (deg).
 pub const OFFSET_DEG: [(f64, f64); 2] = [(40.0, 60.0), (20.0, 70.0)];
 
-/// How far the surface may enter the flank (mm): what the section itself is exact to.
+/// Permitted depth of the surface in the flank (mm): the accuracy of the section itself.
 const INSIDE_MM: f64 = 1e-4;
 
-/// How far above where the edge is thought to be the surface is looked at first (rad); what is above the rake plane does not count.
+/// Start of the scan above the assumed edge (rad); points above the rake plane do not count.
 const ABOVE_RAD: f64 = 0.15;
 
 /// Turned angles of a turn, places along the path, places along z within the insert, and places down the flank that are looked at.
@@ -227,7 +227,7 @@ struct Spot {
     z: f64,
 }
 
-/// What decides the clearance of a surface at every height.
+/// Data that decide the clearance of a surface at every height.
 ///
 /// The clearance of a spot grows with its slope and falls with its radius (for H above 0), so only spots count that have none with both a
 /// smaller slope and a larger radius, or for H below 0 with both smaller.

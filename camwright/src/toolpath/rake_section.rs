@@ -1,4 +1,4 @@
-//! Where the rake face of a lathe tool meets the surface of the part.
+//! Intersection of the rake face of a lathe tool with the surface of the part.
 //!
 //! ```text
 //!        y                         The rake face lies in the plane y = y₀: −H for a tool H below centre, +H above. What of the part
@@ -57,7 +57,7 @@ pub enum RakeSectionError {
         z_mm: f64,
         /// Angle between surface and plane across the axis (deg).
         angle_deg: f64,
-        /// What it must exceed (deg).
+        /// Lower bound, exclusive (deg).
         bound_deg: f64,
     },
     /// More looks at the surface than are allowed.
@@ -149,7 +149,7 @@ pub struct SectionCurve {
     pub error_mm: f64,
 }
 
-/// What is wrong with calculations that do not solve for ψ at every angle.
+/// Error of calculations that do not solve for ψ at every angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shortcuts {
     /// Largest error of x if the radius is taken at ψ = 0 (mm).
@@ -230,7 +230,7 @@ impl<'a> RakeSection<'a> {
         (self.from_mm, self.to_mm)
     }
 
-    /// Whether it is proven that every section has one point for each z.
+    /// Returns whether every section is proven to have one point for each z.
     #[must_use]
     pub fn is_single(&self) -> bool {
         self.single
@@ -277,7 +277,7 @@ impl<'a> RakeSection<'a> {
             if off.abs() < CLOSE_RAD {
                 return place.moved(off).section(self.y_mm, z_mm);
             }
-            // Only where the left side is proven to grow does its sign tell on which side the point lies.
+            // The sign of the left side shows the side of the point only if the left side is proven to grow.
             if self.single {
                 if off < 0.0 { low = lead } else { high = lead }
             }
@@ -292,14 +292,14 @@ impl<'a> RakeSection<'a> {
 
     /// The surface seen at an angle ψ, and how far off the plane it is: (r sin ψ − y₀) over its slope (rad).
     #[inline]
-    pub(crate) fn place(&self, turned_rad: f64, z_mm: f64, lead_rad: f64) -> (Place, f64) {
+    pub(crate) fn place(&self, turned_rad: f64, z_mm: f64, lead_rad: f64) -> (SectionPosition, f64) {
         if let Some(budget) = self.budget {
             budget.spend(1);
         }
         let (sin, cos) = libm::sincos(lead_rad);
         let surface = self.surface.point(lead_rad + turned_rad, z_mm);
         let off = (surface.radius_mm * sin - self.y_mm) / (surface.radius_mm * cos + surface.by_azimuth * sin);
-        (Place { lead_rad, surface }, off)
+        (SectionPosition { lead_rad, surface }, off)
     }
 
     /// From outside to the surface along the plane at one z, in steps that cannot pass it.
@@ -340,7 +340,7 @@ impl<'a> RakeSection<'a> {
         })
     }
 
-    /// How far off the section would be that a simpler calculation finds, at angles of a turn and places along z; see [`Shortcuts`].
+    /// Error of a simplified calculation of the section, at angles of a turn and positions along z; see [`Shortcuts`].
     ///
     /// # Errors
     /// What [`Self::point`] says.
@@ -407,13 +407,13 @@ impl<'a> RakeSection<'a> {
 
 /// The surface seen at an angle ψ.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct SectionPosition {
     lead_rad: f64,
     surface: SurfacePoint,
 }
 
-impl Place {
-    /// What stands a tiny angle lower, to first order in the derivatives and to second in the radius.
+impl SectionPosition {
+    /// Section at a slightly smaller angle, to first order in the derivatives and to second in the radius.
     pub(crate) fn moved(self, by_rad: f64) -> Self {
         let s = self.surface;
         Self {

@@ -1,4 +1,4 @@
-//! Where the wheel stands while the part turns: X over the wheel-line angle θ.
+//! Position of the wheel while the part turns: X over the wheel-line angle θ.
 //!
 //! θ is the azimuth of the X axis line seen from the part. The wheel's centre is W = Q + R·N (contour point and outward
 //! normal), |W| its distance from the spindle axis, and the path carries X = |W| − R, the position of the wheel's cutting
@@ -18,7 +18,7 @@ pub enum ToolPathError {
     /// The wheel radius is not a positive number.
     #[error("wheel radius {wheel_radius_mm} mm is not a positive number")]
     BadWheelRadius {
-        /// What was given (mm).
+        /// Given value (mm).
         wheel_radius_mm: f64,
     },
     /// A concave flank is tighter than the wheel.
@@ -63,7 +63,7 @@ pub enum ToolPathError {
     },
 }
 
-/// How exact a path is.
+/// Accuracy of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathAccuracy {
     /// Knots of the spline over one turn.
@@ -102,7 +102,7 @@ const MAX_STEPS: usize = 40;
 pub(crate) const CHECK_DENSITY: usize = 8;
 
 impl ToolPath {
-    /// Whether a wheel reaches everywhere along a contour.
+    /// Checks that a wheel reaches every point of a contour.
     ///
     /// # Errors
     /// A radius that is none, or one that is too large for a concave flank, with the largest that fits.
@@ -110,7 +110,7 @@ impl ToolPath {
         if !wheel_radius_mm.is_finite() || wheel_radius_mm <= 0.0 {
             return Err(ToolPathError::BadWheelRadius { wheel_radius_mm });
         }
-        if let Some(place) = contour.most_concave() {
+        if let Some(place) = contour.maximum_concavity() {
             let clearance = 1.0 + place.value * wheel_radius_mm;
             if clearance <= 1e-9 {
                 return Err(ToolPathError::WheelTooLarge {
@@ -157,7 +157,7 @@ impl ToolPath {
     /// What [`Self::for_wheel`] says; a correction that the wheel cannot follow without cutting into it is one that the way back does
     /// not confirm.
     pub fn compensated(contour: &Contour, correction: &FormCurve, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
-        // Whether the wheel fits the contour at all, told in the contour's own words.
+        // Checks first whether the wheel fits the contour at all, with the error of the contour itself.
         let design = Self::for_wheel(contour, wheel_radius_mm)?;
         if correction.is_zero() {
             return Ok(design);
@@ -231,7 +231,7 @@ impl ToolPath {
         Self { wheel_radius_mm, ..self.clone() }
     }
 
-    /// How exact it is.
+    /// Accuracy of the path.
     #[must_use]
     pub fn accuracy(&self) -> PathAccuracy {
         self.accuracy
@@ -276,7 +276,7 @@ impl ToolPath {
         footprint_ratio(x, radius, centre, square, libm::sqrt(square))
     }
 
-    /// How far what it grinds at a wheel-line angle lies off the contour (mm).
+    /// Distance of the ground point from the contour at a wheel-line angle (mm).
     fn misses(&self, contour: &Contour, angle_rad: f64) -> f64 {
         let ground = self.contact(angle_rad);
         let azimuth = self.contact_azimuth(angle_rad);

@@ -27,7 +27,7 @@ fn random_curve(random: &mut Seeded) -> FormCurve {
     curve(random.within(-0.002, 0.002), &waves)
 }
 
-/// What a machine leaves that answers a correction with so much of it, so late (rad) in every harmonic.
+/// Form error of a machine that applies this share of a correction, with this lag (rad) in every harmonic.
 fn answer(own: &FormCurve, correction: &FormCurve, share: f64, lag_rad: f64) -> FormCurve {
     let (sin, cos) = lag_rad.sin_cos();
     let waves = correction.waves_mm().iter().map(|[a, b]| [a * cos - b * sin, a * sin + b * cos]).collect();

@@ -16,8 +16,8 @@ fn angles(count: u32) -> impl Iterator<Item = f64> {
 
 const CENTRED_ROLLER: Follower = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
 
-/// A flat follower on an eccentric disc lifts by e(1 + cos a); the contour is the disc again, whatever follower its lift
-/// is told for.
+/// A flat follower on an eccentric disc lifts by e(1 + cos a); the contour is the disc again, for the lift of any
+/// follower.
 #[test]
 fn eccentric_disc_gives_back_the_disc() {
     let (e, radius) = (4.2, 19.0);
@@ -82,7 +82,7 @@ fn too_steep_lobe_is_undercut() {
     ));
 }
 
-/// The boundary of undercut, told to a micrometre: the base radius decides and nothing else.
+/// The boundary of undercut is exact to a micrometre and depends on the base radius only.
 #[test]
 fn undercut_begins_where_the_radius_of_curvature_vanishes() {
     let law = lobe(MotionLaw::Cycloidal, 6.0, 62.0);

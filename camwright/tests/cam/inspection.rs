@@ -1,4 +1,4 @@
-//! What gauges read from contours: against closed forms, against gauges pushed onto points of the contour, and back.
+//! Gauge readings of contours: against closed forms, against gauges pushed onto points of the contour, and back.
 
 use crate::cams;
 
@@ -93,7 +93,7 @@ fn contour_to_lift_to_contour_returns_between_all_followers() {
                     Err(error) => {
                         // Overlooked, or so nearly that the reading all but has a corner.
                         let room = 1.0
-                            + contour.most_concave().map_or(0.0, |place| place.value)
+                            + contour.maximum_concavity().map_or(0.0, |place| place.value)
                                 * gauge.tip_radius_mm().unwrap_or(f64::INFINITY);
                         assert!(room < 0.3, "seed {seed}, {follower:?}, {gauge:?}, {room}: {error}");
                         overlooked += 1;
@@ -196,7 +196,7 @@ fn gauges_rest_on_what_holds_them_farthest_out() {
         }
     }
     // A face on a hollow touches either side of it and never its floor.
-    let floor = contour.most_concave().unwrap().angle_rad;
+    let floor = contour.maximum_concavity().unwrap().angle_rad;
     let gauged = Inspection::new(&contour, &Follower::Flat).unwrap();
     for angle in angles(3600) {
         let contact = gauged.read(angle).unwrap().contact_rad;

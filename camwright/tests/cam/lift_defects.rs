@@ -46,7 +46,7 @@ const DEFECTS: [Defect; 7] = [
     Defect::Backwards,
 ];
 
-/// Whether a finding names this defect at this row (line = row + 2).
+/// Returns whether a finding names this defect at this row (line = row + 2).
 fn tells(finding: &LiftError, defect: Defect, row: usize) -> bool {
     let line = row + 2;
     match *finding {
@@ -125,12 +125,13 @@ fn random_tables_without_defects_never_trip() {
         let read = LiftTable::read(&rows, &absolute(digit_mm));
         let Ok((table, doubts)) = read else { panic!("seed {SEED}, case {case}: {read:?}") };
         assert_eq!(table.blocks(), rows.len());
-        let doubted = doubts.iter().any(|doubt| !matches!(doubt, camwright::cam::lift::LiftDoubt::MaybeInches { .. }));
+        let doubted =
+            doubts.iter().any(|doubt| !matches!(doubt, camwright::cam::lift::LiftWarning::MaybeInches { .. }));
         assert!(!doubted, "seed {SEED}, case {case}: {doubts:?}");
     }
 }
 
-/// An increment that was mistyped is told at its own line, and the turn that does not close with it.
+/// A mistyped increment is reported at its own line, and the open turn with it.
 #[test]
 fn a_wrong_increment_is_found_at_its_line() {
     eprintln!("seed {SEED}");
@@ -158,7 +159,7 @@ fn a_wrong_increment_is_found_at_its_line() {
     }
 }
 
-/// Noise of a measured table is the scale against which its outliers are told: they are found, the noise is not.
+/// Noise of a measured table sets the scale for its outliers: outliers are found, noise is not.
 #[test]
 fn noise_raises_the_allowance_of_its_own_table() {
     eprintln!("seed {SEED}");

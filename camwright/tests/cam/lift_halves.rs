@@ -4,7 +4,7 @@ use crate::cams;
 
 use cams::{absolute, lobe, printed_rows, program, segment};
 use camwright::cam::lift::halves::whole_turn;
-use camwright::cam::lift::{AngleUnit, LiftDeclaration, LiftDoubt, LiftError, LiftRow, LiftTable};
+use camwright::cam::lift::{AngleUnit, LiftDeclaration, LiftError, LiftRow, LiftTable, LiftWarning};
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 
@@ -73,11 +73,11 @@ fn crank_degrees_of_a_half_table_are_halved() {
     assert_eq!(joined(&flank, None, &declaration), LiftTable::from_rows(&whole, &absolute(1e-3)).unwrap());
     // Declared as cam degrees the same file is suspicious, not wrong.
     let (_, doubts) = whole_turn(&flank, None, 180.0, &absolute(1e-3)).unwrap();
-    assert!(matches!(doubts[..], [LiftDoubt::MaybeOtherDegrees { other: "crank", .. }]), "{doubts:?}");
+    assert!(matches!(doubts[..], [LiftWarning::MaybeOtherDegrees { other: "crank", .. }]), "{doubts:?}");
     let cam = closing(&whole, 140);
     let short = LiftDeclaration { angle_unit: AngleUnit::CrankDegrees, ..absolute(1e-3) };
     let (_, doubts) = whole_turn(&cam, None, 180.0, &short).unwrap();
-    assert!(matches!(doubts[..], [LiftDoubt::MaybeOtherDegrees { other: "cam", .. }]), "{doubts:?}");
+    assert!(matches!(doubts[..], [LiftWarning::MaybeOtherDegrees { other: "cam", .. }]), "{doubts:?}");
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn acceleration_survives_rounding_to_one_micrometre() {
     assert!(error > 1.0 && jerk > 1e5, "{error} {jerk}");
 }
 
-/// Where the true jerk jumps, no curve of bounded jerk follows: 4.8 % of the range beside the jump, for 3-4-5.
+/// At a jump of the true jerk no curve of bounded jerk can follow: 4.8 % of the range beside the jump, for 3-4-5.
 #[test]
 fn a_jump_of_the_jerk_costs_accuracy_only_beside_it() {
     let truth = lobe(MotionLaw::Polynomial345, 8.0, 62.0);

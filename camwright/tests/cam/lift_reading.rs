@@ -1,11 +1,11 @@
-//! What the ways to read a table cost: the jerk of each, and how far smoothing goes from the figures.
+//! Cost of each reading of a table: its jerk, and the distance of a smoothed curve from the values.
 
 use crate::cams;
 
 use cams::{Seeded, absolute, lobe, printed, printed_rows, segment};
 use camwright::cam::lift::law::alternatives;
 use camwright::cam::lift::{
-    LengthUnit, LiftDeclaration, LiftDoubt, LiftLaw, LiftLawError, LiftTable, MotionProgram, ProgramError, Reading,
+    LengthUnit, LiftDeclaration, LiftLaw, LiftLawError, LiftTable, LiftWarning, MotionProgram, ProgramError, Reading,
 };
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
@@ -24,7 +24,7 @@ fn the_cubic_spline_shows_the_jerk_of_rounding() {
     assert!(cubic.max_deviation_mm < 1e-12 && smooth.max_deviation_mm > 1e-4);
     let fine = read(&printed(&law, 720, 1e-7), Reading::CubicSpline);
     assert!((fine.peak_jerk_mm_rad3 / truth - 1.0).abs() < 0.05, "{fine:?}");
-    // Every way that was not chosen is told beside the one that was.
+    // Every alternative reading is listed beside the chosen one.
     let names =
         |chosen| alternatives(&table, chosen).unwrap().iter().map(|other| other.reading.name()).collect::<Vec<_>>();
     assert_eq!(names(Reading::Smoothest), ["cubic_spline"]);
@@ -145,12 +145,12 @@ fn inches_keep_their_digits() {
     let as_mm: Vec<_> =
         rows.iter().map(|row| camwright::cam::lift::LiftRow { value_mm: row.value_mm / inch, ..*row }).collect();
     let (_, doubts) = LiftTable::read(&as_mm, &absolute(1e-4)).unwrap();
-    assert!(matches!(doubts[..], [LiftDoubt::MaybeInches { line: 180..=184, .. }]), "{doubts:?}");
+    assert!(matches!(doubts[..], [LiftWarning::MaybeInches { line: 180..=184, .. }]), "{doubts:?}");
     let mut as_inch = printed_rows(&law, 360, 1e-3);
     as_inch.iter_mut().for_each(|row| row.value_mm *= inch);
     let (_, doubts) =
         LiftTable::read(&as_inch, &LiftDeclaration { unit: LengthUnit::Inch, ..absolute(1e-3 * inch) }).unwrap();
-    assert!(matches!(doubts[..], [LiftDoubt::MaybeMillimetres { line: 180..=184, .. }]), "{doubts:?}");
+    assert!(matches!(doubts[..], [LiftWarning::MaybeMillimetres { line: 180..=184, .. }]), "{doubts:?}");
 }
 
 #[test]
@@ -168,12 +168,12 @@ fn a_base_circle_that_is_none_is_doubted_at_its_row() {
         }
     });
     assert!(
-        matches!(hump[..], [LiftDoubt::BaseNotFlat { line: 33 | 34, height_mm, .. }] if (height_mm - 0.004).abs() < 1e-9),
+        matches!(hump[..], [LiftWarning::BaseNotFlat { line: 33 | 34, height_mm, .. }] if (height_mm - 0.004).abs() < 1e-9),
         "{hump:?}"
     );
     let raised = doubts(&|rows| rows.iter_mut().for_each(|row| row.value_mm += 0.05));
     assert!(
-        matches!(raised[..], [LiftDoubt::AboveBase { lift_mm, bound_mm, .. }]
+        matches!(raised[..], [LiftWarning::AboveBase { lift_mm, bound_mm, .. }]
             if (lift_mm - 0.05).abs() < 1e-9 && bound_mm < 6e-4),
         "{raised:?}"
     );

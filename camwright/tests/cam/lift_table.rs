@@ -1,4 +1,4 @@
-//! What makes a lift table, and everything that does not, each with its line, value and bound.
+//! Valid lift tables, and every defect with its line, value and bound.
 
 use crate::cams;
 
@@ -127,7 +127,7 @@ fn missing_block_is_refused() {
     let mut rows = self::rows();
     rows.truncate(3598);
     assert!(matches!(only_finding(&rows, &absolute(1e-3)), LiftError::MissingBlock { line: 3599, count: 2, .. }));
-    // Without angles only a declared number can tell.
+    // Without angles the number of rows must be declared.
     let bare: Vec<LiftRow> = rows.iter().map(|row| LiftRow { angle_deg: None, ..*row }).collect();
     let declaration = LiftDeclaration { blocks: Some(3600), ..absolute(1e-3) };
     assert_eq!(only_finding(&bare, &declaration), LiftError::BlockCount { line: 3599, count: 3598, declared: 3600 });

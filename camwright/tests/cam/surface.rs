@@ -141,7 +141,7 @@ fn cams_along_z_are_their_contours_and_blend_smoothly() {
     }
 }
 
-/// The corners of the mesh lie on the solid, so the surface through them is the solid but for what so few corners cannot tell.
+/// The corners of the mesh lie on the solid, so the surface through them is the solid, within the resolution of the mesh.
 #[test]
 fn a_mesh_is_read_as_the_solid_its_corners_lie_on() {
     for (kind, solid, phase, allowed) in [

@@ -12,7 +12,7 @@ use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::motion::speed_plan::{TurnRequest, TurnSpeed};
 use camwright::toolpath::wheel_path::ToolPath;
 
-/// What became of a cam.
+/// Verdict on a cam.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Verdict {
     /// Refused, and where.
@@ -142,8 +142,8 @@ fn turns(path: &ToolPath, random: &mut Seeded) -> Result<(), String> {
     let bound = |_: f64, x: Sample| rate_mm2_s / ratio(x);
     let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c, x };
     let turn = TurnSpeed::fastest(&request).map_err(|error| format!("no turn: {error}"))?;
-    if !(turn.turn_s() >= turn.least_s() && turn.turn_s() < 1e6) {
-        return Err(format!("a turn of {} s, at least {} s", turn.turn_s(), turn.least_s()));
+    if !(turn.turn_s() >= turn.minimum_s() && turn.turn_s() < 1e6) {
+        return Err(format!("a turn of {} s, at least {} s", turn.turn_s(), turn.minimum_s()));
     }
     const POINTS: u32 = 7200;
     let d = TURN_RAD / f64::from(POINTS);

@@ -14,7 +14,7 @@ use camwright::job::raw_part::{RawPart, Wave};
 use camwright::machine::description::{
     ContactDescription, DriveSettings, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
 };
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::math::units::{TURN_RAD, rad_s_from_rpm};
 use camwright::motion::plan::Plan;
@@ -190,7 +190,7 @@ pub(crate) fn judge(seed: u64) -> Found {
         }
     };
     let law = machine.contact_law("LS2", WIDTH_MM).expect("a contact");
-    let mut simulated = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a machine");
+    let mut simulated = Machine::new(machine.clone(), PersistentState::new(&machine)).expect("a machine");
     simulated.load_lobe("J1", "LS2", WIDTH_MM, raw(DEFAULT_AZIMUTHS)(0.0)).expect("a raw journal");
     let journal = Journal {
         radii_mm: raw(3600)(BESIDE),

@@ -14,7 +14,7 @@ use camwright::job::grinding::{
 };
 use camwright::job::raw_part::RawPart;
 use camwright::machine::description::{DriveSettings, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::math::units::{TURN_RAD, rad_s_from_rpm};
 use camwright::motion::plan::SegmentKind;
@@ -145,7 +145,7 @@ pub(crate) fn machine(random: &mut Seeded) -> MachineDescription {
 pub(crate) fn judge(seed: u64) -> Found {
     let mut random = Seeded(seed);
     let (job, machine, wheel_mm) = (job(&mut random), machine(&mut random), random.within(45.0, 60.0));
-    let mut simulated = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a machine");
+    let mut simulated = Machine::new(machine.clone(), PersistentState::new(&machine)).expect("a machine");
     let start = PlanStart { counts: simulated.setpoint().counts, c_homed: false };
     let planned = match plan_job(&job, &machine, wheel_mm, Some(start)) {
         Ok(planned) => planned,

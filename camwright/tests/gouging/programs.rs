@@ -8,7 +8,7 @@ use crate::sweep::Touch;
 use camwright::gcode::Dialect;
 use camwright::interpolator::Interpolator;
 use camwright::machine::description::DriveSettings;
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::simulation::Machine;
 
@@ -27,7 +27,7 @@ pub(crate) fn judge(seed: u64, touch: &Touch) -> Found {
     };
     let rounding_mm = planned.runs.iter().map(|(_, run)| run.laws.rounding_mm).fold(0.0, f64::max);
     let allowed_mm = posted.turns[1].deviation.error_mm + rounding_mm + NOTHING_MM;
-    let mut simulated = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a machine");
+    let mut simulated = Machine::new(machine.clone(), PersistentState::new(&machine)).expect("a machine");
     // Only C stands elsewhere until it is homed.
     assert_eq!(simulated.setpoint().counts[1..], start(&machine).counts[1..]);
     let ticks = planned.plan.segments.iter().map(|segment| segment.ticks).sum();

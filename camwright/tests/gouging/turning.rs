@@ -8,7 +8,7 @@ use camwright::cam::surface::Surface;
 use camwright::interpolator::Interpolator;
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::DriveSettings;
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::lathe;
 use camwright::planner::{PlanStart, plan_turning};
 use camwright::simulation::Machine;
@@ -50,7 +50,7 @@ pub(crate) fn judge(seed: u64) -> Found {
     let job = job(&mut random);
     let machine = lathe().with_drives(DriveSettings::IDEAL);
     let insert = machine.insert.expect("a lathe");
-    let mut simulated = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a lathe");
+    let mut simulated = Machine::new(machine.clone(), PersistentState::new(&machine)).expect("a lathe");
     let start = PlanStart { counts: simulated.setpoint().counts, c_homed: false };
     let planned = match plan_turning(&job, &machine, Some(start)) {
         Ok(planned) => planned,

@@ -13,12 +13,12 @@ use camwright::machine::setpoint::{Input, Latch, Setpoint};
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
-use camwright::motion::speed_plan::{SpeedPlan, SpeedRequest, Turning};
+use camwright::motion::speed_plan::{FlyingStart, SpeedPlan, SpeedRequest};
 use std::sync::Arc;
 
 pub(crate) const TURN: i64 = 3_600_000;
 pub(crate) const PER_MM: i64 = 100_000;
-/// Where the origin detector closes, and where the station's switch does (counts from power-up).
+/// Closing positions of the origin detector and of the station's switch (counts from power-up).
 pub(crate) const ORIGIN: i64 = 777_777;
 pub(crate) const SWITCH: i64 = 12_345_678;
 pub(crate) const START_RAD: f64 = 1.0;
@@ -152,8 +152,8 @@ fn cut_between(
     machine: &MachineDescription,
     e: f64,
     speed: SpeedLaw,
-    comes: Option<Turning>,
-    goes: Option<Turning>,
+    comes: Option<FlyingStart>,
+    goes: Option<FlyingStart>,
     spark_out_turns: u32,
 ) -> (Plan, CutSegment, u64) {
     let path = eccentric(e);
@@ -241,7 +241,7 @@ pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> 
 
 /// Two cuts with C turning on in between, at another speed, and where the first starts: the table goes to its switch meanwhile.
 pub(crate) fn two_cuts(machine: &MachineDescription, speed: SpeedLaw) -> (Plan, [i64; AXIS_COUNT]) {
-    let turning = |speed_rad_s| Turning { speed_rad_s, clear_x_mm: 40.0, rapid_mm_s: 150.0 };
+    let turning = |speed_rad_s| FlyingStart { speed_rad_s, clear_x_mm: 40.0, rapid_mm_s: 150.0 };
     let (mut plan, first, first_stop) = cut_between(machine, 4.2, speed, None, Some(turning(4.0)), 2);
     let (second_plan, mut second, second_stop) = cut_between(machine, 4.2, speed, Some(turning(3.0)), None, 2);
     second.start_counts = TURN / 3;
@@ -355,7 +355,7 @@ impl Bench {
         self.start(Motion::Plan(Arc::new(plan)));
     }
 
-    /// Where a machine with a homed C stands at the start of a cut.
+    /// Machine with a homed C at the start of a cut.
     pub(crate) fn at(machine: MachineDescription, counts: [i64; AXIS_COUNT]) -> Self {
         let mut bench = Self::new(machine);
         bench.interpolator.resync(counts);
@@ -421,7 +421,7 @@ impl Bench {
         self.pending.push((latch.tick + delay, latch));
     }
 
-    /// Runs up to a row, holds for so many ticks, and lets go. Tells whether the motion was still under way then.
+    /// Runs up to a row, holds for this number of ticks, and resumes. Returns whether the motion was still active then.
     pub(crate) fn hold_at(&mut self, row: u64, ticks: u64) -> bool {
         while (self.rows.len() as u64) < row && self.outcome.is_none() {
             self.step(&[]);
@@ -506,7 +506,7 @@ impl Bench {
             if row.status.state != State::Executing {
                 continue;
             }
-            // The turn told leaves inserted turns out, and is not rounded to counts: it selects the turn only.
+            // The reported turn omits inserted turns, and is not rounded to counts: it selects the turn only.
             let told = row.status.turn * TURN_RAD;
             let c = (row.setpoint.counts[0] as f64) / TURN as f64 * TURN_RAD;
             let turns = ((c - told) / TURN_RAD).round();

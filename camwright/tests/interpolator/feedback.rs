@@ -138,7 +138,7 @@ fn the_moment_at_which_feedback_arrives_changes_nothing() {
     assert!(at_once == run(Box::new(move || 1 + random.below(20))));
 }
 
-/// What was applied, offered again at the same ticks to another interpolator, gives the same setpoints.
+/// Applied inputs, replayed at the same ticks to another interpolator, give the same setpoints.
 #[test]
 fn applied_inputs_replay_the_run() {
     let machine = machine();
@@ -183,7 +183,7 @@ fn applied_inputs_replay_the_run() {
     }
 }
 
-/// However many edges pass between motions, the next search sees its own; and the record does not tell of the others.
+/// Edges between motions do not affect the next search, and the record omits them.
 #[test]
 fn edges_between_motions_leave_no_trace() {
     let machine = machine();

@@ -1,10 +1,10 @@
-//! How well trajectories are followed: tolerances on the way and at the end, starts at a time, and one that takes the place of another.
+//! Path following of trajectories: tolerances on the path and at the end, timed starts, and replacement.
 
 use crate::bench::{Bench, PER_MM, Random, machine};
-use camwright::interpolator::tolerance::{FollowingTolerances, Stretch, Tolerance};
+use camwright::interpolator::tolerance::{FollowingTolerances, MotionPhase, Tolerance};
 use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
 use camwright::interpolator::{
-    AppliedInput, Foreseen, Motion, Outcome, Prepared, Request, StartError, State, StepOutput,
+    AppliedInput, Motion, Outcome, Prepared, Request, StartError, State, StateForecast, StepOutput,
 };
 use camwright::machine::description::Axis;
 use camwright::machine::setpoint::{Measured, Setpoint};
@@ -83,7 +83,7 @@ fn a_broken_path_tolerance_ends_the_trajectory_at_rest_on_its_path_and_says_what
         bench.start(Motion::from(twenty_mm(tolerances)));
         let outcome = Lagging::new(20, delay).finish(&mut bench, 3000);
         let Outcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
-        assert_eq!((broken.axis, broken.stretch, broken.allowed), (Axis::X, Stretch::Path, 0.5));
+        assert_eq!((broken.axis, broken.stretch, broken.allowed), (Axis::X, MotionPhase::Path, 0.5));
         assert!((broken.time_s - first).abs() < 1e-9, "{} {first}", broken.time_s);
         assert!((broken.error - lag(first)).abs() < 1e-4, "{} {}", broken.error, lag(first));
         bench.assert_limits("out of tolerance");
@@ -123,7 +123,7 @@ fn a_goal_is_reached_when_the_axes_are_there_and_missed_when_its_time_is_over() 
     bench.start(Motion::from(twenty_mm(goal(Some(100)))));
     let outcome = Lagging::new(300, 1).finish(&mut bench, 3000);
     let Outcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
-    assert_eq!((broken.axis, broken.stretch), (Axis::X, Stretch::Goal));
+    assert_eq!((broken.axis, broken.stretch), (Axis::X, MotionPhase::Goal));
     assert!((broken.time_s - 0.110).abs() < 0.011, "{}", broken.time_s);
     let text = broken.to_string();
     assert!(text.starts_with("x_axis: position error ") && text.ends_with("s after the end"), "{text}");
@@ -208,7 +208,7 @@ fn one_trajectory_takes_the_place_of_another_without_a_step() {
             bench.step(&[]);
         }
         let tick = bench.tick + random.below(30);
-        let Foreseen::At(start) = bench.interpolator.foresee(tick) else { continue };
+        let StateForecast::At(start) = bench.interpolator.foresee(tick) else { continue };
         let target = 5.0 + 20.0 * random.next();
         let points = [point(0.3 + 1.5 * random.next(), target)];
         // Too sharp a turn is refused with what it would exceed, before anything changes.
@@ -241,7 +241,7 @@ fn a_trajectory_takes_no_place_that_was_disturbed_and_moving_joints_must_be_name
     };
     let mut bench = moving();
     let tick = bench.tick + 3;
-    let Foreseen::At(start) = bench.interpolator.foresee(tick) else { panic!("it moves") };
+    let StateForecast::At(start) = bench.interpolator.foresee(tick) else { panic!("it moves") };
     assert!(start.is_moving(Axis::X) && !start.is_moving(Axis::Z));
     let z = [TrajectoryPoint { time_s: 1.0, positions: vec![5.0], ..TrajectoryPoint::default() }];
     let error = Trajectory::from_points(&[Axis::Z], &z, &start, &machine).expect_err("X still moves");
@@ -258,17 +258,17 @@ fn a_trajectory_takes_no_place_that_was_disturbed_and_moving_joints_must_be_name
     bench.step(&[Request::Hold]);
     bench.step(&[]);
     assert_eq!(bench.tick, tick);
-    assert_eq!(bench.interpolator.foresee(tick + 5), Foreseen::Held);
+    assert_eq!(bench.interpolator.foresee(tick + 5), StateForecast::Held);
     assert!(bench.interpolator.splice(tick, prepared()).is_err());
     bench.step(&[Request::Unhold]);
     assert_eq!(bench.finish(3000), Outcome::Completed);
     assert_eq!(bench.counts()[1], 20 * PER_MM);
     // Nothing to take the place of: idle, and beyond the end.
-    assert_eq!(bench.interpolator.foresee(bench.tick + 1), Foreseen::Over);
+    assert_eq!(bench.interpolator.foresee(bench.tick + 1), StateForecast::Over);
     let mut bench = moving();
-    assert_eq!(bench.interpolator.foresee(bench.tick + 2000), Foreseen::Over);
+    assert_eq!(bench.interpolator.foresee(bench.tick + 2000), StateForecast::Over);
     bench.step(&[Request::Cancel]);
-    assert_eq!(bench.interpolator.foresee(bench.tick + 1), Foreseen::Over);
+    assert_eq!(bench.interpolator.foresee(bench.tick + 1), StateForecast::Over);
 }
 
 /// One that waits for its time gives way to one that begins at once.
@@ -283,7 +283,7 @@ fn a_trajectory_that_waits_gives_way() {
         bench.step(&[]);
     }
     let tick = bench.tick;
-    let Foreseen::At(start) = bench.interpolator.foresee(tick) else { panic!("it waits") };
+    let StateForecast::At(start) = bench.interpolator.foresee(tick) else { panic!("it waits") };
     assert_eq!(start, Start::default());
     let z = [point(1.0, 5.0)];
     let trajectory = Trajectory::from_points(&[Axis::Z], &z, &start, &machine).expect("within limits");

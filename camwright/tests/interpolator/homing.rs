@@ -4,7 +4,7 @@
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DescriptionError, Homing, HomingKind, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Input;
 use camwright::simulation::Machine;
@@ -47,7 +47,7 @@ fn both() -> MachineDescription {
 }
 
 fn cell(machine: &MachineDescription) -> ClosedLoop {
-    ClosedLoop::new(Machine::new(machine.clone(), LastingState::new(machine)).expect("a machine"))
+    ClosedLoop::new(Machine::new(machine.clone(), PersistentState::new(machine)).expect("a machine"))
 }
 
 fn start(cell: &mut ClosedLoop, axes: &[Axis]) -> Result<(), StartError> {

@@ -3,7 +3,7 @@
 use crate::bench::{PER_MM, Random, SAFE_X, TURN, machine, whole_job};
 use camwright::interpolator::{Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, TickInputs};
 use camwright::machine::description::Axis;
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::math::units::rad_from_deg;
 use camwright::simulation::{Machine, MachineCommand};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Mac
     description.axes[0].power_up_position = rad_from_deg(217.3);
     let mut interpolator = Interpolator::new(&description);
     let prepared = Prepared::new(motion, &description).unwrap_or_else(|error| panic!("{error}"));
-    let lasting = LastingState::new(&description);
+    let lasting = PersistentState::new(&description);
     let mut machine = Machine::new(description, lasting).expect("a machine");
     interpolator.start(Box::new(prepared)).unwrap_or_else(|(error, _)| panic!("{error}"));
     let mut orders: Vec<Order> = Vec::new();

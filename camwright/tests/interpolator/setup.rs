@@ -7,7 +7,7 @@ use camwright::machine::description::{
     Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, StiffnessAt,
     ThermalDescription,
 };
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Input;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
@@ -31,7 +31,7 @@ pub(super) fn description() -> MachineDescription {
 }
 
 fn cell_with(description: &MachineDescription, radii: Vec<f64>) -> ClosedLoop {
-    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
     machine.load_lobe("J1", "LS1", 15.0, radii).expect("a journal");
     let counts = [0, 40 * PER_MM, 600_000];
     let wheel_stands = |machine: &mut Machine| {
@@ -205,7 +205,7 @@ const SLOW_GROWTH: ThermalDescription = ThermalDescription { growth_mm: 0.008, t
 
 /// A cell whose head has grown by 8 um since its wheel was dressed.
 fn grown_cell(machine: &MachineDescription) -> ClosedLoop {
-    let lasting = LastingState { growth_mm: 0.008, growth_at_dress_mm: 0.0, ..LastingState::new(machine) };
+    let lasting = PersistentState { growth_mm: 0.008, growth_at_dress_mm: 0.0, ..PersistentState::new(machine) };
     let mut grown = Machine::new(machine.clone(), lasting).expect("a machine");
     grown.load_lobe("J1", "LS1", 15.0, vec![RADIUS_MM; 3600]).expect("a journal");
     grown.place([0, 40 * PER_MM, 600_000]);
@@ -289,7 +289,7 @@ fn both_edges_of_the_key_way_tell_the_angle_at_which_the_part_is_clamped() {
         let machine = MachineDescription { rotation_sense: sense, ..description() };
         for (clamped_deg, speed, way) in [(7.25, 2.0, 1.0), (7.25, 0.3, -1.0), (-91.0, 1.0, 1.0), (0.0, 2.0, 1.0)] {
             let mut cell = cell(&machine);
-            cell.parts_mut().1.set_key_way(rad_from_deg(clamped_deg));
+            cell.parts_mut().1.set_keyway(rad_from_deg(clamped_deg));
             let scale = machine.axis(Axis::C).scale;
             let mut edge = |until_open| {
                 let at = cell.machine().setpoint().counts[C];
@@ -320,7 +320,7 @@ fn both_edges_of_the_key_way_tell_the_angle_at_which_the_part_is_clamped() {
 #[test]
 fn a_key_way_under_its_switch_is_told_before_anything_moves() {
     let mut cell = cell(&description());
-    cell.parts_mut().1.set_key_way(rad_from_deg(140.0));
+    cell.parts_mut().1.set_keyway(rad_from_deg(140.0));
     let request = ProbeRequest {
         axis: Axis::C,
         target: 1.0,

@@ -15,7 +15,7 @@ use std::sync::Arc;
 const TURNS: u32 = 6;
 const SPEED_RAD_S: f64 = 12.0;
 
-/// Where the axes stand before it.
+/// Position of the axes before it.
 pub(crate) fn start() -> [i64; AXIS_COUNT] {
     [0, SAFE_X, 10 * PER_MM]
 }

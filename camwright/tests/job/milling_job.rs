@@ -1,4 +1,4 @@
-//! What a milling job makes of its mill, its cams and its grooves.
+//! Mill, cams and grooves of a milling job.
 
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;

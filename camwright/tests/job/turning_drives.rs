@@ -1,4 +1,4 @@
-//! What the drives of a lathe would have to be for a part: what they leave, and the gain of X that keeps a tolerance.
+//! Required drives of a lathe for a part: the form error of drives, and the gain of X that keeps a tolerance.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
 use crate::solids;
@@ -12,7 +12,8 @@ use camwright::math::units::{TURN_RAD, rad_s_from_rpm, um_from_mm};
 use camwright::motion::plan::Plan;
 use camwright::planner::plan_turning;
 use camwright::simulation::lathe_drives::{
-    DriveFlaw, Drives, FeedForward, FlawAxes, FlawOf, GainSearch, LeastGain, Told, TurningDrives, TurningDrivesError,
+    DriveFlaw, Drives, FeedForward, Finding, FlawAxes, FlawOf, GainSearch, MinimumGain, TurningDrives,
+    TurningDrivesError,
 };
 use camwright::simulation::turned_part::PartGrid;
 use camwright::toolpath::insert_path::{Feed, Passes};
@@ -95,18 +96,18 @@ fn plan(job: &TurningJob, machine: &MachineDescription) -> Plan {
     plan_turning(job, machine, None).unwrap_or_else(|error| panic!("{error}")).plan
 }
 
-fn told(told: &Told) {
+fn check_finding(told: &Finding) {
     match told {
-        Told::Drives(drives, form) => println!(
+        Finding::Drives(drives, form) => println!(
             "{drives}: {:.2} to {:.2} um, {:.2} um beyond cusps",
             um_from_mm(form.lowest.deviation_mm),
             um_from_mm(form.highest.deviation_mm),
             um_from_mm(form.beyond_mm)
         ),
-        Told::Gain(gain) => {
+        Finding::Gain(gain) => {
             println!("Kv of X {:.1}/s: {:?} um", gain.kv_1_s, gain.form.map(|form| um_from_mm(form.beyond_mm)));
         }
-        Told::Flaw(flaw) => println!("without {}: {:.2} um", flaw.of, um_from_mm(flaw.form.beyond_mm)),
+        Finding::Flaw(flaw) => println!("without {}: {:.2} um", flaw.of, um_from_mm(flaw.form.beyond_mm)),
     }
 }
 
@@ -126,7 +127,7 @@ fn drives_are_compared_from_ideal_ones_to_those_of_the_machine() {
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
     let mut seen = Vec::new();
     let found = study.compare(|one| {
-        told(one);
+        check_finding(one);
         seen.push(*one);
     });
     let found = found.expect("all of them turn the part");
@@ -134,7 +135,7 @@ fn drives_are_compared_from_ideal_ones_to_those_of_the_machine() {
     let names: Vec<Drives> = found.iter().map(|(drives, _)| *drives).collect();
     let good = [Drives::GoodOn(Axis::X), Drives::GoodOn(Axis::C), Drives::Good];
     assert_eq!(names, [&[Drives::Ideal, Drives::Own][..], &good].concat());
-    assert_eq!(seen, found.iter().map(|(drives, form)| Told::Drives(*drives, *form)).collect::<Vec<_>>());
+    assert_eq!(seen, found.iter().map(|(drives, form)| Finding::Drives(*drives, *form)).collect::<Vec<_>>());
     let of = |drives: Drives| found.iter().find(|(found, _)| *found == drives).expect("it was looked at").1;
     let ideal = of(Drives::Ideal);
     assert!(ideal.beyond_mm < 1e-12 && ideal.lowest.deviation_mm > -5e-5, "{ideal:?}");
@@ -155,8 +156,8 @@ fn the_least_gain_keeps_the_tolerance_and_a_tenth_less_does_not() {
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
     let own = machine.axis(Axis::X).drive;
     for feed_forward in [FeedForward::AsItIs, FeedForward::Whole] {
-        let found = study.least_gain(&search(feed_forward), told).expect("a search");
-        let LeastGain::Found { least, below, tried } = found else { panic!("{feed_forward:?}: {found:?}") };
+        let found = study.minimum_gain(&search(feed_forward), check_finding).expect("a search");
+        let MinimumGain::Found { least, below, tried } = found else { panic!("{feed_forward:?}: {found:?}") };
         println!("{feed_forward:?}: Kv {:.0}/s, loop {:?} rad/s", least.kv_1_s, least.velocity_loop_rad_s);
         let below = below.expect("an eighth of the gain is not enough");
         assert!(least.keeps(TOLERANCE_MM) && !below.keeps(TOLERANCE_MM));
@@ -182,13 +183,13 @@ fn the_least_gain_keeps_the_tolerance_and_a_tenth_less_does_not() {
     }
 }
 
-/// At 300 1/min no gain of X keeps the tolerance, for C alone does not: that is told, and is what C's lag says.
+/// At 300 1/min no gain of X keeps the tolerance, because C alone exceeds it: the result says so, and the lag of C agrees.
 #[test]
 fn where_no_gain_is_enough_it_is_told_what_leaves_the_rest() {
     let (job, machine) = (at_rpm(300.0), machine());
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
-    let found = study.least_gain(&search(FeedForward::Whole), told).expect("a search");
-    let LeastGain::NotFound { best, most_kv_1_s, flaws, tried } = found else { panic!("{found:?}") };
+    let found = study.minimum_gain(&search(FeedForward::Whole), check_finding).expect("a search");
+    let MinimumGain::NotFound { best, most_kv_1_s, flaws, tried } = found else { panic!("{found:?}") };
     // The servo step of 0.25 ms bounds the velocity loop.
     let drive = machine.axis(Axis::X).drive;
     let most = drive.kv_1_s * 4000.0 / drive.velocity_loop_rad_s.expect("a loop");
@@ -216,8 +217,8 @@ fn a_machine_that_stops_with_an_alarm_does_not_keep_the_tolerance() {
     let own = &mut machine.axes[Axis::X.index()];
     (own.max_following_error, own.min_following_error) = (0.05, 0.05);
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
-    let found = study.least_gain(&search(FeedForward::AsItIs), told).expect("a search");
-    let LeastGain::Found { tried, .. } = found else { panic!("{found:?}") };
+    let found = study.minimum_gain(&search(FeedForward::AsItIs), check_finding).expect("a search");
+    let MinimumGain::Found { tried, .. } = found else { panic!("{found:?}") };
     assert!(tried[0].form.is_none() && !tried[0].keeps(f64::INFINITY), "{:?}", tried[0]);
 }
 
@@ -237,7 +238,7 @@ fn what_cannot_be_looked_for_is_refused() {
         GainSearch { most_kv_1_s: 31.0, ..good },
         GainSearch { most_kv_1_s: f64::INFINITY, ..good },
     ] {
-        let error = study.least_gain(&bad, told).expect_err("refused");
+        let error = study.minimum_gain(&bad, check_finding).expect_err("refused");
         assert!(matches!(error, TurningDrivesError::OutOfRange { .. }), "{error}");
     }
     let mut broken = machine.clone();

@@ -9,7 +9,7 @@ use camwright::cam::surface::cams::CamAlong;
 use camwright::interpolator::{Motion, Outcome, Prepared};
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::SegmentKind;
@@ -55,7 +55,7 @@ fn planned(job: &TurningJob, machine: &MachineDescription) -> PlannedTurning {
 /// The part after the job, on a machine that begins anywhere; turns of the spindle that the machine made.
 fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
     let plan = planned(job, machine).plan;
-    let mut lathe = Machine::new(machine.clone(), LastingState::new(machine)).expect("a lathe");
+    let mut lathe = Machine::new(machine.clone(), PersistentState::new(machine)).expect("a lathe");
     let grid = PartGrid { azimuths: 720, columns: 401, from_mm: 0.0, to_mm: job.turned_mm.0 };
     let bar = TurnedPart::round("bar".into(), grid, job.bar_radius_mm).expect("a bar");
     lathe.load_turned_part(bar, job.part_zero_mm).expect("a lathe");
@@ -71,7 +71,7 @@ fn form(job: &TurningJob, part: &TurnedPart) -> FormMap {
     FormMap::new(part, |azimuth, z| job.surface.point(azimuth, z), 0.0, LENGTH_MM).expect("a map")
 }
 
-/// What is left is the cusps of the feed: besides them half a count of X and C, and what the sweep interpolates.
+/// The remaining error is the cusps of the feed, plus half a count of X and C and the interpolation of the sweep.
 #[test]
 fn ideal_drives_leave_the_cusps_of_the_feed_and_nothing_else() {
     let (job, machine) = (cam(), ideal());
@@ -177,7 +177,7 @@ fn low_and_high_cam() -> TurningJob {
     }
 }
 
-/// What a varied speed gains is told; the part comes out the same. On one cam the spindle's own limit holds it everywhere.
+/// The gain of a varied speed is reported; the part is the same. On one cam the spindle's own limit is active everywhere.
 #[test]
 fn a_spindle_whose_speed_varies_turns_the_same_part_sooner() {
     let machine = ideal();

@@ -18,7 +18,7 @@ use camwright::job::raw_part::{RawPart, Wave};
 use camwright::machine::description::{
     ContactDescription, DriveSettings, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
 };
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::math::hermite::HermiteSpline;
 use camwright::math::units::TURN_RAD;
@@ -127,7 +127,7 @@ struct Cell(ClosedLoop);
 
 impl Cell {
     fn new(description: &MachineDescription, job: &JobSpec) -> Self {
-        let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+        let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
         for lobe in &job.lobes {
             let z_mm = description.station(&lobe.station).expect("it is there").position_mm;
             let azimuth = |i: usize| i as f64 * TURN_RAD / DEFAULT_AZIMUTHS as f64;

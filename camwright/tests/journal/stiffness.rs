@@ -166,8 +166,8 @@ fn a_job_that_insists_on_what_is_kept_is_refused_where_nothing_is() {
     assert_eq!(job.check(&machine), Err(JobError::KeptElsewhere { lobe: "J9".into() }));
 }
 
-/// Turns that a hold puts into the first journal's cut are told by nobody, so it tells no stiffness; the second one, whose own cut is
-/// whole, tells what it would have told.
+/// The log does not contain turns that a hold adds to the first journal's cut, so that journal gives no stiffness; the second one,
+/// with an undisturbed cut, gives the same result as without the hold.
 #[test]
 fn a_journal_that_was_held_tells_no_stiffness_and_those_after_it_do() {
     let machine = grinder(0.2, 270.0);

@@ -58,7 +58,7 @@ fn turns_in_the_air_are_left_out_by_the_closed_form_and_the_part_is_as_good() {
     }
 }
 
-/// Of a part with more stock than the infeed begins above nothing is touched: the wheel has not left its home position.
+/// A part with more stock than the start of the infeed is not touched: the wheel stays at its home position.
 #[test]
 fn a_part_with_too_much_stock_is_refused_before_the_wheel_comes_near_it() {
     let machine = grinder(0.2, 270.0);

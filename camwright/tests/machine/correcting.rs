@@ -133,7 +133,7 @@ fn corrected(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> ((f64, f64), (
     turning.until(ends, feed_and_dwell);
     let (readings, positions) = (turning.readings.clone(), turning.positions.clone());
     let gauge = Gauge::diameter(gamma_deg.to_radians()).expect("a gauge that sees a cut");
-    let record = GaugeRecord::of_one(gauge, &readings).expect("a record");
+    let record = GaugeRecord::from_one(gauge, &readings).expect("a record");
     let log = WheelLog::new(&positions).expect("a log");
     let part = PartState::measure(&record, log, law, &MeasureSettings::default()).expect("a part");
     let start = Start::AtLeastRadius { from_rad: ends };

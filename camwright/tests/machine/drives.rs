@@ -1,4 +1,4 @@
-//! Drives with motors on a whole machine: what they leave of a lobe, how they rest, what their force tells.
+//! Drives with motors on a whole machine: form error of a lobe, behaviour at rest, reported force.
 
 use super::turned::{Eccentric, turning};
 use super::{cam_grinder, follow, idle, machine, travel};
@@ -11,7 +11,7 @@ use camwright::machine::description::{
     Axis, ContactDescription, DescriptionError, DriveSettings, MachineDescription, StiffnessAt, Structure,
 };
 use camwright::math::units::{TURN_RAD, rad_from_deg};
-use camwright::simulation::servo::{Demand, Servo};
+use camwright::simulation::servo::{Servo, ServoCommand};
 use camwright::simulation::tick_report::TickReport;
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 use camwright::toolpath::wheel_path::ToolPath;
@@ -61,13 +61,13 @@ fn normal_error_um(x_drive: DriveSettings, c_drive: DriveSettings) -> f64 {
     let mut worst = 0.0_f64;
     for k in 0..12_000_u32 {
         let (from, to) = (speed * STEP_S * f64::from(k), speed * STEP_S * f64::from(k + 1));
-        c.step(Demand { distance: (to - from) * per_rad, velocity: speed * per_rad, ..Demand::default() });
+        c.step(ServoCommand { distance: (to - from) * per_rad, velocity: speed * per_rad, ..ServoCommand::default() });
         let (start, end) = (path.sample(from), path.sample(to));
-        x.step(Demand {
+        x.step(ServoCommand {
             distance: (end.value - start.value) * per_mm,
             velocity: end.first * speed * per_mm,
             acceleration: path.sample(0.5 * (from + to)).second * speed * speed * per_mm,
-            ..Demand::default()
+            ..ServoCommand::default()
         });
         if k >= 8000 {
             let angle = to - c.error() / per_rad;

@@ -2,7 +2,7 @@ use super::turned::{Eccentric, WHEEL_MM, turning};
 use super::{follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::fault::Fault;
@@ -159,7 +159,7 @@ fn a_wheel_that_stalls_in_the_cut_stops_the_axes() {
 #[test]
 fn the_wheel_runs_up_when_ordered_and_a_worn_one_warns() {
     let description = ideal();
-    let lasting = LastingState { wheel_radius_mm: 44.0, ..LastingState::new(&description) };
+    let lasting = PersistentState { wheel_radius_mm: 44.0, ..PersistentState::new(&description) };
     let mut machine = Machine::new(description, lasting).expect("valid");
     let report = machine.step(None, &[MachineCommand::WheelStart], &[]);
     assert_eq!(report.raised.first().map(|alarm| alarm.kind), Some(AlarmKind::WheelWorn));
@@ -186,7 +186,7 @@ fn lobes_that_do_not_fit_the_machine_are_refused() {
 fn a_worn_wheel_leaves_its_wear_all_round() {
     let description = ideal();
     let disc = Eccentric { radius_mm: 19.0, offset_mm: 4.2 };
-    let lasting = LastingState { wheel_wear_mm: 0.01, ..LastingState::new(&description) };
+    let lasting = PersistentState { wheel_wear_mm: 0.01, ..PersistentState::new(&description) };
     let mut machine = Machine::new(description.clone(), lasting).expect("valid");
     machine.load_lobe("I1", "LS1", 15.0, vec![23.4; DEFAULT_AZIMUTHS]).expect("a round blank");
     let setpoints = path_setpoints(&description, disc, 2.0, 4000);

@@ -6,7 +6,7 @@ use camwright::machine::description::{Axis, LoadingDescription, MachineDescripti
 use camwright::simulation::Machine;
 use camwright::simulation::fault::{Fault, LoadingFault};
 use camwright::simulation::tick_report::{MotionState, TickReport};
-use camwright::simulation::work_area::{Hindrance, LoadingRefused, Place};
+use camwright::simulation::work_area::{AccessRefusal, LoadingRefused, Occupant};
 use camwright::simulation::{MachineCommand, ResetRefused};
 
 /// A machine with a door of 200 and 300 ticks and a chuck of 50 and 80.
@@ -33,7 +33,10 @@ fn ready() -> Machine {
     machine.order_door(false).expect("nobody is inside");
     idle(&mut machine, 300);
     let area = machine.work_area().expect("it has one");
-    assert_eq!((area.door, area.chuck, area.part_present, area.hindrance), (Place::Closed, Place::Closed, true, None));
+    assert_eq!(
+        (area.door, area.chuck, area.part_present, area.hindrance),
+        (Occupant::Closed, Occupant::Closed, true, None)
+    );
     machine
 }
 
@@ -51,9 +54,9 @@ fn door_and_chuck_take_their_times_and_the_part_goes_in_through_both() {
     assert_eq!(machine.change_part(true), Err(LoadingRefused::DoorNotOpen));
     assert_eq!(machine.holds_part(), Err(LoadingRefused::NoPart));
     machine.order_door(true).expect("nothing moves");
-    assert_eq!(idle(&mut machine, 199).last().and_then(|r| r.work_area).map(|a| a.door), Some(Place::Opening));
+    assert_eq!(idle(&mut machine, 199).last().and_then(|r| r.work_area).map(|a| a.door), Some(Occupant::Opening));
     let report = idle(&mut machine, 1).pop().and_then(|report| report.work_area).expect("an area");
-    assert!(report.door == Place::Open && report.is_safe && !report.part_present);
+    assert!(report.door == Occupant::Open && report.is_safe && !report.part_present);
     machine.order_chuck(false).expect("an empty chuck closes too");
     idle(&mut machine, 80);
     assert_eq!(machine.change_part(true), Err(LoadingRefused::ChuckNotOpen));
@@ -125,7 +128,7 @@ fn with_the_door_open_a_reset_waits_for_the_wheel() {
     idle(&mut machine, 500);
     strike(&mut machine, LoadingFault::DoorForced(true));
     assert_eq!(raised(&machine), [AlarmKind::DoorOpened]);
-    assert_eq!(machine.reset(), Err(ResetRefused::WheelTurns(Hindrance::Door)));
+    assert_eq!(machine.reset(), Err(ResetRefused::WheelTurns(AccessRefusal::Door)));
     let mut ticks = 0;
     while machine.reset().is_err() {
         idle(&mut machine, 1);
@@ -164,7 +167,7 @@ fn nothing_opens_while_axes_or_wheel_move_and_nothing_closes_on_somebody() {
     // Who enters a closing door opens it again.
     machine.see_loader(true, false);
     idle(&mut machine, 200);
-    assert_eq!(machine.work_area().expect("an area").door, Place::Open);
+    assert_eq!(machine.work_area().expect("an area").door, Occupant::Open);
     assert!(machine.alarms().is_empty());
 }
 
@@ -201,7 +204,7 @@ fn what_does_not_come_to_its_end_is_an_alarm_after_twice_its_time() {
     strike(&mut machine, LoadingFault::DoorStuck(false));
     machine.reset().expect("at rest");
     idle(&mut machine, 200);
-    assert_eq!(machine.work_area().expect("an area").door, Place::Open);
+    assert_eq!(machine.work_area().expect("an area").door, Occupant::Open);
     strike(&mut machine, LoadingFault::ChuckStuck(true));
     machine.order_chuck(true).expect("the door is open");
     idle(&mut machine, 101);

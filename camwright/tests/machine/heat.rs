@@ -1,4 +1,4 @@
-//! What the wheel takes from every degree of a lobe: power, specific energy, and how hot it gets.
+//! Process values at every degree of a lobe: power, specific energy, temperature.
 
 use super::{ideal, machine, turned};
 use camwright::machine::description::{
@@ -82,7 +82,7 @@ fn plunged_speed(description: &MachineDescription, x: impl Fn(f64) -> (f64, f64,
     setpoints.iter().map(|setpoint| setpoint.velocity[Axis::C.index()]).fold(0.0, f64::max)
 }
 
-/// Where a raw part stands out the wheel meets more of it, takes more power, and it gets hotter there.
+/// At a high spot of a raw part the wheel cuts more, takes more power, and the part gets hotter.
 #[test]
 fn what_stands_out_of_a_raw_part_is_cut_harder_and_hotter() {
     let description = grinder(Some(PROCESS));

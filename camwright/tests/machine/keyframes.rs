@@ -9,7 +9,7 @@ use camwright::machine::description::{
 };
 use camwright::machine::reference::lathe;
 use camwright::machine::setpoint::{Input, Setpoint};
-use camwright::math::snapshot::{Kept, Tape, TapeError, Value};
+use camwright::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError, Value};
 use camwright::simulation::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::simulation::fault::{Fault, GaugeFault, LoadingFault};
 use camwright::simulation::tick_report::TickReport;
@@ -62,7 +62,7 @@ fn equipped() -> MachineDescription {
     description
 }
 
-/// What happens in the ticks of a run.
+/// Events in the ticks of a run.
 struct Run {
     machine: Machine,
     setpoints: Vec<Setpoint>,
@@ -146,21 +146,21 @@ impl Run {
     }
 }
 
-fn octets_of(kept: &mut impl Kept) -> Vec<u8> {
-    let mut measured = Tape::measuring();
-    kept.keep(&mut measured).expect("it can be measured");
+fn octets_of(kept: &mut impl Snapshot) -> Vec<u8> {
+    let mut measured = SnapshotCodec::measuring();
+    kept.snapshot(&mut measured).expect("it can be measured");
     let mut octets = vec![0; measured.octets()];
-    let mut tape = Tape::writing(&mut octets);
-    kept.keep(&mut tape).expect("there is room");
-    assert_eq!(tape.octets(), measured.octets());
+    let mut codec = SnapshotCodec::writing(&mut octets);
+    kept.snapshot(&mut codec).expect("there is room");
+    assert_eq!(codec.octets(), measured.octets());
     octets
 }
 
 fn taken_up(description: &MachineDescription, octets: &[u8]) -> Result<Machine, String> {
     let mut again = machine(description);
-    let mut tape = Tape::reading(octets);
-    let kept = again.keep(&mut tape).and_then(|()| tape.end());
-    kept.map(|()| again).map_err(|error| format!("{}: {error}", tape.place()))
+    let mut codec = SnapshotCodec::reading(octets);
+    let kept = again.snapshot(&mut codec).and_then(|()| codec.end());
+    kept.map(|()| again).map_err(|error| format!("{}: {error}", codec.place()))
 }
 
 /// Every 83 ticks the machine is thrown away, and another goes on from its keyframe.
@@ -197,25 +197,25 @@ fn what_differs_is_named_with_both_values() {
         run.tick();
     }
     let octets = octets_of(&mut run.machine);
-    assert_eq!(run.machine.keep(&mut Tape::comparing(&octets)), Ok(()));
+    assert_eq!(run.machine.snapshot(&mut SnapshotCodec::comparing(&octets)), Ok(()));
     let before = run.machine.clone();
-    run.machine.set_key_way(0.25);
+    run.machine.set_keyway(0.25);
     let after = run.machine.clone();
-    let mut tape = Tape::comparing(&octets);
-    let differs = TapeError::Differs { recorded: Value::Number(0.0), now: Value::Number(0.25) };
-    assert_eq!(run.machine.keep(&mut tape), Err(differs));
-    assert_eq!(tape.place().to_string(), "key_way_rad");
+    let mut codec = SnapshotCodec::comparing(&octets);
+    let differs = SnapshotError::Differs { recorded: Value::Number(0.0), now: Value::Number(0.25) };
+    assert_eq!(run.machine.snapshot(&mut codec), Err(differs));
+    assert_eq!(codec.place().to_string(), "key_way_rad");
     assert_eq!(run.machine, after, "comparing leaves all as it is");
     run.machine = before;
     run.tick();
-    let mut tape = Tape::comparing(&octets);
-    let error = run.machine.keep(&mut tape).expect_err("a tick later");
-    assert_eq!(format!("{}: {error}", tape.place()), "tick: it was 1200, it is 1201");
+    let mut codec = SnapshotCodec::comparing(&octets);
+    let error = run.machine.snapshot(&mut codec).expect_err("a tick later");
+    assert_eq!(format!("{}: {error}", codec.place()), "tick: it was 1200, it is 1201");
     let mut other = taken_up(run.machine.description(), &octets).expect("a machine");
     other.load_lobe("I1", "LS1", 15.0, vec![23.1; 720]).expect("the raw lobe again");
-    let mut tape = Tape::comparing(&octets);
-    let error = other.keep(&mut tape).expect_err("a cut lobe");
-    let told = format!("{}: {error}", tape.place());
+    let mut codec = SnapshotCodec::comparing(&octets);
+    let error = other.snapshot(&mut codec).expect_err("a cut lobe");
+    let told = format!("{}: {error}", codec.place());
     assert!(told.starts_with("part[0].radii[") && told.ends_with("it is 23.1"), "{told}");
 }
 
@@ -234,7 +234,7 @@ fn setpoints_that_wait_are_kept_with_their_tail_and_shifts() {
     }
     let octets = octets_of(&mut buffer);
     let mut again = SetpointBuffer::new(&description, rest);
-    again.keep(&mut Tape::reading(&octets)).expect("what was written");
+    again.snapshot(&mut SnapshotCodec::reading(&octets)).expect("what was written");
     assert_eq!(again, buffer);
     for tick in 10..70 {
         assert_eq!(again.at(tick), buffer.at(tick));

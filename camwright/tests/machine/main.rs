@@ -14,7 +14,7 @@ mod turned;
 mod turning;
 
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Setpoint;
 use camwright::simulation::Machine;
@@ -26,7 +26,7 @@ fn ideal() -> MachineDescription {
 }
 
 fn machine(description: &MachineDescription) -> Machine {
-    Machine::new(description.clone(), LastingState::new(description)).expect("the reference machine is valid")
+    Machine::new(description.clone(), PersistentState::new(description)).expect("the reference machine is valid")
 }
 
 /// A setpoint from positions, speeds and accelerations (mm or rad, s).

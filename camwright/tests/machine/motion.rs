@@ -11,7 +11,7 @@ const C: usize = 0;
 const X: usize = 1;
 const Z: usize = 2;
 
-/// What a report says apart from when.
+/// Content of a report without its tick.
 fn timeless(report: &TickReport) -> TickReport {
     let mut report = *report;
     report.tick = 0;
@@ -347,8 +347,8 @@ fn a_drive_fault_holds_off_a_reset_until_it_is_gone() {
     assert!(machine.step(None, &[], &[]).io.drives_on);
 }
 
-/// The drive follows its encoder, so an encoder that reads 5 µm more, less than tells a slip from motion, puts the axis 5 µm back: the table leaves its
-/// switch by as much later.
+/// The drive follows its encoder, so an encoder with an error of 5 µm, less than the slip detection, shifts the axis back by 5 µm: the table leaves
+/// its switch later by that distance.
 #[test]
 fn an_encoder_that_slips_moves_the_axis_and_not_the_reading() {
     let mut machine = machine(&cam_grinder());
@@ -422,11 +422,11 @@ fn whatever_comes_the_axes_keep_their_limits() {
 fn a_machine_that_is_none_is_refused() {
     let mut description = cam_grinder();
     description.axes[X].drive.kv_1_s = f64::NAN;
-    let lasting = camwright::machine::persistent_state::LastingState::new(&description);
+    let lasting = camwright::machine::persistent_state::PersistentState::new(&description);
     assert!(Machine::new(description, lasting).is_err());
 }
 
-/// A home switch is among the inputs that are told, closed from where it closes to the end of the travel; a machine without one has none.
+/// A home switch is among the reported inputs, closed from its switching point to the end of the travel; a machine without one has none.
 #[test]
 fn the_inputs_say_whether_a_slide_stands_on_its_home_switch() {
     let home = Input::OTHERS.iter().position(|input| *input == Input::Home(Axis::X)).expect("it is one of them");

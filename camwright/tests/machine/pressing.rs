@@ -163,7 +163,7 @@ fn a_machine_that_is_stiff_beyond_measure_grinds_like_a_rigid_one() {
     assert!(worst < 1e-6, "{worst} mm");
 }
 
-/// What is gone from the part is what was told, tick by tick.
+/// The removed volume of the part equals the reported removal, tick by tick.
 #[test]
 fn an_elastic_cut_tells_what_it_removes() {
     let (description, _) = soft(1.0e4, 15.0);
@@ -206,7 +206,7 @@ fn the_force_on_every_degree_is_that_of_its_engagement() {
     assert!(worst < 0.5, "{worst} N");
 }
 
-/// What is kept of every degree is what was told while the wheel was there: of a steady plunge the largest force of a turn's ticks.
+/// The record of every degree equals the reports during contact: for a steady plunge the largest force of a turn's ticks.
 #[test]
 fn the_force_on_every_degree_is_the_largest_that_was_told_there() {
     let (description, law) = soft(1.0e4, 15.0);

@@ -1,9 +1,9 @@
-//! What changes slowly, and what the wheel does once a turn: growth of the wheelhead, unbalance.
+//! Slow changes, and effects once per wheel turn: growth of the wheelhead, unbalance.
 
 use super::turned::{WHEEL_MM, turning};
 use super::{follow, ideal, idle, machine};
 use camwright::machine::description::{ContactDescription, MachineDescription, StiffnessAt, ThermalDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
@@ -39,7 +39,7 @@ fn the_wheelhead_grows_exponentially_while_its_spindle_turns() {
 /// One turn and a little of a round part, X at 20 mm.
 fn ground(
     description: &MachineDescription,
-    lasting: LastingState,
+    lasting: PersistentState,
     turns: f64,
     ticks: u32,
 ) -> (Vec<f64>, Vec<Setpoint>) {
@@ -59,7 +59,7 @@ fn growth_since_the_dress_is_missing_on_the_part() {
     let mut description = growing(0.0);
     description.thermal = Some(ThermalDescription { growth_mm: 0.01, time_constant_s: 1e9, start_share: 0.0 });
     for (growth_mm, growth_at_dress_mm) in [(0.01, 0.0), (0.01, 0.01), (0.004, 0.01), (0.0, 0.0)] {
-        let lasting = LastingState { growth_mm, growth_at_dress_mm, ..LastingState::new(&description) };
+        let lasting = PersistentState { growth_mm, growth_at_dress_mm, ..PersistentState::new(&description) };
         let (radii, _) = ground(&description, lasting, 1.5, 1500);
         let wanted = 20.0 - (growth_mm - growth_at_dress_mm);
         for radius in radii {
@@ -75,7 +75,7 @@ fn growth_since_the_dress_is_missing_on_the_part() {
 fn a_wheel_out_of_balance_writes_its_turns_on_the_part() {
     let mut description = ideal();
     description.wheel.unbalance_mm = 5e-4;
-    let (radii, setpoints) = ground(&description, LastingState::new(&description), 1.2, 1000);
+    let (radii, setpoints) = ground(&description, PersistentState::new(&description), 1.2, 1000);
     let per_rad = description.axes[0].scale.counts_per_unit();
     let at =
         |angle: f64| setpoints.iter().position(|s| s.counts[0] as f64 / per_rad >= angle).expect("it turned so far");
@@ -97,7 +97,7 @@ fn a_wheel_out_of_balance_writes_its_turns_on_the_part() {
 fn beating_turns_leave_the_envelope_of_the_waves() {
     let mut description = ideal();
     description.wheel.unbalance_mm = 5e-4;
-    let (radii, _) = ground(&description, LastingState::new(&description), 20.3, 20_000);
+    let (radii, _) = ground(&description, PersistentState::new(&description), 20.3, 20_000);
     let (low, high) = radii.iter().fold((f64::MAX, f64::MIN), |(low, high), r| (low.min(*r), high.max(*r)));
     assert!(low > 19.9995 - 1e-6 && high < 19.9995 + 1e-3 / 3.0, "{low} {high}");
 }
@@ -113,7 +113,7 @@ fn what_gives_way_softens_the_waves() {
     };
     let mut description = MachineDescription { contact: Some(contact), ..ideal() };
     description.wheel.unbalance_mm = 5e-4;
-    let (radii, _) = ground(&description, LastingState::new(&description), 1.2, 1000);
+    let (radii, _) = ground(&description, PersistentState::new(&description), 1.2, 1000);
     let seen = &radii[1000..2800];
     let (low, high) = seen.iter().fold((f64::MAX, f64::MIN), |(low, high), r| (low.min(*r), high.max(*r)));
     let wanted = 2.0 * 5e-4 * 1e4 / (1e4 + 3e4);

@@ -1,4 +1,4 @@
-//! What alarms do with a wheel that is in the cut.
+//! Reaction of alarms with the wheel in the cut.
 
 use super::grinding::{loaded, path_setpoints};
 use super::turned::Eccentric;
@@ -89,7 +89,7 @@ fn a_stop_in_the_cut_takes_nothing_below_the_design() {
 #[test]
 fn an_encoder_that_jumps_costs_the_axis_its_zero() {
     let mut machine =
-        Machine::new(cam_grinder(), camwright::machine::persistent_state::LastingState::new(&cam_grinder()))
+        Machine::new(cam_grinder(), camwright::machine::persistent_state::PersistentState::new(&cam_grinder()))
             .expect("a machine");
     machine.step(None, &[MachineCommand::SetHome { axis: Axis::C, counts: 0 }], &[]);
     let report = machine.step(None, &[], &[Fault::EncoderOffset { axis: Axis::C, offset: 0.01 }]);

@@ -1,4 +1,4 @@
-//! What is turned under the wheel, and the setpoints that do it.
+//! Parts turned under the wheel, and their setpoints.
 
 use super::{ease, setpoint};
 use camwright::machine::description::MachineDescription;

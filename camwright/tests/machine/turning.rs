@@ -3,7 +3,7 @@
 use camwright::cam::surface::SurfacePoint;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription, Structure};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::machine::setpoint::Setpoint;
 use camwright::simulation::fault::Fault;
@@ -78,12 +78,12 @@ fn spiral(description: &MachineDescription, rpm: f64) -> Vec<Setpoint> {
 }
 
 fn machine(description: &MachineDescription, raw_mm: f64) -> Machine {
-    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("valid");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("valid");
     machine.load_turned_part(bar(raw_mm), ZERO).expect("a lathe");
     machine
 }
 
-/// Turns the bar; the machine as it is then, and what every tick told.
+/// Turns the bar; returns the machine afterwards, and the reports of all ticks.
 fn turned(description: &MachineDescription, rpm: f64) -> (Machine, Vec<TickReport>) {
     let setpoints = spiral(description, rpm);
     let mut machine = machine(description, RADIUS + OFF + 0.3);
@@ -195,14 +195,14 @@ fn an_insert_that_does_not_turn_must_not_touch_the_part() {
         }
         assert_eq!(raised, [AlarmKind::WheelContact], "H {height}");
         let part = machine.turned_part().expect("loaded");
-        assert!((part.least_mm() - RADIUS).abs() < 1e-12, "it cuts nothing");
+        assert!((part.minimum_mm() - RADIUS).abs() < 1e-12, "it cuts nothing");
     }
 }
 
 #[test]
 fn only_a_lathe_takes_a_part_to_turn() {
     let description = cam_grinder();
-    let mut grinder = Machine::new(description.clone(), LastingState::new(&description)).expect("valid");
+    let mut grinder = Machine::new(description.clone(), PersistentState::new(&description)).expect("valid");
     assert!(matches!(grinder.load_turned_part(bar(20.0), 0.0), Err(TurnedPartError::NotALathe { .. })));
     let mut lathe = machine(&lathe(), 20.0);
     assert!(matches!(lathe.load_turned_part(bar(20.0), f64::NAN), Err(TurnedPartError::Zero { .. })));

@@ -42,7 +42,7 @@ fn the_turn_is_within_half_a_hundredth_of_the_best_known() {
         let bound = |_: f64, x: Sample| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, x);
         let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         let turn = TurnSpeed::fastest(&request).expect("limits above 0");
-        let (turn_s, least_s) = (turn.turn_s(), turn.least_s());
+        let (turn_s, least_s) = (turn.turn_s(), turn.minimum_s());
         assert!(turn_s <= 1.005 * case.best_s && turn_s > case.bound_s, "{turn_s} s against {} s", case.best_s);
         assert!(least_s < turn_s && least_s <= case.bound_s + 0.0005, "{least_s} s is not below {} s", case.bound_s);
     }
@@ -90,7 +90,7 @@ fn on_a_concentric_disc_the_bound_is_reached_everywhere() {
     let request = TurnRequest { path: &flat, infeed_slope_mm_rad: 0.0, bound: &|_, _| 12.0, c: C, x: X };
     let turn = TurnSpeed::fastest(&request).expect("limits above 0");
     assert!((turn.turn_s() / (TURN_RAD / 12.0) - 1.0).abs() < 1e-3, "{} s", turn.turn_s());
-    assert!(turn.turn_s() >= turn.least_s());
+    assert!(turn.turn_s() >= turn.minimum_s());
 }
 
 /// Turning the part turns the plan, and changes nothing else: up to 0.1 % is what other knots and the gap at which the search ends

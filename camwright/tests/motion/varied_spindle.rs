@@ -174,7 +174,7 @@ fn it_turns_at_the_spindles_limit_on_a_cylinder_and_at_the_slides_where_the_part
     }
 }
 
-/// Where X goes over a crest the spindle is slow, and nowhere else.
+/// The spindle is slow only at the crests of X.
 #[test]
 fn a_low_and_a_high_cam_are_turned_several_times_as_fast_as_at_constant_speed() {
     let ask = PathRequest { insert_radius_mm: 8.0, ..request(0.5, 12.5) };

@@ -4,7 +4,7 @@ use crate::cams::Seeded;
 use crate::sample::{random_program, two_cams};
 use camwright::gcode::{Dialect, ProgramFile, XValues, read};
 
-/// What stands in programs, so that damage is not always noticed at once.
+/// Fragments of programs, so that damage is not always detected at once.
 const PIECES: [&str; 44] = [
     "G0",
     "G1",

@@ -1,4 +1,4 @@
-//! What is written is read as it was meant.
+//! Written programs are read back with the same meaning.
 
 use crate::sample::{random_program, two_cams};
 use camwright::gcode::{Action, Dialect, Direction, Motion, NcAxis, Program, XValues, driven, read};
@@ -16,7 +16,7 @@ pub(crate) fn assert_same(dialect: Dialect, program: &Program, motion: &Motion, 
     for (index, ((done, pose, time_s), meant)) in read.iter().zip(&meant).enumerate() {
         for axis in NcAxis::ALL {
             let wanted = meant.pose[axis.index()].map(|count| program.format.value(axis, count).to_bits());
-            assert_eq!(pose.of(axis).map(f64::to_bits), wanted, "{what}: motion {index}, {axis:?}, {done:?}");
+            assert_eq!(pose.position(axis).map(f64::to_bits), wanted, "{what}: motion {index}, {axis:?}, {done:?}");
         }
         match (time_s, meant.time_s) {
             (None, None) => {}
@@ -69,10 +69,9 @@ fn what_is_done_names_its_line() {
     for dialect in Dialect::ALL {
         let files = dialect.write(&two_cams(XValues::Radius)).expect("it can be written");
         let motion = read(dialect, XValues::Radius, &files).expect("it can be read");
-        let nose = motion
-            .done
-            .iter()
-            .position(|done| matches!(done.action, Action::Feed { pose, .. } if pose.of(NcAxis::X) == Some(43.85)));
+        let nose = motion.done.iter().position(
+            |done| matches!(done.action, Action::Feed { pose, .. } if pose.position(NcAxis::X) == Some(43.85)),
+        );
         let done = motion.done[nose.expect("the nose of the first call")];
         let line = files[done.file as usize].text.lines().nth(done.line as usize - 1);
         assert_eq!(line, Some("X43.5500 C180.0000 F20.0"));

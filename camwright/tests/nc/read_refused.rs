@@ -1,4 +1,4 @@
-//! What is not read, and why: each refusal with its line and sentence.
+//! Refused programs: each refusal with its line and sentence.
 
 use camwright::gcode::{Dialect, MAX_BLOCKS, MAX_TEXT_BYTES, ProgramFile, XValues, read};
 

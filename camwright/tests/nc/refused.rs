@@ -1,4 +1,4 @@
-//! What cannot be written, and why: each refusal with its sentence.
+//! Programs that a dialect cannot express: each refusal with its sentence.
 
 use crate::sample::{format, target, two_cams};
 use camwright::gcode::{

@@ -1,4 +1,4 @@
-//! What a small program looks like on every control, and where its blocks drive.
+//! A small program on every control, and the targets of its blocks.
 
 use crate::sample::{format, target, two_cams};
 use camwright::gcode::{Block, Dialect, NcAxis, Step, XValues, driven, raised_feeds};
@@ -53,7 +53,7 @@ fn a_feed_is_a_minute_over_its_time() {
     }
 }
 
-/// Where the axes are after each block is the sum of what is written and what the call shifts.
+/// The position after each block is the sum of the written value and the shift of the call.
 #[test]
 fn blocks_of_a_subprogram_are_shifted_by_its_call() {
     let program = two_cams(XValues::Radius);

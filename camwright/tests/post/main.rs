@@ -4,19 +4,19 @@
 mod cams;
 mod setup;
 
-use camwright::gcode::post::{Lead, PostError, ProgramRequest, Ran, TurnSpeed, compare, post};
+use camwright::gcode::post::{Lead, PostError, ProgramRequest, ProgramRun, TurnSpeed, compare, post};
 use camwright::gcode::{Dialect, Format, NcAxis, XValues, driven};
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath, Travel};
 use setup::{Shop, lobe_path_of};
 
-/// What a program drives by its own account, before any dialect.
-fn ran(request: &ProgramRequest<'_>, program: &camwright::gcode::Program) -> Vec<Ran> {
+/// Motion of a program computed from its typed form, independent of a dialect.
+fn ran(request: &ProgramRequest<'_>, program: &camwright::gcode::Program) -> Vec<ProgramRun> {
     let format = request.control.format;
     let place = |axis: NcAxis, count: Option<i64>| count.map_or(f64::NAN, |count| format.value(axis, count));
     let pose = |pose: [Option<i64>; 4]| NcAxis::ALL.map(|axis| place(axis, pose[axis.index()]));
-    driven(program).into_iter().map(|driven| Ran { pose: pose(driven.pose), time_s: driven.time_s }).collect()
+    driven(program).into_iter().map(|driven| ProgramRun { pose: pose(driven.pose), time_s: driven.time_s }).collect()
 }
 
 #[test]

@@ -9,7 +9,7 @@ use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
 
 /// The path of the axis of a cutter of a radius (mm) on the reference lobe.
 pub(crate) fn lobe_path_of(radius_mm: f64) -> CutterPath {
-    CutterPath::of_periphery(&reference_lobe(radius_mm))
+    CutterPath::from_periphery(&reference_lobe(radius_mm))
 }
 
 /// A shop.

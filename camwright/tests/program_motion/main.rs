@@ -21,7 +21,7 @@ fn ideal() -> MachineDescription {
     cam_grinder().with_drives(DriveSettings::IDEAL)
 }
 
-/// What the sweep of the wheel and a count of X and C leave (mm).
+/// Error of the wheel's sweep and of a count of X and C (mm).
 const SIMULATED_MM: f64 = 1e-4;
 
 /// With ideal drives the part is off by what the pieces of the program and their rounding are off, and by no more.
@@ -57,8 +57,8 @@ fn ideal_drives_leave_the_tolerance_of_the_blocks_and_of_their_corners() {
     }
 }
 
-/// What drives leave comes beside what the control rounds off, place by place: both are largest on the flanks, where lag may as well fill up
-/// what rounding took.
+/// The error of the drives adds to the rounding of the control, position by position: both are largest on the flanks, where lag may
+/// compensate the rounding.
 #[test]
 fn ordinary_drives_leave_some_micrometres_besides_and_more_the_faster_the_part_turns() {
     let part = Part::lobe();
@@ -110,7 +110,7 @@ fn a_faster_part_is_rounded_over_a_wider_window_within_its_tolerance() {
     }
 }
 
-/// What is planned against the program itself: the blocks' time and two ramps, every knot of the program within the rounding, C from rest to
+/// The plan is checked against the program: the blocks' time and two ramps, every knot of the program within the rounding, C from rest to
 /// rest over the angle of the blocks.
 #[test]
 fn a_run_is_its_blocks_and_two_ramps() {

@@ -1,4 +1,4 @@
-//! What a machine does not do is refused, with file and line.
+//! Requests that the machine cannot execute are refused, with file and line.
 
 use crate::ideal;
 use crate::shop::{Part, Read, blocks, plan, program, setup};
@@ -77,14 +77,14 @@ fn a_setup_that_is_none_and_another_rotation_sense_are_refused() {
 #[test]
 fn a_program_for_another_wheel_is_an_alarm_before_anything_moves() {
     use camwright::interpolator::{Motion, Prepared};
-    use camwright::machine::persistent_state::LastingState;
+    use camwright::machine::persistent_state::PersistentState;
     use camwright::simulation::Machine;
     use camwright::simulation::closed_loop::{ClosedLoop, SimulationError};
     let machine = cam_grinder();
     let (_, read) = program(&Part::lobe(), Dialect::Siemens, 10.0);
     let other = ProgramSetup { cutter_radius_mm: 59.0, ..setup() };
     let planned = plan(&read, other, &machine).unwrap_or_else(|error| panic!("{error}"));
-    let grinder = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a machine");
+    let grinder = Machine::new(machine.clone(), PersistentState::new(&machine)).expect("a machine");
     let motion = Prepared::new(Motion::Plan(std::sync::Arc::new(planned.plan)), &machine).expect("ready");
     let done = ClosedLoop::direct(grinder).simulate(Box::new(motion), |_, _| {});
     assert!(matches!(done, Err(SimulationError::Alarm(_))), "{done:?}");

@@ -7,7 +7,7 @@ use camwright::gcode::post::{Lead, Posted, TurnSpeed, post};
 use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};
 use camwright::interpolator::{Motion, Outcome, Prepared};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
@@ -23,14 +23,15 @@ use std::sync::Arc;
 pub(crate) const STATION_MM: f64 = 60.0;
 const PROGRAM_Z_MM: f64 = 20.0;
 const BLANK_MM: f64 = 23.5;
-/// What the control may round: a piece within 2 um of the path makes corners that axes pass at speed only if they cut them.
+/// Rounding tolerance of the control: a piece within 2 um of the path makes corners that axes pass at speed only by cutting
+/// them.
 pub(crate) const TOLERANCE_MM: f64 = 0.005;
 const ROUGH_RPM: f64 = 25.0;
 
 /// The eccentric: radius, and how far from the axis (mm).
 const DISC: (f64, f64) = (19.0, 4.2);
 
-/// What is ground.
+/// Ground part.
 pub(crate) struct Part {
     pub(crate) name: &'static str,
     path: CutterPath,
@@ -143,7 +144,7 @@ pub(crate) fn planned(read: &Read, machine: &MachineDescription) -> PlannedProgr
 
 /// Radii of the part after the program on a machine that has just been switched on.
 pub(crate) fn lobe_on_the_machine(planned: &PlannedProgram, part: &Part, machine: &MachineDescription) -> Vec<f64> {
-    let mut grinder = Machine::new(machine.clone(), LastingState::new(machine)).expect("a machine");
+    let mut grinder = Machine::new(machine.clone(), PersistentState::new(machine)).expect("a machine");
     grinder.load_lobe(part.name, "LS1", 15.0, vec![BLANK_MM; DEFAULT_AZIMUTHS]).expect("a round blank");
     let motion = Prepared::new(Motion::Plan(Arc::new(planned.plan.clone())), machine);
     let motion = motion.unwrap_or_else(|error| panic!("{error}"));

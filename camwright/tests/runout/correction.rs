@@ -1,4 +1,4 @@
-//! What an exact correction turn leaves.
+//! Remaining error of an exact correction turn.
 
 use crate::part::{ANGLES_DEG, Contacts, DWELLS_FROM_RAD, Part, RATIOS, Station, diameter, from, journal, law, rad};
 use camwright::gauging::Mode;
@@ -48,7 +48,7 @@ fn one_exact_turn_leaves_nothing_at_any_stiffness_and_gauge_angle() {
                 let (mut part, wheel_mm) = journal(3600, ratio, &[station], 1.5, 1);
                 let readings = part.readings[0].clone();
                 let seen = from(&readings, DWELLS_FROM_RAD);
-                let record = GaugeRecord::of_one(diameter(f64::from(angle_deg)), seen).unwrap();
+                let record = GaugeRecord::from_one(diameter(f64::from(angle_deg)), seen).unwrap();
                 let (share, before) = left(&mut part, wheel_mm, &record, ratio, &settings);
                 eprintln!(
                     "km/kg {ratio}, gauge at {angle_deg} deg, {:?}: {:.2} um, of which {share:.1e} is left",
@@ -70,7 +70,7 @@ fn without_interpolation_only_rounding_is_left() {
     for ratio in RATIOS {
         let (mut part, wheel_mm) = journal(360, ratio, &[Station::diameter(270.0, 1.0)], 1.5, 1);
         let readings = part.readings[0].clone();
-        let record = GaugeRecord::of_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
         let log = part.log.clone();
         let settings = MeasureSettings { fit: Fit::Depths { harmonics: None }, ..MeasureSettings::default() };
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
@@ -90,7 +90,7 @@ fn the_infeed_need_not_rest_while_the_part_is_measured() {
     for ratio in RATIOS {
         let (mut part, wheel_mm) = journal(3600, ratio, &[Station::diameter(270.0, 1.0)], 0.0, 1);
         let readings = part.readings[0].clone();
-        let record = GaugeRecord::of_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD - 3.0 * PI)).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD - 3.0 * PI)).unwrap();
         let (share, before) = left(&mut part, wheel_mm, &record, ratio, &MeasureSettings::default());
         eprintln!("km/kg {ratio}, fed while measured: {:.2} um, of which {share:.1e} is left", before * 1e3);
         assert!(share < 1e-2, "{share}");
@@ -105,10 +105,10 @@ fn any_angular_interval_will_do() {
         for angle_deg in [270.0, 308.3] {
             let (mut part, wheel_mm) = journal(3600, 0.2, &[Station::diameter(angle_deg, every_deg)], 1.6, 1);
             let readings = part.readings[0].clone();
-            let record = GaugeRecord::of_one(diameter(angle_deg), from(&readings, DWELLS_FROM_RAD)).unwrap();
+            let record = GaugeRecord::from_one(diameter(angle_deg), from(&readings, DWELLS_FROM_RAD)).unwrap();
             let (share, _) = left(&mut part, wheel_mm, &record, 0.2, &MeasureSettings::default());
             eprintln!("a reading every {every_deg} deg, gauge at {angle_deg} deg: {share:.1e} is left");
-            // 51 readings a turn hardly tell 15 harmonics.
+            // 51 readings a turn barely resolve 15 harmonics.
             assert!(share < if every_deg > 5.0 { 2e-2 } else { 1e-2 }, "{every_deg}: {share}");
         }
     }
@@ -125,7 +125,7 @@ fn two_gauges_and_a_radial_probe_leave_nothing_either() {
             let (a, b) = (part.readings[0].clone(), part.readings[1].clone());
             let gauge = Gauge::two_diameters(rad(angle_deg), rad(apart_deg), 0.013).unwrap();
             let (a, b) = (from(&a, DWELLS_FROM_RAD), from(&b, DWELLS_FROM_RAD));
-            let record = GaugeRecord::of_two(gauge, a, b).unwrap();
+            let record = GaugeRecord::from_two(gauge, a, b).unwrap();
             let (share, _) = left(&mut part, wheel_mm, &record, ratio, &MeasureSettings::default());
             eprintln!("km/kg {ratio}, gauges at {angle_deg} and {apart_deg} deg on: {share:.1e} is left");
             assert!(share < 1e-2, "{share}");
@@ -135,7 +135,7 @@ fn two_gauges_and_a_radial_probe_leave_nothing_either() {
             let (mut part, wheel_mm) = journal(3600, ratio, &[station], 3.0, 1);
             let readings = part.readings[0].clone();
             let gauge = Gauge::radius(rad(angle_deg), work_share).unwrap();
-            let record = GaugeRecord::of_one(gauge, from(&readings, DWELLS_FROM_RAD)).unwrap();
+            let record = GaugeRecord::from_one(gauge, from(&readings, DWELLS_FROM_RAD)).unwrap();
             let settings = MeasureSettings { from_rad: Some(DWELLS_FROM_RAD), ..MeasureSettings::default() };
             let (share, _) = left(&mut part, wheel_mm, &record, ratio, &settings);
             eprintln!("km/kg {ratio}, probe at {angle_deg} deg, the part's share {work_share}: {share:.1e} is left");
@@ -158,7 +158,7 @@ fn a_wheel_that_was_clear_of_the_part_corrects_as_well() {
         let readings = part.readings[0].clone();
         let seen: Vec<_> =
             from(&readings, DWELLS_FROM_RAD).iter().copied().filter(|reading| reading.c_rad < lifted_rad).collect();
-        let record = GaugeRecord::of_one(diameter(270.0), &seen).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), &seen).unwrap();
         let log = part.log.clone();
         let settings = MeasureSettings { phases: Some(3600), ..MeasureSettings::default() };
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
@@ -177,7 +177,7 @@ fn a_wheel_that_was_clear_of_the_part_corrects_as_well() {
 fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
     for ratio in RATIOS {
         let (part, wheel_mm) = journal(3600, ratio, &[Station::diameter(270.0, 1.0)], 1.5, 1);
-        let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
         let log = WheelLog::new(&part.log).unwrap();
         let state = PartState::measure(&record, log, law(ratio), &MeasureSettings::default()).unwrap();
         let start = Start::AtLeastRadius { from_rad: part.c_rad() };
@@ -217,11 +217,11 @@ fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
 fn size_and_runout_can_be_had_in_one_turn() {
     let (mut part, _) = journal(3600, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
     let readings = part.readings[0].clone();
-    let record = GaugeRecord::of_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
     let log = part.log.clone();
     let state =
         PartState::measure(&record, WheelLog::new(&log).unwrap(), law(0.2), &MeasureSettings::default()).unwrap();
-    let least_mm = state.radii_at(part.c_rad()).unwrap().least_mm();
+    let least_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
     let target_mm = least_mm - 0.004;
     let correction = Correction::exact(&state, Start::At(part.c_rad()), Target::Radius(target_mm)).unwrap();
     for _ in 0..3600 {
@@ -247,7 +247,7 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
         for (harmonic, error_deg) in [(1_u32, 1.0), (1, 5.0), (3, 1.0), (3, 5.0)] {
             let (mut part, _) = known(ratio, &[(f64::from(harmonic), 0.01, 0.0)]);
             let (_, thought) = known(ratio, &[(f64::from(harmonic), 0.01, rad(error_deg))]);
-            let state = PartState::of_known_radii(&thought, law(ratio)).unwrap();
+            let state = PartState::from_known_radii(&thought, law(ratio)).unwrap();
             let below = Target::LeastRadius { extra_depth_mm: 0.003 };
             let correction = Correction::exact(&state, Start::At(0.0), below).unwrap();
             for _ in 0..3600 {
@@ -271,7 +271,7 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
             let (mut part, radii) = known(ratio, &[(1.0, 0.01, 0.0)]);
             let thought: Vec<f64> =
                 radii.radii_mm().iter().map(|radius| 20.0 + (radius - 20.0) * (1.0 + error)).collect();
-            let state = PartState::of_known_radii(&RadiusByPhase::new(thought).unwrap(), wrong).unwrap();
+            let state = PartState::from_known_radii(&RadiusByPhase::new(thought).unwrap(), wrong).unwrap();
             let below = Target::LeastRadius { extra_depth_mm: 0.01 };
             let correction = Correction::exact(&state, Start::At(0.0), below).unwrap();
             for _ in 0..3600 {

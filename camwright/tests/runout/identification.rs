@@ -20,8 +20,8 @@ fn push(machine_n_mm: f64, points: u32, noise: &mut Noise) -> Vec<ForcePoint> {
         .collect()
 }
 
-/// The uncertainty told is that which there is: the errors of many pushes, each divided by its uncertainty, scatter as Student's
-/// distribution does, √(ν/(ν−2)).
+/// The reported uncertainty is correct: the errors of many pushes, each divided by its uncertainty, scatter as Student's distribution does,
+/// √(ν/(ν−2)).
 #[test]
 fn pushing_a_stopped_wheel_tells_the_machine_stiffness_and_how_well_it_is_known() {
     let seed = 77;
@@ -60,7 +60,7 @@ fn feeds(part_ratio: f64, feeds_mm: &[f64], sigma_mm: f64, seed: u64) -> Vec<For
         let mut part = Part::new(720, law(part_ratio), &[], &[station], seed);
         let turns = 60.0;
         part.feed(turns, 20.0, feed_mm);
-        let record = GaugeRecord::of_one(diameter(270.0), &part.readings[0]).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
         let forces = part.log.iter().zip(&part.forces);
         let forces: Vec<ForceReading> =
             forces.map(|(place, force_n)| ForceReading { c_rad: place.c_rad, force_n: *force_n }).collect();
@@ -80,7 +80,7 @@ fn feeds(part_ratio: f64, feeds_mm: &[f64], sigma_mm: f64, seed: u64) -> Vec<For
 fn two_feeds_tell_grinding_stiffness_and_threshold_apart_and_one_does_not() {
     for km_kg in [0.1, 0.2, 0.5] {
         let points = feeds(km_kg, &[0.002, 0.010], 0.0, 1);
-        let found = GrindingStiffness::of_feeds(&points).unwrap();
+        let found = GrindingStiffness::from_feeds(&points).unwrap();
         assert!((found.grinding_n_mm.value / GRINDING_N_MM - 1.0).abs() < 1e-6, "{found:?}");
         assert!((found.threshold_n.value - THRESHOLD_N).abs() < 1e-3, "{found:?}");
         for point in &points {
@@ -94,7 +94,7 @@ fn two_feeds_tell_grinding_stiffness_and_threshold_apart_and_one_does_not() {
             );
         }
     }
-    let noisy = GrindingStiffness::of_feeds(&feeds(0.2, &[0.002, 0.010], 2e-4, 9)).unwrap();
+    let noisy = GrindingStiffness::from_feeds(&feeds(0.2, &[0.002, 0.010], 2e-4, 9)).unwrap();
     eprintln!("with 0.2 um of noise: {noisy:?}");
     assert!((noisy.grinding_n_mm.value - GRINDING_N_MM).abs() < 5.0 * noisy.grinding_n_mm.uncertainty, "{noisy:?}");
     let law = noisy.law(Measured { value: 1.0e4, uncertainty: 50.0 }).unwrap();
@@ -104,8 +104,8 @@ fn two_feeds_tell_grinding_stiffness_and_threshold_apart_and_one_does_not() {
 fn decay_of(km_kg: f64, sigma_mm: f64, dwell: f64, seed: u64) -> Decay {
     let station = Station { sigma_mm, ..Station::diameter(270.0, 1.0) };
     let (part, _) = journal(720, km_kg, &[station], dwell, seed);
-    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD - 1.6)).unwrap();
-    Decay::of_dwell(&record, DWELLS_FROM_RAD, 360).unwrap()
+    let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD - 1.6)).unwrap();
+    Decay::from_dwell(&record, DWELLS_FROM_RAD, 360).unwrap()
 }
 
 #[test]
@@ -145,21 +145,21 @@ fn force_and_decay_agree_where_the_sensor_is_right_and_not_where_it_is_not() {
     let mut noise = Noise::new(11);
     let by_decay = decay_of(0.2, 2e-4, 3.5, 3).ratio;
     let machine = machine_stiffness(&push(1.0e4, 12, &mut noise)).unwrap();
-    let grinding = GrindingStiffness::of_feeds(&feeds(0.2, &[0.002, 0.010], 2e-4, 9)).unwrap().grinding_n_mm;
-    let comparison = Comparison::of(ratio(machine, grinding), by_decay);
+    let grinding = GrindingStiffness::from_feeds(&feeds(0.2, &[0.002, 0.010], 2e-4, 9)).unwrap().grinding_n_mm;
+    let comparison = Comparison::from_measurements(ratio(machine, grinding), by_decay);
     eprintln!("{comparison:?}");
     assert!(comparison.agrees(3.0));
     // A travel that reads 10 % too much.
     let wrong = Measured { value: machine.value * 1.1, ..machine };
-    assert!(!Comparison::of(ratio(wrong, grinding), by_decay).agrees(3.0));
+    assert!(!Comparison::from_measurements(ratio(wrong, grinding), by_decay).agrees(3.0));
 }
 
 #[test]
 fn dwells_that_tell_nothing_are_refused() {
     let (part, wheel_mm) = journal(720, 0.5, &[Station { sigma_mm: 2e-4, ..Station::diameter(270.0, 1.0) }], 1.5, 1);
     let dwell = |part: &Part, from_rad: f64, phases: usize| {
-        let record = GaugeRecord::of_one(diameter(270.0), &part.readings[0]).unwrap();
-        Decay::of_dwell(&record, from_rad, phases)
+        let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
+        Decay::from_dwell(&record, from_rad, phases)
     };
     assert!(matches!(dwell(&part, DWELLS_FROM_RAD, 360), Err(DecayError::TooShort { .. })));
     assert!(matches!(dwell(&part, 0.0, 4), Err(DecayError::Phases { phases: 4, .. })));

@@ -1,4 +1,4 @@
-//! What noise of the readings leaves.
+//! Effect of the noise of the readings.
 
 use crate::part::{DWELLS_FROM_RAD, Station, diameter, from, journal, law};
 use camwright::gauging::correction::{Correction, Start, Target};
@@ -22,7 +22,7 @@ fn left_um(ratio: f64, dwell: f64, fed_turns: f64, fit: Fit, seeds: u64) -> Vec<
             let log = part.log.clone();
             // From the reading that the first cut needs before it.
             let from_rad = DWELLS_FROM_RAD - 2.0 * PI * fed_turns;
-            let record = GaugeRecord::of_one(diameter(270.0), from(&readings, from_rad - 1.6)).unwrap();
+            let record = GaugeRecord::from_one(diameter(270.0), from(&readings, from_rad - 1.6)).unwrap();
             let settings = MeasureSettings { fit, from_rad: Some(from_rad), ..MeasureSettings::default() };
             let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
             let start = Start::AtLeastRadius { from_rad: part.c_rad() };
@@ -35,7 +35,7 @@ fn left_um(ratio: f64, dwell: f64, fed_turns: f64, fit: Fit, seeds: u64) -> Vec<
     left
 }
 
-fn told(what: &str, left: &[f64]) {
+fn print(what: &str, left: &[f64]) {
     let mean = left.iter().sum::<f64>() / left.len() as f64;
     let at = |share: f64| left[((left.len() - 1) as f64 * share).round() as usize];
     eprintln!(
@@ -57,7 +57,7 @@ const DEPTHS: Fit = Fit::Depths { harmonics: Some(15) };
 fn two_dwell_turns_and_fifteen_harmonics_come_to_one_and_a_half_micrometres() {
     let of = |what: &str, fed_turns: f64, fit: Fit| {
         let left = left_um(0.2, 2.0, fed_turns, fit, 400);
-        told(&format!("km/kg 0.2, two dwell turns, {what}"), &left);
+        print(&format!("km/kg 0.2, two dwell turns, {what}"), &left);
         left
     };
     let by_depths = of("fitted to depths", 0.0, DEPTHS);
@@ -73,7 +73,7 @@ fn two_dwell_turns_and_fifteen_harmonics_come_to_one_and_a_half_micrometres() {
 fn dwell_turns_and_the_cut_of_harmonics_make_noise_less() {
     let of = |ratio: f64, dwell: f64, fit: Fit| {
         let left = left_um(ratio, dwell, 0.0, fit, 40);
-        told(&format!("km/kg {ratio}, {dwell} dwell turns, {fit:?}"), &left);
+        print(&format!("km/kg {ratio}, {dwell} dwell turns, {fit:?}"), &left);
         left.iter().sum::<f64>() / left.len() as f64
     };
     let two = of(0.2, 2.0, READINGS);
@@ -84,7 +84,7 @@ fn dwell_turns_and_the_cut_of_harmonics_make_noise_less() {
     assert!(of(0.2, 2.0, Fit::Depths { harmonics: None }) > 2.0 * two);
 }
 
-/// √2 kg/km of a reading's noise in a radius that one cut tells, and less by the turns of a dwell, as derived.
+/// A radius from one cut has √2 kg/km of a reading's noise, and less with the turns of a dwell, as derived.
 #[test]
 fn the_noise_of_a_radius_is_as_derived() {
     for ratio in [0.1, 0.2, 0.5] {
@@ -94,7 +94,7 @@ fn the_noise_of_a_radius_is_as_derived() {
                 let station = Station { sigma_mm: 2e-4, ..Station::diameter(270.0, 1.0) };
                 let (part, _) = journal(360, ratio, &[station], f64::from(turns) + 0.25, SEED + seed);
                 let record =
-                    GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD - 1.6)).unwrap();
+                    GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD - 1.6)).unwrap();
                 let settings = MeasureSettings {
                     fit: Fit::Depths { harmonics: None },
                     from_rad: Some(DWELLS_FROM_RAD),

@@ -53,7 +53,7 @@ impl Noise {
     }
 }
 
-/// What reads the part.
+/// Contacts of the gauge.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Contacts {
     Diameter,
@@ -85,9 +85,9 @@ pub(crate) struct Part {
     /// Phases that have passed the wheel.
     place: i64,
     stations: Vec<Station>,
-    /// What every station read.
+    /// Readings of every station.
     pub(crate) readings: Vec<Vec<Reading>>,
-    /// Where the wheel stood at every phase.
+    /// Position of the wheel at every phase.
     pub(crate) log: Vec<WheelPosition>,
     /// Radius with which every phase left the wheel (mm).
     pub(crate) left: Vec<f64>,

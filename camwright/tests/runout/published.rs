@@ -1,4 +1,4 @@
-//! What the published correction leaves.
+//! Remaining error of the published correction.
 
 use crate::part::{Part, RATIOS, Station, diameter, from, law};
 use camwright::gauging::correction::Correction;
@@ -16,7 +16,7 @@ fn published_with_fresh_runout_leaves_the_share_of_the_machine_with_its_sign_rev
         let raw = part.radii.clone();
         let runout = RadiusByPhase::new(raw.iter().copied().step_by(10).collect()).unwrap();
         // The wheel stands 60 um inside the least radius, so that every phase is cut.
-        let correction = Correction::published(&runout, &law(ratio), runout.least_mm() - 0.06, 0.0).unwrap();
+        let correction = Correction::published(&runout, &law(ratio), runout.minimum_mm() - 0.06, 0.0).unwrap();
         while part.c_rad() < correction.start_rad() - 1e-9 {
             part.pass(25.0);
         }
@@ -58,7 +58,7 @@ fn to_the_letter(ratio: f64) -> (f64, f64, f64) {
     // The reading that closes the window.
     part.pass(wheel_mm);
     let readings = part.readings[0].clone();
-    let record = GaugeRecord::of_one(diameter(270.0), from(&readings, window_rad)).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), from(&readings, window_rad)).unwrap();
     let measured = PublishedRunout::measure(&record, &law, window_rad, 72).unwrap();
     assert!((measured.window_rad.1 - measured.window_rad.0 - 3.0 * PI).abs() < 1e-12);
     let correction = Correction::published(&measured.runout, &law, wheel_mm, part.c_rad()).unwrap();

@@ -1,4 +1,4 @@
-//! What cannot be measured or corrected is refused, and says why.
+//! Measurements and corrections that are not possible are refused with a reason.
 
 use crate::part::{DWELLS_FROM_RAD, Part, Station, diameter, from, journal, law, rad};
 use camwright::gauging::correction::{Correction, CorrectionError, Start, Target};
@@ -27,7 +27,7 @@ fn records_that_tell_no_state_are_refused() {
     let readings = from(&part.readings[0], DWELLS_FROM_RAD);
     let log = WheelLog::new(&part.log).unwrap();
     let measure = |count: usize, log: WheelLog<'_>, settings: MeasureSettings| {
-        let record = GaugeRecord::of_one(diameter(270.0), &readings[..count]).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), &readings[..count]).unwrap();
         PartState::measure(&record, log, law(0.2), &settings).map(|_| ()).unwrap_err()
     };
     assert!(matches!(measure(500, log, USUAL), StateError::LessThanATurn { .. }));
@@ -52,7 +52,7 @@ fn a_phase_that_was_not_cut_is_named() {
     let station = Station::diameter(270.0, 1.0);
     let mut part = Part::new(720, law(0.2), &[(1.0, 0.05, 0.0)], &[station], 1);
     part.dwell(2.0, 20.0);
-    let record = GaugeRecord::of_one(diameter(270.0), &part.readings[0]).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL);
     let Err(StateError::NotCut { phase_deg, depth_mm, .. }) = state else { panic!("{state:?}") };
     assert!((80.0..280.0).contains(&phase_deg) && depth_mm < 1e-4, "{phase_deg} {depth_mm}");
@@ -64,7 +64,7 @@ fn readings_that_do_not_follow_the_contact_law_are_refused() {
     let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
     let good = from(&part.readings[0], DWELLS_FROM_RAD);
     let measure = |readings: &[Reading], log: &[WheelPosition], ratio: f64| {
-        let record = GaugeRecord::of_one(diameter(270.0), readings).unwrap();
+        let record = GaugeRecord::from_one(diameter(270.0), readings).unwrap();
         PartState::measure(&record, WheelLog::new(log).unwrap(), law(ratio), &USUAL).map(|_| ())
     };
     assert!(measure(good, &part.log, 0.2).is_ok());
@@ -92,11 +92,11 @@ fn readings_that_do_not_follow_the_contact_law_are_refused() {
     }
 }
 
-/// 0.3 um at half the km/kg: seen beside a gauge's noise, but no reason to refuse. The decay tells it.
+/// 0.3 um at half the km/kg: visible beside a gauge's noise, but no reason to refuse. The decay shows it.
 #[test]
 fn a_wrong_stiffness_shows_in_the_scatter_but_is_not_refused_for_it() {
     let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
-    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let scatter = |ratio: f64| {
         let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(ratio), &USUAL).unwrap();
         eprintln!("km/kg 0.2, thought {ratio}: readings scatter by {:.3} um", state.scatter_mm().unwrap() * 1e3);
@@ -108,7 +108,7 @@ fn a_wrong_stiffness_shows_in_the_scatter_but_is_not_refused_for_it() {
 #[test]
 fn corrections_that_cannot_be_are_refused() {
     let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
-    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
     let at = Start::At(part.c_rad());
     let refused = |start: Start, target: Target| Correction::exact(&state, start, target).unwrap_err();
@@ -121,7 +121,7 @@ fn corrections_that_cannot_be_are_refused() {
     for extra_depth_mm in [-1e-3, f64::NAN, f64::INFINITY] {
         assert!(matches!(refused(at, Target::LeastRadius { extra_depth_mm }), CorrectionError::ExtraDepth { .. }));
     }
-    let least_mm = state.radii_at(part.c_rad()).unwrap().least_mm();
+    let least_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
     for target_mm in [least_mm + 0.002, f64::NAN] {
         assert!(matches!(refused(at, Target::Radius(target_mm)), CorrectionError::TargetAboveLeast { .. }));
     }
@@ -137,7 +137,7 @@ fn a_step_within_the_turn_is_refused() {
     let lifted_rad = part.c_rad();
     part.dwell(0.1, 25.0);
     let readings: Vec<_> = part.readings[0].iter().copied().filter(|reading| reading.c_rad < lifted_rad).collect();
-    let record = GaugeRecord::of_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
     let start = Start::At(lifted_rad + rad(90.0));
     let refused = Correction::exact(&state, start, Target::LeastRadius { extra_depth_mm: 0.0 }).unwrap_err();
@@ -147,7 +147,7 @@ fn a_step_within_the_turn_is_refused() {
 #[test]
 fn windows_radii_and_points_that_are_none_are_refused() {
     let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 5.0)], 1.4, 1);
-    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let published = |phases: usize| PublishedRunout::measure(&record, &law(0.2), DWELLS_FROM_RAD, phases).unwrap_err();
     let PublishedError::WindowTooShort { turned_deg, needed_deg } = published(72) else { panic!() };
     assert!(turned_deg < 505.0 && (needed_deg - 540.0).abs() < 1e-9);
@@ -172,6 +172,6 @@ fn windows_radii_and_points_that_are_none_are_refused() {
     assert!(matches!(grinding_stiffness_of_one_feed(point(0.0, 1.0), 0.0), Err(StiffnessError::Depth { .. })));
     // A threshold far below nothing: the force has an offset.
     let offset = [point(0.001, 10.0), point(0.002, 60.0), point(0.003, 110.0), point(0.004, 160.1)];
-    let found = GrindingStiffness::of_feeds(&offset).unwrap();
+    let found = GrindingStiffness::from_feeds(&offset).unwrap();
     assert!(matches!(found.law(machine_stiffness(&offset).unwrap()), Err(StiffnessError::Law(_))));
 }

@@ -26,7 +26,7 @@ fn the_difference_of_two_diameters_is_what_the_wheel_took() {
     for angle_deg in ANGLES_DEG {
         let angle_deg = f64::from(angle_deg);
         let (part, left, _) = left_the_wheel(720, 0.2, Station::diameter(angle_deg, 0.5), 2.0);
-        let record = GaugeRecord::of_one(diameter(angle_deg), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+        let record = GaugeRecord::from_one(diameter(angle_deg), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
         let depths = record.depths();
         assert!((depths.len() as f64 - 1.5 * 720.0).abs() < 2.0, "{}", depths.len());
         for depth in depths {
@@ -57,7 +57,7 @@ fn a_diameter_is_blind_to_three_lobes_and_the_depth_of_cut_is_not() {
     part.dwell(2.0, wheel_mm);
     let log = part.log.clone();
     let ground = from(&part.readings[0], dwells_rad);
-    let record = GaugeRecord::of_one(diameter(270.0), ground).unwrap();
+    let record = GaugeRecord::from_one(diameter(270.0), ground).unwrap();
     let state =
         PartState::measure(&record, WheelLog::new(&log).unwrap(), law(0.2), &MeasureSettings::default()).unwrap();
     let found = state.radii_at(part.c_rad() - rad(0.05)).unwrap();
@@ -67,7 +67,7 @@ fn a_diameter_is_blind_to_three_lobes_and_the_depth_of_cut_is_not() {
     assert!(found.total_mm() > 5.0 * spread);
 }
 
-/// Not the runout alone: size too, since the gauge's zero drops out and the force tells where the wheel's face is.
+/// Size is found as well as runout, since the gauge's zero drops out and the force gives the position of the wheel's face.
 #[test]
 fn radii_are_found_as_they_are_at_every_moment() {
     let settings = MeasureSettings { fit: Fit::Depths { harmonics: None }, ..MeasureSettings::default() };
@@ -75,7 +75,7 @@ fn radii_are_found_as_they_are_at_every_moment() {
         let (mut part, _, wheel_mm) = left_the_wheel(3600, ratio, Station::diameter(225.0, 1.0), 2.5);
         let readings = part.readings[0].clone();
         let log = part.log.clone();
-        let record = GaugeRecord::of_one(diameter(225.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
+        let record = GaugeRecord::from_one(diameter(225.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
         assert!(state.scatter_mm().unwrap() < 1e-9, "{:?}", state.scatter_mm());
         // Now, and after the wheel has stayed another 1.3 turns.

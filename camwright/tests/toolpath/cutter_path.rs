@@ -25,7 +25,7 @@ fn x(path: &CutterPath, azimuth: f64) -> f64 {
 fn eccentric_disc_has_its_closed_forms() {
     let (e, r, radius) = (4.2, 19.0, 15.0);
     let contour = Contour::eccentric(e, r).unwrap();
-    let round = CutterPath::of_periphery(&ToolPath::for_wheel(&contour, radius).unwrap());
+    let round = CutterPath::from_periphery(&ToolPath::for_wheel(&contour, radius).unwrap());
     assert_eq!((round.infeed, round.travels.len()), (CarriageAxis::X, 1));
     let face = FacePath::new(&contour, 5.0, 0.25).unwrap();
     for angle in angles(3601) {
@@ -87,7 +87,7 @@ fn a_swept_face_leaves_the_contour() {
             Err(FaceError::Hollow { angle_deg, curvature_1_mm, .. }) => {
                 hollow += 1;
                 assert!(curvature_1_mm < 1e-6, "seed {seed}: {curvature_1_mm} at {angle_deg}");
-                assert!(contour.most_concave().is_none_or(|place| place.value < 1e-6), "seed {seed}");
+                assert!(contour.maximum_concavity().is_none_or(|place| place.value < 1e-6), "seed {seed}");
             }
             Err(FaceError::FaceTooSmall { offset_mm, azimuth_deg, .. }) => {
                 small += 1;

@@ -33,8 +33,8 @@ fn mill(radius_mm: f64, y_axis: bool) -> BarrelCutter {
     BarrelCutter { radius_mm, y_axis }
 }
 
-/// What is left of the roller's wall at a cam angle and a place x along the roller, by trying the mill at 1600 azimuths: nothing is taken
-/// from the library but the path that is driven.
+/// Error of the roller's wall at a cam angle and a position x along the roller, by testing the mill at 1600 azimuths: only the path comes
+/// from the library.
 fn swept(lift: &LiftLaw, path: &CutterPath, radii: (f64, f64), wall: f64, angle: f64, x: f64) -> f64 {
     const STEP: f64 = 1e-5;
     let (roller, cutter) = radii;
@@ -79,8 +79,8 @@ fn a_mill_like_the_roller_leaves_nothing() {
     }
 }
 
-/// Where the groove is a helix the formula of the shifted axis is right but for what the walls bend: d(1 − cos Δγ), d = rr − rc, with Y;
-/// without Y d(1 − cos γ cos γm − (x/xm) sin γ sin γm). The two cases of which the first stays below 8 µm and the second, with the axis
+/// For a helical groove the formula of the shifted axis is correct except for the curvature of the walls: d(1 − cos Δγ), d = rr − rc, with
+/// Y; without Y d(1 − cos γ cos γm − (x/xm) sin γ sin γm). The two cases of which the first stays below 8 µm and the second, with the axis
 /// right at the mean radius, below 50 µm; right half-way between the slopes of both ends, as here, it is a fifth less.
 #[test]
 fn the_shift_of_a_smaller_mill_leaves_what_the_formulas_say() {

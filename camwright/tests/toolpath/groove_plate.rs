@@ -108,7 +108,8 @@ fn random_follower(random: &mut Seeded) -> Follower {
     Follower::OscillatingRoller { radius_mm, arm_mm, pivot }
 }
 
-/// Of every path the mill stays within both walls everywhere, those along the walls make all of them, and those between leave nothing.
+/// On every path the mill stays within both walls everywhere; the paths along the walls make all of them, and those between leave no
+/// material.
 #[test]
 fn no_path_cuts_into_a_wall_and_nothing_is_left() {
     let mut made = 0;

@@ -148,7 +148,7 @@ fn a_cylinder_has_a_path_that_stands_still() {
     assert!((path.cusp_mm() - 0.16 / 48.0).abs() < 1e-5);
 }
 
-/// What plans carry is the same curve: X and Z of the insert's centre over the angle since the start.
+/// The plan contains the same curve: X and Z of the insert's centre over the angle since the start.
 #[test]
 fn the_laws_of_a_plan_are_the_path() {
     for feed in [Feed::AlongZ(0.4), Feed::AlongCurve(0.4)] {
@@ -212,7 +212,7 @@ fn a_cone_is_steeper_below_centre_than_at_centre() {
     }
 }
 
-/// What a calculation is off that takes the radius at ψ = 0, or at one ψ for all angles.
+/// Error of a calculation that takes the radius at ψ = 0, or at one ψ for all angles.
 #[test]
 fn shortcuts_are_wrong_by_what_the_literature_of_this_house_says() {
     for (lift, ignored, constant, stroke) in [(4.5, 2.09, 0.35, 5.86), (3.0, 1.45, 0.17, 4.00)] {
@@ -355,7 +355,7 @@ fn feed_along_the_curve_is_constant_along_the_curve() {
     assert!(z.knots().iter().any(|[_, v, _]| *v < 0.0));
 }
 
-/// A hollow of 4 mm radius under an insert of 6 mm: the insert bridges it, cuts nothing, and what it leaves is told. The groove is
+/// A hollow of 4 mm radius under an insert of 6 mm: the insert bridges it, cuts nothing, and the material left is reported. The groove is
 /// r = 24 − a(1 + cos(πz/ℓ)): its bottom has the radius ℓ²/(aπ²).
 #[test]
 fn hollows_too_tight_for_the_insert_are_bridged_and_told() {

@@ -1,6 +1,6 @@
 //! The machine's side: keeps the lease, answers those who want it, refuses all others.
 
-use super::lease::{Lease, Participant, Role, Wanted, participant_of};
+use super::lease::{Lease, LeaseRequest, Participant, Role, participant_of};
 use super::rules;
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{
@@ -50,7 +50,7 @@ type Waiting = (Responder<TakeCommand>, TakeCommandResponse, u64, Instant);
 
 /// Keeps the lease of a machine.
 #[derive(Debug)]
-pub struct Desk {
+pub struct CommandServer {
     node: Node,
     gate: Arc<Gate>,
     publisher: Publisher<CommandHolder>,
@@ -67,7 +67,7 @@ pub struct Open {
     pub timer: TimerHandle,
 }
 
-impl Desk {
+impl CommandServer {
     /// Lets the lease decide on every request to the node; members are lost after `silence_limit`.
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl Desk {
     ) -> Result<Open, RosError> {
         let this = Arc::clone(self);
         let take = self.node.service_deferred::<TakeCommand>("machine/take_command", move |request, responder| {
-            this.take(&request, responder);
+            this.grant(&request, responder);
         })?;
         let this = Arc::clone(self);
         let join = self.node.service_deferred::<JoinCommand>("machine/join_command", move |request, responder| {
@@ -144,7 +144,7 @@ impl Desk {
         self.node.warn_once(&format!("{topic} of {who} refused"), &format!("{topic} of {who} refused: {reason}"));
     }
 
-    fn take(&self, request: &TakeCommandRequest, responder: Responder<TakeCommand>) {
+    fn grant(&self, request: &TakeCommandRequest, responder: Responder<TakeCommand>) {
         let (by, now) = (participant_of(responder.sender()), Instant::now());
         let TakeCommandRequest { holder, lease_s, shared, release } = request;
         let (outcome, remaining_s, holder, number) = {
@@ -152,7 +152,7 @@ impl Desk {
             let outcome = if *release {
                 lease.release(by, holder, now)
             } else {
-                lease.take(by, Wanted { name: holder, lease_s: *lease_s, shared: *shared }, now)
+                lease.acquire(by, LeaseRequest { name: holder, lease_s: *lease_s, shared: *shared }, now)
             };
             let holder = lease.holder().map_or_else(String::new, |holder| holder.name.clone());
             (outcome, lease.remaining_s(now), holder, lease.number())
@@ -183,7 +183,7 @@ impl Desk {
         let (outcome, has_conflict) = {
             let mut lease = lock(&self.gate.lease);
             // A role whose owner has left the graph is free at once.
-            lease.look_in_graph(role, |member| self.node.knows_participant(member));
+            lease.check_graph(role, |member| self.node.knows_participant(member));
             let outcome = lease.join(by, role, (request.known, request.busy), Instant::now());
             (outcome, lease.take_conflict())
         };

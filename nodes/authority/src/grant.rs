@@ -91,7 +91,7 @@ impl Grant {
     }
 
     /// Takes the machine's word.
-    fn hear(&self, message: CommandHolder, writer: &Guid) {
+    fn update_holder(&self, message: CommandHolder, writer: &Guid) {
         if self.is_machine(participant_of(*writer)) {
             lock(&self.view).holder = message;
         }
@@ -102,17 +102,17 @@ impl Grant {
         lock(&self.hooks).push(Box::new(hook));
     }
 
-    /// Whether a participant is the machine that counts.
+    /// Returns whether a participant is the current machine.
     pub(super) fn is_machine(&self, participant: Participant) -> bool {
         lock(&self.view).machine.as_ref().is_some_and(|(machine, _)| *machine == participant)
     }
 
-    /// Whether a machine has answered.
+    /// Returns whether a machine has answered.
     pub(super) fn has_machine(&self) -> bool {
         lock(&self.view).machine.is_some()
     }
 
-    fn known(&self) -> u64 {
+    fn generation(&self) -> u64 {
         lock(&self.view).holder.number
     }
 
@@ -120,7 +120,7 @@ impl Grant {
     fn answered(&self, answer: &JoinCommandResponse, node: &Node, limit: Duration) -> Result<(), String> {
         let mut view = lock(&self.view);
         match &mut view.machine {
-            Some((machine, silence)) if *machine == answer.machine => silence.heard(),
+            Some((machine, silence)) if *machine == answer.machine => silence.reset(),
             Some((machine, silence)) if !silence.is_lost() && node.knows_participant(machine) => {
                 return Err(format!(
                     "{} also offers machine/join_command; end one of the two",
@@ -178,7 +178,7 @@ pub fn join(
     let (into, news) = (Arc::clone(grant), Arc::clone(&reporter));
     let holder =
         node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, info| {
-            into.hear(message, &info.writer);
+            into.update_holder(message, &info.writer);
             lock(&news).report();
         })?;
     let reports = node.timer(LOOK, move || {
@@ -204,7 +204,7 @@ struct Reporter {
 impl Reporter {
     /// Reports news at once, and else as a heartbeat.
     fn report(&mut self) {
-        let (known, busy) = (self.grant.known(), (self.busy)());
+        let (known, busy) = (self.grant.generation(), (self.busy)());
         let is_old = |(old_known, old_busy, at): (u64, bool, Instant)| {
             (old_known, old_busy) != (known, busy) || at.elapsed() >= HEARTBEAT
         };

@@ -70,7 +70,7 @@ struct Member {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted<'a> {
+pub(super) struct LeaseRequest<'a> {
     pub name: &'a str,
     pub lease_s: f64,
     pub shared: bool,
@@ -139,7 +139,7 @@ impl Lease {
     ///
     /// # Errors
     /// The reason why another holder keeps it, or what is wrong with the request.
-    pub(super) fn take(&mut self, by: Participant, wanted: Wanted<'_>, now: Instant) -> Result<(), String> {
+    pub(super) fn acquire(&mut self, by: Participant, wanted: LeaseRequest<'_>, now: Instant) -> Result<(), String> {
         let lease = duration(wanted.lease_s)?;
         check_name(wanted.name)?;
         self.look(now);
@@ -200,7 +200,7 @@ impl Lease {
                 // It has heard of this lease for the first time: its role counts from now on.
                 let is_news = known >= first && known <= last && !(first..=last).contains(&member.known);
                 self.number += u64::from(is_news);
-                member.silence.heard();
+                member.silence.reset();
                 (member.known, member.busy) = (known, busy);
                 self.has_conflict |= std::mem::take(&mut member.is_claimed);
             }
@@ -230,7 +230,7 @@ impl Lease {
     }
 
     /// Looks whether the graph shows the owner of a role, and frees the role once it does not any more.
-    pub(super) fn look_in_graph(&mut self, role: Role, is_shown: impl Fn(&Participant) -> bool) {
+    pub(super) fn check_graph(&mut self, role: Role, is_shown: impl Fn(&Participant) -> bool) {
         let place = &mut self.members[role as usize];
         let Some(member) = place else { return };
         let is_shown = is_shown(&member.participant);
@@ -250,7 +250,7 @@ impl Lease {
     /// Ends what has run out: a lease under which nothing is under way, and the role of a silent member.
     pub(super) fn look(&mut self, now: Instant) {
         for place in &mut self.members {
-            if place.as_mut().is_some_and(|member| member.silence.look_at(now) || member.silence.is_lost()) {
+            if place.as_mut().is_some_and(|member| member.silence.check(now) || member.silence.is_lost()) {
                 *place = None;
                 self.number += 1;
             }
@@ -345,8 +345,8 @@ mod tests {
     const NODE: Participant = [3; 16];
     const S: Duration = Duration::from_secs(1);
 
-    fn wanted(name: &str, lease_s: f64) -> Wanted<'_> {
-        Wanted { name, lease_s, shared: false }
+    fn wanted(name: &str, lease_s: f64) -> LeaseRequest<'_> {
+        LeaseRequest { name, lease_s, shared: false }
     }
 
     fn lease() -> (Lease, Instant) {
@@ -357,15 +357,15 @@ mod tests {
     fn one_holder_at_a_time_until_it_releases_or_its_time_is_over() {
         let (mut lease, begin) = lease();
         assert!(lease.refusal(ANNA, begin).unwrap().contains("nobody has command"));
-        lease.take(ANNA, wanted("anna", 0.0), begin).unwrap();
+        lease.acquire(ANNA, wanted("anna", 0.0), begin).unwrap();
         assert_eq!(lease.refusal(ANNA, begin), None);
-        let refused = lease.take(BERT, wanted("bert", 5.0), begin + 3 * S).unwrap_err();
+        let refused = lease.acquire(BERT, wanted("bert", 5.0), begin + 3 * S).unwrap_err();
         assert!(refused.contains("anna has command for 7 s more"), "{refused}");
         assert!(lease.release(BERT, "anna", begin + 3 * S).is_err(), "the name alone is not enough");
-        lease.take(ANNA, wanted("anna", 0.0), begin + 9 * S).unwrap();
+        lease.acquire(ANNA, wanted("anna", 0.0), begin + 9 * S).unwrap();
         assert!(lease.refusal(ANNA, begin + 18 * S).is_none(), "it was renewed");
         assert!(lease.refusal(ANNA, begin + 19 * S).is_some());
-        lease.take(BERT, wanted("bert", 5.0), begin + 19 * S).unwrap();
+        lease.acquire(BERT, wanted("bert", 5.0), begin + 19 * S).unwrap();
         lease.release(BERT, "bert", begin + 20 * S).unwrap();
         assert!(lease.holder().is_none());
     }
@@ -374,11 +374,11 @@ mod tests {
     fn a_renewal_is_no_news_and_everything_else_is() {
         let (mut lease, begin) = lease();
         let mut numbers = vec![lease.number()];
-        lease.take(ANNA, wanted("anna", 0.0), begin).unwrap();
+        lease.acquire(ANNA, wanted("anna", 0.0), begin).unwrap();
         numbers.push(lease.number());
-        lease.take(ANNA, wanted("anna", 0.0), begin + S).unwrap();
+        lease.acquire(ANNA, wanted("anna", 0.0), begin + S).unwrap();
         assert_eq!(Some(&lease.number()), numbers.last());
-        lease.take(ANNA, wanted("anna", 60.0), begin + S).unwrap();
+        lease.acquire(ANNA, wanted("anna", 60.0), begin + S).unwrap();
         numbers.push(lease.number());
         lease.join(NODE, Role::Planner, (0, false), begin + S).unwrap();
         numbers.push(lease.number());
@@ -390,9 +390,9 @@ mod tests {
     #[test]
     fn a_shared_lease_goes_by_the_name_and_lets_everybody_command() {
         let (mut lease, begin) = lease();
-        lease.take(ANNA, Wanted { shared: true, ..wanted("shell", 60.0) }, begin).unwrap();
+        lease.acquire(ANNA, LeaseRequest { shared: true, ..wanted("shell", 60.0) }, begin).unwrap();
         assert_eq!(lease.refusal(BERT, begin), None);
-        assert_eq!(lease.take(BERT, wanted("bert", 5.0), begin), Ok(()));
+        assert_eq!(lease.acquire(BERT, wanted("bert", 5.0), begin), Ok(()));
         assert_eq!(lease.holder().unwrap().name, "shell", "its term stays");
         lease.release(BERT, "shell", begin).unwrap();
         assert!(lease.refusal(BERT, begin).is_some());
@@ -401,7 +401,7 @@ mod tests {
     #[test]
     fn work_under_way_keeps_the_lease_and_outlives_its_release() {
         let (mut lease, begin) = lease();
-        lease.take(ANNA, wanted("anna", 1.0), begin).unwrap();
+        lease.acquire(ANNA, wanted("anna", 1.0), begin).unwrap();
         for tenth in 0..100 {
             let now = begin + tenth * S / 10;
             lease.join(NODE, Role::Interpolator, (0, true), now).unwrap();
@@ -434,10 +434,10 @@ mod tests {
         assert_eq!(lease.member(Role::Planner), None, "it has not heard of this lease yet");
         lease.join(BERT, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
         assert_eq!(lease.member(Role::Planner), Some(BERT));
-        lease.look_in_graph(Role::Planner, |_| false);
+        lease.check_graph(Role::Planner, |_| false);
         assert_eq!(lease.member(Role::Planner), Some(BERT), "the graph has not shown it yet");
-        lease.look_in_graph(Role::Planner, |_| true);
-        lease.look_in_graph(Role::Planner, |_| false);
+        lease.check_graph(Role::Planner, |_| true);
+        lease.check_graph(Role::Planner, |_| false);
         lease.join(NODE, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
         assert!(!lease.is_known(lease.number(), begin + 4 * S), "it has not heard of its own joining yet");
         lease.join(NODE, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
@@ -450,10 +450,10 @@ mod tests {
     fn names_and_times_out_of_range_are_refused() {
         let (mut lease, now) = lease();
         for lease_s in [-1.0, f64::NAN, f64::INFINITY, 86_401.0] {
-            assert!(lease.take(ANNA, wanted("anna", lease_s), now).unwrap_err().contains("allowed"), "{lease_s}");
+            assert!(lease.acquire(ANNA, wanted("anna", lease_s), now).unwrap_err().contains("allowed"), "{lease_s}");
         }
         for name in ["", " ", "a\nb", &"x".repeat(65)] {
-            assert!(lease.take(ANNA, wanted(name, 1.0), now).unwrap_err().contains("allowed"), "{name:?}");
+            assert!(lease.acquire(ANNA, wanted(name, 1.0), now).unwrap_err().contains("allowed"), "{name:?}");
         }
         assert!(lease.holder().is_none());
     }

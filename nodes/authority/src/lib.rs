@@ -15,7 +15,7 @@ mod one_sender;
 mod rules;
 mod taken;
 
-pub use desk::{Desk, Open};
+pub use desk::{CommandServer, Open};
 pub use grant::{Grant, Membership, join};
 pub use lease::Role;
 pub use machine_topic::subscribe_to_machine;

@@ -38,7 +38,7 @@ impl<M> Retained<M> {
     }
 
     /// Removes and returns the messages of a sender.
-    fn take(&mut self, by: Participant) -> VecDeque<(M, Guid)> {
+    fn drain(&mut self, by: Participant) -> VecDeque<(M, Guid)> {
         let at = self.senders.iter().position(|(sender, _)| *sender == by);
         at.and_then(|at| self.senders.remove(at)).map(|(_, messages)| messages).unwrap_or_default()
     }
@@ -67,7 +67,7 @@ pub fn subscribe_to_machine<M: Message + Send>(
     grant.on_machine(move |machine| {
         let Some(filter) = late.upgrade() else { return };
         let mut filter = filter.lock().unwrap_or_else(PoisonError::into_inner);
-        for (message, writer) in filter.retained.take(machine) {
+        for (message, writer) in filter.retained.drain(machine) {
             (filter.take)(message, &writer);
         }
     });
@@ -98,14 +98,14 @@ mod tests {
             retained.add([1; 16], message, [0; 16]);
         }
         retained.add([2; 16], 9, [0; 16]);
-        let own: Vec<i32> = retained.take([1; 16]).into_iter().map(|(message, _)| message).collect();
+        let own: Vec<i32> = retained.drain([1; 16]).into_iter().map(|(message, _)| message).collect();
         assert_eq!(own, [3, 4]);
-        assert!(retained.take([1; 16]).is_empty());
+        assert!(retained.drain([1; 16]).is_empty());
         for sender in 3..8 {
             retained.add([sender; 16], 0, [0; 16]);
         }
         assert_eq!(retained.senders.len(), MAX_SENDERS);
-        assert!(retained.take([2; 16]).is_empty(), "the oldest sender was dropped");
+        assert!(retained.drain([2; 16]).is_empty(), "the oldest sender was dropped");
         let mut none = Retained { depth: 0, senders: VecDeque::new() };
         none.add([1; 16], 0, [0; 16]);
         assert!(none.senders.is_empty());

@@ -79,7 +79,7 @@ impl Command {
     ///
     /// # Errors
     /// There is no machine, another holder has command, or the members are missing.
-    pub fn take(node: &Node, options: &TakeOptions) -> Result<Self, TakeError> {
+    pub fn acquire(node: &Node, options: &TakeOptions) -> Result<Self, TakeError> {
         let client = node.client::<TakeCommand>("machine/take_command")?;
         client.wait_for_service(options.patience)?;
         wait_for_members(node, options)?;
@@ -110,11 +110,11 @@ impl Drop for Command {
 
 /// Waits until the members that are wanted have joined.
 fn wait_for_members(node: &Node, options: &TakeOptions) -> Result<(), TakeError> {
-    type Heard = (Mutex<CommandHolder>, Condvar);
+    type SharedHolder = (Mutex<CommandHolder>, Condvar);
     if !options.interpolator && !options.planner {
         return Ok(());
     }
-    let heard: Arc<Heard> = Arc::default();
+    let heard: Arc<SharedHolder> = Arc::default();
     let into = Arc::clone(&heard);
     let _subscription =
         node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, _| {

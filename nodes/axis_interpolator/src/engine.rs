@@ -6,7 +6,9 @@
 //! An order to the machine takes effect at a tick ahead; no setpoint from that tick on leaves before the machine has
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
-use super::engine_messages::{Command, Ended, FromEngine, JobEnds, Made, News, ToEngine, Tracking};
+use super::engine_messages::{
+    Command, Ended, FromEngine, JobEnds, MachineFeedback, PreparedMotion, ToEngine, Tracking,
+};
 use super::next_trajectory::NextTrajectory;
 use super::receipts::Receipts;
 use camwright::interpolator::{Event, Interpolator, Outcome, Request, StartError, State, Status, TickInputs};
@@ -34,7 +36,7 @@ pub(super) struct Running {
     /// It is over with its last setpoint; what else is executed is over when the axes stand still.
     is_trajectory: bool,
     first_tick: u64,
-    /// How it ended, once its last setpoint has been computed.
+    /// Outcome, once the last setpoint has been computed.
     pub(super) outcome: Option<(Outcome, u64)>,
 }
 
@@ -49,7 +51,7 @@ pub(super) struct Engine {
     /// A chunk that waits until the machine knows of an order within it: the job's end, or an alarm.
     withheld: Option<Box<ChunkBuffer>>,
     /// The last news; `None` before the machine has spoken.
-    seen: Option<Seen>,
+    seen: Option<LastSeen>,
     pub(super) running: Option<Running>,
     pub(super) next_tick: u64,
     sequence: u32,
@@ -58,15 +60,15 @@ pub(super) struct Engine {
     requests: [Option<Request>; REQUESTS],
     pub(super) next_trajectory: NextTrajectory,
     /// A motion that begins when the axes stand still.
-    waiting: Option<(Made, JobEnds)>,
+    waiting: Option<(PreparedMotion, JobEnds)>,
     /// A motion that begins with the machine's next message, at pace fast when the machine attends to it; and since when it waits.
-    attending: Option<(Made, JobEnds, Instant)>,
+    attending: Option<(PreparedMotion, JobEnds, Instant)>,
     known_alarms: [u16; 16],
     last_status: Option<(u64, Status)>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct LastSeen {
     tick: u64,
     credit_tick: u64,
     is_standstill: bool,
@@ -76,7 +78,7 @@ struct Seen {
     commands_received: u32,
 }
 
-impl Seen {
+impl LastSeen {
     /// A machine that withholds its credit at rest is about to execute many ticks: what begins now would come late.
     fn gives_credit(&self) -> bool {
         self.credit_tick > self.tick
@@ -135,7 +137,7 @@ impl Engine {
         while let Some(message) = self.inbox.receive() {
             match message {
                 ToEngine::News(news) => {
-                    self.take_news(&news);
+                    self.apply_feedback(&news);
                     self.send(FromEngine::Used(news));
                 }
                 ToEngine::Start { made, job } => self.start(made, job),
@@ -172,7 +174,7 @@ impl Engine {
         let kept = before.iter().flatten().copied().filter(|old| !outdated(old));
         self.wait(kept.chain([request]));
         if is_override(&request) && self.running.is_none() {
-            self.tell_idle();
+            self.publish_idle();
         }
     }
 
@@ -189,7 +191,7 @@ impl Engine {
         }
     }
 
-    fn take_news(&mut self, news: &News) {
+    fn apply_feedback(&mut self, news: &MachineFeedback) {
         let stopped_before = self.seen.map(|seen| seen.has_alarms);
         for latch in &news.latches {
             self.interpolator.feedback(latch);
@@ -215,7 +217,7 @@ impl Engine {
                 }
             }
         }
-        self.seen = Some(Seen {
+        self.seen = Some(LastSeen {
             tick: news.tick,
             credit_tick: news.credit_tick,
             is_standstill: news.is_standstill,
@@ -236,7 +238,7 @@ impl Engine {
         self.report_end();
         self.start_waiting();
         if self.running.is_none() && stopped_before != Some(self.has_alarms()) {
-            self.tell_idle();
+            self.publish_idle();
         }
     }
 
@@ -262,7 +264,7 @@ impl Engine {
     }
 
     /// The motion that has not begun yet.
-    fn take_waiting(&mut self) -> Option<Made> {
+    fn take_waiting(&mut self) -> Option<PreparedMotion> {
         let attending = self.attending.take().map(|(made, ..)| made);
         attending.or_else(|| self.waiting.take().map(|(made, _)| made))
     }
@@ -297,7 +299,7 @@ impl Engine {
 
     /// Begins a motion, as soon as the axes stand still. A trajectory may follow another before that, whose setpoints rest already,
     /// where ticks follow the clock: at pace fast those in which the axes settle pass by themselves.
-    fn start(&mut self, made: Made, job: JobEnds) {
+    fn start(&mut self, made: PreparedMotion, job: JobEnds) {
         let refusal = match self.seen {
             _ if self.running.is_some() || self.waiting.is_some() || self.attending.is_some() => Some(StartError::Busy),
             Some(seen) if !seen.has_alarms => None,
@@ -320,9 +322,9 @@ impl Engine {
         }
     }
 
-    /// What waits begins when the axes stand still; an alarm ends the wait.
+    /// Starts the waiting motion when the axes stand still; an alarm ends the wait.
     fn start_waiting(&mut self) {
-        let may_begin = |seen: &Seen| seen.has_alarms || (seen.is_standstill && seen.gives_credit());
+        let may_begin = |seen: &LastSeen| seen.has_alarms || (seen.is_standstill && seen.gives_credit());
         let Some(seen) = self.seen.filter(may_begin) else { return };
         if seen.has_alarms {
             if let Some(made) = self.take_waiting() {
@@ -340,7 +342,7 @@ impl Engine {
     /// Prepares the start of a motion of a machine at rest, with the machine's next message. At pace realtime the tick of the last one
     /// may be old, since a machine at rest reports less often. At pace fast the machine has to attend: a tick that passed could not be
     /// made up for, and setpoints for it would be late.
-    fn attend(&mut self, made: Made, job: JobEnds, seen: Seen) {
+    fn attend(&mut self, made: PreparedMotion, job: JobEnds, seen: LastSeen) {
         self.begin_sequence(seen);
         self.attending = Some((made, job, Instant::now()));
         if !seen.is_realtime {
@@ -349,7 +351,7 @@ impl Engine {
     }
 
     /// Continues the command number from what the machine has received, so that no receipt of an earlier motion counts for this one.
-    fn begin_sequence(&mut self, seen: Seen) {
+    fn begin_sequence(&mut self, seen: LastSeen) {
         self.sequence = seen.commands_received;
         self.unacknowledged.clear();
     }
@@ -362,12 +364,12 @@ impl Engine {
         }
     }
 
-    fn start_now(&mut self, made: Made, job: JobEnds, seen: Seen) {
-        let Made { motion, record } = made;
+    fn start_now(&mut self, made: PreparedMotion, job: JobEnds, seen: LastSeen) {
+        let PreparedMotion { motion, record } = made;
         let is_trajectory = motion.is_trajectory();
         let rest = self.interpolator.rest_state();
         if let Err((error, motion)) = self.interpolator.start(motion) {
-            self.send(FromEngine::NotStarted(error, Made { motion, record }));
+            self.send(FromEngine::NotStarted(error, PreparedMotion { motion, record }));
             return;
         }
         // Far enough ahead for the first chunk to arrive in time, near enough for it to lie within the credit.
@@ -429,7 +431,7 @@ impl Engine {
                 count += 1;
             }
             let out = self.interpolator.step(&TickInputs { tick, requests: &pending[..count] });
-            self.keep_requests(&pending[..count], out.requests_taken);
+            self.retain_requests(&pending[..count], out.requests_taken);
             chunk.dense.push(out.setpoint);
             self.next_tick += 1;
             for input in out.applied.iter() {
@@ -439,7 +441,7 @@ impl Engine {
                 self.command(Command::Interpolator(*order), order.tick);
                 last = last.min(order.tick - 1);
             }
-            self.tell(tick, &out.status);
+            self.publish(tick, &out.status);
             for event in out.events.iter() {
                 self.send(FromEngine::Event { tick, event: *event });
                 if let Event::Alarm(alarm) = event {
@@ -476,7 +478,7 @@ impl Engine {
     }
 
     /// Requests that were not taken wait for the next tick, in their order.
-    fn keep_requests(&mut self, pending: &[Request], taken: usize) {
+    fn retain_requests(&mut self, pending: &[Request], taken: usize) {
         self.wait(pending.iter().skip(taken).copied());
     }
 
@@ -486,7 +488,7 @@ impl Engine {
     }
 
     /// Status on change of what people watch, and every 50 ticks.
-    fn tell(&mut self, tick: u64, status: &Status) {
+    fn publish(&mut self, tick: u64, status: &Status) {
         let due = self.last_status.is_none_or(|(last, before)| {
             tick >= last + 50
                 || before.state != status.state
@@ -522,11 +524,11 @@ impl Engine {
         }
         let ended = Ended { outcome, first_tick: running.first_tick, last_tick, counts: seen.counts };
         self.send(FromEngine::Ended(ended));
-        self.tell_idle();
+        self.publish_idle();
     }
 
     /// Status between motions, with the override that the next one begins with; a fault until the machine's alarm is reset.
-    fn tell_idle(&mut self) {
+    fn publish_idle(&mut self) {
         let Some(seen) = self.seen else { return };
         let state = if seen.has_alarms { State::Fault } else { State::Idle };
         let mut status = Status { state, ..self.interpolator.idle_status() };
@@ -555,7 +557,7 @@ fn is_override(request: &Request) -> bool {
     matches!(request, Request::SetOverride(_))
 }
 
-/// Whether an alarm with this number stops motion; numbers this program does not know do.
+/// Returns whether an alarm with this number stops motion; unknown numbers do.
 fn stops_motion(number: u16) -> bool {
     use camwright::machine::alarm::Severity;
     number != 0 && AlarmKind::from_number(number).is_none_or(|kind| kind.entry().severity > Severity::Warning)

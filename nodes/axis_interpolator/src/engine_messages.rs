@@ -1,4 +1,4 @@
-//! What passes between the engine and the node around it, through rings.
+//! Messages between the engine and its node, through rings.
 
 use camwright::interpolator::trajectory::Start;
 use camwright::interpolator::{AppliedInput, Event, Order, Outcome, Prepared, Request, RestState, StartError, Status};
@@ -9,9 +9,9 @@ use camwright_files::convert::motion_record::MotionRecord;
 use camwright_files::convert::setpoints::ChunkBuffer;
 use std::sync::Arc;
 
-/// What the machine told.
+/// Feedback of the machine.
 #[derive(Debug, Default)]
-pub(super) struct News {
+pub(super) struct MachineFeedback {
     pub(super) tick: u64,
     pub(super) credit_tick: u64,
     pub(super) is_standstill: bool,
@@ -20,14 +20,14 @@ pub(super) struct News {
     pub(super) commands_received: u32,
     pub(super) alarms: Vec<u16>,
     pub(super) setpoint_counts: [i64; AXIS_COUNT],
-    /// What the encoders read, at the ticks at which every machine tells it.
+    /// Encoder readings, at the ticks at which every machine reports them.
     pub(super) measured: Option<Measured>,
     pub(super) latches: Vec<Latch>,
 }
 
-/// Where the trajectory in execution will be.
+/// Forecast of the trajectory in execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Foresight {
+pub(super) enum MotionForecast {
     /// At this tick, where the engine now waits for what takes its place.
     At(u64, Start),
     /// It is over by then, or about to end.
@@ -35,14 +35,14 @@ pub(super) enum Foresight {
     Disturbed,
 }
 
-/// How the axes follow what they were told, at one tick.
+/// Path following of the axes at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Tracking {
     pub(super) told: Setpoint,
     pub(super) measured: Measured,
 }
 
-/// Whether a job begins and ends with a motion.
+/// True if a job begins and ends with a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct JobEnds {
     pub(super) begins: bool,
@@ -51,19 +51,19 @@ pub(super) struct JobEnds {
 
 impl JobEnds {
     /// Only a plan belongs to a job.
-    pub(super) fn of(plan: &Plan) -> Self {
+    pub(super) fn from_plan(plan: &Plan) -> Self {
         Self { begins: plan.half.begins(), ends: plan.half.ends() }
     }
 }
 
 /// A motion ready to be executed, and what it was made from, which is recorded when it begins.
 #[derive(Debug)]
-pub(super) struct Made {
+pub(super) struct PreparedMotion {
     pub(super) motion: Box<Prepared>,
     pub(super) record: Box<MotionRecord>,
 }
 
-impl Made {
+impl PreparedMotion {
     /// Makes what is recorded, so that the record is what is executed. A plan is at hand where it is one.
     pub(super) fn new(
         record: MotionRecord,
@@ -78,9 +78,9 @@ impl Made {
 
 #[derive(Debug)]
 pub(super) enum ToEngine {
-    News(Box<News>),
+    News(Box<MachineFeedback>),
     Start {
-        made: Made,
+        made: PreparedMotion,
         job: JobEnds,
     },
     Request(Request),
@@ -88,10 +88,10 @@ pub(super) enum ToEngine {
     Foresee {
         soonest: u64,
     },
-    /// What takes the place, where it was foreseen.
-    Splice(Made),
+    /// Replacement at the forecast tick.
+    Splice(PreparedMotion),
     StayOn,
-    /// What the axes are told at a tick.
+    /// Setpoints of the axes at a tick.
     Query {
         tick: u64,
     },
@@ -121,13 +121,13 @@ pub(super) enum Command {
     },
 }
 
-/// How a motion went.
+/// End of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ended {
     pub(super) outcome: Outcome,
     pub(super) first_tick: u64,
     pub(super) last_tick: u64,
-    /// Where the axes rest.
+    /// Rest position of the axes.
     pub(super) counts: [i64; AXIS_COUNT],
 }
 
@@ -138,7 +138,7 @@ pub(super) enum FromEngine {
         rest: RestState,
         record: Box<MotionRecord>,
     },
-    NotStarted(StartError, Made),
+    NotStarted(StartError, PreparedMotion),
     Chunk(Box<ChunkBuffer>),
     Command {
         sequence: u32,
@@ -157,16 +157,16 @@ pub(super) enum FromEngine {
         event: Event,
     },
     Ended(Ended),
-    Foreseen(Foresight),
+    Foreseen(MotionForecast),
     /// Another trajectory has begun at this tick in the place of the one before.
     Spliced {
         tick: u64,
         record: Box<MotionRecord>,
     },
-    NotSpliced(StartError, Made),
+    NotSpliced(StartError, PreparedMotion),
     Tracking(Tracking),
     Queried(Option<Setpoint>),
     /// To drop where dropping is allowed.
-    Used(Box<News>),
+    Used(Box<MachineFeedback>),
     Done(Box<Prepared>),
 }

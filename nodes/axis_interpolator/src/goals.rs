@@ -2,7 +2,7 @@
 
 use super::engine_messages::Ended;
 use super::goal_end::{self, GoalEnd, close};
-use camwright::interpolator::tolerance::Stretch;
+use camwright::interpolator::tolerance::MotionPhase;
 use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription};
@@ -32,10 +32,10 @@ pub(super) enum Goal {
     Topic,
 }
 
-/// A trajectory that ended otherwise than by itself: what its client is told.
+/// Error code and text for the client of an aborted trajectory.
 type Ending = (i32, String);
 
-/// What is being served; nothing between motions.
+/// Goal being served; none between motions.
 #[derive(Debug, Default)]
 pub(super) struct Served {
     goal: Option<Goal>,
@@ -44,7 +44,7 @@ pub(super) struct Served {
     plan_hash: String,
     /// Why a trajectory is brought to an end, if neither its client wants it nor an alarm.
     ending: Option<Ending>,
-    /// How a trajectory ended whose handle had not come yet.
+    /// Result of a trajectory that ended before its handle arrived.
     early: Option<(GoalEnd, FollowJointTrajectoryResult)>,
     /// A jog comes to rest because nobody holds it any more.
     was_let_go: bool,
@@ -52,12 +52,12 @@ pub(super) struct Served {
     turns_left_out: Vec<u32>,
     /// The interpolator's own alarm, if it raised one.
     pub(super) alarm: Option<(u16, String)>,
-    /// What a probe found.
+    /// Result of a probe.
     pub(super) probed: Option<Probed>,
 }
 
 impl Served {
-    /// Whether somebody has command.
+    /// Returns whether a goal is being served.
     pub(super) fn is_busy(&self) -> bool {
         self.goal.is_some()
     }
@@ -103,7 +103,7 @@ impl Served {
         self.was_let_go = true;
     }
 
-    /// What is under way comes to an end that its client shall be told as this; only a trajectory's can.
+    /// Sets the reason reported to the client when the current trajectory ends.
     pub(super) fn end_because(&mut self, reason: &str) {
         if self.is_trajectory() {
             self.ending.get_or_insert((FollowJointTrajectoryResult::INVALID_GOAL, reason.to_owned()));
@@ -111,7 +111,7 @@ impl Served {
     }
 
     /// The trajectory in execution gives way to another, of a goal or of the topic.
-    pub(super) fn give_way(&mut self, to_a_goal: bool, name: &str, tick: u64) {
+    pub(super) fn yield_to(&mut self, to_a_goal: bool, name: &str, tick: u64) {
         if let Some(Goal::Trajectory(goal)) = self.goal.take() {
             let error_string = format!("{name} took its place at tick {tick}");
             let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
@@ -122,7 +122,7 @@ impl Served {
     }
 
     /// The handle of a trajectory that has begun already; one that has not is given back.
-    pub(super) fn take_arrived(
+    pub(super) fn start_arrived(
         &mut self,
         handle: GoalHandle<FollowJointTrajectory>,
     ) -> Option<GoalHandle<FollowJointTrajectory>> {
@@ -153,15 +153,15 @@ impl Served {
 
     /// The motion cannot start.
     pub(super) fn refuse(&mut self, reason: &str) {
-        self.give_back(GoalEnd::Aborted, reason);
+        self.finish(GoalEnd::Aborted, reason);
     }
 
     /// It was cancelled before it started.
     pub(super) fn withdraw(&mut self, reason: &str) {
-        self.give_back(GoalEnd::Canceled, reason);
+        self.finish(GoalEnd::Canceled, reason);
     }
 
-    fn give_back(&mut self, end: GoalEnd, reason: &str) {
+    fn finish(&mut self, end: GoalEnd, reason: &str) {
         let message = format!("not started: {reason}; nothing moved");
         match self.goal.take() {
             Some(Goal::Plan(goal)) => end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() }),
@@ -206,7 +206,7 @@ impl Served {
                 let step = status.search.map_or("", |(_, step)| step_name(step)).to_owned();
                 goal.feedback(&ProbeFeedback { step, percent: status.percent });
             }
-            // Jogs and trajectories tell what is measured, as it comes.
+            // Jogs and trajectories report measured values as they arrive.
             Some(Goal::Jog(_) | Goal::Wheel(..) | Goal::Trajectory(_) | Goal::Arrived | Goal::Topic) | None => {}
         }
     }
@@ -271,8 +271,8 @@ impl Served {
             (None, Outcome::Cancelled) => (GoalEnd::Canceled, Codes::SUCCESSFUL, message),
             (_, Outcome::OutOfTolerance(broken)) => {
                 let code = match broken.stretch {
-                    Stretch::Path => Codes::PATH_TOLERANCE_VIOLATED,
-                    Stretch::Goal => Codes::GOAL_TOLERANCE_VIOLATED,
+                    MotionPhase::Path => Codes::PATH_TOLERANCE_VIOLATED,
+                    MotionPhase::Goal => Codes::GOAL_TOLERANCE_VIOLATED,
                 };
                 (GoalEnd::Aborted, code, broken.to_string())
             }
@@ -286,7 +286,7 @@ impl Served {
     }
 }
 
-/// What has command, and for which node.
+/// Name of the goal with command, and of its node.
 pub(super) fn by(what: &str, client: &str) -> String {
     format!("{what} by {client}")
 }

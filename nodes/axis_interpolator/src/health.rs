@@ -1,4 +1,4 @@
-//! What `/diagnostics` says of the interpolator: who has command, and how well the machine is heard. Each status is about the last second.
+//! Diagnostics of the interpolator: the holder of command, and the reception of the machine. Each status covers the last second.
 
 use super::{Shared, lock};
 use camwright::machine::description::MachineDescription;
@@ -7,9 +7,9 @@ use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_ros::diagnostic_status;
 use std::time::{Duration, Instant};
 
-/// How `machine/stream` comes in.
+/// Reception of `machine/stream`.
 #[derive(Debug, Default)]
-pub(super) struct Heard {
+pub(super) struct MachineHealth {
     last: Option<(Instant, u64)>,
     /// The last message was that of a machine at rest, which reports less often.
     was_idle: bool,
@@ -22,9 +22,9 @@ pub(super) struct Heard {
     is_realtime: bool,
 }
 
-impl Heard {
+impl MachineHealth {
     /// Records a message, and the periods without one since the last.
-    pub(super) fn hear(&mut self, message: &MachineStream, machine: &MachineDescription) {
+    pub(super) fn update(&mut self, message: &MachineStream, machine: &MachineDescription) {
         let period = if self.was_idle { machine.rest_stream_period_ticks() } else { machine.stream_period_ticks() };
         let now = Instant::now();
         if let Some((before, tick)) = self.last {
@@ -45,7 +45,7 @@ impl Heard {
         self.last = Some((now, message.tick));
     }
 
-    /// What was heard since the last report.
+    /// Status since the last report.
     fn report(&mut self, delay: Option<Duration>) -> DiagnosticStatus {
         let gap = std::mem::take(&mut self.longest_gap);
         let (messages, lost) = (std::mem::take(&mut self.messages), std::mem::take(&mut self.lost));
@@ -100,22 +100,22 @@ mod tests {
 
     #[test]
     fn what_must_have_been_between_two_messages_is_lost() {
-        let mut heard = Heard::default();
+        let mut heard = MachineHealth::default();
         let file = locate::locate("machines", "cam_grinder", "yaml", None).expect("shipped");
         let machine = machine_file::parse(&file.path, &file.text, &[]).expect("shipped").description;
         assert_eq!(machine.stream_period_ticks(), 10);
         // News between two periods is a message more, and none is missed.
         for tick in [20, 30, 33, 33, 40, 50] {
-            heard.hear(&MachineStream { tick, ..MachineStream::default() }, &machine);
+            heard.update(&MachineStream { tick, ..MachineStream::default() }, &machine);
         }
         assert_eq!((heard.messages, heard.lost), (6, 0));
         for tick in [80, 95, 100] {
-            heard.hear(&MachineStream { tick, ..MachineStream::default() }, &machine);
+            heard.update(&MachineStream { tick, ..MachineStream::default() }, &machine);
         }
         assert_eq!((heard.messages, heard.lost), (9, 3), "60, 70 and 90");
         let idle = MachineStream { motion: MachineStream::MOTION_STANDSTILL, ..MachineStream::default() };
         for tick in [110, 150, 200, 300] {
-            heard.hear(&MachineStream { tick, ..idle.clone() }, &machine);
+            heard.update(&MachineStream { tick, ..idle.clone() }, &machine);
         }
         assert_eq!((heard.messages, heard.lost), (13, 4), "at rest every fifth period: 250");
         heard.lost = 3;

@@ -40,15 +40,15 @@ use camwright_ros::{
     ActionServer, Diagnostics, Guid, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
     ServiceHandle, SpinThread, Subscription, TimerHandle,
 };
-use camwright_threads::drops::Drops;
+use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Sender, Waker, ring};
 use camwright_threads::silence::LOOK;
 use engine::Engine;
-use engine_messages::{JobEnds, Made, News, ToEngine};
+use engine_messages::{JobEnds, MachineFeedback, PreparedMotion, ToEngine};
 use goals::Served;
-use health::Heard;
+use health::MachineHealth;
 use joint_trajectory::arrival::Arrival;
-use manual::Held;
+use manual::HeldJog;
 use plans::Plans;
 use pump::Pump;
 use std::collections::VecDeque;
@@ -86,7 +86,7 @@ struct Actions {
     _jog: ActionServer<Jog>,
 }
 
-/// What the callbacks of the executor thread and the pump share.
+/// State shared by the callbacks of the executor thread and the pump.
 #[derive(Debug)]
 struct Shared {
     node: Node,
@@ -103,22 +103,22 @@ struct Shared {
     /// Which axes know their zero.
     homed: Mutex<[bool; AXIS_COUNT]>,
     /// A jog that somebody has to hold.
-    held: Mutex<Option<Held>>,
-    /// What about door, chuck or work area keeps axes and wheel from starting; empty for nothing.
+    held: Mutex<Option<HeldJog>>,
+    /// Condition of door, chuck or work area that prevents axes and wheel from starting; empty: none.
     hindrance: Mutex<String>,
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
-    heard: Mutex<Heard>,
+    heard: Mutex<MachineHealth>,
     partners: Mutex<partners::Partners>,
     /// Telemetry that was dropped.
-    drops: Drops,
+    drops: DropCounter,
     /// A trajectory that takes the place of the one in execution, or begins after it.
     arrival: Mutex<Option<Arrival>>,
     /// Who asked `~/query_state`, in the order of asking.
     queries: Mutex<VecDeque<Responder<QueryTrajectoryState>>>,
 }
 
-/// What exists once the machine is known.
+/// State that exists once the machine is known.
 #[derive(Debug)]
 struct Cell {
     machine: MachineDescription,
@@ -172,7 +172,7 @@ impl AxisInterpolator {
             tick: AtomicU64::new(0),
             heard: Mutex::default(),
             partners: Mutex::new(partners::Partners::new(liveness::limit(&node))),
-            drops: Drops::default(),
+            drops: DropCounter::default(),
             arrival: Mutex::default(),
             queries: Mutex::default(),
         });
@@ -193,7 +193,7 @@ impl AxisInterpolator {
         let this = Arc::downgrade(&shared);
         let look = node.timer(LOOK, move || {
             if let Some(shared) = this.upgrade() {
-                shared.look_after_partners();
+                shared.check_partners();
             }
         });
         let this = Arc::downgrade(&shared);
@@ -224,7 +224,7 @@ impl AxisInterpolator {
         &self.lifecycle
     }
 
-    /// Whether the machine has said what it is.
+    /// Returns whether the machine has published its description.
     #[must_use]
     pub fn knows_machine(&self) -> bool {
         lock(&self.shared.cell).is_some() && lock(&self.shared.clock).is_some()
@@ -289,7 +289,7 @@ impl Shared {
             }
             return;
         }
-        let machine = match MachineNow::of(message) {
+        let machine = match MachineNow::from_message(message) {
             Ok(now) => now.description,
             Err(reason) => return self.node.logger().error(&reason),
         };
@@ -323,8 +323,8 @@ impl Shared {
         Ok(Cell { machine: machine.clone(), inlet, threads, waker })
     }
 
-    fn hear(&self, message: &MachineStream, writer: Guid) {
-        self.hear_machine(writer);
+    fn receive(&self, message: &MachineStream, writer: Guid) {
+        self.receive_machine(writer);
         let cell = lock(&self.cell);
         let Some(cell) = cell.as_ref() else { return };
         let clock = TickClock { epoch_ns: ns_from_time(&message.epoch), cycle_time_ns: cell.machine.cycle_time_ns };
@@ -334,9 +334,9 @@ impl Shared {
             *place = *value;
         }
         *lock(&self.rest_counts) = counts;
-        lock(&self.heard).hear(message, &cell.machine);
+        lock(&self.heard).update(message, &cell.machine);
         let is_new = self.tick.swap(message.tick, Ordering::AcqRel) < message.tick;
-        cell.inlet.send(ToEngine::News(Box::new(News {
+        cell.inlet.send(ToEngine::News(Box::new(MachineFeedback {
             tick: message.tick,
             credit_tick: message.credit_tick,
             is_standstill: message.motion == MachineStream::MOTION_STANDSTILL
@@ -402,20 +402,20 @@ impl Shared {
 
     /// Starts a motion for the goal that has command; a plan is at hand where it is one.
     fn begin(&self, record: MotionRecord, plan: Option<Arc<Plan>>) {
-        let job = plan.as_deref().map(JobEnds::of).unwrap_or_default();
+        let job = plan.as_deref().map(JobEnds::from_plan).unwrap_or_default();
         let made = match lock(&self.cell).as_ref() {
             None => Err("the machine has not been heard of yet".to_owned()),
-            Some(cell) => Made::new(record, plan, &cell.machine),
+            Some(cell) => PreparedMotion::new(record, plan, &cell.machine),
         };
         self.start(made, job);
     }
 
     /// The same with a motion that belongs to no job and is ready, or cannot be.
-    fn begin_made(&self, made: Result<Made, String>) {
+    fn begin_made(&self, made: Result<PreparedMotion, String>) {
         self.start(made, JobEnds::default());
     }
 
-    fn start(&self, made: Result<Made, String>, job: JobEnds) {
+    fn start(&self, made: Result<PreparedMotion, String>, job: JobEnds) {
         let sent = made.and_then(|made| {
             let is_sent = self.send(ToEngine::Start { made, job });
             is_sent.then_some(()).ok_or_else(|| "the engine does not take anything any more".to_owned())
@@ -431,7 +431,7 @@ impl Shared {
         }
     }
 
-    /// Asks the engine what the axes are told at a time.
+    /// Queries the engine for the setpoints at a time.
     fn query(&self, ns: i64, responder: Responder<QueryTrajectoryState>) {
         let tick = self.clock().and_then(|clock| clock.nearest_tick(ns));
         // In the order in which the engine is asked.
@@ -456,7 +456,7 @@ impl Shared {
             None => return,
         };
         let Some(machine) = self.machine() else { return };
-        let outcome = lock(&self.plans).take(&hash, &machine);
+        let outcome = lock(&self.plans).load(&hash, &machine);
         match outcome {
             Ok(Some(plan)) => self.begin(MotionRecord::Plan(hash), Some(plan)),
             Ok(None) => {}
@@ -465,7 +465,7 @@ impl Shared {
     }
 }
 
-/// What the encoders read, at the ticks at which every machine tells it: what is decided by that depends on no other message.
+/// Encoder readings at the ticks at which every machine reports them: decisions based on them depend on no other message.
 fn measured(message: &MachineStream, machine: &MachineDescription) -> Option<Measured> {
     if !message.tick.is_multiple_of(machine.stream_period_ticks()) {
         return None;
@@ -498,12 +498,12 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let qos = Qos::default_topic().keep_last(1000);
     let stream =
         subscribe_to_machine::<MachineStream>(node, grant, "machine/stream", (&qos, 0), move |message, writer| {
-            this.hear(&message, *writer);
+            this.receive(&message, *writer);
             this.watch_jog(&message);
         })?;
     let this = Arc::clone(shared);
     let pages = node.subscribe::<PlanPage>("job_planner/plan", &Qos::latched(256), move |page, info| {
-        this.hear_pages(info.writer);
+        this.receive_pages(info.writer);
         lock(&this.plans).add(page);
         this.begin_plan();
     })?;
@@ -513,7 +513,7 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     })?;
     let this = Arc::clone(shared);
     let planner = node.subscribe::<CellState>("job_planner/cell_state", &Qos::latched(1), move |_, info| {
-        this.hear_planner(info.writer);
+        this.receive_planner(info.writer);
     })?;
     let mut all = vec![description, stream, pages, area, planner, manual::subscribe(shared)?];
     all.extend(joint_trajectory::subscribe(shared)?);

@@ -23,12 +23,12 @@ const HOLD_TO_RUN_S: f64 = 0.5;
 const LONGEST_HOLD_S: f64 = 2.0;
 /// Turns without being held.
 const NOT_HELD: f64 = -1.0;
-/// How often a jog tells where it is (s).
+/// Period of a jog's feedback (s).
 const FEEDBACK_S: f64 = 0.05;
 
 /// A jog that has to be held, in ticks of the machine.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct HeldJog {
     ticks: u64,
     until: u64,
 }
@@ -50,7 +50,7 @@ impl ActionHandler<Jog> for JogHandler {
         });
         let name = by(&format!("a jog of {}", goal.joint), handle.client());
         lock(&self.0.served).begin(Goal::Jog(handle), name, String::new());
-        let until = |ticks| Held { ticks, until: self.0.machine_tick() + ticks };
+        let until = |ticks| HeldJog { ticks, until: self.0.machine_tick() + ticks };
         *lock(&self.0.held) = jog.as_ref().ok().and_then(|(_, held)| *held).map(until);
         self.0.begin_or_refuse(jog.map(|(jog, _)| jog));
     }
@@ -60,7 +60,7 @@ impl ActionHandler<Jog> for JogHandler {
     }
 }
 
-/// How long a jog goes on after it was held last (ticks); none where nobody has to hold it.
+/// Duration of a jog after its last hold message (ticks); `None` if it needs none.
 fn hold_ticks(goal: &JogGoal, cycle_s: f64) -> Result<Option<u64>, String> {
     let seconds = match goal.hold_to_run {
         _ if goal.distance != 0.0 => return Ok(None),
@@ -88,7 +88,7 @@ impl Shared {
         })
     }
 
-    /// Lets go of a jog that nobody has held for too long, and tells where it is.
+    /// Ends a jog without a recent hold message, and publishes its position.
     pub(super) fn watch_jog(&self, message: &MachineStream) {
         let mut served = lock(&self.served);
         let Some(goal) = served.jog() else { return };

@@ -1,6 +1,6 @@
 //! The trajectory that follows the one in execution without a stop.
 
-use super::engine_messages::Made;
+use super::engine_messages::PreparedMotion;
 
 /// Trajectory that replaces the one in execution.
 #[derive(Debug, Default)]
@@ -9,7 +9,7 @@ pub(super) enum NextTrajectory {
     None,
     /// One is being made for this tick.
     Awaited(u64),
-    Ready(u64, Made),
+    Ready(u64, PreparedMotion),
 }
 
 impl NextTrajectory {

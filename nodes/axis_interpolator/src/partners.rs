@@ -43,7 +43,7 @@ impl Partners {
     }
 
     /// The machine is heard; true where another one was before.
-    fn hear_machine(&mut self, writer: Guid) -> bool {
+    fn record_machine(&mut self, writer: Guid) -> bool {
         let participant = participant(writer);
         let is_other = self.machine.as_ref().is_some_and(|machine| machine.participant != participant);
         self.machine = Some(Partner { participant, silence: Silence::new(self.limit) });
@@ -51,7 +51,7 @@ impl Partners {
     }
 
     /// The planner is heard. A planner plans on threads of its own and says something once a second.
-    fn hear_planner(&mut self, writer: Guid) {
+    fn record_planner(&mut self, writer: Guid) {
         self.planner = Some(Partner { participant: participant(writer), silence: Silence::new(2 * self.limit) });
     }
 
@@ -63,20 +63,20 @@ impl Partners {
 
 impl Shared {
     /// Who sends `machine/stream`; another machine than before ends what is under way.
-    pub(super) fn hear_machine(&self, writer: Guid) {
-        let is_other = lock(&self.partners).hear_machine(writer);
+    pub(super) fn receive_machine(&self, writer: Guid) {
+        let is_other = lock(&self.partners).record_machine(writer);
         if is_other {
             self.tick.store(0, Ordering::Release);
             self.lose_machine("the machine was started again: its axes have to be homed");
         }
     }
 
-    pub(super) fn hear_planner(&self, writer: Guid) {
-        lock(&self.partners).hear_planner(writer);
+    pub(super) fn receive_planner(&self, writer: Guid) {
+        lock(&self.partners).record_planner(writer);
     }
 
     /// Who published the pages of a plan.
-    pub(super) fn hear_pages(&self, writer: Guid) {
+    pub(super) fn receive_pages(&self, writer: Guid) {
         lock(&self.partners).plan_by = Some(participant(writer));
     }
 
@@ -86,14 +86,14 @@ impl Shared {
     }
 
     /// Looks after all of them, ten times a second.
-    pub(super) fn look_after_partners(&self) {
+    pub(super) fn check_partners(&self) {
         let is_lost = lock(&self.partners).machine.as_mut().is_some_and(|machine| machine.silence.look());
         if is_lost {
             let text = self.silent_machine().unwrap_or_default();
             self.lose_machine(&text);
         }
-        self.look_after_planner();
-        self.look_for_pages();
+        self.check_planner();
+        self.check_pages();
     }
 
     fn lose_machine(&self, text: &str) {
@@ -110,7 +110,7 @@ impl Shared {
         self.send(super::ToEngine::MachineLost);
     }
 
-    fn look_after_planner(&self) {
+    fn check_planner(&self) {
         let lost = {
             let mut partners = lock(&self.partners);
             let plan_by = partners.plan_by;
@@ -130,12 +130,12 @@ impl Shared {
     }
 
     /// A goal whose plan does not arrive is refused.
-    fn look_for_pages(&self) {
+    fn check_pages(&self) {
         let waits = lock(&self.plans).waiting().is_some();
         let is_late = {
             let mut partners = lock(&self.partners);
             if !waits {
-                partners.pages.heard();
+                partners.pages.reset();
             }
             partners.pages.look()
         };

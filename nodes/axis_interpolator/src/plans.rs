@@ -51,7 +51,7 @@ impl Plans {
     }
 
     /// The plan that was waited for; `None` while pages are missing.
-    pub(super) fn take(&mut self, hash: &str, machine: &MachineDescription) -> Result<Option<Arc<Plan>>, String> {
+    pub(super) fn load(&mut self, hash: &str, machine: &MachineDescription) -> Result<Option<Arc<Plan>>, String> {
         let Some((_, pages)) = self.pages.iter().find(|(known, _)| known == hash) else { return Ok(None) };
         let outcome = match plan_from_pages(pages, machine) {
             Err(PlanPagesError::Incomplete { .. }) => return Ok(None),

@@ -1,6 +1,6 @@
 //! From what the engine reports to messages, and to the goal that is being served.
 
-use super::engine_messages::{Command, Ended, Foresight, FromEngine, ToEngine, Tracking};
+use super::engine_messages::{Command, Ended, FromEngine, MotionForecast, ToEngine, Tracking};
 use super::goals::Served;
 use super::joint_trajectory::arrival::Step;
 use super::joint_trajectory::{settings, tracking};
@@ -20,7 +20,7 @@ use camwright_msgs::control_msgs::srv::QueryTrajectoryStateResponse;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use camwright_ros::liveness::Complaint;
 use camwright_ros::{Node, Publisher, Qos, RosError, Telemetry};
-use camwright_threads::drops::Drops;
+use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Receiver, Waker};
 use camwright_threads::silence::HEARTBEAT;
 use camwright_threads::supervised::injected;
@@ -45,7 +45,7 @@ pub(super) struct Outlets {
 }
 
 impl Outlets {
-    pub(super) fn new(node: &Node, drops: &Drops) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, drops: &DropCounter) -> Result<Self, RosError> {
         Ok(Self {
             setpoints: node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?,
             commands: node.publisher("machine/commands", &Qos::default_topic().keep_last(1000))?,
@@ -69,7 +69,7 @@ pub(super) struct Pump {
     order: u32,
     order_tick: u64,
     inputs_told: u64,
-    /// The alarm that ended the last motion, once the list of alarms has been told.
+    /// Alarm that ended the last motion, once the list of alarms has been published.
     alarms: Option<Vec<Alarm>>,
     feed_override: f64,
     last_state: Option<InterpolatorState>,
@@ -253,7 +253,7 @@ impl Pump {
     }
 
     /// The engine has looked ahead for the trajectory that waits.
-    fn foreseen(&self, foresight: &Foresight, clock: TickClock, back: &impl Fn(ToEngine)) {
+    fn foreseen(&self, foresight: &MotionForecast, clock: TickClock, back: &impl Fn(ToEngine)) {
         self.with_shared(|shared| {
             let step = lock(&shared.arrival).as_ref().map(|arrival| arrival.next(foresight, clock, &self.machine));
             match step {
@@ -273,7 +273,7 @@ impl Pump {
         });
     }
 
-    /// How the axes follow, as often as the parameters say.
+    /// Publishes the path following of the axes, at the rate of the parameters.
     fn tracking(&self, followed: &Tracking, clock: TickClock) -> Result<(), RosError> {
         let (tick, parameters) = (followed.measured.tick, self.node.parameters());
         let (feedback_ticks, state_ticks) = settings::periods_ticks(parameters, self.machine.cycle_time_s());
@@ -334,7 +334,7 @@ impl Pump {
         self.repeat(Some(message))
     }
 
-    /// Tells a state, or the last one again, so that the planner hears that this node is there.
+    /// Publishes a state, or repeats the last one, so that the planner sees that this node is present.
     fn repeat(&mut self, state: Option<InterpolatorState>) -> Result<(), RosError> {
         if let Some(state) = state {
             self.last_state = Some(state);
@@ -356,7 +356,7 @@ impl Pump {
         self.alarms(clock, tick, alarms)
     }
 
-    /// Tells the alarms that are active now, where that is news.
+    /// Publishes the active alarms if they have changed.
     fn alarms(&mut self, clock: TickClock, tick: u64, alarms: Vec<Alarm>) -> Result<(), RosError> {
         if self.alarms.as_ref() == Some(&alarms) {
             return Ok(());

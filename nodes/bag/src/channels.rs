@@ -52,7 +52,7 @@ pub(super) fn files_in(path: &Path) -> Result<Vec<PathBuf>, BagError> {
     if files.is_empty() { Err(BagError::NoMetadata { path: path.to_owned() }) } else { Ok(files) }
 }
 
-/// A topic as a channel tells it.
+/// Topic of a channel.
 pub(super) fn topic_of(
     path: &Path,
     name: &str,
@@ -70,12 +70,12 @@ pub(super) fn topic_of(
 /// Every topic has the text of its type, and thousands of topics can name one text: so much of it is held (B).
 const DEFINITION_BYTES: usize = 256 << 20;
 
-/// How much of definitions is held.
+/// Remaining memory for definitions.
 #[derive(Debug, Default)]
 pub(super) struct DefinitionRoom(usize);
 
 impl DefinitionRoom {
-    pub(super) fn take(&mut self, path: &Path, bytes: usize) -> Result<(), BagError> {
+    pub(super) fn reserve(&mut self, path: &Path, bytes: usize) -> Result<(), BagError> {
         self.0 = self.0.saturating_add(bytes);
         if self.0 <= DEFINITION_BYTES {
             return Ok(());
@@ -106,7 +106,7 @@ impl Channels {
             Record::Channel(channel) => {
                 // Summaries repeat it, and some writers do in every chunk.
                 if self.seen.insert(channel.id) {
-                    self.room.take(path, self.schemas.get(&channel.schema_id).map_or(0, |(_, text)| text.len()))?;
+                    self.room.reserve(path, self.schemas.get(&channel.schema_id).map_or(0, |(_, text)| text.len()))?;
                 }
                 let (type_name, definition) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
                 Ok(Some((channel.id, topic_of(path, &channel.topic, type_name, definition, &channel.metadata)?)))

@@ -1,4 +1,4 @@
-//! What a bag itself says of its types (`ros2msg`): enough to find every value in a message without knowing the type beforehand.
+//! Type definitions stored in a bag (`ros2msg`): sufficient to find every value in a message of an unknown type.
 
 use camwright_msgs::syntax::{Element, Primitive, Shape, TypeError, TypeText, split_comment};
 use std::collections::{BTreeMap, BTreeSet};

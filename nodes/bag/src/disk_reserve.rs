@@ -6,23 +6,23 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// How much is kept back (B): one chunk, its indexes, and the summary of several hours' chunks. More would refuse small
-/// disks, less could leave the summary out.
+/// Size of the reserve (B): one chunk, its indexes, and the summary of several hours' chunks. A larger one would refuse
+/// small disks, a smaller one could lose the summary.
 pub const SPARE_BYTES: usize = 4 << 20;
 
 /// A file that takes [`SPARE_BYTES`] on the disk and has no name, so that even a killed process leaves nothing behind.
 /// Dropping it gives the room back.
 #[derive(Debug)]
-pub struct Spare {
+pub struct DiskReserve {
     _file: File,
 }
 
-impl Spare {
+impl DiskReserve {
     /// Keeps room back on the disk of `directory`.
     ///
     /// # Errors
     /// When the disk has less room than that, or the directory cannot be written.
-    pub fn keep(directory: &Path) -> io::Result<Self> {
+    pub fn create(directory: &Path) -> io::Result<Self> {
         let path = directory.join(".spare");
         let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
         let filled = fill(&mut file);
@@ -46,7 +46,7 @@ fn fill(file: &mut File) -> io::Result<()> {
     file.write_all(&block)
 }
 
-/// How far a [`SpareWriter`] has come, seen from beside it while a library owns the stream.
+/// Progress of a [`ReservedWriter`], visible while a library owns the stream.
 #[derive(Debug, Default)]
 pub struct Level {
     written: AtomicU64,
@@ -59,7 +59,7 @@ impl Level {
         self.written.load(Ordering::Relaxed)
     }
 
-    /// What the system said when the disk ran full; the room kept back is in use since then.
+    /// System error at the moment the disk ran full; the reserve is in use since then.
     pub fn full(&self) -> Option<&str> {
         self.full.get().map(String::as_str)
     }
@@ -68,19 +68,19 @@ impl Level {
 /// A stream that gives back the spare room when the disk is full and tries once more, so that the writer above it sees no
 /// failure in the middle of a record; [`Level::full`] then says that it is time to close.
 #[derive(Debug)]
-pub struct SpareWriter<W, S> {
+pub struct ReservedWriter<W, S> {
     inner: W,
     spare: Option<S>,
     level: Arc<Level>,
 }
 
-impl<W: Write, S> SpareWriter<W, S> {
+impl<W: Write, S> ReservedWriter<W, S> {
     /// `inner`, with `spare` given back when it is full.
     pub fn new(inner: W, spare: S) -> Self {
         Self { inner, spare: Some(spare), level: Arc::default() }
     }
 
-    /// Where to see how far it has come.
+    /// Handle to its progress.
     pub fn level(&self) -> Arc<Level> {
         self.level.clone()
     }
@@ -94,13 +94,13 @@ fn says_full(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge)
 }
 
-impl<W: Write, S> Write for SpareWriter<W, S> {
+impl<W: Write, S> Write for ReservedWriter<W, S> {
     fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
         let result = match self.inner.write(buf) {
             Err(error) if says_full(&error) => match self.spare.take() {
                 Some(spare) => {
                     drop(spare);
-                    // Only the first refusal is told; there is only one spare.
+                    // Only the first refusal is reported; there is only one reserve.
                     let _ = self.level.full.set(error.to_string());
                     self.inner.write(buf)
                 }
@@ -148,9 +148,9 @@ mod tests {
         }
     }
 
-    struct Held(Rc<Cell<usize>>, usize);
+    struct CountedBuffer(Rc<Cell<usize>>, usize);
 
-    impl Drop for Held {
+    impl Drop for CountedBuffer {
         fn drop(&mut self) {
             self.0.set(self.0.get() + self.1);
         }
@@ -160,7 +160,7 @@ mod tests {
     fn a_full_disk_costs_no_byte_while_the_spare_lasts() {
         let free = Rc::new(Cell::new(10));
         let disk = Disk { free: free.clone(), content: Vec::new() };
-        let mut writer = SpareWriter::new(disk, Held(free, 6));
+        let mut writer = ReservedWriter::new(disk, CountedBuffer(free, 6));
         writer.write_all(b"0123456789").expect("there is room");
         let level = writer.level();
         assert!(level.full().is_none());
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn the_spare_has_no_name() {
         let dir = tempfile::TempDir::new().expect("a temporary directory");
-        let spare = Spare::keep(dir.path()).expect("the disk of the temporary directory has 4 MiB");
+        let spare = DiskReserve::create(dir.path()).expect("the disk of the temporary directory has 4 MiB");
         assert_eq!(fs::read_dir(dir.path()).expect("it is a directory").count(), 0);
         drop(spare);
     }

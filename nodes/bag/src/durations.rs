@@ -1,9 +1,9 @@
-//! How long something took, many times: counted by length, in fixed memory, from any thread without a lock.
+//! Histogram of durations in fixed memory, filled from any thread without a lock.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Counters for each doubling of the time: what is told of a time is at most a sixteenth too long.
+/// Counters for each doubling of the time: a reported time is at most a sixteenth too long.
 const PARTS: u64 = 16;
 /// One for each time below `PARTS` nanoseconds, then `PARTS` for each doubling up to 2^64 ns.
 const COUNTERS: usize = 976;
@@ -13,9 +13,9 @@ pub(super) struct Durations {
     longest_ns: AtomicU64,
 }
 
-/// What was counted, in ns. Percentiles are the smallest time that so many do not exceed, up to a sixteenth too long; the longest is exact.
+/// Summary in ns. Percentiles are at most a sixteenth too long; the maximum is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct DurationsTold {
+pub struct DurationSummary {
     pub count: u64,
     /// Half of them take no longer (ns).
     pub p50_ns: u64,
@@ -29,7 +29,7 @@ pub struct DurationsTold {
 
 impl std::fmt::Debug for Durations {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.told().fmt(f)
+        self.summary().fmt(f)
     }
 }
 
@@ -73,7 +73,7 @@ impl Durations {
         self.longest_ns.fetch_max(ns, Ordering::Relaxed);
     }
 
-    pub(super) fn told(&self) -> DurationsTold {
+    pub(super) fn summary(&self) -> DurationSummary {
         let counts: Vec<u64> = self.counters.iter().map(|counter| counter.load(Ordering::Relaxed)).collect();
         let count: u64 = counts.iter().sum();
         let longest_ns = self.longest_ns.load(Ordering::Relaxed);
@@ -87,7 +87,13 @@ impl Durations {
             });
             counter.map_or(0, |counter| longest_of(counter).min(longest_ns))
         };
-        DurationsTold { count, p50_ns: percentile(500), p99_ns: percentile(990), p99_9_ns: percentile(999), longest_ns }
+        DurationSummary {
+            count,
+            p50_ns: percentile(500),
+            p99_ns: percentile(990),
+            p99_9_ns: percentile(999),
+            longest_ns,
+        }
     }
 }
 
@@ -112,17 +118,17 @@ mod tests {
     #[test]
     fn percentiles_are_those_of_what_was_added() {
         let durations = Durations::default();
-        assert_eq!(durations.told(), DurationsTold::default());
+        assert_eq!(durations.summary(), DurationSummary::default());
         for us in 1..=10_000 {
             durations.add(Duration::from_micros(us));
         }
-        let told = durations.told();
+        let told = durations.summary();
         assert_eq!((told.count, told.longest_ns), (10_000, 10_000_000));
         for (told, exact) in [(told.p50_ns, 5_000_000), (told.p99_ns, 9_900_000), (told.p99_9_ns, 9_990_000)] {
             assert!((exact..=exact + exact / 16).contains(&told), "{told} ns for {exact} ns");
         }
         let one = Durations::default();
         one.add(Duration::from_nanos(777));
-        assert_eq!((one.told().p50_ns, one.told().p99_9_ns), (777, 777));
+        assert_eq!((one.summary().p50_ns, one.summary().p99_9_ns), (777, 777));
     }
 }

@@ -1,4 +1,4 @@
-//! What is in a bag, for people and for scripts.
+//! Content of a bag, for the operator and for scripts.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -30,7 +30,7 @@ pub struct BagInfo {
     pub message_count: u64,
     /// Each topic, by name.
     pub topics: Vec<TopicInfo>,
-    /// What the recorder wrote about the run.
+    /// Custom data of the recorder.
     pub custom_data: Vec<(String, String)>,
 }
 
@@ -70,33 +70,39 @@ impl BagInfo {
         self.log_times_ns.map_or(Duration::ZERO, |(first, last)| Duration::from_nanos(last - first))
     }
 
+    /// Outcome, times and topics in lines of 80 columns; with `details` also types, files and everything the recorder wrote.
     #[must_use]
-    pub fn to_text(&self) -> String {
+    pub fn to_text(&self, details: bool) -> String {
         let mut t = String::new();
         let duration_s = self.duration().as_secs_f64();
+        let custom = |key: &str| self.custom_data.iter().find(|(k, _)| k == key).map(|(_, value)| readable(value));
+        let outcome = match (self.is_closed, custom("camwright.outcome")) {
+            (false, _) => "NOT CLOSED".to_owned(),
+            (true, Some(outcome)) => outcome.to_uppercase(),
+            (true, None) => "CLOSED".to_owned(),
+        };
+        let lost = custom("camwright.lost_total").map_or_else(String::new, |lost| format!(", {lost} lost"));
+        let megabytes = self.bytes as f64 / 1e6;
         // Writing to a String cannot fail.
-        let _ = writeln!(t, "bag       {}", self.path);
-        let _ = writeln!(t, "files     {}", self.files.join(", "));
-        let _ = writeln!(t, "size      {:.1} MB", self.bytes as f64 / 1e6);
-        if let Some((first, last)) = self.log_times_ns {
-            let _ = writeln!(t, "from      {}", utc(first));
-            let _ = writeln!(t, "to        {}", utc(last));
-        }
-        let _ = writeln!(t, "duration  {duration_s:.3} s");
-        let _ = writeln!(t, "messages  {}", self.message_count);
+        let _ = writeln!(t, "{outcome}: {} messages{lost}, {duration_s:.3} s, {megabytes:.1} MB", self.message_count);
         if !self.is_closed {
-            let _ = writeln!(t, "closed    no: the recording was killed; what is listed is what is whole");
+            let _ = writeln!(t, "the recording was killed; the list holds the intact part");
         }
-        for (key, value) in &self.custom_data {
-            let _ = writeln!(t, "{}  {}", readable(key), readable(value));
+        if let Some((first, last)) = self.log_times_ns {
+            let _ = writeln!(t, "time      {} to {}", utc(first), utc(last));
         }
-        let names: Vec<String> = self.topics.iter().map(|i| readable(&i.name)).collect();
-        let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-        let _ = writeln!(t, "{:<width$}  {:>9}  {:>9}  type", "topic", "messages", "per s");
-        for (topic, name) in self.topics.iter().zip(&names) {
+        let _ = writeln!(t, "bag       {}", self.path);
+        if details {
+            let _ = writeln!(t, "files     {}", self.files.join(", "));
+            for (key, value) in &self.custom_data {
+                let _ = writeln!(t, "{}  {}", readable(key), readable(value));
+            }
+        }
+        let _ = writeln!(t, " messages      per s  topic");
+        for topic in &self.topics {
             let rate = if duration_s > 0.0 { topic.message_count as f64 / duration_s } else { 0.0 };
-            let (count, kind) = (topic.message_count, readable(&topic.type_name));
-            let _ = writeln!(t, "{name:<width$}  {count:>9}  {rate:>9.1}  {kind}");
+            let kind = if details { format!("  {}", readable(&topic.type_name)) } else { String::new() };
+            let _ = writeln!(t, "{:>9}  {rate:>9.1}  {}{kind}", topic.message_count, readable(&topic.name));
         }
         t
     }
@@ -183,7 +189,7 @@ mod tests {
             topics,
             custom_data: vec![("k".into(), "v\u{7}".into())],
         };
-        let text = info.to_text();
+        let text = info.to_text(true);
         assert!(
             text.len() < 2000 && text.contains("(70005 characters)") && text.contains("(70000 characters)"),
             "{text}"

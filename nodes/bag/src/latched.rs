@@ -9,7 +9,7 @@ const ALL_BYTES: usize = 64 << 20;
 
 /// One message that is written again.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Kept {
+pub(super) struct LatchedMessage {
     /// Number of its topic in the bag.
     pub(super) topic: usize,
     pub(super) sequence: u32,
@@ -20,13 +20,13 @@ pub(super) struct Kept {
 /// The last messages of each latched topic, by order of arrival.
 #[derive(Debug, Default)]
 pub(super) struct Latched {
-    kept: VecDeque<Kept>,
+    kept: VecDeque<LatchedMessage>,
     per_topic: BTreeMap<usize, usize>,
     bytes: usize,
 }
 
 impl Latched {
-    pub(super) fn keep(&mut self, message: Kept) {
+    pub(super) fn retain(&mut self, message: LatchedMessage) {
         let (topic, count) = (message.topic, self.per_topic.entry(message.topic).or_insert(0));
         *count += 1;
         let is_too_many = *count > PER_TOPIC;
@@ -49,7 +49,7 @@ impl Latched {
         }
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Kept> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &LatchedMessage> {
         self.kept.iter()
     }
 }
@@ -58,23 +58,23 @@ impl Latched {
 mod tests {
     use super::*;
 
-    fn message(topic: usize, sequence: u32, bytes: usize) -> Kept {
-        Kept { topic, sequence, publish_time_ns: 1, data: vec![0; bytes] }
+    fn message(topic: usize, sequence: u32, bytes: usize) -> LatchedMessage {
+        LatchedMessage { topic, sequence, publish_time_ns: 1, data: vec![0; bytes] }
     }
 
     #[test]
     fn the_newest_of_each_topic_are_kept_in_order_and_within_bounds() {
         let mut latched = Latched::default();
-        latched.keep(message(1, 1, 10));
+        latched.retain(message(1, 1, 10));
         for sequence in 1..=u32::try_from(PER_TOPIC).expect("it fits") + 7 {
-            latched.keep(message(0, sequence, 1));
+            latched.retain(message(0, sequence, 1));
         }
         let of = |topic: usize| latched.iter().filter(move |kept| kept.topic == topic).map(|kept| kept.sequence);
         assert_eq!(of(1).collect::<Vec<_>>(), [1], "a frequent topic does not push out a rare one");
         assert_eq!((of(0).count(), of(0).min(), of(0).max()), (PER_TOPIC, Some(8), Some(1007)));
-        latched.keep(message(2, 1, ALL_BYTES - 5));
+        latched.retain(message(2, 1, ALL_BYTES - 5));
         assert!(latched.bytes <= ALL_BYTES && latched.iter().any(|kept| kept.topic == 2));
-        latched.keep(message(3, 1, ALL_BYTES + 1));
+        latched.retain(message(3, 1, ALL_BYTES + 1));
         assert_eq!(latched.iter().count(), 1, "what alone is too much is kept alone");
     }
 }

@@ -25,7 +25,6 @@ pub mod info;
 mod json;
 mod latched;
 pub mod metadata;
-mod numbers;
 mod parquet_file;
 mod preset;
 pub mod qos;
@@ -37,9 +36,11 @@ mod records;
 pub mod recover;
 mod salvage;
 pub mod schema_evolution;
+mod sequence_check;
 mod snapshot;
 mod storage_file;
 mod tables;
+pub mod terminal;
 mod values;
 mod well_formed;
 pub mod writer;
@@ -52,7 +53,7 @@ use std::path::{Path, PathBuf};
 #[cfg(test)]
 mod tests;
 
-pub use durations::DurationsTold;
+pub use durations::DurationSummary;
 pub use metadata::{BagMetadata, FileEntry, TopicEntry};
 pub use preset::CHUNK_BYTES;
 pub use preset::Preset;
@@ -74,12 +75,12 @@ pub struct Topic {
     pub type_hash: String,
     /// The type's definition and those of all types it uses, in the bag's `ros2msg` form.
     pub definition: String,
-    /// What each publisher offered, one entry per publisher.
+    /// Offered QoS, one entry per publisher.
     pub offered_qos: Vec<QosProfile>,
 }
 
 impl Topic {
-    /// Whether late subscribers of this topic get what was published before.
+    /// Returns whether late subscribers of this topic receive earlier messages.
     #[must_use]
     pub fn is_latched(&self) -> bool {
         self.offered_qos.iter().any(|offer| offer.durability == qos::Durability::TransientLocal)
@@ -102,25 +103,25 @@ pub enum BagError {
     /// The file system refused.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// What was tried, as a verb.
+        /// Attempted action, as a verb.
         action: &'static str,
         /// The file or directory.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// No room for the bytes a recording keeps back to close its bag with, or less than it has to leave free.
     #[error("cannot record into {}: fewer than {needed} bytes are free there", path.display())]
     NoRoom {
         path: PathBuf,
-        /// How much a recording needs before it begins (B).
+        /// Required space of a recording (B).
         needed: u64,
     },
     /// The MCAP file is damaged or of a form not supported.
     #[error("{}: {}", path.display(), mcap_reason(source))]
     Mcap {
         path: PathBuf,
-        /// What the MCAP library said.
+        /// Error of the MCAP library.
         source: mcap::McapError,
     },
     /// `metadata.yaml` is missing.
@@ -130,7 +131,7 @@ pub enum BagError {
     #[error("{}: {reason}", path.display())]
     Metadata {
         path: PathBuf,
-        /// What is wrong with it.
+        /// Reason.
         reason: String,
     },
     /// A topic is added a second time as another type.
@@ -146,7 +147,7 @@ pub enum BagError {
     #[error("cannot write {}: {source}", path.display())]
     Table {
         path: PathBuf,
-        /// What the Parquet library said.
+        /// Error of the Parquet library.
         source: parquet::errors::ParquetError,
     },
     /// The bag was closed before, by a fault.
@@ -173,7 +174,7 @@ pub fn named_beside(path: &Path, word: &str) -> PathBuf {
     path.with_file_name(format!("{name}_{word}"))
 }
 
-/// What went wrong in the MCAP library, with the cause that its own text leaves out.
+/// Error text of the MCAP library, with the cause that its own text omits.
 fn mcap_reason(error: &mcap::McapError) -> String {
     match error {
         mcap::McapError::Io(source) => source.to_string(),

@@ -34,7 +34,7 @@ pub struct TopicEntry {
     pub type_name: String,
     /// `RIHS01_…`, empty when unknown.
     pub type_hash: String,
-    /// What each publisher offered.
+    /// Offered QoS of each publisher.
     pub offered_qos: Vec<QosProfile>,
     /// Messages in the bag.
     pub message_count: u64,
@@ -84,13 +84,13 @@ pub struct BagMetadata {
     pub topics: Vec<TopicEntry>,
     /// Compression done by rosbag2 itself; empty, since MCAP compresses its own chunks.
     pub compression_format: String,
-    /// What rosbag2 itself compresses; empty.
+    /// Compression by rosbag2 itself; empty.
     pub compression_mode: String,
     /// The storage files in order, relative to the directory.
     pub relative_file_paths: Vec<String>,
     /// The storage files with their times and counts.
     pub files: Vec<FileEntry>,
-    /// What the writer wants known about the run.
+    /// Custom data of the writer.
     pub custom_data: BTreeMap<String, String>,
     /// ROS distribution whose forms are used.
     pub ros_distro: String,

@@ -16,7 +16,7 @@ use super::BagError;
 use super::columns::{Column, ColumnType};
 use super::values::Value;
 
-/// What is gathered before a group of rows is written, in values of eight bytes: 64 MiB.
+/// Size of a row group, in values of eight bytes: 64 MiB.
 const GROUP_VALUES: usize = 8 << 20;
 
 /// A table under way.
@@ -62,7 +62,7 @@ impl ParquetFile {
         // A time that does not fit is later than the year 2262, and stays empty.
         let times = times_ns.map(|time| i64::try_from(time).ok().map(|time| Value::Signed(time, 64)));
         for (column, value) in self.columns.iter_mut().zip(times.iter().chain(row)) {
-            self.values += column.take(value.as_ref());
+            self.values += column.push(value.as_ref());
         }
         if self.values >= GROUP_VALUES { self.write_group(path) } else { Ok(()) }
     }
@@ -106,7 +106,7 @@ impl Gathered {
     }
 
     /// Takes the value of a row, or that there is none; returns how many values of eight bytes that makes.
-    fn take(&mut self, value: Option<&Value>) -> usize {
+    fn push(&mut self, value: Option<&Value>) -> usize {
         let elements = match value {
             Some(Value::List(elements)) if self.is_list => elements.as_slice(),
             Some(value) => std::slice::from_ref(value),
@@ -145,7 +145,7 @@ impl Gathered {
     }
 }
 
-/// Whether there is a value, and whether it begins a row.
+/// Definition levels (a value is present) and repetition levels (it begins a row).
 type Levels<'a> = (Option<&'a [i16]>, Option<&'a [i16]>);
 
 /// Writes the values of a column, which are gone then.

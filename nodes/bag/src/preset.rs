@@ -1,4 +1,4 @@
-//! How the files of a bag are laid out, as rosbag2 names it.
+//! Layout of the files of a bag, with rosbag2's names.
 
 /// rosbag2's `DefaultChunkSize` (B), and that of its preset `zstd_small`.
 pub const CHUNK_BYTES: u64 = 786_432;
@@ -7,7 +7,7 @@ const LARGE_CHUNK_BYTES: u64 = 4 << 20;
 const FASTEST: i32 = -5;
 const SLOWEST: i32 = 19;
 
-/// How the file is laid out, with rosbag2's names for it.
+/// Layout of a file, with rosbag2's names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Preset {
     /// Chunks of 768 KiB without compression, with check sums.

@@ -3,7 +3,7 @@
 use super::Bag;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Often enough for people (1/s); what it tells of has better things to do.
+/// Refresh rate of the display (1/s).
 const DRAWN_HZ: u8 = 10;
 
 /// A bar of so many things, on standard error, drawn as a template of indicatif says; hidden where that is no terminal.

@@ -4,7 +4,7 @@ use super::yaml::YamlWriter;
 use serde::Deserialize;
 use std::time::Duration;
 
-/// What rosbag2 writes for a duration without end: the largest signed 64-bit number of nanoseconds.
+/// Value that rosbag2 writes for an infinite duration: the largest signed 64-bit number of nanoseconds.
 const INFINITE_S: u64 = 9_223_372_036;
 const INFINITE_NS: u64 = 854_775_807;
 
@@ -34,7 +34,7 @@ macro_rules! vocabulary {
 }
 
 vocabulary! {
-    /// How many samples a publisher keeps.
+    /// Number of samples that a publisher keeps.
     History {
         /// Left to the vendor.
         SystemDefault = "system_default" 0,
@@ -47,7 +47,7 @@ vocabulary! {
 }
 
 vocabulary! {
-    /// Whether lost samples are sent again.
+    /// Retransmission of lost samples.
     Reliability {
         /// Left to the vendor.
         SystemDefault = "system_default" 0,
@@ -59,7 +59,7 @@ vocabulary! {
 }
 
 vocabulary! {
-    /// Whether a late subscriber receives what was published before it came.
+    /// Delivery of earlier samples to a late subscriber.
     Durability {
         /// Left to the vendor.
         SystemDefault = "system_default" 0,
@@ -71,7 +71,7 @@ vocabulary! {
 }
 
 vocabulary! {
-    /// How a publisher shows that it lives.
+    /// Method by which a publisher shows that it is alive.
     Liveliness {
         /// Left to the vendor.
         SystemDefault = "system_default" 0,
@@ -83,16 +83,16 @@ vocabulary! {
     }
 }
 
-/// What one publisher offered.
+/// Offered QoS of one publisher.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct QosProfile {
-    /// How many samples it keeps; `Unknown` in most bags, since discovery does not carry it.
+    /// Number of samples it keeps; `Unknown` in most bags, since discovery does not carry it.
     pub history: History,
     /// Samples kept with `KeepLast`; 0 when unknown.
     pub depth: u64,
-    /// Whether lost samples are sent again.
+    /// Retransmission of lost samples.
     pub reliability: Reliability,
-    /// Whether late subscribers receive earlier samples.
+    /// Delivery of earlier samples to late subscribers.
     pub durability: Durability,
     /// Longest time between samples; `None` is without end.
     pub deadline: Option<Duration>,
@@ -107,7 +107,7 @@ pub struct QosProfile {
 }
 
 impl QosProfile {
-    /// What discovery shows of a publisher with nothing but reliability and durability set.
+    /// QoS of a publisher as discovery shows it, with only reliability and durability set.
     #[must_use]
     pub fn discovered(reliability: Reliability, durability: Durability) -> Self {
         Self {
@@ -179,7 +179,7 @@ pub fn from_yaml(text: &str) -> Result<Vec<QosProfile>, String> {
     raw.into_iter().map(RawProfile::parsed).collect()
 }
 
-/// Whether profiles that can be read have numbers in the place of words, as before metadata version 9.
+/// Returns whether readable profiles have numbers instead of words, as before metadata version 9.
 #[must_use]
 pub fn is_of_old_form(text: &str) -> bool {
     let raw: Vec<RawProfile> = serde_saphyr::from_str(text).unwrap_or_default();

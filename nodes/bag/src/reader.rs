@@ -11,8 +11,8 @@ use mcap::{McapError, Summary};
 
 use super::channels::{Channels, DefinitionRoom, storage_files, topic_of};
 use super::metadata::{self, BagMetadata, RECORDER_VERSION};
-use super::numbers::{Numbers, Told};
 use super::records::{RECORD_LIMIT, Records, last_metadata_record, open_file, read_summary, tolerant};
+use super::sequence_check::{Numbers, SequenceCheck};
 use super::{BagError, Topic};
 
 /// One message of a bag.
@@ -30,7 +30,7 @@ pub struct Message {
     pub data: Vec<u8>,
 }
 
-/// What one storage file holds.
+/// Content of one storage file.
 #[derive(Debug, Clone)]
 pub struct FileContent {
     pub path: PathBuf,
@@ -106,7 +106,7 @@ impl Bag {
         &self.counts
     }
 
-    /// What the recorder wrote about the run.
+    /// Custom data of the recorder.
     #[must_use]
     pub fn custom_data(&self) -> &BTreeMap<String, String> {
         &self.custom_data
@@ -176,7 +176,7 @@ impl Bag {
             channels.sort_by_key(|c| c.id);
             let mut room = DefinitionRoom::default();
             for channel in channels {
-                room.take(&path, channel.schema.as_ref().map_or(0, |s| s.data.len()))?;
+                room.reserve(&path, channel.schema.as_ref().map_or(0, |s| s.data.len()))?;
                 let (type_name, definition) = channel.schema.as_ref().map_or((String::new(), String::new()), |s| {
                     (s.name.clone(), String::from_utf8_lossy(&s.data).into())
                 });
@@ -245,7 +245,7 @@ pub struct Messages<'a> {
     waiting: VecDeque<&'a FileContent>,
     source: Option<Source>,
     from_ns: u64,
-    /// What has come of each topic whose messages may come again.
+    /// Sequence numbers of each topic whose messages may be repeated.
     numbers: Vec<Option<Numbers>>,
 }
 
@@ -291,10 +291,10 @@ impl Messages<'_> {
         (self.bag.files.len() - left).min(self.bag.files.len().saturating_sub(1))
     }
 
-    /// Whether the message has come before.
+    /// Returns whether the message was delivered before.
     fn is_repeated(&mut self, message: &Message) -> bool {
         let Some(Some(numbers)) = self.numbers.get_mut(message.topic) else { return false };
-        numbers.take(message.sequence) == Told::Again
+        numbers.check(message.sequence) == SequenceCheck::Again
     }
 
     fn open(&self, content: &FileContent) -> Result<Source, BagError> {
@@ -316,8 +316,8 @@ impl Messages<'_> {
     }
 }
 
-/// Whether an index leaves out no messages (as rosbag2's fastwrite and salvaged files do), tells each chunk once, and asks for no more memory than a
-/// walk would: chunks whose times overlap are held together.
+/// Returns whether an index is complete (rosbag2's fastwrite and salvaged files omit messages), lists each chunk once, and needs no more memory than
+/// a walk: chunks with overlapping times are held together.
 fn is_worth_reading_by(summary: &Summary) -> bool {
     let chunks = &summary.chunk_indexes;
     let limit = RECORD_LIMIT as u64;

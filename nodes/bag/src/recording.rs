@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{JoinHandle, Thread};
 use std::time::Instant;
 
-use super::durations::DurationsTold;
+use super::durations::DurationSummary;
 use super::metadata::BagMetadata;
 pub use super::recording_options::RecordingOptions;
 use super::recording_state::{Command, Shared, TopicState};
@@ -14,8 +14,8 @@ use super::writer::{BagWriter, Outcome};
 use super::writer_task::WriterTask;
 use super::{BagError, Topic};
 
-/// What share of the queue (one part of so many) a topic may always have, and what share is kept free for those that have no more.
-/// 64 topics fit into it that have all they may; a cell has some forty, of which a handful is fast.
+/// Guaranteed share of the queue for a topic (one part of this number), and reserve for topics below their share. 64 topics with
+/// their full share fit into it; a cell has some forty, of which a handful is fast.
 const RARE: u64 = 256;
 const KEPT_FOR_RARE: u64 = 4;
 
@@ -49,7 +49,7 @@ pub struct Counts {
     /// Messages that are known to have been lost before they could be handed over; they are not among those received.
     pub missed: u64,
     /// Time to hand a message over.
-    pub enqueue: DurationsTold,
+    pub enqueue: DurationSummary,
     /// Messages that no snapshot asked for while they were held.
     pub passed: u64,
     /// Latched messages that stand at the head of a later file once more.
@@ -57,7 +57,7 @@ pub struct Counts {
     pub files: u64,
     /// Size of the storage files on the disk (B).
     pub bytes: u64,
-    /// What is free on the disk (B), as of the last sync.
+    /// Free space on the disk (B), as of the last sync.
     pub free_bytes: u64,
     /// Bytes waiting in the queue.
     pub queued_bytes: u64,
@@ -178,7 +178,7 @@ impl Recording {
         false
     }
 
-    /// Whether a message may wait with which `mine` bytes of its topic and `all` bytes of all topics do.
+    /// Returns whether a message may be queued beside `mine` bytes of its topic and `all` bytes of all topics.
     fn has_room(&self, mine: u64, all: u64) -> bool {
         let most = self.queue_bytes;
         let is_rare = mine <= most / RARE;
@@ -226,7 +226,7 @@ impl Recording {
         self.shared.fault.get().map(String::as_str)
     }
 
-    /// What has come and where it went.
+    /// Received, written and lost messages.
     #[must_use]
     pub fn counts(&self) -> Counts {
         let mut counts = Counts {

@@ -1,7 +1,7 @@
 //! State and commands that a recording and its writer's thread share.
 
 use super::Topic;
-use super::durations::{Durations, DurationsTold};
+use super::durations::{DurationSummary, Durations};
 use super::writer::Outcome;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -54,8 +54,8 @@ impl Shared {
     }
 
     /// Time to hand a message over.
-    pub(super) fn enqueue(&self) -> DurationsTold {
-        self.enqueue.told()
+    pub(super) fn enqueue(&self) -> DurationSummary {
+        self.enqueue.summary()
     }
 }
 

@@ -1,7 +1,7 @@
 //! A new bag of what is whole in one that was not closed, or is damaged; and what is lost.
 //!
-//! Of a chunk nothing is believed that its check sum does not prove; messages outside of chunks (preset `fastwrite`) have none, which is told.
-//! Nothing of the damaged bag is changed.
+//! Only chunks with a correct check sum are recovered; messages outside of chunks (preset `fastwrite`) have none, which is reported. The
+//! damaged bag is not changed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,19 +11,19 @@ use mcap::records::Record;
 use super::channels::{Channels, DefinitionRoom, files_in, storage_files, topic_of};
 use super::json::quoted;
 use super::metadata::{self, BagMetadata};
-use super::numbers::{Numbers, Told};
 use super::records::read_summary;
 use super::salvage::{Loss, Piece, Proof, Salvage};
+use super::sequence_check::{Numbers, SequenceCheck};
 use super::writer::REPEATED;
 use super::{BagError, BagWriter, Message, Topic, TopicId, WriterOptions};
 
-/// What became of a bag.
+/// Result of a recovery.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Recovery {
     pub into: PathBuf,
     pub message_count: u64,
     pub topic_count: usize,
-    /// What could not be had, in the order of the files.
+    /// Losses, in the order of the files.
     pub losses: Vec<Lost>,
     /// Messages that are missing by the numbers of their topics.
     pub missing: BTreeMap<String, u64>,
@@ -38,18 +38,18 @@ pub struct Recovery {
 pub struct Lost {
     /// Name of the file.
     pub file: String,
-    /// Where they begin (B).
+    /// Offset (B).
     pub offset: u64,
-    /// How many they are.
+    /// Size (B).
     pub bytes: u64,
-    /// What is wrong with them.
+    /// Reason.
     pub reason: String,
-    /// Messages in them by topic, as far as an index tells.
+    /// Lost messages by topic, as far as an index lists them.
     pub messages: BTreeMap<String, u64>,
 }
 
 impl Recovery {
-    /// Whether the bag was whole.
+    /// Returns whether the bag was intact.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.losses.is_empty() && self.missing.is_empty() && !self.was_open
@@ -57,26 +57,26 @@ impl Recovery {
 
     #[must_use]
     pub fn to_text(&self) -> String {
-        let mut text = String::new();
+        let verdict = if self.is_whole() { "NOTHING LOST" } else { "INCOMPLETE" };
+        let (messages, topics) = (self.message_count, self.topic_count);
+        let mut text = format!("{verdict}: {messages} messages on {topics} topics\n");
         for lost in &self.losses {
             let messages: Vec<String> = lost.messages.iter().map(|(topic, n)| format!("{n} of {topic}")).collect();
             let messages =
                 if messages.is_empty() { String::new() } else { format!("; messages: {}", messages.join(", ")) };
             let Lost { file, offset, bytes, reason, .. } = lost;
-            text.push_str(&format!("lost: {file}, {bytes} bytes from {offset} on: {reason}{messages}\n"));
+            text.push_str(&format!("lost: {file}, {bytes} bytes after offset {offset}: {reason}{messages}\n"));
         }
         for (topic, count) in &self.missing {
-            text.push_str(&format!("missing by their numbers: {count} of {topic}\n"));
+            text.push_str(&format!("missing sequence numbers: {count} of {topic}\n"));
         }
         if self.unproved > 0 {
-            text.push_str(&format!("{} messages stand outside of chunks: no check sum proves them\n", self.unproved));
+            text.push_str(&format!("{} messages are outside of chunks and have no check sum\n", self.unproved));
         }
         if self.was_open {
-            text.push_str("it was never closed: what had not been flushed to it is lost besides\n");
+            text.push_str("the bag was never closed: messages that were not flushed are lost\n");
         }
-        let verdict = if self.is_whole() { "nothing was lost" } else { "this is what is whole" };
-        let (messages, topics, into) = (self.message_count, self.topic_count, self.into.display());
-        text.push_str(&format!("{into}: {messages} messages on {topics} topics: {verdict}\n"));
+        text.push_str(&format!("bag: {}\n", self.into.display()));
         text
     }
 
@@ -114,7 +114,7 @@ impl Recovery {
     }
 }
 
-/// Where the new bag goes unless somebody says otherwise: beside the damaged one.
+/// Default path of the new bag: beside the damaged one.
 #[must_use]
 pub fn beside(path: &Path) -> PathBuf {
     super::named_beside(path, "recovered")
@@ -188,7 +188,7 @@ impl Rescue {
             let mut room = DefinitionRoom::default();
             for channel in summary.channels.values() {
                 let schema = channel.schema.as_ref();
-                if room.take(path, schema.map_or(0, |s| s.data.len())).is_err() {
+                if room.reserve(path, schema.map_or(0, |s| s.data.len())).is_err() {
                     break;
                 }
                 let (name, text) =
@@ -272,18 +272,18 @@ impl Rescue {
     /// Counts what is missing by its number. Not first is what an earlier file had already: the new bag is one file.
     fn is_first(&mut self, id: TopicId, topic: String, number: u32) -> bool {
         let missing = self.recovery.missing.entry(topic);
-        match self.numbers.entry(id.index()).or_default().take(number) {
-            Told::New(0) => true,
-            Told::New(count) => {
+        match self.numbers.entry(id.index()).or_default().check(number) {
+            SequenceCheck::New(0) => true,
+            SequenceCheck::New(count) => {
                 *missing.or_insert(0) += u64::from(count);
                 true
             }
             // Lost where it stood first, and found where it is repeated.
-            Told::Missed => {
+            SequenceCheck::Missed => {
                 *missing.or_insert(1) -= 1;
                 true
             }
-            Told::Again => false,
+            SequenceCheck::Again => false,
         }
     }
 

@@ -4,8 +4,8 @@ use super::Topic;
 use super::definition::Definition;
 use camwright_msgs::syntax::Shape;
 
-/// How many lists the definition of a type has, as it is now, beyond the one of a topic. None are missing where it differs in any other way,
-/// or not at all.
+/// Number of lists that the present definition of a type has in addition to that of a topic. 0 if the definitions are equal or differ in any
+/// other respect.
 pub fn lists_since(topic: &Topic, now: &str) -> usize {
     if topic.definition == now {
         return 0;

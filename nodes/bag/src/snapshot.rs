@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// How much of a recording is held.
+/// Size of the buffered part of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SnapshotOptions {
     /// Age up to which messages are held, by log time.
@@ -14,7 +14,7 @@ pub struct SnapshotOptions {
 
 /// A message that is held.
 #[derive(Debug)]
-pub(super) struct Held {
+pub(super) struct BufferedMessage {
     /// Which of the recording's topics.
     pub(super) topic: usize,
     pub(super) log_time_ns: u64,
@@ -26,7 +26,7 @@ pub(super) struct Held {
 #[derive(Debug)]
 pub(super) struct Ring {
     options: SnapshotOptions,
-    held: VecDeque<Held>,
+    held: VecDeque<BufferedMessage>,
     bytes: u64,
 }
 
@@ -36,20 +36,20 @@ impl Ring {
     }
 
     /// Holds one message more.
-    pub(super) fn hold(&mut self, message: Held) {
+    pub(super) fn hold(&mut self, message: BufferedMessage) {
         self.bytes += message.data.len() as u64;
         self.held.push_back(message);
     }
 
     /// The oldest message, if it is older than the newest by more than is held, or if all are too many.
-    pub(super) fn take_outdated(&mut self) -> Option<Held> {
+    pub(super) fn take_outdated(&mut self) -> Option<BufferedMessage> {
         let newest_ns = self.held.back()?.log_time_ns;
         let keep_ns = u64::try_from(self.options.keep.as_nanos()).unwrap_or(u64::MAX);
         let is_outdated = newest_ns.saturating_sub(self.held.front()?.log_time_ns) > keep_ns;
         if is_outdated || self.bytes > self.options.bytes { self.take() } else { None }
     }
 
-    pub(super) fn take(&mut self) -> Option<Held> {
+    pub(super) fn take(&mut self) -> Option<BufferedMessage> {
         let oldest = self.held.pop_front()?;
         self.bytes -= oldest.data.len() as u64;
         Some(oldest)
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn what_is_too_old_or_too_much_is_let_go_of_from_its_old_end() {
         let mut ring = Ring::new(SnapshotOptions { keep: Duration::from_secs(2), bytes: 100 });
-        let message = |topic: usize, log_time_ns: u64, bytes: usize| Held {
+        let message = |topic: usize, log_time_ns: u64, bytes: usize| BufferedMessage {
             topic,
             log_time_ns,
             publish_time_ns: 0,

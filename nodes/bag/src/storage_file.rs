@@ -9,14 +9,14 @@ use std::sync::Arc;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 
-use super::disk_reserve::{Level, SPARE_BYTES, Spare, SpareWriter};
+use super::disk_reserve::{DiskReserve, Level, ReservedWriter, SPARE_BYTES};
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME};
 use super::{BagError, Preset, Topic, qos};
 
-/// What is gathered before a write to the file (B); a flush empties it, so it adds nothing to what a kill can cost.
+/// Size of the write buffer (B); a flush empties it, so it adds nothing to the loss by a kill.
 const BUFFER_BYTES: usize = 256 << 10;
 
-type Storage = mcap::Writer<NoSeek<BufWriter<SpareWriter<File, Spare>>>>;
+type Storage = mcap::Writer<NoSeek<BufWriter<ReservedWriter<File, DiskReserve>>>>;
 
 /// A file that takes messages until it is finished, or until the disk is full.
 pub(super) struct StorageFile {
@@ -39,7 +39,7 @@ pub(super) struct StorageFile {
 impl StorageFile {
     /// Makes the file `name` in `directory`, and keeps back the room that closing it will take.
     pub(super) fn create(directory: &Path, name: String, preset: Preset) -> Result<Self, BagError> {
-        let spare = Spare::keep(directory).map_err(|e| match e.kind() {
+        let spare = DiskReserve::create(directory).map_err(|e| match e.kind() {
             std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
                 BagError::NoRoom { path: directory.to_owned(), needed: SPARE_BYTES as u64 }
             }
@@ -52,7 +52,7 @@ impl StorageFile {
             .open(&path)
             .map_err(|e| BagError::io("create", &path, e))?;
         let second_handle = file.try_clone().map_err(|e| BagError::io("open", &path, e))?;
-        let sink = SpareWriter::new(file, spare);
+        let sink = ReservedWriter::new(file, spare);
         let level = sink.level();
         let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, sink));
         let storage = preset.write_options().create(sink).map_err(|e| BagError::mcap(&path, e))?;
@@ -100,7 +100,7 @@ impl StorageFile {
         self.fault.as_deref()
     }
 
-    /// What `metadata.yaml` says of it.
+    /// Entry of the file in `metadata.yaml`.
     pub(super) fn entry(&self) -> FileEntry {
         let (first, last) = self.log_times_ns.unwrap_or((NO_START_NS, NO_START_NS));
         FileEntry {
@@ -194,7 +194,7 @@ impl StorageFile {
     }
 
     /// Drops what is half written after the last flush.
-    fn cut_torn_tail(&mut self, buffer: BufWriter<SpareWriter<File, Spare>>) {
+    fn cut_torn_tail(&mut self, buffer: BufWriter<ReservedWriter<File, DiskReserve>>) {
         // Without this, dropping the buffer would write its bytes after all.
         let (_, _) = buffer.into_parts();
         // A torn tail is only untidy: readers stop at it.

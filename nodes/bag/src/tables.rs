@@ -16,7 +16,7 @@ use crate::progress::bar_over;
 /// Columns of a table at most: far more than any message has, and few enough for every row to have a place for each.
 const MAX_COLUMNS: usize = 10_000;
 
-/// What tables are written as.
+/// Format of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TableFormat {
     /// Text, RFC 4180.

@@ -15,7 +15,7 @@ pub(super) enum Value {
     Float32(f32),
     Float64(f64),
     Text(String),
-    /// What is too long for a column of each, never empty.
+    /// Elements of a list that is too long for a column each, never empty.
     List(Vec<Value>),
 }
 
@@ -65,7 +65,7 @@ impl<'a> Cursor<'a> {
         let fields = definition.types.get(index).map_or(&[][..], Vec::as_slice);
         if fields.is_empty() {
             // A type without fields travels as one byte.
-            return self.take(1).map(drop);
+            return self.read(1).map(drop);
         }
         for field in fields {
             let length = path.len();
@@ -143,7 +143,7 @@ impl<'a> Cursor<'a> {
             Kind::Primitive(primitive) => self.primitive(*primitive)?,
             Kind::Text(_) => {
                 let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
-                let bytes = self.take(length)?;
+                let bytes = self.read(length)?;
                 // The length counts the zero at the end.
                 let bytes = bytes.strip_suffix(&[0]).unwrap_or(bytes);
                 Value::Text(String::from_utf8_lossy(bytes).into_owned())
@@ -153,7 +153,7 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// How many elements follow: no more than there are bytes left, since each has one at least.
+    /// Number of following elements: at most the number of remaining bytes, since each has at least one.
     pub(super) fn count(&mut self, shape: Shape) -> Result<usize, String> {
         let count = match shape {
             Shape::One => 1,
@@ -178,14 +178,14 @@ impl<'a> Cursor<'a> {
     /// The bytes of a number, the least first.
     pub(super) fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
         self.at = self.at.next_multiple_of(N);
-        let mut bytes: [u8; N] = self.take(N)?.try_into().map_err(|_| "too few bytes".to_owned())?;
+        let mut bytes: [u8; N] = self.read(N)?.try_into().map_err(|_| "too few bytes".to_owned())?;
         if !self.is_little {
             bytes.reverse();
         }
         Ok(bytes)
     }
 
-    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+    pub(super) fn read(&mut self, count: usize) -> Result<&'a [u8], String> {
         let end = self.at.checked_add(count).filter(|end| *end <= self.body.len());
         let end = end.ok_or_else(|| format!("the message ends after {} bytes", self.body.len()))?;
         let bytes = &self.body[self.at..end];

@@ -1,4 +1,4 @@
-//! Whether a message is what its definition says, to its last byte.
+//! Check of a message against its definition, to its last byte.
 
 use super::definition::{Definition, Field, Kind};
 use super::values::Cursor;
@@ -23,7 +23,7 @@ fn fields(cursor: &mut Cursor<'_>, definition: &Definition, index: usize) -> Res
     let all = definition.types.get(index).map_or(&[][..], Vec::as_slice);
     if all.is_empty() {
         // A type without fields travels as one byte.
-        return cursor.take(1).map(drop);
+        return cursor.read(1).map(drop);
     }
     all.iter().try_for_each(|one| {
         field(cursor, definition, one).map_err(|reason| match reason.split_once(": ") {
@@ -51,30 +51,30 @@ fn field(cursor: &mut Cursor<'_>, definition: &Definition, field: &Field) -> Res
 fn primitives(cursor: &mut Cursor<'_>, primitive: Primitive, count: usize) -> Result<(), String> {
     use Primitive as P;
     match primitive {
-        P::Bool => match cursor.take(count)?.iter().find(|byte| **byte > 1) {
+        P::Bool => match cursor.read(count)?.iter().find(|byte| **byte > 1) {
             Some(byte) => Err(format!("{byte} is neither true nor false")),
             None => Ok(()),
         },
-        P::Byte | P::Char | P::Int8 | P::Uint8 => cursor.take(count).map(drop),
+        P::Byte | P::Char | P::Int8 | P::Uint8 => cursor.read(count).map(drop),
         P::Int16 | P::Uint16 => numbers::<2>(cursor, count),
         P::Int32 | P::Uint32 | P::Float32 => numbers::<4>(cursor, count),
         P::Int64 | P::Uint64 | P::Float64 => numbers::<8>(cursor, count),
     }
 }
 
-/// So many numbers, of which each has some value whatever its bits are.
+/// Skips numbers, for which any bit pattern is valid.
 fn numbers<const N: usize>(cursor: &mut Cursor<'_>, count: usize) -> Result<(), String> {
     if count == 0 {
         return Ok(());
     }
     cursor.number::<N>()?;
     let bytes = (count - 1).checked_mul(N).ok_or("more elements than there can be")?;
-    cursor.take(bytes).map(drop)
+    cursor.read(bytes).map(drop)
 }
 
 fn text(cursor: &mut Cursor<'_>, most: Option<usize>) -> Result<(), String> {
     let length = usize::try_from(cursor.length()?).map_err(|error| error.to_string())?;
-    let bytes = cursor.take(length)?;
+    let bytes = cursor.read(length)?;
     let Some((0, letters)) = bytes.split_last() else { return Err("a text without the zero at its end".into()) };
     if letters.contains(&0) {
         return Err("a text with a zero within".into());

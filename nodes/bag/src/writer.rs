@@ -5,13 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::latched::{Kept, Latched};
+use super::latched::{Latched, LatchedMessage};
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORDER_VERSION, TopicEntry, VERSION};
 use super::preset::Preset;
 use super::storage_file::StorageFile;
 use super::{BagError, Message, Topic};
 
-/// The key under which a bag tells how many latched messages it has more than once.
+/// Custom-data key with the number of repeated latched messages.
 pub(super) const REPEATED: &str = "camwright.repeated_total";
 /// The smallest log time: a message at 0 makes viewers refuse the whole bag.
 const FIRST_LOG_TIME_NS: u64 = 1;
@@ -25,25 +25,25 @@ pub struct Split {
     pub duration: Option<Duration>,
 }
 
-/// What a new bag is to be.
+/// Options of a new bag.
 #[derive(Debug, Clone, Default)]
 pub struct WriterOptions {
     /// Layout of the files.
     pub preset: Preset,
     /// When the next file begins.
     pub split: Split,
-    /// What is to be known about the run; keys `camwright.version`, `.target`, `.outcome` and `.lost_total` are added.
+    /// Custom data of the run; keys `camwright.version`, `.target`, `.outcome` and `.lost_total` are added.
     pub custom_data: BTreeMap<String, String>,
 }
 
-/// How a recording ended, as `camwright.outcome` says it. While it runs (and in a killed one) it is `open`.
+/// End of a recording, as `camwright.outcome` states it. While it runs (and in a killed one) it is `open`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Closed because it was asked to.
     Complete,
     /// Closed because it could not go on.
     Fault,
-    /// What was whole in a bag that was not closed, or damaged.
+    /// The intact part of a bag that was not closed, or damaged.
     Recovered,
 }
 
@@ -72,13 +72,13 @@ impl TopicId {
 struct TopicState {
     topic: Topic,
     written: u64,
-    /// How often its messages stand at the head of a file once more.
+    /// Number of its messages repeated at the head of a file.
     repeated: u64,
 }
 
-/// A bag being written. Log times are strictly increasing over all topics and each topic's messages are numbered from 1, so
-/// that a reader can prove that none is missing. Every file after the first begins with the latched messages so far, under the
-/// numbers that they had: a number that comes again tells a repetition.
+/// Writer of a bag. Log times are strictly increasing over all topics and each topic's messages are numbered from 1, so that a
+/// reader can prove that none is missing. Every file after the first begins with the latched messages so far, under their original
+/// numbers: a repeated number marks a repetition.
 pub struct BagWriter {
     directory: PathBuf,
     preset: Preset,
@@ -163,7 +163,7 @@ impl BagWriter {
         Ok(writer)
     }
 
-    /// What the bag says of itself while the current file is open, within it and beside it.
+    /// Writes the summary of the bag while the current file is open, within it and beside it.
     fn open_account(&mut self) -> Result<(), BagError> {
         // As rosbag2 opens a file: it is not listed before it has anything.
         let opening = BagMetadata { files: self.finished.clone(), ..self.metadata() };
@@ -240,9 +240,9 @@ impl BagWriter {
         let sequence = u32::try_from((state.written + 1) & u64::from(u32::MAX)).unwrap_or(0);
         let is_latched = state.topic.is_latched();
         let log_time_ns = self.next_log_time(log_time_ns);
-        self.put(id, sequence, (log_time_ns, publish_time_ns), data)?;
+        self.write_message(id, sequence, (log_time_ns, publish_time_ns), data)?;
         if is_latched {
-            self.latched.keep(Kept { topic: id.0, sequence, publish_time_ns, data: data.to_vec() });
+            self.latched.retain(LatchedMessage { topic: id.0, sequence, publish_time_ns, data: data.to_vec() });
         }
         Ok(log_time_ns)
     }
@@ -252,11 +252,11 @@ impl BagWriter {
     /// # Errors
     /// As [`BagWriter::write`].
     pub(super) fn copy(&mut self, id: TopicId, message: &Message) -> Result<(), BagError> {
-        self.put(id, message.sequence, (message.log_time_ns, message.publish_time_ns), &message.data)
+        self.write_message(id, message.sequence, (message.log_time_ns, message.publish_time_ns), &message.data)
     }
 
     /// `times_ns`: log and publication time.
-    fn put(&mut self, id: TopicId, sequence: u32, times_ns: (u64, u64), data: &[u8]) -> Result<(), BagError> {
+    fn write_message(&mut self, id: TopicId, sequence: u32, times_ns: (u64, u64), data: &[u8]) -> Result<(), BagError> {
         let Some(state) = self.topics.get_mut(id.0) else { return Err(no_topic(id)) };
         if let Some(reason) = self.fault.as_deref().or(self.current.fault()) {
             return Err(BagError::Closed { reason: reason.to_owned() });
@@ -359,7 +359,7 @@ impl BagWriter {
     }
 
     /// Adds something to what is to be known about the run.
-    pub fn tell(&mut self, key: &str, value: String) {
+    pub fn add_metadata(&mut self, key: &str, value: String) {
         self.custom_data.insert(key.to_owned(), value);
     }
 

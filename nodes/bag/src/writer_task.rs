@@ -9,24 +9,24 @@ use std::time::{Duration, Instant};
 use super::metadata::BagMetadata;
 use super::recording_options::RecordingOptions;
 use super::recording_state::{Command, Shared, TopicState};
-use super::snapshot::{Held, Ring};
+use super::snapshot::{BufferedMessage, Ring};
 use super::writer::{BagWriter, Outcome};
 use super::{BagError, Topic, TopicId};
 use camwright_threads::supervised::injected;
 
-/// How often an idle writer looks into its queue. Messages do not wake it: a wake costs whoever hands one over a system call and, where
-/// processors are short, its own turn; 5000 messages a second took 14 µs (p50) and 45 µs (p99) each into the queue, and take 0.2 and 1.3 µs
-/// without (`tests/recorder_load.rs` on two loaded processors). What is asked of the writer wakes it.
+/// Polling interval of an idle writer. Messages do not wake it: waking it costs the caller a system call and, with few processors, its own
+/// turn; 5000 messages a second took 14 µs (p50) and 45 µs (p99) each into the queue, and take 0.2 and 1.3 µs without
+/// (`tests/recorder_load.rs` on two loaded processors). Requests to the writer wake it.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What the thread has.
+/// State of the thread.
 pub(super) struct WriterTask {
     writer: Option<BagWriter>,
-    /// How closing went, once a fault made it necessary.
+    /// Result of closing, once a fault made it necessary.
     closed: Option<Result<BagMetadata, BagError>>,
     shared: Arc<Shared>,
     topics: Vec<(Option<TopicId>, bool, Arc<TopicState>)>,
-    /// What a snapshot would write, where only snapshots are written.
+    /// Content of a snapshot, if only snapshots are written.
     ring: Option<Ring>,
     flush_interval: Duration,
     sync_interval: Duration,
@@ -60,7 +60,7 @@ impl WriterTask {
         })
     }
 
-    /// Runs until it is told to stop, or nobody is left who could tell.
+    /// Runs until it is ordered to stop, or until no sender is left.
     pub(super) fn run(mut self, queue: &mpsc::Receiver<Command>) -> Result<BagMetadata, BagError> {
         let mut next_flush = Instant::now() + self.flush_interval;
         let mut next_sync = Instant::now() + self.sync_interval;
@@ -69,7 +69,7 @@ impl WriterTask {
             match queue.try_recv() {
                 Ok(Command::Topic(topic)) => self.add(&topic),
                 Ok(Command::Message { topic, log_time_ns, publish_time_ns, data }) => {
-                    self.take(Held { topic, log_time_ns, publish_time_ns, data });
+                    self.receive(BufferedMessage { topic, log_time_ns, publish_time_ns, data });
                 }
                 Ok(Command::Split(answer)) => answer(self.step(BagWriter::split).is_some()),
                 Ok(Command::Snapshot(answer)) => answer(self.snapshot()),
@@ -86,7 +86,7 @@ impl WriterTask {
                 next_flush = now + self.flush_interval;
                 if is_sync_due {
                     next_sync = now + self.sync_interval;
-                    self.look_at_disk();
+                    self.check_disk();
                 }
             }
         };
@@ -105,7 +105,7 @@ impl WriterTask {
         }
     }
 
-    fn take(&mut self, message: Held) {
+    fn receive(&mut self, message: BufferedMessage) {
         self.shared.queued_bytes.fetch_sub(message.data.len() as u64, Ordering::AcqRel);
         if let Some((_, _, state)) = self.topics.get(message.topic) {
             state.queued_bytes.fetch_sub(message.data.len() as u64, Ordering::AcqRel);
@@ -118,7 +118,7 @@ impl WriterTask {
     }
 
     /// A message that has been held long enough. What is latched is written all the same: every snapshot begins with it.
-    fn pass(&mut self, message: &Held) {
+    fn pass(&mut self, message: &BufferedMessage) {
         match self.topics.get(message.topic) {
             Some((_, false, state)) => {
                 state.passed.fetch_add(1, Ordering::AcqRel);
@@ -127,9 +127,9 @@ impl WriterTask {
         }
     }
 
-    fn write(&mut self, message: &Held) {
+    fn write(&mut self, message: &BufferedMessage) {
         let Some((id, _, state)) = self.topics.get(message.topic).cloned() else { return };
-        let Held { log_time_ns, publish_time_ns, data, .. } = message;
+        let BufferedMessage { log_time_ns, publish_time_ns, data, .. } = message;
         let is_written =
             id.and_then(|id| self.step(|writer| writer.write(id, *log_time_ns, *publish_time_ns, data))).is_some();
         let counter = if is_written { &state.written } else { &state.dropped };
@@ -158,7 +158,7 @@ impl WriterTask {
     }
 
     /// Ends the recording before the disk is full.
-    fn look_at_disk(&mut self) {
+    fn check_disk(&mut self) {
         let least = self.min_free_bytes;
         let Some(free) = self.writer.as_ref().and_then(|writer| free_bytes(writer.directory())) else { return };
         self.shared.free_bytes.store(free, Ordering::Relaxed);
@@ -210,13 +210,13 @@ impl WriterTask {
             ("camwright.enqueue_max_ns", enqueue.longest_ns),
         ];
         for (key, value) in told {
-            writer.tell(key, value.to_string());
+            writer.add_metadata(key, value.to_string());
         }
         self.closed = Some(writer.close(outcome, losses.dropped + losses.missed));
     }
 }
 
-/// What is free on the disk of a directory for whoever is not the superuser (B).
+/// Free space on the disk of a directory for ordinary users (B).
 pub fn free_bytes(directory: &Path) -> Option<u64> {
     let told = rustix::fs::statvfs(directory).ok()?;
     Some(told.f_bavail.saturating_mul(told.f_frsize))

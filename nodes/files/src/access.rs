@@ -18,11 +18,11 @@ const FILE_KEYS: [(&str, &str, &[&str]); 7] = [
     ("file", "surfaces", &["csv", "stl"]),
 ];
 
-/// How files end whose format a job knows.
+/// File name extensions of formats that a job reads.
 const KNOWN: [&str; 14] =
     ["yaml", "yml", "csv", "txt", "tab", "tsv", "dat", "stl", "ngc", "nc", "mpf", "spf", "tap", "cnc"];
 
-/// What a file of this program says near its beginning.
+/// Text near the beginning of every file of this program.
 const SCHEMA: &str = "schema: camwright/";
 
 /// Bytes in which that must stand.
@@ -104,7 +104,7 @@ fn named_files<E>(
     }
 }
 
-/// Whether a file lies in one of the folders, wherever links lead.
+/// Returns whether a file lies in one of the folders after links are resolved.
 fn is_within(path: &Path, folders: &[PathBuf]) -> bool {
     let Ok(path) = path.canonicalize() else { return false };
     folders.iter().filter_map(|folder| folder.canonicalize().ok()).any(|folder| path.starts_with(folder))

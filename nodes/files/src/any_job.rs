@@ -61,7 +61,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<AnyJob, Vec<Confi
 
 /// Kind of job that the schema of a file states, with its reader; nothing else of the file is checked.
 fn kind(located: &Located, overrides: &[String]) -> Result<(FileKind, Reader), ConfigError> {
-    let document = Document::of(located, overrides)?;
+    let document = Document::with_overrides(located, overrides)?;
     let stated = READERS.into_iter().find(|(kind, _)| document.kind() == Some(kind.name()));
     stated.ok_or_else(|| {
         let known = READERS.map(|(kind, _)| format!("\"camwright/{}/1\"", kind.name())).join(" or ");
@@ -83,7 +83,7 @@ pub fn turns(name: &str, overrides: &[String]) -> bool {
 #[must_use]
 pub fn machine_of(name: &str, overrides: &[String]) -> Option<String> {
     let located = locate("jobs", name, "yaml", None).ok()?;
-    let document = Document::of(&located, overrides).ok()?;
+    let document = Document::with_overrides(&located, overrides).ok()?;
     let machine = document.text_at("machine")?;
     let found = locate("machines", machine, "yaml", Some(&located.path)).ok()?;
     // What was found beside the job is named by its path; what is built in, by its name.
@@ -97,7 +97,7 @@ pub fn list() -> Vec<(String, String, PathBuf)> {
         .into_iter()
         .filter_map(|name| {
             let located = locate("jobs", &name, "yaml", None).ok()?;
-            let document = Document::of(&located, &[]).ok()?;
+            let document = Document::with_overrides(&located, &[]).ok()?;
             let title = document.text_at("title").unwrap_or_default().to_owned();
             Some((name, title, located.path))
         })

@@ -1,4 +1,4 @@
-//! What a job file says about form compensation: how it is learned, and what was learned before this part.
+//! Form compensation in a job file: settings, and corrections learned before this part.
 
 use camwright::cam::compensation::{
     Compensation, CompensationSpec, FormCurve, LearnedError, MAX_CORRECTION_MM, MAX_HARMONICS,
@@ -7,7 +7,7 @@ use camwright::math::units::{mm_from_um, rad_from_deg, um_from_mm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How it is learned.
+/// Settings for learning.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct CompensationFile {
@@ -84,7 +84,7 @@ fn rounded_um(mm: f64) -> f64 {
 }
 
 impl CurveFile {
-    pub fn of(curve: &FormCurve) -> Self {
+    pub fn from_curve(curve: &FormCurve) -> Self {
         Self {
             mean_um: rounded_um(curve.mean_mm()),
             waves_um: curve.waves_mm().iter().map(|wave| wave.map(rounded_um)).collect(),
@@ -157,15 +157,15 @@ mod tests {
         }
     }
 
-    /// What was learned goes through a file to the picometre and changes the hash of the job; afresh leaves it out.
+    /// A learned curve survives its file to the picometre and changes the hash of the job; `afresh` omits it.
     #[test]
     fn a_learned_curve_survives_its_file_and_is_part_of_the_job() {
         let curve = FormCurve::new(-0.001_234_567_89, vec![[0.000_5, -1e-7], [0.0, 3.25e-4]]).unwrap();
-        let file = CurveFile::of(&curve);
+        let file = CurveFile::from_curve(&curve);
         let set = format!("form_compensation.learned=[{{lobe: E1, {}}}]", file.flow());
         let job = load(&[&set]).unwrap();
         let learned = &job.spec.compensation.as_ref().unwrap().learned[0];
-        assert_eq!((learned.lobe.as_str(), CurveFile::of(&learned.correction)), ("E1", file));
+        assert_eq!((learned.lobe.as_str(), CurveFile::from_curve(&learned.correction)), ("E1", file));
         assert!(learned.correction.plus(-1.0, &curve).largest().0 < 1e-9);
         assert_ne!(job.hash, load(&["form_compensation={}"]).unwrap().hash);
         let afresh = load(&[&set, "form_compensation.afresh=true"]).unwrap();

@@ -1,4 +1,4 @@
-//! What a machine file says about how wheel and part give way to each other.
+//! Deflection of wheel and part in a machine file.
 
 use super::ConfigError;
 use super::yaml::Document;
@@ -29,7 +29,7 @@ pub(super) struct ContactFile {
     part_share: f64,
 }
 
-/// As much the part as the wheelhead.
+/// Equal shares of part and wheelhead.
 fn half() -> f64 {
     0.5
 }

@@ -2,13 +2,13 @@
 
 use super::lift_text::{Content, Printed};
 use super::table_files::TableFiles;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::cam::lift::points::{ContourPoint, rows_of};
 use std::path::Path;
 
-/// How much of a turn the files of a table hold.
+/// Share of a turn that the files of a table hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Turn {
+pub(super) enum Orientation {
     Whole,
     Half,
 }
@@ -17,10 +17,13 @@ pub(super) enum Turn {
 const ON_THE_MIRROR_MM: f64 = 1e-9;
 
 /// Makes the tables of a cam lifts above its smallest radius, and says that (mm); `None` where they are lifts already.
-pub(super) fn make_lifts(files: &mut [(&Path, &mut Printed)], turn: Turn) -> Result<Option<f64>, Vec<ConfigError>> {
+pub(super) fn make_lifts(
+    files: &mut [(&Path, &mut Printed)],
+    turn: Orientation,
+) -> Result<Option<f64>, Vec<ConfigError>> {
     let Some(content) = files.first().map(|(_, printed)| printed.content) else { return Ok(None) };
     if let Some((path, _)) = files.iter().find(|(_, printed)| printed.content != content) {
-        return Err(vec![ConfigError::at(Place::file(path), "the two flanks are not tables of the same")]);
+        return Err(vec![ConfigError::at(FileLocation::file(path), "the two flanks are not tables of the same")]);
     }
     match content {
         Content::Lift => return Ok(None),
@@ -37,7 +40,7 @@ pub(super) fn make_lifts(files: &mut [(&Path, &mut Printed)], turn: Turn) -> Res
             let bad = printed.rows.iter().filter(|row| row.value_mm <= 0.0);
             bad.map(|row| {
                 let message = format!("the radius is {} mm; it must be a positive number", row.value_mm);
-                ConfigError::at(Place::line(path, line(row.line)), message)
+                ConfigError::at(FileLocation::line(path, line(row.line)), message)
             })
         })
         .collect();
@@ -62,16 +65,16 @@ pub(super) fn make_lifts(files: &mut [(&Path, &mut Printed)], turn: Turn) -> Res
 
 /// Points as rows of radii at even azimuths. Of a half they are mirrored at azimuth 0, and the rows of the half that is left go from the
 /// nose there to opposite it.
-fn lay_out(path: &Path, printed: &mut Printed, turn: Turn) -> Result<(), Vec<ConfigError>> {
+fn lay_out(path: &Path, printed: &mut Printed, turn: Orientation) -> Result<(), Vec<ConfigError>> {
     let mut points = std::mem::take(&mut printed.points);
-    if turn == Turn::Half {
+    if turn == Orientation::Half {
         let mirrored = points.iter().rev().filter(|point| point.y_mm.abs() > ON_THE_MIRROR_MM);
         let mirrored: Vec<_> = mirrored.map(|point| ContourPoint { y_mm: -point.y_mm, ..*point }).collect();
         points.extend(mirrored);
     }
     let rows = rows_of(&points);
     let mut rows = rows.map_err(|findings| TableFiles { files: vec![(path, printed)] }.errors(findings))?;
-    if turn == Turn::Half {
+    if turn == Orientation::Half {
         rows.truncate(rows.len() / 2 + 1);
     }
     printed.rows = rows;

@@ -1,4 +1,4 @@
-//! Digests of 64 bits: of what was put out, to compare runs by, and of messages, to know a changed one. They tell accidents, not intent.
+//! Digests of 64 bits: of outputs, to compare runs, and of messages, to detect a changed one. They detect accidents, not intent.
 
 use camwright_msgs::cdr::sample_from_message;
 use serde::Serialize;
@@ -52,7 +52,7 @@ impl Digest {
 ///
 /// # Errors
 /// A message that CDR cannot carry.
-pub fn of_message<M: Serialize>(message: &M) -> Result<u64, String> {
+pub fn message_digest<M: Serialize>(message: &M) -> Result<u64, String> {
     let mut digest = Digest::default();
     digest.octets(&sample_from_message(message)?);
     Ok(digest.value())

@@ -1,4 +1,4 @@
-//! What a machine file says about a servo drive. Keys of a slide and of a spindle differ in their units.
+//! Servo drive in a machine file. Keys of a slide and of a spindle differ in their units.
 
 use camwright::machine::description::{DriveSettings, Structure};
 use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};

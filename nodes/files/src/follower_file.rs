@@ -61,7 +61,7 @@ pub(super) enum FollowerFile {
     },
 }
 
-/// Where the arm reaches from its pivot.
+/// Direction of the arm from its pivot.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SideFile {
@@ -100,7 +100,7 @@ fn pivot(distance_mm: f64, side: SideFile, arc_radius_mm: f64) -> Pivot {
     Pivot { distance_mm, side, lift: SwingLift::Arc { radius_mm: arc_radius_mm } }
 }
 
-/// What a degree of a follower's arm is as its arc (mm); none for a follower on a slide.
+/// Arc of a degree of a follower's arm (mm); `None` for a follower on a slide.
 pub(super) fn mm_per_deg(follower: Follower) -> Option<f64> {
     match follower {
         Follower::OscillatingRoller { pivot, .. } | Follower::OscillatingFlat { pivot, .. } => match pivot.lift {

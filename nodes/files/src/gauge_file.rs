@@ -1,4 +1,4 @@
-//! What a machine file says about the in-process gauge.
+//! In-process gauge in a machine file.
 
 use camwright::machine::description::{GaugeDescription, GaugeKind};
 use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};

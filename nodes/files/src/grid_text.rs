@@ -7,7 +7,7 @@
 //! ```
 //! `camwright plan` writes the surface of every part like this (`surface.csv`).
 
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::cam::surface::grid::Grid;
 use camwright::cam::surface::{Surface, SurfaceError, SurfaceKey};
 use camwright::math::units::rad_from_deg;
@@ -20,10 +20,10 @@ pub(super) const MAX_BYTES: u64 = 1 << 28;
 /// Most radii: 128 MB, and as much again for the surface through them.
 const MAX_RADII: usize = 16_000_000;
 
-/// What the first line begins with.
+/// Start of the first line.
 const HEAD: &str = "z_mm";
 
-/// Cells that are none are told one by one, up to so many.
+/// Maximum number of reported cells without a number.
 const MAX_FINDINGS: usize = 20;
 
 /// The surface through the radii of a table.
@@ -43,13 +43,13 @@ struct Lines {
 }
 
 fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
-    let refuse = |line: u64, message: String| ConfigError::at(Place::line(path, line), message);
+    let refuse = |line: u64, message: String| ConfigError::at(FileLocation::line(path, line), message);
     let mut written = (1..).zip(text.lines()).filter(|(_, line)| {
         let line = line.trim();
         !(line.is_empty() || line.starts_with('#'))
     });
     let Some((head, line)) = written.next() else {
-        return Err(vec![ConfigError::at(Place::file(path), "has no line with azimuths".to_owned())]);
+        return Err(vec![ConfigError::at(FileLocation::file(path), "has no line with azimuths".to_owned())]);
     };
     let mut cells = line.split(',').map(str::trim);
     let first = cells.next().unwrap_or_default();
@@ -135,7 +135,7 @@ fn at_line(path: &Path, error: &SurfaceError, lines: &Lines) -> ConfigError {
     // `row 3: ` and `row 3, ` say what the line says.
     let number = |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_digit()).get(2..).map(str::to_owned);
     let message = text.strip_prefix("row ").filter(|_| line.is_some()).and_then(number).unwrap_or(text);
-    ConfigError::at(line.map_or_else(|| Place::file(path), |line| Place::line(path, line)), message)
+    ConfigError::at(line.map_or_else(|| FileLocation::file(path), |line| FileLocation::line(path, line)), message)
 }
 
 /// Writes a surface as `read` reads it: at equal azimuths, and at these places (mm).

@@ -105,7 +105,7 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
 }
 
 impl GrooveFile {
-    /// What it means, with the lift that is its own.
+    /// Converts it to a groove with its own lift.
     pub(super) fn read(
         &self,
         document: &Document,

@@ -1,4 +1,4 @@
-//! What a machine file says about how a slide finds its zero.
+//! Homing of a slide in a machine file.
 
 use super::ConfigError;
 use super::yaml::Document;
@@ -72,7 +72,7 @@ pub(super) fn check(document: &Document, machine: &MachineDescription) -> Result
         Err(error @ DescriptionError::Homing { joint, .. }) => {
             Err(document.error(&format!("{joint}.home"), error.to_string()))
         }
-        // What else may be wrong is told by those who know its key.
+        // The functions that read the other keys report their errors.
         _ => Ok(()),
     }
 }

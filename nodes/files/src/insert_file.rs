@@ -1,4 +1,4 @@
-//! What a machine file says about the insert of a lathe.
+//! Insert of a lathe in a machine file.
 
 use camwright::machine::description::InsertDescription;
 use camwright::math::units::{rad_from_deg, rad_s_from_rpm};

@@ -171,7 +171,7 @@ enum LobeOrderFile {
     Fastest,
 }
 
-/// What a hold does in the cut.
+/// Effect of a hold in the cut.
 #[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum HoldFile {
@@ -182,7 +182,7 @@ enum HoldFile {
     StopInfeed,
 }
 
-/// What C does between two lobes.
+/// Motion of C between two lobes.
 #[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum BetweenLobesFile {
@@ -241,13 +241,13 @@ struct HomeFile {
 /// A job as its files describe it.
 #[derive(Debug, Clone)]
 pub struct Job {
-    /// What the files mean.
+    /// Job that the files describe.
     pub spec: JobSpec,
     /// The order of its lobes, where it was sought.
     pub lobe_order: Option<LobeOrder>,
     /// One line about it.
     pub title: String,
-    /// What the job file says, with overrides written in.
+    /// Text of the job file, with overrides applied.
     pub source: String,
     /// SHA-256 over the job file and every table it names, 64 hexadecimal digits.
     pub hash: String,
@@ -255,7 +255,7 @@ pub struct Job {
     pub files: Arc<[NamedFile]>,
     /// Lift of each profile: its law, the table it was read from, and what is to be said about that.
     pub lifts: Vec<ProfileLift>,
-    /// What each profile is inspected with, where the job says so.
+    /// Inspection follower of each profile, if the job has one.
     pub gauges: Vec<Option<Follower>>,
     /// The machine it is for.
     pub machine: Machine,
@@ -265,7 +265,7 @@ pub struct Job {
     pub faults: Vec<JobFault>,
     /// Radius of the wheel it was written for, if it says so (mm).
     pub wheel_radius_mm: Option<f64>,
-    /// How an NC program is made of it.
+    /// Settings of the NC program.
     pub nc: NcSettings,
     /// The NC program that it is ground by, instead of its own cuts.
     pub program: Option<JobProgram>,
@@ -295,7 +295,7 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<Job, ConfigError
 /// Anything that is not a job, at least one sentence: unknown or missing keys, values out of range, tables that are
 /// refused. What needs the result of a failed step is left out.
 pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigError>> {
-    let document = Document::of(located, overrides).map_err(one)?;
+    let document = Document::with_overrides(located, overrides).map_err(one)?;
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
     let file: JobFile = schema::read(&document)?;
     let mut findings = file.raw_part.findings(&document);
@@ -305,7 +305,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         findings.push(document.error(&key, message));
     }
     let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
-    let mut files = JobFiles::of(&document);
+    let mut files = JobFiles::from_document(&document);
     let (mut profiles, mut lifts) = (Vec::new(), Vec::new());
     let mut blocks: Option<u32> = None;
     for (index, profile) in file.profiles.iter().enumerate() {
@@ -339,7 +339,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut files));
     let program = program.transpose().map_err(one)?;
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
-    limits::too_long(least_cut_s(&spec))
+    limits::too_long(minimum_cut_s(&spec))
         .map_or(Ok(()), |message| Err(one(document.error("work_speed_rpm", message))))?;
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
     if let Some(order) = &lobe_order {
@@ -371,10 +371,10 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
 }
 
 /// Time that all cuts take at least: every turn at the largest speed that its pass allows (s).
-fn least_cut_s(spec: &JobSpec) -> f64 {
+fn minimum_cut_s(spec: &JobSpec) -> f64 {
     let pass_s = |pass: &PassSpec| {
         let infeed_turns = pass.total_infeed_mm / (f64::from(spec.blocks_per_turn) * pass.infeed_per_block_mm);
-        (infeed_turns + f64::from(pass.spark_out_turns)) * TURN_RAD / pass.speed.most_rad_s()
+        (infeed_turns + f64::from(pass.spark_out_turns)) * TURN_RAD / pass.speed.maximum_rad_s()
     };
     let lobes = spec.lobes.len() as f64;
     lobes * spec.passes.iter().map(pass_s).sum::<f64>()

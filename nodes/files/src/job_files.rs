@@ -17,7 +17,7 @@ pub(super) struct JobFiles {
 
 impl JobFiles {
     /// The job's own file.
-    pub(super) fn of(document: &Document) -> Self {
+    pub(super) fn from_document(document: &Document) -> Self {
         let mut files = Self::default();
         files.hash(document.text.as_bytes());
         files

@@ -1,4 +1,4 @@
-//! What a job file says about a part that runs out: what is off about the raw part, and how its journals are corrected.
+//! Parts with runout in a job file: deviation of the raw part, and correction of its journals.
 
 use super::ConfigError;
 use super::contact_file::PER_MM;
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// Maximum error of a raw part (µm).
 const MAX_RUNOUT_UM: f64 = 5000.0;
 
-/// What is off about the raw part.
+/// Deviation of the raw part from the design.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RawPartFile {
@@ -101,7 +101,7 @@ impl RawPartFile {
     }
 }
 
-/// How the runout of journals is corrected.
+/// Runout correction of journals.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CorrectionFile {
@@ -125,7 +125,7 @@ pub(super) struct CorrectionFile {
     contacts: Vec<KnownFile>,
 }
 
-/// By which stiffness, where it is not measured.
+/// Source of the stiffness where it is not measured.
 #[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum SourceFile {
@@ -174,7 +174,7 @@ pub fn contact_flow(contact: &KnownContact) -> String {
     )
 }
 
-/// How the stock of the journals is measured before anything is cut.
+/// Measurement of the stock of the journals before anything is cut.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct StockFile {
@@ -199,7 +199,7 @@ impl StockFile {
     }
 }
 
-/// How the stiffness of machine and cut is measured before.
+/// Measurement of the stiffness of machine and cut before the correction.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct IdentificationFile {
@@ -242,9 +242,9 @@ impl IdentificationFile {
 #[serde(rename_all = "snake_case")]
 enum ModeFile {
     #[default]
-    /// By the law of the contact.
+    /// The law of the contact.
     Exact,
-    /// By the formula of the published method; needs one gauge that reads a diameter.
+    /// The formula of the published method; needs one gauge that reads a diameter.
     Published,
 }
 

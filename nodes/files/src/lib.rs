@@ -55,15 +55,15 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Where in a file something stands.
+/// Position in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Place {
+pub struct FileLocation {
     pub file: PathBuf,
     /// Line from 1, if it is about a line.
     pub line: Option<u64>,
 }
 
-impl Place {
+impl FileLocation {
     #[must_use]
     pub fn file(file: &Path) -> Self {
         Self { file: file.to_path_buf(), line: None }
@@ -76,7 +76,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FileLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.file.display())?;
         match self.line {
@@ -90,14 +90,14 @@ impl fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{place}: {message}")]
 pub struct ConfigError {
-    pub place: Place,
+    pub place: FileLocation,
     pub message: String,
 }
 
 impl ConfigError {
     /// An error at a place.
     #[must_use]
-    pub fn at(place: Place, message: impl Into<String>) -> Self {
+    pub fn at(place: FileLocation, message: impl Into<String>) -> Self {
         Self { place, message: message.into() }
     }
 }

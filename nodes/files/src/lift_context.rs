@@ -9,7 +9,7 @@ use camwright::cam::follower::Follower;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LiftContext<'a> {
     pub document: &'a Document,
-    /// Where its `lift` stands, for example `profiles.0.lift`; empty if the document is nothing but a lift.
+    /// Key path of its `lift`, for example `profiles.0.lift`; empty if the document is a lift only.
     pub key: &'a str,
     pub name: &'a str,
     /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
@@ -17,7 +17,7 @@ pub(crate) struct LiftContext<'a> {
 }
 
 impl LiftContext<'_> {
-    /// What a degree of the follower's arm is as its arc (mm); none for a follower on a slide.
+    /// Arc of a degree of the follower's arm (mm); `None` for a follower on a slide.
     pub(super) fn mm_per_deg(&self) -> Option<f64> {
         mm_per_deg(self.follower?.0)
     }

@@ -6,7 +6,7 @@
 //! eccentric, s_cam, round ───────────────────────────────────────────────► formula ──────────────┘
 //! ```
 
-use super::contour_table::{self, Turn};
+use super::contour_table::{self, Orientation};
 use super::job_files::JobFiles;
 use super::lift_context::LiftContext;
 use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
@@ -15,7 +15,7 @@ use super::locate::Located;
 use super::schema;
 use super::table_files::TableFiles;
 use super::yaml::Document;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::halves::{check_flank, whole_turn};
 use camwright::cam::lift::law::alternatives;
@@ -28,7 +28,7 @@ use std::path::PathBuf;
 /// Finest resolution a table is read to where the job declares none (mm): all the digits of a double say no more.
 const FINEST_RESOLUTION_MM: f64 = 1e-9;
 
-/// Where the nose of a half table stands if the job does not say (cam deg): opposite the centre of the base circle.
+/// Default position of the nose of a half table (cam deg): opposite the centre of the base circle.
 const NOSE_DEG: f64 = 180.0;
 
 /// A lift larger than this many base radii is no cam that can be ground (a flat follower of 1 mm on 0.5 mm is).
@@ -50,7 +50,7 @@ pub struct LiftFile {
     /// Motion laws one after the other.
     #[schemars(length(min = 1, max = 1000))]
     segments: Option<Vec<SegmentFile>>,
-    /// How often the segments make a turn. Default: 1.
+    /// Repetitions of the segments per turn. Default: 1.
     #[schemars(range(min = 1, max = 1000))]
     repeat: Option<usize>,
     /// Eccentric disc as a formula.
@@ -107,9 +107,9 @@ pub struct ProfileLift {
     pub table: Option<LiftTable>,
     /// Files of that table.
     pub files: Vec<PathBuf>,
-    /// What the other ways to read the table would have cost.
+    /// Cost of the other readings of the table.
     pub others: Vec<TableReading>,
-    /// What is lawful and looks wrong.
+    /// Valid but suspicious content.
     pub warnings: Vec<ConfigError>,
     /// Follower and radius of the base circle (mm), where the lift says the cam itself and the profile must not.
     pub own: Option<(Follower, f64)>,
@@ -284,7 +284,7 @@ fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Re
     let (table, files) = match source {
         Source::Whole(located) => {
             let mut printed = lift_text::read(located, &format)?;
-            base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Turn::Whole)?;
+            base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Orientation::Whole)?;
             let declaration = file.declaration(&printed);
             let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
             let read = LiftTable::read(&printed.rows, &declaration);
@@ -294,7 +294,7 @@ fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Re
         }
         Source::Half(located) => {
             let mut printed = lift_text::read(located, &format)?;
-            base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Turn::Half)?;
+            base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Orientation::Half)?;
             let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![located.path.clone()])
         }
@@ -307,14 +307,15 @@ fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Re
                 }
             };
             let files = &mut [(closing.path.as_path(), &mut first), (opening.path.as_path(), &mut second)];
-            base_mm = contour_table::make_lifts(files, Turn::Half)?;
+            base_mm = contour_table::make_lifts(files, Orientation::Half)?;
             let places =
                 TableFiles { files: vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![closing.path.clone(), opening.path.clone()])
         }
     };
     let reading = file.reading();
-    let whole_file = |error: &dyn std::fmt::Display| vec![ConfigError::at(Place::file(&files[0]), error.to_string())];
+    let whole_file =
+        |error: &dyn std::fmt::Display| vec![ConfigError::at(FileLocation::file(&files[0]), error.to_string())];
     let law = LiftLaw::read_table(&table, reading).map_err(|error| match reading {
         Reading::SmoothWithin { .. } => profile.refuse("smooth_within_um", error),
         _ => whole_file(&error),
@@ -344,11 +345,11 @@ fn flanks(
     for (path, printed) in &places.files {
         if printed.form != LiftForm::Absolute {
             let message = "a half table holds lifts, not increments";
-            return Err(vec![ConfigError::at(Place::file(path), message)]);
+            return Err(vec![ConfigError::at(FileLocation::file(path), message)]);
         }
         if printed.rows.iter().all(|row| row.angle_deg.is_none()) {
             let message = "a half table without angles needs its step declared: step_cam_deg or step_crank_deg";
-            return Err(vec![ConfigError::at(Place::file(path), message)]);
+            return Err(vec![ConfigError::at(FileLocation::file(path), message)]);
         }
         let alone = TableFiles { files: vec![(path, printed)] };
         let (findings, doubts) = check_flank(&printed.rows, &file.declaration(printed));
@@ -398,7 +399,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     read(
         &file,
         LiftContext { document: &document, key: "", name: "alone", follower: None },
-        &mut JobFiles::of(&document),
+        &mut JobFiles::from_document(&document),
     )
 }
 

@@ -63,7 +63,7 @@ pub(super) struct EccentricFile {
     diameter_is: Option<DiameterFile>,
 }
 
-/// What the diameter of an eccentric is that of.
+/// Body whose diameter is given.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum DiameterFile {
@@ -74,7 +74,7 @@ enum DiameterFile {
 }
 
 impl EccentricFile {
-    /// Whether it says the disc itself.
+    /// Returns whether it is the disc itself.
     pub(super) fn is_disc(&self) -> bool {
         self.diameter_mm.is_some() || self.diameter_is.is_some()
     }
@@ -232,7 +232,7 @@ pub(super) fn s_cam(file: &SCamFile, profile: &LiftContext<'_>) -> Result<LiftLa
     LiftLaw::from_program(program).map_err(|error| profile.refuse("s_cam", error))
 }
 
-/// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.
+/// Motion of the follower on a disc of radius base circle + eccentricity, turned about a point off its centre.
 pub(super) fn eccentric(file: &EccentricFile, profile: &LiftContext<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
     let refuse = |message: String| profile.refuse("eccentric", message);
     let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));

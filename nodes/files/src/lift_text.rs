@@ -9,14 +9,14 @@
 //! ```
 
 use super::locate::Located;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::cam::lift::points::ContourPoint;
 use camwright::cam::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What a job declares the angles of a table to be.
+/// Declared unit of the angles of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AngleUnit {
@@ -46,12 +46,12 @@ impl AngleUnit {
     }
 }
 
-/// What a job declares about the text of a table.
+/// Declared format of a table's text.
 #[derive(Debug, Clone, Default)]
 pub struct Format {
     /// Names of the columns; none: the file's header has them.
     pub columns: Option<Vec<String>>,
-    /// What the angles are; none: cam degrees, unless the declared columns say otherwise.
+    /// Unit of the angles; `None`: cam degrees, unless the declared columns say otherwise.
     pub angle: Option<AngleUnit>,
     /// Lines to skip before anything is read; none: what does not begin with a number is a title.
     pub header_lines: Option<usize>,
@@ -59,11 +59,11 @@ pub struct Format {
     pub decimal_comma: bool,
     /// Angle from row to row where the file has no angles (deg of `angle`).
     pub step_deg: Option<f64>,
-    /// What a degree of the arm is as its arc (mm), where the follower is one that swings.
+    /// Arc of a degree of the arm (mm), for an oscillating follower.
     pub mm_per_deg: Option<f64>,
 }
 
-/// What a table is of.
+/// Content of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Content {
     /// Lifts of a follower, or their increments.
@@ -77,17 +77,17 @@ pub enum Content {
 /// The text of a table as numbers.
 #[derive(Debug, Clone)]
 pub struct Printed {
-    /// Its rows; a cell that is no number is not a number here either, and told in `findings`.
+    /// Rows; a cell without a number is NaN, and reported in `findings`.
     pub rows: Vec<LiftRow>,
     /// Points instead of rows, where the table is of those.
     pub points: Vec<ContourPoint>,
-    /// What it is a table of.
+    /// Content of the table.
     pub content: Content,
-    /// What the values are.
+    /// Meaning of the values.
     pub form: LiftForm,
-    /// What they were printed in.
+    /// Unit of the printed values.
     pub unit: LengthUnit,
-    /// What the angles are.
+    /// Unit of the angles.
     pub angle: AngleUnit,
     /// The last digit printed (mm).
     pub last_digit_mm: f64,
@@ -146,7 +146,7 @@ fn column(name: &str) -> Option<Column> {
 /// Most rows of a table: one for every block, and the first again.
 const MAX_ROWS: usize = LiftTable::MAX_BLOCKS + 1;
 
-/// What stands between two cells.
+/// Separator between two cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Separator {
     Char(char),
@@ -155,7 +155,7 @@ enum Separator {
 
 impl Separator {
     /// The strongest one in a line; a comma is none where it is the decimal one.
-    fn of(line: &str, decimal_comma: bool) -> Self {
+    fn from_line(line: &str, decimal_comma: bool) -> Self {
         let candidates: &[char] = if decimal_comma { &[';', '\t'] } else { &[';', '\t', ','] };
         candidates.iter().find(|c| line.contains(**c)).map_or(Separator::Blanks, |c| Separator::Char(*c))
     }
@@ -173,7 +173,7 @@ impl Separator {
 struct Columns {
     angle: Option<(usize, AngleUnit)>,
     value: usize,
-    /// Of points: where y stands; `value` is x.
+    /// For points: column of y; `value` is x.
     second: Option<usize>,
     content: Content,
     form: LiftForm,
@@ -192,10 +192,10 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
     let text = located.text.trim_start_matches('\u{feff}');
     let lines = text.lines().count();
     let Sorted { titles, mut said, body } = sorted(path, text, format.header_lines.unwrap_or(0).min(lines))?;
-    let at = |number: u64, message: String| vec![ConfigError::at(Place::line(path, number), message)];
+    let at = |number: u64, message: String| vec![ConfigError::at(FileLocation::line(path, number), message)];
     let Some(&(first_row, first_text)) = body.first() else {
         return Err(match titles.last() {
-            None => vec![ConfigError::at(Place::file(path), "is empty; a header line and rows are needed")],
+            None => vec![ConfigError::at(FileLocation::file(path), "is empty; a header line and rows are needed")],
             Some((number, _)) => at(*number, "no row of numbers follows this line".into()),
         });
     };
@@ -222,7 +222,7 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         findings: Vec::new(),
         doubts: doubts(path, &said, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
     };
-    read_rows(&mut printed, path, &body, &columns, Separator::of(first_text, format.decimal_comma), format);
+    read_rows(&mut printed, path, &body, &columns, Separator::from_line(first_text, format.decimal_comma), format);
     Ok(printed)
 }
 
@@ -247,7 +247,7 @@ fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<Sorted<'a>, 
             titles.push((number, content));
         } else if body.len() == MAX_ROWS {
             let message = format!("is a row too many: a table has at most {MAX_ROWS}, for steps of 0.01 deg");
-            return Err(vec![ConfigError::at(Place::line(path, number), message)]);
+            return Err(vec![ConfigError::at(FileLocation::line(path, number), message)]);
         } else {
             // Tabs at the head of a row are an empty cell, not space.
             body.push((number, line.split('#').next().unwrap_or("").trim_matches(' ').trim_end()));
@@ -267,7 +267,8 @@ fn read_rows(
 ) {
     let mut digits = 0;
     for (index, &(number, text)) in body.iter().enumerate() {
-        let mut refuse = |message: String| printed.findings.push(ConfigError::at(Place::line(path, number), message));
+        let mut refuse =
+            |message: String| printed.findings.push(ConfigError::at(FileLocation::line(path, number), message));
         let cells = separator.split(text);
         let mut number_of = |index: usize| match cells.get(index) {
             Some(cell) => parse(cell, format.decimal_comma).unwrap_or_else(|message| {
@@ -309,13 +310,17 @@ fn columns(
     format: &Format,
 ) -> Result<(Columns, Option<u64>), Vec<ConfigError>> {
     let names = |text: &str| -> Vec<String> {
-        Separator::of(text, false).split(text).into_iter().map(|name| name.trim_matches('"').to_owned()).collect()
+        Separator::from_line(text, false)
+            .split(text)
+            .into_iter()
+            .map(|name| name.trim_matches('"').to_owned())
+            .collect()
     };
     let is_value = |name: &String| {
         matches!(column(name), Some(Column::Value { .. } | Column::Radius(_) | Column::X(_) | Column::Y(_)))
     };
     let header = titles.iter().rev().find(|(_, text)| names(text).iter().any(is_value));
-    let refuse = |number, message: String| vec![ConfigError::at(Place::line(path, number), message)];
+    let refuse = |number, message: String| vec![ConfigError::at(FileLocation::line(path, number), message)];
     let declared_angle = || format.angle.unwrap_or(AngleUnit::Cam);
     if let Some(declared) = &format.columns {
         let columns =
@@ -455,7 +460,7 @@ fn doubts(path: &Path, said: &[(u64, &str)], unit: LengthUnit, angle: Option<Ang
         let mut doubt = |said: Option<&String>, against: Option<&String>, declared: &str| {
             if let (Some(word), None) = (said, against) {
                 let message = format!("the file says {word:?} here, declared are {declared}");
-                doubts.push(ConfigError::at(Place::line(path, *number), message));
+                doubts.push(ConfigError::at(FileLocation::line(path, *number), message));
             }
         };
         match unit {

@@ -1,10 +1,10 @@
-//! What a file may ask for: bounds on lists, turns and time, each far beyond every real job, so that a mistyped digit is refused with its
-//! reason before any work begins. `params/README.md` lists them, with those of the core and of the readers.
+//! Limits of the work that a file can request: bounds on lists, turns and time, each far beyond every real job, so that a mistyped digit
+//! is refused with its reason before any work begins. `params/README.md` lists them, with those of the core and of the readers.
 
 /// Longest job (s): a day. Every 1 ms of it is a setpoint; the shipped jobs take minutes.
 pub const MAX_JOB_S: f64 = 86_400.0;
 
-/// What is wrong with the time that cuts take at least, as a sentence; `None`: nothing.
+/// Error text if the minimum time of the cuts is too long; `None`: it is acceptable.
 pub(super) fn too_long(least_s: f64) -> Option<String> {
     // NaN is found elsewhere, with the key that brings it.
     (least_s > MAX_JOB_S).then(|| {

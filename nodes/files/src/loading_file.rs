@@ -1,10 +1,10 @@
-//! What a machine file says about door and chuck.
+//! Door and chuck in a machine file.
 
 use camwright::machine::description::LoadingDescription;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// What a machine is loaded through.
+/// Loading equipment of a machine.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LoadingFile {

@@ -1,8 +1,8 @@
-//! Where params are looked for: as given, in `./params`, in `share/camwright/params` beside the installed binary, then in
-//! the copy inside the binary.
+//! Search path of params: the given path, `./params`, `share/camwright/params` beside the installed binary, then the copy
+//! inside the binary.
 
 use super::recorded_files::RecordedFiles;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// A file that was found, with its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Located {
-    /// Where it was found; `built-in:machines/…` for the copy inside the binary.
+    /// Path of the file; `built-in:machines/…` for the copy inside the binary.
     pub path: PathBuf,
     pub text: String,
     /// Files that it names and that are found before any on the disk.
@@ -53,7 +53,7 @@ impl Located {
 /// A file that may be no text, with its bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocatedBytes {
-    /// Where it was found.
+    /// Path of the file.
     pub path: PathBuf,
     pub bytes: Vec<u8>,
 }
@@ -69,13 +69,13 @@ impl LocatedBytes {
             Ok(text) => Ok(Located::new(path, text)),
             Err(error) => Err(match text_of(&path, error.as_bytes()) {
                 Err(refusal) => refusal,
-                Ok(_) => ConfigError::at(Place::file(&path), "is not UTF-8"),
+                Ok(_) => ConfigError::at(FileLocation::file(&path), "is not UTF-8"),
             }),
         }
     }
 }
 
-/// Where a file is.
+/// Location of a file.
 enum Found {
     File(PathBuf),
     BuiltIn(PathBuf, &'static str),
@@ -104,8 +104,9 @@ pub fn locate_bytes(
         Found::File(path) => path,
         Found::BuiltIn(path, text) => return Ok(LocatedBytes { path, bytes: text.as_bytes().to_vec() }),
     };
-    let too_large =
-        |length: u64| ConfigError::at(Place::file(&path), format!("has {length} bytes, at most {most} are read"));
+    let too_large = |length: u64| {
+        ConfigError::at(FileLocation::file(&path), format!("has {length} bytes, at most {most} are read"))
+    };
     let file = File::open(&path).map_err(|error| unreadable(&path, &error))?;
     let length = file.metadata().map_err(|error| unreadable(&path, &error))?.len();
     if length > most {
@@ -125,12 +126,12 @@ pub(super) fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, Confi
     std::str::from_utf8(bytes).map_err(|error| {
         let before = bytes.get(..error.valid_up_to()).unwrap_or_default();
         let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
-        ConfigError::at(Place::line(path, line), "is not UTF-8")
+        ConfigError::at(FileLocation::line(path, line), "is not UTF-8")
     })
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> ConfigError {
-    ConfigError::at(Place::file(path), format!("cannot be read: {error}"))
+    ConfigError::at(FileLocation::file(path), format!("cannot be read: {error}"))
 }
 
 /// The file on the disk that [`locate`] finds; none for what is built in or not there.
@@ -169,7 +170,7 @@ fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> 
     let known = list(kind).join(", ");
     let known = if known.is_empty() { String::new() } else { format!("; known {kind}: {known}") };
     Err(ConfigError::at(
-        Place::file(Path::new(name)),
+        FileLocation::file(Path::new(name)),
         format!("not found as given, in ./params/{kind}, in share/camwright/params/{kind} or built in{known}"),
     ))
 }

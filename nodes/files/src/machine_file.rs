@@ -14,7 +14,7 @@ use super::retract_file::AlarmRetractFile;
 use super::schema;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::machine::description::{
     Axis, AxisDescription, InsertDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
 };
@@ -257,11 +257,11 @@ impl WheelFile {
 /// A machine as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
-    /// What the file means.
+    /// Machine that the file describes.
     pub description: MachineDescription,
-    /// What it says, with overrides written in.
+    /// Text of the file, with overrides applied.
     pub source: String,
-    /// Where it was read from.
+    /// Path of the file.
     pub path: PathBuf,
 }
 
@@ -274,12 +274,12 @@ impl Machine {
         parse(Path::new(&self.description.name), &self.source, overrides)
     }
 
-    /// Where a key of its file stands.
+    /// Position of a key in its file.
     #[must_use]
-    pub fn place(&self, key: &str) -> Place {
+    pub fn place(&self, key: &str) -> FileLocation {
         match Document::parse(&self.path, &self.source, &[]) {
             Ok(document) => document.place(key),
-            Err(_) => Place::file(&self.path),
+            Err(_) => FileLocation::file(&self.path),
         }
     }
 }
@@ -308,7 +308,7 @@ pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, Ve
     let hash = Sha256::digest(document.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
     let description = describe(&file, hash, wheel, insert);
     homing_file::check(&document, &description).map_err(one)?;
-    description.validate().map_err(|error| one(ConfigError::at(Place::file(path), error.to_string())))?;
+    description.validate().map_err(|error| one(ConfigError::at(FileLocation::file(path), error.to_string())))?;
     Ok(Machine { description, source: document.text, path: path.to_path_buf() })
 }
 
@@ -318,7 +318,7 @@ pub(super) fn named(job: &Document, name: &str) -> Result<Machine, Vec<ConfigErr
     read(&found.path, &found.text, &[])
 }
 
-/// What the machine works with: a wheel, or an insert with the wheel that it is to its spindle.
+/// Tool of the machine: a wheel, or an insert with its equivalent wheel for the spindle.
 fn tool(document: &Document, file: &MachineFile) -> Result<(WheelDescription, Option<InsertDescription>), ConfigError> {
     match (&file.wheel, &file.insert) {
         (Some(wheel), None) => Ok((wheel.wheel(), None)),

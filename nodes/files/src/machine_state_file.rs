@@ -1,9 +1,9 @@
-//! What outlives a run of the machine, in one small file: wheel radius, growth of the wheelhead, dress count, part counters.
+//! Persistent state of the machine in one small file: wheel radius, growth of the wheelhead, dress count, part counters.
 
 use crate::names::is_name;
-use crate::{ConfigError, Place};
+use crate::{ConfigError, FileLocation};
 use camwright::machine::description::MachineDescription;
-use camwright::machine::persistent_state::{LastingState, Tally};
+use camwright::machine::persistent_state::{PersistentState, TravelCount};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -69,8 +69,8 @@ fn is_zero(count: &u32) -> bool {
     *count == 0
 }
 
-/// Where a machine keeps its state unless a parameter says otherwise: `$XDG_STATE_HOME/camwright/<machine>.yaml`, or
-/// `~/.local/state/…`; `None` where there is no home.
+/// Default path of a machine's state: `$XDG_STATE_HOME/camwright/<machine>.yaml`, or `~/.local/state/…`; `None` without a
+/// home folder.
 #[must_use]
 pub fn default_path(machine: &str) -> Option<PathBuf> {
     // Machine files are refused with other names; no name leads out of the folder, wherever it came from.
@@ -88,11 +88,11 @@ pub fn default_path(machine: &str) -> Option<PathBuf> {
 ///
 /// # Errors
 /// A file that exists but cannot be read, is of another schema, or holds values the machine cannot have.
-pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingState, ConfigError> {
-    let refuse = |message: String| ConfigError::at(Place::file(path), message);
+pub fn load(path: &Path, description: &MachineDescription) -> Result<PersistentState, ConfigError> {
+    let refuse = |message: String| ConfigError::at(FileLocation::file(path), message);
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(LastingState::new(description)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(PersistentState::new(description)),
         Err(error) => return Err(refuse(format!("cannot be read: {error}"))),
     };
     let file: StateFile = serde_saphyr::from_str(&text).map_err(|error| refuse(error.without_snippet().to_string()))?;
@@ -111,7 +111,7 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
         return Err(refuse(format!("wheel_wear_mm is {}, the wheel can lose 0 to {most}", file.wheel_wear_mm)));
     }
     // What was written before the machine grew begins as a machine that has never run.
-    let new = LastingState::new(description);
+    let new = PersistentState::new(description);
     let (growth_mm, growth_at_dress_mm) =
         (file.growth_mm.unwrap_or(new.growth_mm), file.growth_at_dress_mm.unwrap_or(new.growth_at_dress_mm));
     for (key, value) in [("growth_mm", growth_mm), ("growth_at_dress_mm", growth_at_dress_mm)] {
@@ -119,7 +119,7 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
             return Err(refuse(format!("{key} is {value}, allowed is -{MAX_GROWTH_MM} to {MAX_GROWTH_MM}")));
         }
     }
-    Ok(LastingState {
+    Ok(PersistentState {
         wheel_radius_mm: file.wheel_radius_mm,
         wheel_wear_mm: file.wheel_wear_mm,
         growth_mm,
@@ -127,8 +127,8 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
         lobes_since_dress: file.lobes_since_dress,
         parts_since_dress: file.parts_since_dress,
         dress_count: file.dress_count,
-        life: Tally { total: file.part_count, good: file.good_count, bad: file.bad_count },
-        shift: Tally { total: file.shift.part_count, good: file.shift.good_count, bad: file.shift.bad_count },
+        life: TravelCount { total: file.part_count, good: file.good_count, bad: file.bad_count },
+        shift: TravelCount { total: file.shift.part_count, good: file.shift.good_count, bad: file.shift.bad_count },
     })
 }
 
@@ -136,8 +136,9 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
 ///
 /// # Errors
 /// A directory or file that cannot be written.
-pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
-    let refuse = |error: std::io::Error| ConfigError::at(Place::file(path), format!("cannot be written: {error}"));
+pub fn store(path: &Path, state: &PersistentState) -> Result<(), ConfigError> {
+    let refuse =
+        |error: std::io::Error| ConfigError::at(FileLocation::file(path), format!("cannot be written: {error}"));
     let file = StateFile {
         schema: SCHEMA.to_owned(),
         wheel_radius_mm: state.wheel_radius_mm,
@@ -153,7 +154,7 @@ pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
         shift: ShiftFile { part_count: state.shift.total, good_count: state.shift.good, bad_count: state.shift.bad },
     };
     let text = serde_saphyr::to_string(&file)
-        .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written: {error}")))?;
+        .map_err(|error| ConfigError::at(FileLocation::file(path), format!("cannot be written: {error}")))?;
     if let Some(directory) = path.parent() {
         std::fs::create_dir_all(directory).map_err(refuse)?;
     }
@@ -182,7 +183,7 @@ mod tests {
     fn what_is_known_of_the_wheel_survives_and_a_worn_out_one_is_refused() {
         let machine = camwright::machine::reference::cam_grinder();
         let file = path("wheel");
-        let state = LastingState {
+        let state = PersistentState {
             wheel_radius_mm: 58.25,
             wheel_wear_mm: 0.0125,
             growth_mm: 0.004,
@@ -190,16 +191,16 @@ mod tests {
             lobes_since_dress: 3,
             parts_since_dress: 1,
             dress_count: 7,
-            life: Tally { total: 11, good: 8, bad: 2 },
-            shift: Tally { total: 3, good: 3, bad: 0 },
+            life: TravelCount { total: 11, good: 8, bad: 2 },
+            shift: TravelCount { total: 3, good: 3, bad: 0 },
         };
         store(&file, &state).unwrap();
         assert_eq!(load(&file, &machine).unwrap(), state);
         // A wheel that is as it was dressed is written as it always was.
-        store(&file, &LastingState::new(&machine)).unwrap();
+        store(&file, &PersistentState::new(&machine)).unwrap();
         assert!(!std::fs::read_to_string(&file).unwrap().contains("wear"));
         assert!(!std::fs::read_to_string(&file).unwrap().contains("shift"), "as it always was");
-        let worn = LastingState { wheel_radius_mm: 45.01, wheel_wear_mm: 0.02, ..state };
+        let worn = PersistentState { wheel_radius_mm: 45.01, wheel_wear_mm: 0.02, ..state };
         store(&file, &worn).unwrap();
         let error = load(&file, &machine).unwrap_err().to_string();
         assert!(error.contains("wheel_wear_mm is 0.02, the wheel can lose 0 to 0.0"), "{error}");

@@ -149,11 +149,11 @@ fn default_clearance() -> f64 {
 /// A job that mills, as its files describe it.
 #[derive(Debug, Clone)]
 pub struct MilledJob {
-    /// What the files mean.
+    /// Job that the files describe.
     pub spec: MillingJob,
     /// One line about it.
     pub title: String,
-    /// What the job file says, with overrides written in.
+    /// Text of the job file, with overrides applied.
     pub source: String,
     /// SHA-256 over the job file and every file it names, 64 hexadecimal digits.
     pub hash: String,
@@ -161,7 +161,7 @@ pub struct MilledJob {
     pub files: Arc<[NamedFile]>,
     /// Lifts that its contours and grooves were made of, by the names of profiles and grooves.
     pub lifts: Vec<(String, ProfileLift)>,
-    /// How an NC program is made of it.
+    /// Settings of the NC program.
     pub nc: NcSettings,
     /// The job file, for messages that point into it.
     pub document: Document,
@@ -190,14 +190,14 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<MilledJob, Confi
 /// mill cannot make.
 pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<ConfigError>> {
     let one = |error| vec![error];
-    let document = Document::of(located, overrides).map_err(one)?;
+    let document = Document::with_overrides(located, overrides).map_err(one)?;
     document.require_schema("milling_job", SCHEMA_VERSION).map_err(one)?;
     let file: MillingFile = schema::read(&document)?;
     let findings = conflicts(&document, &file);
     if !findings.is_empty() {
         return Err(findings);
     }
-    let mut files = JobFiles::of(&document);
+    let mut files = JobFiles::from_document(&document);
     let (profiles, mut lifts) = read_profiles(&document, &file, &mut files)?;
     let tool = tool(&file.tool);
     let passes: Vec<MillingPass> = file.passes.iter().map(pass).collect();
@@ -209,7 +209,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
         (Ok(cams), Ok(grooves)) => (cams, grooves),
         (cams, grooves) => return Err([cams.err(), grooves.err()].into_iter().flatten().flatten().collect()),
     };
-    lies_one_way(&document, &file, tool.cuts_with, &grooves).map_err(one)?;
+    is_monotonic(&document, &file, tool.cuts_with, &grooves).map_err(one)?;
     let nc = file.nc.settings(&document).map_err(one)?;
     let (name, clearance_mm, blank_radius_mm) = (file.name, file.clearance_mm, file.blank_radius_mm);
     let (hash, files) = files.finish();
@@ -338,7 +338,7 @@ fn grooves(
 }
 
 /// A job has one mill, whose axis lies one way.
-fn lies_one_way(
+fn is_monotonic(
     document: &Document,
     file: &MillingFile,
     cuts_with: CutsWith,

@@ -1,4 +1,4 @@
-//! What a job says about the NC program that is made of it: the key `nc`.
+//! Key `nc` of a job: settings of its NC program.
 
 use super::ConfigError;
 use super::yaml::Document;
@@ -121,7 +121,7 @@ enum KnotsFile {
     Free,
 }
 
-/// How a program is made of a job.
+/// Settings of the NC program of a job.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NcSettings {
     /// The control that runs it.
@@ -130,13 +130,13 @@ pub struct NcSettings {
     pub program_number: u32,
     /// X is where the cutting edge meets the wheel line, not the cutter's centre.
     pub x_of_edge: bool,
-    /// Where knots may lie.
+    /// Permitted positions of the knots.
     pub knots: Knots,
     /// Tolerance of passes that leave material (mm).
     pub rough_tolerance_mm: f64,
     /// Tolerance of those that leave none (mm).
     pub finish_tolerance_mm: f64,
-    /// How large a tolerance may become where the control reads too slowly (mm).
+    /// Largest tolerance for controls that read too slowly (mm).
     pub widest_tolerance_mm: f64,
     /// Angle of C over which the cutter comes and goes (rad).
     pub lead_rad: f64,
@@ -144,7 +144,7 @@ pub struct NcSettings {
     pub tool_number: u32,
     /// Speed of its spindle (1/min), if the job says.
     pub spindle_rpm: Option<u32>,
-    /// Whether there is coolant.
+    /// True if the coolant is on.
     pub coolant: bool,
 }
 

@@ -59,7 +59,7 @@ enum AlongFile {
     Normal,
 }
 
-/// How the headstock's speed over the lobe is chosen.
+/// Speed law of the headstock over the lobe.
 #[derive(Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(tag = "law", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum SpeedFile {

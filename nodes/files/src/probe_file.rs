@@ -1,4 +1,4 @@
-//! What a machine file says about the gap detector and the switch at the key-way.
+//! Gap detector and keyway switch in a machine file.
 
 use camwright::machine::description::{GapDetector, KeyWayProbe};
 use camwright::math::units::rad_from_deg;

@@ -1,4 +1,4 @@
-//! What a machine file says about what grinding takes.
+//! Process data of grinding in a machine file.
 
 use camwright::machine::description::{GrindingProcess, ReferenceCut};
 use camwright::math::units::mm_from_um;

@@ -35,12 +35,12 @@ pub(super) struct ProfileFile {
 }
 
 impl ProfileFile {
-    /// What it is inspected with.
+    /// Follower of its inspection.
     pub(super) fn gauge(&self) -> Option<Follower> {
         self.gauge.as_ref().map(FollowerFile::follower)
     }
 
-    /// What it means. `list` is the key of the list in which it stands.
+    /// Converts it to a profile. `list` is the key of its list.
     pub(super) fn read(
         &self,
         document: &Document,

@@ -3,11 +3,11 @@
 use super::job_files::JobFiles;
 use super::nc_file::NcSettings;
 use super::yaml::Document;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::gcode::{Dialect, Motion, ProgramFile, read as read_program};
 use std::path::{Path, PathBuf};
 
-/// What files of programs are.
+/// Plural name of program files.
 const PROGRAMS: &str = "programs";
 
 /// A program that was read.
@@ -48,7 +48,7 @@ pub(super) fn read(
     let motion = read.map_err(|error| {
         let named = files.iter().position(|file| file.name == error.file);
         let path = named.and_then(|index| paths.get(index)).unwrap_or(&main.path);
-        ConfigError::at(Place::line(path, u64::from(error.line)), error.fault.to_string())
+        ConfigError::at(FileLocation::line(path, u64::from(error.line)), error.fault.to_string())
     })?;
     Ok(JobProgram { motion, files })
 }
@@ -64,7 +64,7 @@ fn subprograms(document: &Document, main: &Path, text: &str) -> Result<Vec<PathB
         let folder = main.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let entries = std::fs::read_dir(folder);
         let entries =
-            entries.map_err(|error| ConfigError::at(Place::file(folder), format!("cannot be read: {error}")))?;
+            entries.map_err(|error| ConfigError::at(FileLocation::file(folder), format!("cannot be read: {error}")))?;
         entries.filter_map(Result::ok).map(|entry| entry.path()).collect()
     } else {
         recorded

@@ -11,7 +11,7 @@ pub const MACHINES: &str = "machines";
 pub struct NamedFile {
     /// Kind, as [`super::locate::locate`] knows it: `lifts`, `surfaces`, `programs`, `machines`.
     pub kind: String,
-    /// As the job names it.
+    /// Name of the file in the job.
     pub name: String,
     pub bytes: Arc<[u8]>,
 }

@@ -5,7 +5,7 @@
 //! parameters that override a key.
 
 use super::yaml::{Document, Node, Value};
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::de::DeserializeOwned;
@@ -35,7 +35,7 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(document: &Document) -> Res
         return Err(findings);
     }
     serde_json::from_value(document.root.to_json())
-        .map_err(|error| vec![ConfigError::at(Place::file(&document.path), error.to_string())])
+        .map_err(|error| vec![ConfigError::at(FileLocation::file(&document.path), error.to_string())])
 }
 
 /// Everything in a document that its schema does not allow, in the order of the schema.
@@ -44,7 +44,7 @@ fn findings(document: &Document, schema: &Json) -> Vec<ConfigError> {
     check.value(schema, &document.root, &mut KeyPath::default());
     if check.more > 0 {
         let message = format!("has {} more errors; correct these first", check.more);
-        check.findings.push(ConfigError::at(Place::file(&document.path), message));
+        check.findings.push(ConfigError::at(FileLocation::file(&document.path), message));
     }
     check.findings
 }
@@ -298,7 +298,7 @@ fn alternatives(schema: &Json) -> Option<Vec<&Json>> {
     Some(forms)
 }
 
-/// The key that tells forms apart, if they are all keys with values and have one.
+/// The key that distinguishes the forms, if they are all keys with values and have one.
 fn tag<'a>(forms: &[&'a Json]) -> Option<&'a str> {
     let properties = forms.first()?["properties"].as_object()?;
     let is_tag = |key: &str| forms.iter().all(|form| form["properties"][key]["const"].is_string());
@@ -432,7 +432,7 @@ pub struct Key {
     /// Default as written in YAML; none: the key is required, or its description says what its absence means.
     pub default: Option<String>,
     pub is_required: bool,
-    /// Words of the key that tells forms apart, of the forms that have this key; empty: every form has it.
+    /// Words of the distinguishing key for the forms that have this key; empty: every form has it.
     pub forms: Vec<String>,
     pub description: String,
 }

@@ -1,4 +1,4 @@
-//! What a job file, or who runs a job, says about the lobe that it begins with, and whether it is a dry run.
+//! First lobe and dry run, set by a job file or by the client of a job.
 
 use super::ConfigError;
 use super::yaml::Document;

@@ -19,12 +19,12 @@ struct StiffnessFile {
     schema: String,
     machine: String,
     parts: u64,
-    places: Vec<PlaceFile>,
+    places: Vec<ContactEntry>,
 }
 
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct PlaceFile {
+struct ContactEntry {
     z_mm: f64,
     lobe: String,
     job: String,
@@ -40,7 +40,7 @@ struct PlaceFile {
 
 /// A place and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct KeptPlace {
+pub struct StoredContact {
     pub place: StiffnessPlace,
     pub lobe: String,
     pub job: String,
@@ -50,24 +50,24 @@ pub struct KeptPlace {
     pub width_mm: f64,
 }
 
-/// What is kept of the stiffness of a machine.
+/// Stored stiffness of a machine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct KeptStiffness {
+pub struct StoredStiffness {
     /// Name of the machine.
     pub machine: String,
     /// Parts on which stiffness was measured.
     pub parts: u64,
-    places: Vec<KeptPlace>,
+    places: Vec<StoredContact>,
     map: StiffnessMap,
 }
 
-impl KeptStiffness {
+impl StoredStiffness {
     #[must_use]
     pub fn new(machine: &str) -> Self {
         Self { machine: machine.into(), parts: 0, places: Vec::new(), map: StiffnessMap::default() }
     }
 
-    /// What [`Self::text`] wrote.
+    /// Parses the text of [`Self::text`].
     ///
     /// # Errors
     /// One sentence with file and line for what is not that: another schema, unknown keys, numbers that no measurement gives.
@@ -84,12 +84,12 @@ impl KeptStiffness {
                 let (first_mm, second_mm) = (same.place.z_mm, place.place.z_mm);
                 return Err(refuse(StiffnessMapError::SamePlace { first_mm, second_mm, least_mm: SAME_PLACE_MM }));
             }
-            kept.put(place).map_err(refuse)?;
+            kept.insert(place).map_err(refuse)?;
         }
         Ok(kept)
     }
 
-    /// As a file keeps it.
+    /// Text of the file.
     ///
     /// # Errors
     /// What YAML says.
@@ -98,18 +98,18 @@ impl KeptStiffness {
             schema: format!("camwright/stiffness/{SCHEMA_VERSION}"),
             machine: self.machine.clone(),
             parts: self.parts,
-            places: self.places.iter().map(PlaceFile::of).collect(),
+            places: self.places.iter().map(ContactEntry::from_stored).collect(),
         };
         serde_saphyr::to_string(&file).map_err(|error| error.to_string())
     }
 
     /// The places, in the order of the table.
     #[must_use]
-    pub fn places(&self) -> &[KeptPlace] {
+    pub fn places(&self) -> &[StoredContact] {
         &self.places
     }
 
-    /// What follows between them.
+    /// Interpolation between the positions.
     #[must_use]
     pub const fn map(&self) -> &StiffnessMap {
         &self.map
@@ -119,8 +119,9 @@ impl KeptStiffness {
     ///
     /// # Errors
     /// Numbers that no measurement gives; nothing has changed then.
-    pub fn put(&mut self, place: KeptPlace) -> Result<(), StiffnessMapError> {
-        let mut places: Vec<KeptPlace> = self.places.iter().filter(|other| !is_same(other, &place)).cloned().collect();
+    pub fn insert(&mut self, place: StoredContact) -> Result<(), StiffnessMapError> {
+        let mut places: Vec<StoredContact> =
+            self.places.iter().filter(|other| !is_same(other, &place)).cloned().collect();
         places.push(place);
         places.sort_by(|a, b| a.place.z_mm.total_cmp(&b.place.z_mm));
         self.map = StiffnessMap::new(places.iter().map(|kept| kept.place).collect())?;
@@ -129,7 +130,7 @@ impl KeptStiffness {
     }
 }
 
-fn is_same(one: &KeptPlace, other: &KeptPlace) -> bool {
+fn is_same(one: &StoredContact, other: &StoredContact) -> bool {
     (one.place.z_mm - other.place.z_mm).abs() <= SAME_PLACE_MM
 }
 
@@ -138,8 +139,8 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-impl PlaceFile {
-    fn of(kept: &KeptPlace) -> Self {
+impl ContactEntry {
+    fn from_stored(kept: &StoredContact) -> Self {
         let place = &kept.place;
         let [machine, grinding] = [place.machine_n_mm, place.grinding_n_mm2]
             .map(|of| [rounded(of.value / PER_MM), rounded(of.uncertainty / PER_MM)]);
@@ -158,7 +159,7 @@ impl PlaceFile {
         }
     }
 
-    fn kept(self) -> KeptPlace {
+    fn kept(self) -> StoredContact {
         let per_um =
             |value: f64, uncertainty: f64| Measured { value: PER_MM * value, uncertainty: PER_MM * uncertainty };
         let place = StiffnessPlace {
@@ -167,7 +168,7 @@ impl PlaceFile {
             grinding_n_mm2: per_um(self.grinding_n_um_mm, self.grinding_n_um_mm_uncertainty),
             threshold_n_mm: Measured { value: self.threshold_n_mm, uncertainty: self.threshold_n_mm_uncertainty },
         };
-        KeptPlace { place, lobe: self.lobe, job: self.job, part: self.part, width_mm: self.width_mm }
+        StoredContact { place, lobe: self.lobe, job: self.job, part: self.part, width_mm: self.width_mm }
     }
 }
 
@@ -175,9 +176,9 @@ impl PlaceFile {
 mod tests {
     use super::*;
 
-    fn place(z_mm: f64, n_mm: f64) -> KeptPlace {
+    fn place(z_mm: f64, n_mm: f64) -> StoredContact {
         let measured = |value: f64, uncertainty: f64| Measured { value, uncertainty };
-        KeptPlace {
+        StoredContact {
             place: StiffnessPlace {
                 z_mm,
                 machine_n_mm: measured(n_mm, 51.5),
@@ -193,24 +194,24 @@ mod tests {
 
     #[test]
     fn what_is_kept_goes_through_its_file_and_a_place_measured_again_replaces_what_was_there() {
-        let mut kept = KeptStiffness { parts: 3, ..KeptStiffness::new("journal_grinder") };
+        let mut kept = StoredStiffness { parts: 3, ..StoredStiffness::new("journal_grinder") };
         for (z_mm, n_mm) in [(150.0, 4012.5), (80.0, 6000.0), (150.25, 4050.0)] {
-            kept.put(place(z_mm, n_mm)).unwrap();
+            kept.insert(place(z_mm, n_mm)).unwrap();
         }
         let z: Vec<f64> = kept.places().iter().map(|kept| kept.place.z_mm).collect();
         assert_eq!(z, [80.0, 150.25]);
-        let read = KeptStiffness::parse(Path::new("kept.yaml"), &kept.text().unwrap()).unwrap();
+        let read = StoredStiffness::parse(Path::new("kept.yaml"), &kept.text().unwrap()).unwrap();
         assert_eq!(read, kept);
-        assert!(kept.put(place(220.0, -1.0)).is_err());
+        assert!(kept.insert(place(220.0, -1.0)).is_err());
         assert_eq!(read, kept, "nothing has changed");
     }
 
     #[test]
     fn a_file_that_nobody_measured_is_refused_with_its_line() {
-        let mut kept = KeptStiffness::new("journal_grinder");
-        kept.put(place(80.0, 6000.0)).unwrap();
+        let mut kept = StoredStiffness::new("journal_grinder");
+        kept.insert(place(80.0, 6000.0)).unwrap();
         let text = kept.text().unwrap();
-        let refused = |text: &str| KeptStiffness::parse(Path::new("kept.yaml"), text).unwrap_err().to_string();
+        let refused = |text: &str| StoredStiffness::parse(Path::new("kept.yaml"), text).unwrap_err().to_string();
         assert!(refused(&text.replace("stiffness/1", "stiffness/9")).contains("kept.yaml:1"), "{text}");
         assert!(refused(&text.replace("stiffness/1", "machine/1")).contains("kept.yaml:1"));
         let negative = refused(&text.replace("machine_n_um: 6", "machine_n_um: -6"));

@@ -2,7 +2,7 @@
 //!
 //! An STL file says neither its unit nor where the axis of the part is; the job does. Normals are not read: the corners say all.
 
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::cam::surface::mesh::Triangle;
 use std::path::Path;
 use std::str::SplitAsciiWhitespace;
@@ -10,7 +10,7 @@ use std::str::SplitAsciiWhitespace;
 /// Largest file (bytes): three million triangles are read, 150 MB as bytes; a million as text.
 pub(super) const MAX_BYTES: u64 = 1 << 28;
 
-/// What stands before the triangles of a binary file: 80 bytes for anybody, and their number.
+/// Size of the head of a binary file: 80 free bytes and the number of triangles.
 const HEAD: usize = 84;
 
 /// A triangle there: normal and corners in single precision, and two bytes for anybody.
@@ -22,7 +22,7 @@ const RECORD: usize = 50;
 /// Anything that is not a whole STL file, in one sentence: another length than its number of triangles asks for, words where others must
 /// stand, numbers that are none, triangles without an area.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Triangle>, ConfigError> {
-    let refuse = |message: String| ConfigError::at(Place::file(path), message);
+    let refuse = |message: String| ConfigError::at(FileLocation::file(path), message);
     let says_text = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // Some programs begin binary files with the word that marks text: what counts is whether the length is that of a binary file.
     let length = whole_length(bytes);
@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Triangle>, ConfigErr
     }
 }
 
-/// How long a binary file must be with the number of triangles that its head states.
+/// Required length of a binary file with the number of triangles in its head.
 fn whole_length(bytes: &[u8]) -> Option<u64> {
     let count = u32::from_le_bytes(*bytes.get(HEAD - 4..)?.first_chunk()?);
     Some(HEAD as u64 + RECORD as u64 * u64::from(count))
@@ -104,7 +104,7 @@ struct Words<'a> {
 
 impl<'a> Words<'a> {
     fn error(&self, message: String) -> ConfigError {
-        ConfigError::at(Place::line(self.path, self.line), message)
+        ConfigError::at(FileLocation::line(self.path, self.line), message)
     }
 
     /// The next word, on this line or one below.
@@ -199,7 +199,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Triangle>, ConfigError> {
     }
 }
 
-/// Whether a triangle is a point or a line, to the digits of single precision.
+/// Returns whether a triangle is a point or a line, to the digits of single precision.
 fn has_no_area(triangle: &Triangle) -> bool {
     let side = |k: usize| [0, 1, 2].map(|i| triangle[k][i] - triangle[0][i]);
     let ([a, b, c], [d, e, f]) = (side(1), side(2));

@@ -7,7 +7,7 @@ use super::locate::LocatedBytes;
 use super::profile_file::{self, ProfileFile, contour_key};
 use super::stl;
 use super::yaml::Document;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use camwright::cam::contour::Contour;
 use camwright::cam::lift::LengthUnit;
 use camwright::cam::surface::cams::CamAlong;
@@ -101,7 +101,7 @@ pub(super) enum SurfaceFile {
     },
 }
 
-/// What a length of a file is, which says no unit itself.
+/// Unit of lengths in a file that states none.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum LengthFile {
@@ -266,7 +266,7 @@ pub(super) struct ReadSurface {
     pub(super) surface: Surface,
     /// The lifts that it was made of, with the names of their profiles.
     pub(super) lifts: Vec<(String, ProfileLift)>,
-    /// How a mesh was read, and from which file.
+    /// Fidelity of the reading of a mesh, and its file.
     pub(super) mesh: Option<(PathBuf, MeshReading)>,
 }
 
@@ -343,7 +343,7 @@ fn read_mesh(
     }
     match surface_of(&triangles) {
         Ok((surface, reading)) => Ok(ReadSurface { surface, lifts: Vec::new(), mesh: Some((path, reading)) }),
-        Err(error) => Err(vec![ConfigError::at(Place::file(&path), error.to_string())]),
+        Err(error) => Err(vec![ConfigError::at(FileLocation::file(&path), error.to_string())]),
     }
 }
 

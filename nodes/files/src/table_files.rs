@@ -1,8 +1,8 @@
 //! Files of a lift table and the errors found in them.
 
 use super::lift_text::Printed;
-use super::{ConfigError, Place};
-use camwright::cam::lift::{LiftDoubt, LiftError, LiftTable};
+use super::{ConfigError, FileLocation};
+use camwright::cam::lift::{LiftError, LiftTable, LiftWarning};
 use std::path::Path;
 
 /// The files of a table, the second one's lines counted on from the first one's.
@@ -11,14 +11,14 @@ pub(super) struct TableFiles<'a> {
 }
 
 impl TableFiles<'_> {
-    fn place(&self, line: Option<usize>) -> Place {
+    fn place(&self, line: Option<usize>) -> FileLocation {
         let (first, printed) = self.files[0];
         match (line, self.files.get(1)) {
             (Some(line), Some((second, _))) if line > printed.lines => {
-                Place::line(second, u64::try_from(line - printed.lines).unwrap_or(0))
+                FileLocation::line(second, u64::try_from(line - printed.lines).unwrap_or(0))
             }
-            (Some(line), _) => Place::line(first, u64::try_from(line).unwrap_or(0)),
-            (None, _) => Place::file(first),
+            (Some(line), _) => FileLocation::line(first, u64::try_from(line).unwrap_or(0)),
+            (None, _) => FileLocation::file(first),
         }
     }
 
@@ -31,11 +31,11 @@ impl TableFiles<'_> {
         ConfigError::at(self.place(line), message)
     }
 
-    pub(super) fn doubt(&self, doubt: &LiftDoubt) -> ConfigError {
+    pub(super) fn doubt(&self, doubt: &LiftWarning) -> ConfigError {
         self.error(doubt.line(), &doubt.to_string())
     }
 
-    /// What the text and the core found, row by row; a cell that is no number is told once, by the text.
+    /// Findings of the text and of the core, row by row; a cell without a number is reported once, by the text.
     pub(super) fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
         let told: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
         let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
@@ -54,7 +54,7 @@ impl TableFiles<'_> {
 
     pub(super) fn table(
         &self,
-        read: Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>>,
+        read: Result<(LiftTable, Vec<LiftWarning>), Vec<LiftError>>,
         warnings: &mut Vec<ConfigError>,
     ) -> Result<LiftTable, Vec<ConfigError>> {
         let (table, doubts) = read.map_err(|findings| self.errors(findings))?;

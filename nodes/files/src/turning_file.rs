@@ -37,7 +37,7 @@ const COLUMNS_PER_FEED: f64 = 10.0;
 /// Maximum azimuths of that grid.
 const MAX_AZIMUTHS: usize = 7200;
 
-/// How far the form may be off besides the cusps of the feed (µm).
+/// Default form tolerance besides the cusps of the feed (µm).
 const TOLERANCE_UM: f64 = 2.0;
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -164,7 +164,7 @@ enum SpindleLawFile {
     Fastest,
     /// Constant speed `rpm`.
     Constant,
-    /// As fast as all limits allow at every angle.
+    /// The fastest speed within all limits at every angle.
     Varied,
 }
 
@@ -194,11 +194,11 @@ fn default_tolerance() -> f64 {
 /// A job that turns a part, as its files describe it.
 #[derive(Debug, Clone)]
 pub struct TurnedJob {
-    /// What the files mean.
+    /// Job that the files describe.
     pub spec: TurningJob,
     /// One line about it.
     pub title: String,
-    /// What the job file says, with overrides written in.
+    /// Text of the job file, with overrides applied.
     pub source: String,
     /// SHA-256 over the job file and every file it names, 64 hexadecimal digits.
     pub hash: String,
@@ -212,9 +212,9 @@ pub struct TurnedJob {
     pub machine: Machine,
     /// Faults that strike in it.
     pub faults: Vec<JobFault>,
-    /// Where the part is simulated, and its form judged.
+    /// Grid of the simulated part and of its form map.
     pub grid: PartGrid,
-    /// How far the form may be off, besides the cusps of the feed (mm).
+    /// Form tolerance besides the cusps of the feed (mm).
     pub tolerance_mm: f64,
     /// The job file, for messages that point into it.
     pub document: Document,
@@ -242,12 +242,12 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<TurnedJob, Confi
 /// Anything that is not a turning job, at least one sentence: unknown or missing keys, values out of range, surfaces that are none.
 pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<ConfigError>> {
     let one = |error| vec![error];
-    let document = Document::of(located, overrides).map_err(one)?;
+    let document = Document::with_overrides(located, overrides).map_err(one)?;
     document.require_schema("turning_job", SCHEMA_VERSION).map_err(one)?;
     let file: TurningFile = schema::read(&document)?;
     let mut findings: Vec<ConfigError> = spindle(&document, &file).into_iter().collect();
     let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
-    let mut files = JobFiles::of(&document);
+    let mut files = JobFiles::from_document(&document);
     let surface = file.surface.read(&document, &mut files).map_err(|errors| findings.extend(errors)).ok();
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let feeds = feeds(&document, &file).map_err(|errors| findings.extend(errors)).ok();

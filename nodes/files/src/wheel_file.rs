@@ -1,9 +1,9 @@
-//! What files say about the wheel's surroundings and its dressing.
+//! Surroundings and dressing of the wheel in files.
 
 use super::ConfigError;
 use super::yaml::Document;
 use camwright::job::dressing::DressingSpec;
-use camwright::job::grinding::{ObstacleSpec, Subject, WheelPower, WheelWish};
+use camwright::job::grinding::{ObstacleSpec, Subject, WheelPower, WheelRequirement};
 use camwright::machine::description::ThermalDescription;
 use camwright::machine::fixture::{Dresser, Extent};
 use camwright::math::units::mm_from_um;
@@ -77,7 +77,7 @@ impl DresserFile {
     }
 }
 
-/// How the wheelhead grows.
+/// Growth of the wheelhead.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ThermalFile {
@@ -92,7 +92,7 @@ pub(super) struct ThermalFile {
     start: StartFile,
 }
 
-/// How a machine that has never run begins.
+/// Initial state of a machine that has never run.
 #[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum StartFile {
@@ -133,7 +133,7 @@ impl ExtentFile {
         Extent { from_mm: self.from_mm, to_mm: self.to_mm, radius_mm: self.radius_mm }
     }
 
-    /// Whether it is a body, with the key of what is wrong.
+    /// Checks that it is a body; an error names the wrong key.
     pub(super) fn check(&self, document: &Document, key: &str) -> Result<(), ConfigError> {
         if self.extent().is_body() {
             return Ok(());
@@ -176,7 +176,7 @@ impl DressingFile {
     }
 }
 
-/// What the part has besides its lobes.
+/// Feature of the part besides its lobes.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ObstacleFile {
@@ -201,7 +201,7 @@ impl ObstacleFile {
     }
 }
 
-/// What lobes and passes say about wheels, in the order of the file.
-pub(super) fn wishes(of: impl Iterator<Item = (Subject, Option<f64>)>) -> Vec<WheelWish> {
-    of.filter_map(|(of, radius_mm)| Some(WheelWish { of, radius_mm: radius_mm? })).collect()
+/// Wheel requirements of lobes and passes, in the order of the file.
+pub(super) fn wishes(of: impl Iterator<Item = (Subject, Option<f64>)>) -> Vec<WheelRequirement> {
+    of.filter_map(|(of, radius_mm)| Some(WheelRequirement { of, radius_mm: radius_mm? })).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::locate::Located;
 use super::recorded_files::RecordedFiles;
-use super::{ConfigError, Place};
+use super::{ConfigError, FileLocation};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct Node {
     pub value: Value,
 }
 
-/// What a YAML value can be.
+/// Kinds of YAML values.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     Null,
@@ -176,7 +176,7 @@ impl Node {
         Ok(())
     }
 
-    /// What came from an override stands on no line of the file, nor does anything in it.
+    /// Removes the line numbers of a value that came from an override.
     fn forget_lines(&mut self) {
         self.line = 0;
         match &mut self.value {
@@ -198,9 +198,9 @@ fn element_index(list: &[Node], part: &str) -> Option<usize> {
 /// A YAML file, read whole, with the overrides that were laid over it.
 #[derive(Debug, Clone)]
 pub struct Document {
-    /// Where it was read from.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What it says after the overrides; the file's own text where there are none.
+    /// Text after the overrides; without any the file's own text.
     pub text: String,
     pub root: Node,
     overrides: Vec<String>,
@@ -213,7 +213,7 @@ impl Document {
     ///
     /// # Errors
     /// As [`Document::parse`].
-    pub fn of(located: &Located, overrides: &[String]) -> Result<Self, ConfigError> {
+    pub fn with_overrides(located: &Located, overrides: &[String]) -> Result<Self, ConfigError> {
         let document = Self::parse(&located.path, &located.text, overrides)?;
         Ok(Self { recorded: located.recorded.clone(), ..document })
     }
@@ -225,7 +225,8 @@ impl Document {
     pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Self, ConfigError> {
         let mut root: Node = serde_saphyr::from_str(text).map_err(|error| yaml_error(path, &error))?;
         for over in overrides {
-            let refuse = |message: String| ConfigError::at(Place::file(path), format!("override {over:?}: {message}"));
+            let refuse =
+                |message: String| ConfigError::at(FileLocation::file(path), format!("override {over:?}: {message}"));
             let (key, value) = over.split_once('=').ok_or_else(|| refuse("has no '='".into()))?;
             let value: Value =
                 serde_saphyr::from_str(value.trim()).map_err(|_| refuse("its value is not YAML".into()))?;
@@ -234,24 +235,25 @@ impl Document {
         let text = if overrides.is_empty() {
             text.to_owned()
         } else {
-            serde_saphyr::to_string(&root)
-                .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written back: {error}")))?
+            serde_saphyr::to_string(&root).map_err(|error| {
+                ConfigError::at(FileLocation::file(path), format!("cannot be written back: {error}"))
+            })?
         };
         let recorded = RecordedFiles::default();
         Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec(), recorded })
     }
 
-    /// Where the value at a dotted path stands; the nearest enclosing value if it does not exist.
+    /// Position of the value at a dotted path; of the nearest enclosing value if it does not exist.
     #[must_use]
-    pub fn place(&self, path: &str) -> Place {
+    pub fn place(&self, path: &str) -> FileLocation {
         let mut path = path;
         loop {
             if let Some(node) = self.root.get(path) {
-                return Place::line(&self.path, node.line);
+                return FileLocation::line(&self.path, node.line);
             }
             match path.rfind('.') {
                 Some(dot) => path = &path[..dot],
-                None => return Place::file(&self.path),
+                None => return FileLocation::file(&self.path),
             }
         }
     }
@@ -295,7 +297,7 @@ impl Document {
         let expected = format!("\"camwright/{kind}/{newest}\"");
         let Some(node) = self.root.get("schema") else {
             return Err(ConfigError::at(
-                Place::file(&self.path),
+                FileLocation::file(&self.path),
                 format!("has no schema; expected schema: {expected}"),
             ));
         };
@@ -322,7 +324,7 @@ fn yaml_error(path: &Path, error: &serde_saphyr::Error) -> ConfigError {
         Some(at) => message[..at].to_owned(),
         None => message,
     };
-    ConfigError::at(Place { file: path.to_path_buf(), line }, message)
+    ConfigError::at(FileLocation { file: path.to_path_buf(), line }, message)
 }
 
 #[cfg(test)]

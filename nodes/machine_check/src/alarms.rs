@@ -1,6 +1,6 @@
 //! M30: what alarms say.
 
-use super::heard::Heard;
+use super::observed::Observed;
 use super::report::Report;
 use camwright::machine::alarm::AlarmKind;
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
@@ -8,8 +8,8 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 /// Numbers from here on are a machine's own.
 const OWN: u16 = 1000;
 
-/// Numbers, words, and that both topics tell the same.
-pub(super) fn judge(heard: &Heard, report: &mut Report) {
+/// Checks numbers, words, and the agreement of both topics.
+pub(super) fn judge(heard: &Observed, report: &mut Report) {
     let before = report.evidence(30);
     let told: Vec<&Alarm> = heard.alarms.iter().flat_map(|said| &said.alarms).collect();
     for alarm in &told {
@@ -39,8 +39,8 @@ pub(super) fn judge(heard: &Heard, report: &mut Report) {
     }
 }
 
-/// Both topics tell the same, once both have told the same tick.
-fn agree(heard: &Heard, report: &mut Report) {
+/// Checks that both topics agree, once both have reported the same tick.
+fn agree(heard: &Observed, report: &mut Report) {
     for pair in heard.alarms.windows(2) {
         tells(heard, &pair[0], Some(pair[1].tick), report);
     }
@@ -50,11 +50,11 @@ fn agree(heard: &Heard, report: &mut Report) {
 }
 
 /// Every word of the stream from this word on alarms to the next has its numbers.
-fn tells(heard: &Heard, said: &MachineAlarms, until: Option<u64>, report: &mut Report) {
+fn tells(heard: &Observed, said: &MachineAlarms, until: Option<u64>, report: &mut Report) {
     let mut numbers: Vec<u16> = said.alarms.iter().map(|alarm| alarm.number).collect();
     numbers.sort_unstable();
     let during = |tick: u64| tick >= said.tick && until.is_none_or(|until| tick < until);
-    // A tick is told again where a command is acknowledged, then with what the next tick brings.
+    // A tick is repeated to acknowledge a command, then with the changes of the next tick.
     for news in heard.streams.iter().filter(|news| news.tick > said.tick && during(news.tick)) {
         let mut others = news.alarms.clone();
         others.sort_unstable();

@@ -1,6 +1,6 @@
 //! M5, M6 and M8: what the machine says of axes and inputs.
 
-use super::heard::{Facts, Heard, Joints, ns};
+use super::observed::{Facts, Joints, Observed, ns};
 use super::report::Report;
 use camwright_msgs::camwright_msgs::msg::{Latch, MachineStream};
 use std::collections::BTreeMap;
@@ -10,15 +10,15 @@ const EDGE_COUNTS: i64 = 2;
 /// Share of an axis' largest acceleration within which two words on its velocity in a tick agree, times the tick.
 const VELOCITY: f64 = 2.0;
 
-pub(super) fn judge(heard: &Heard, facts: &Facts, report: &mut Report) {
+pub(super) fn judge(heard: &Observed, facts: &Facts, report: &mut Report) {
     let places = columns(heard, facts);
     counts(heard, facts, &places, report);
     latches(heard, facts, report);
     motion(heard, facts, report);
 }
 
-/// Where the axes stand in the joint states.
-fn columns(heard: &Heard, facts: &Facts) -> Option<Vec<usize>> {
+/// Columns of the axes in the joint states.
+fn columns(heard: &Observed, facts: &Facts) -> Option<Vec<usize>> {
     facts.joints.iter().map(|joint| heard.joint_names.iter().position(|name| name == joint)).collect()
 }
 
@@ -29,7 +29,7 @@ fn count(position: f64, per_unit: f64) -> i64 {
 }
 
 /// M5: the stream against the joint states of the same tick.
-fn counts(heard: &Heard, facts: &Facts, places: &Option<Vec<usize>>, report: &mut Report) {
+fn counts(heard: &Observed, facts: &Facts, places: &Option<Vec<usize>>, report: &mut Report) {
     let before = report.evidence(5);
     let axes = facts.joints.len();
     for said in &heard.streams {
@@ -100,7 +100,7 @@ fn counts(heard: &Heard, facts: &Facts, places: &Option<Vec<usize>>, report: &mu
 }
 
 /// M6: each edge once, in time, and where the axis was then.
-fn latches(heard: &Heard, facts: &Facts, report: &mut Report) {
+fn latches(heard: &Observed, facts: &Facts, report: &mut Report) {
     let before = report.evidence(6);
     let each = heard.streams.iter().enumerate();
     let told: Vec<(usize, &MachineStream, &Latch)> =
@@ -108,7 +108,7 @@ fn latches(heard: &Heard, facts: &Facts, report: &mut Report) {
     let mut seen: BTreeMap<(u64, &str, bool), (usize, u64)> = BTreeMap::new();
     for (index, said, latch) in &told {
         let what = format!("the edge of {} at tick {}", latch.input, latch.tick);
-        // An input that bounces has several edges in a tick, which one message tells.
+        // A bouncing input has several edges in a tick, which one message reports.
         let earlier = seen.insert((latch.tick, &latch.input, latch.rising), (*index, said.tick));
         if let Some((_, earlier)) = earlier.filter(|(before, _)| before != index) {
             report.broken(6, format!("{what} is told at tick {earlier} and again at tick {}", said.tick));
@@ -133,8 +133,8 @@ fn latches(heard: &Heard, facts: &Facts, report: &mut Report) {
     }
 }
 
-/// What the encoder of an axis read from the tick before to the tick of an edge.
-fn around(heard: &Heard, facts: &Facts, axis: usize, tick: u64) -> Option<(i64, i64)> {
+/// Encoder readings of an axis from the tick before to the tick of an edge.
+fn around(heard: &Observed, facts: &Facts, axis: usize, tick: u64) -> Option<(i64, i64)> {
     let epoch_ns = heard.streams.first().map(|first| ns(&first.epoch))?;
     let at = epoch_ns.checked_add(i64::try_from(tick).ok()?.checked_mul(facts.cycle_ns)?)?;
     let place = heard.joint_names.iter().position(|name| *name == facts.joints[axis])?;
@@ -163,7 +163,7 @@ pub(super) fn moves_at_standstill(streams: &[MachineStream]) -> impl Iterator<It
 }
 
 /// M8: what rests, rests exactly.
-fn motion(heard: &Heard, facts: &Facts, report: &mut Report) {
+fn motion(heard: &Observed, facts: &Facts, report: &mut Report) {
     let before = report.evidence(8);
     for said in &heard.streams {
         if said.motion > MachineStream::MOTION_FAULT {

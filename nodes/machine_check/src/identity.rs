@@ -1,6 +1,6 @@
 //! M1 and M9: what the machine says that it is, and the endpoints that it has.
 
-use super::heard::Heard;
+use super::observed::Observed;
 use super::report::Report;
 use camwright::machine::description::{Axis, MachineDescription as Described, Scale};
 use camwright_files::convert::machine_now::described_machine;
@@ -20,7 +20,7 @@ const ENDPOINTS: &[(&str, &str, bool, bool)] = &[
 ];
 
 /// M1: the description against the machine file that it carries.
-pub(super) fn judge(heard: &Heard, report: &mut Report) {
+pub(super) fn judge(heard: &Observed, report: &mut Report) {
     let Some(said) = &heard.description else {
         return report.broken(1, "machine/description was not heard, though other topics were");
     };

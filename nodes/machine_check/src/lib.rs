@@ -1,13 +1,13 @@
-//! Whether a machine keeps its contract (`nodes/MACHINE_CONTRACT.md`), clause by clause.
+//! Check of a machine against its contract (`nodes/MACHINE_CONTRACT.md`), clause by clause.
 //!
 //! It listens first, and judges what it heard once it has heard it: a judge is a function of messages. What it compares it computes
 //! itself, in integers and by a polynomial of its own, and not by what camwright's own nodes and the simulated machine do it with.
 
 mod alarms;
 mod feedback;
-mod heard;
 mod identity;
 mod motion;
+mod observed;
 mod report;
 mod time;
 
@@ -16,19 +16,19 @@ use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, Shutdown};
-use heard::{Ears, Facts, Heard};
+use observed::{Facts, Observed, Observer};
 pub use report::{Report, Verdict};
 use std::time::Duration;
 use thiserror::Error;
 
-/// How long endpoints and names of nodes may take to be known after the first message.
+/// Maximum time until endpoints and names of nodes are known after the first message.
 const DISCOVERY: Duration = Duration::from_secs(2);
-/// How long what belongs to the last tick may be on its way.
+/// Maximum delay of messages that belong to the last tick.
 const AFTERMATH: Duration = Duration::from_millis(300);
-/// How long a reset may take.
+/// Maximum time of a reset.
 const ANSWER: Duration = Duration::from_secs(10);
 
-/// Where progress is told.
+/// Receiver of progress texts.
 pub type Tell<'a> = &'a dyn Fn(&str);
 
 /// The axis that may be moved, and by how much (m or rad).
@@ -39,14 +39,14 @@ pub struct Moving {
     pub distance: f64,
 }
 
-/// What is to be done.
+/// Settings of a check.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// How long it listens.
+    /// Listening time.
     pub listen: Duration,
-    /// How long a machine may take to be heard.
+    /// Maximum time until the machine is heard.
     pub patience: Duration,
-    /// What may be moved; nothing without.
+    /// Permitted motion; `None`: nothing moves.
     pub moving: Option<Moving>,
 }
 
@@ -63,7 +63,7 @@ pub enum CheckError {
     Node(#[from] NodeError),
 }
 
-/// What came of it.
+/// Result of a check.
 #[derive(Debug)]
 pub struct Checked {
     pub report: Report,
@@ -77,7 +77,7 @@ pub struct Checked {
 /// No machine is heard, it is not free to be moved, DDS cannot start.
 pub fn check(args: &RosArgs, settings: &Settings, shutdown: &Shutdown, tell: Tell<'_>) -> Result<Checked, CheckError> {
     let node = Node::new(NodeOptions::new("check_machine", args)).map_err(NodeError::from)?;
-    let ears = Ears::default();
+    let ears = Observer::default();
     let subscriptions = ears.open(&node).map_err(NodeError::from)?;
     let spin = node.spin_in_thread().map_err(NodeError::from)?;
     let outcome = listen(&node, args, &ears, settings, shutdown, tell);
@@ -90,13 +90,13 @@ pub fn check(args: &RosArgs, settings: &Settings, shutdown: &Shutdown, tell: Tel
 fn listen(
     node: &Node,
     args: &RosArgs,
-    ears: &Ears,
+    ears: &Observer,
     settings: &Settings,
     shutdown: &Shutdown,
     tell: Tell<'_>,
 ) -> Result<Checked, CheckError> {
     tell("waiting for a machine");
-    let is_there = |heard: &Heard| heard.description.is_some() && heard.last().is_some();
+    let is_there = |heard: &Observed| heard.description.is_some() && heard.last().is_some();
     if ears.wait(settings.patience, |heard| is_there(heard).then_some(())).is_none()
         && ears.look(|heard| heard.description.is_none() && heard.last().is_none())
     {
@@ -108,7 +108,7 @@ fn listen(
         return Ok(Checked { report, interrupted: false });
     };
     report.machine.clone_from(&description.name);
-    let facts = Facts::of(&description);
+    let facts = Facts::from_description(&description);
     let target = match &settings.moving {
         None => None,
         Some(moving) => {
@@ -142,7 +142,7 @@ fn listen(
 /// M16: command is taken, and shared with the second sender that a travel is tried with.
 fn take_command(node: &Node, report: &mut Report) -> Result<Option<Command>, CheckError> {
     let options = TakeOptions { patience: ANSWER, ..TakeOptions::new("camwright check-machine").shared() };
-    match Command::take(node, &options) {
+    match Command::acquire(node, &options) {
         Ok(command) => {
             report.kept(16, "machine/take_command gives command to who asks first");
             Ok(Some(command))
@@ -156,8 +156,8 @@ fn take_command(node: &Node, report: &mut Report) -> Result<Option<Command>, Che
 }
 
 /// Judges everything that was heard.
-fn judge(node: &Node, ears: &Ears, facts: &Facts, report: &mut Report) {
-    // Topics overtake each other: what one tells of a tick that the others have not told yet is not looked at.
+fn judge(node: &Node, ears: &Observer, facts: &Facts, report: &mut Report) {
+    // Topics overtake each other: ticks that the other topics have not reported yet are ignored.
     let streams = ears.look(|heard| heard.streams.len());
     let _no_more = ears.wait(AFTERMATH, |_| None::<()>);
     let publishes_clock = node.publisher_count("/clock").is_ok_and(|count| count > 0);
@@ -171,11 +171,11 @@ fn judge(node: &Node, ears: &Ears, facts: &Facts, report: &mut Report) {
 }
 
 /// M30: a reset of a machine that has nothing to reset succeeds, and starts nothing.
-fn reset(node: &Node, ears: &Ears, obstacle: Option<String>, report: &mut Report) {
+fn reset(node: &Node, ears: &Observer, obstacle: Option<String>, report: &mut Report) {
     if let Some(obstacle) = obstacle {
         return report.not_seen(30, format!("machine/reset was not tried: {obstacle}"));
     }
-    let there = |heard: &Heard| heard.last().map(|news| news.setpoint_counts.clone());
+    let there = |heard: &Observed| heard.last().map(|news| news.setpoint_counts.clone());
     let answer = node.client::<Trigger>("machine/reset").and_then(|client| {
         client.wait_for_service(ANSWER)?;
         let (before, moved) = ears.look(|heard| {

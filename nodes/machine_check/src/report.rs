@@ -1,10 +1,10 @@
-//! What came out: clause by clause kept, broken or not seen.
+//! Result of a check: clause by clause kept, broken or not seen.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Pieces of evidence that are told of one clause; the rest is counted.
+/// Maximum number of reported pieces of evidence per clause; the rest is counted.
 const MAX_EVIDENCE: usize = 4;
 
 /// A clause: its number, what it is about, and what to do where it was not seen.
@@ -46,12 +46,12 @@ const CLAUSES: &[Clause] = &[
 struct Judged {
     kept: Vec<String>,
     broken: Vec<String>,
-    /// How often it was broken in the same way as what is told.
+    /// Number of further violations of the same kind.
     more: usize,
     why_unseen: Option<String>,
 }
 
-/// How a clause was found.
+/// Verdict on a clause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// It was looked at, and kept.
@@ -72,7 +72,7 @@ impl Verdict {
     }
 }
 
-/// What came out of a check.
+/// Result of a check.
 #[derive(Debug, Clone, Default)]
 pub struct Report {
     /// Name of the machine.
@@ -108,12 +108,12 @@ impl Report {
         }
     }
 
-    /// How often a clause was found broken so far.
+    /// Number of violations of a clause so far.
     pub(super) fn evidence(&self, clause: u8) -> usize {
         self.judged.get(&clause).map_or(0, |judged| judged.broken.len() + judged.more)
     }
 
-    /// How a clause was found.
+    /// Verdict on a clause.
     #[must_use]
     pub fn verdict(&self, clause: u8) -> Verdict {
         match self.judged.get(&clause) {
@@ -129,7 +129,7 @@ impl Report {
         CLAUSES.iter().map(|(number, ..)| *number).filter(|number| self.verdict(*number) == verdict).collect()
     }
 
-    fn told(&self, (number, _, how): &Clause) -> Vec<String> {
+    fn lines(&self, (number, _, how): &Clause) -> Vec<String> {
         let judged = self.judged.get(number).cloned().unwrap_or_default();
         match self.verdict(*number) {
             Verdict::Broken if judged.more > 0 => {
@@ -149,7 +149,7 @@ impl Report {
     pub fn json(&self) -> Value {
         let clauses = CLAUSES.iter().map(|clause| {
             let verdict = self.verdict(clause.0).word().to_lowercase();
-            json!({ "clause": format!("M{}", clause.0), "about": clause.1, "verdict": verdict, "evidence": self.told(clause) })
+            json!({ "clause": format!("M{}", clause.0), "about": clause.1, "verdict": verdict, "evidence": self.lines(clause) })
         });
         json!({
             "machine": self.machine,
@@ -166,7 +166,7 @@ impl fmt::Display for Report {
         for clause in CLAUSES {
             let (number, about, _) = clause;
             writeln!(f, "M{number:<3} {:<9} {about}", self.verdict(*number).word())?;
-            for line in self.told(clause) {
+            for line in self.lines(clause) {
                 writeln!(f, "               {line}")?;
             }
         }

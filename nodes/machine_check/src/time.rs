@@ -1,18 +1,18 @@
 //! M2, M3, M4, M7, M40 and M41: what the machine says against ticks and clock, in integers.
 
-use super::heard::{Facts, Heard, Joints, MAX_TICK, ns};
+use super::observed::{Facts, Joints, MAX_TICK, Observed, ns};
 use super::report::Report;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// What a rate of ticks may be off: as a share, and for the time that the first and the last message took.
+/// Tolerance of a tick rate: as a share, and for the delay of the first and the last message.
 const RATE: (f64, f64) = (0.01, 0.1);
 /// The shortest time in which a rate is judged.
 const SHORTEST: Duration = Duration::from_secs(2);
 
-pub(super) fn judge(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report) {
+pub(super) fn judge(heard: &Observed, facts: &Facts, publishes_clock: bool, report: &mut Report) {
     let Some(first) = heard.streams.first() else {
         return report.broken(3, "machine/stream was not heard, though other topics were");
     };
@@ -30,7 +30,7 @@ fn time_of(tick: u64, epoch_ns: i64, facts: &Facts) -> i128 {
 }
 
 /// M2: stamps of stream, inputs and alarms, the epoch, and the order of ticks.
-fn stamps(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
+fn stamps(heard: &Observed, facts: &Facts, epoch_ns: i64, report: &mut Report) {
     let before = report.evidence(2);
     let streams = heard.streams.iter().map(|said| ("machine/stream", said.tick, &said.stamp));
     let io = heard.io.iter().map(|said| ("machine/io", said.tick, &said.stamp));
@@ -52,7 +52,7 @@ fn stamps(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
             let (from, to) = (format!("{sec}.{nanosec:09}"), format!("{}.{:09}", now.sec, now.nanosec));
             report.broken(2, format!("the epoch goes from {from} to {to} at tick {}", after.tick));
         }
-        // The same tick is told again where a command is acknowledged.
+        // The same tick is repeated to acknowledge a command.
         if after.tick < before.tick {
             report.broken(2, format!("tick {} is told after tick {}", after.tick, before.tick));
         }
@@ -84,7 +84,7 @@ struct Step {
 }
 
 /// Steps of the joint states, counted from the first tick.
-fn steps(heard: &Heard, facts: &Facts) -> Vec<Step> {
+fn steps(heard: &Observed, facts: &Facts) -> Vec<Step> {
     let epoch_ns = heard.streams.first().map_or(0, |first| ns(&first.epoch));
     let tick = |stamp_ns: i64| (stamp_ns - epoch_ns).checked_div(facts.cycle_ns).unwrap_or(0);
     let step = |pair: &[Joints]| {
@@ -111,7 +111,7 @@ fn is_idle(said: &MachineStream) -> bool {
 }
 
 /// M3: every tick that is a multiple of the period, and every alarm at once.
-fn stream(heard: &Heard, facts: &Facts, report: &mut Report) {
+fn stream(heard: &Observed, facts: &Facts, report: &mut Report) {
     let before = report.evidence(3);
     for pair in heard.streams.windows(2) {
         let (from, to) = (pair[0].tick, pair[1].tick);
@@ -139,7 +139,7 @@ fn stream(heard: &Heard, facts: &Facts, report: &mut Report) {
     for pair in heard.streams.windows(2) {
         let [before, after] = pair else { continue };
         let is_over = |said: &MachineStream| said.motion == MachineStream::MOTION_STANDSTILL;
-        // What rested at one tick and has moved by the next one that is told began to move in between.
+        // An axis at rest at one tick and moving at the next reported one began to move in between.
         if is_over(before) && after.motion != before.motion && after.tick.saturating_sub(before.tick) > 1 {
             let moved = after.setpoint_counts != before.setpoint_counts;
             if moved {
@@ -164,7 +164,7 @@ fn stream(heard: &Heard, facts: &Facts, report: &mut Report) {
 }
 
 /// M4.
-fn credit(heard: &Heard, facts: &Facts, report: &mut Report) {
+fn credit(heard: &Observed, facts: &Facts, report: &mut Report) {
     let before = report.evidence(4);
     for said in &heard.streams {
         if said.credit_tick > said.tick.saturating_add(facts.delay) {
@@ -177,7 +177,7 @@ fn credit(heard: &Heard, facts: &Facts, report: &mut Report) {
 }
 
 /// M7: stamps of ticks, as evenly as they began. Where there is one a tick, one that is missing is a tick that is missing (M2).
-fn joint_states(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
+fn joint_states(heard: &Observed, facts: &Facts, epoch_ns: i64, report: &mut Report) {
     let before = report.evidence(7);
     let steps = steps(heard, facts);
     let (moving, resting) = (usual(&steps, true), usual(&steps, false));
@@ -208,7 +208,7 @@ fn joint_states(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report
 }
 
 /// M40 and M41.
-fn pace(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report) {
+fn pace(heard: &Observed, facts: &Facts, publishes_clock: bool, report: &mut Report) {
     let (Some(first), Some(last)) = (heard.streams.first(), heard.streams.last()) else { return };
     if heard.streams.iter().any(|said| said.pace == MachineStream::PACE_FAST) {
         report.not_seen(40, "the machine runs at pace fast");
@@ -242,10 +242,9 @@ fn pace(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report
     }
 }
 
-/// By how much the ticks gained on the clock (s). A message comes late where somebody else has the processor, and never early: so the message
-/// that came earliest for its tick counts, of the first quarter of what was heard and of the last; of a machine that gains evenly they lie three
-/// quarters of it apart.
-fn gained_s(heard: &Heard, facts: &Facts, began: Instant, first_tick: u64) -> f64 {
+/// Gain of the ticks on the clock (s). A message comes late on a busy processor, and never early: so the message that came earliest for its tick
+/// counts, in the first quarter and in the last; for a machine that gains evenly they are three quarters of the time apart.
+fn gained_s(heard: &Observed, facts: &Facts, began: Instant, first_tick: u64) -> f64 {
     let late_s = |(said, came): (&MachineStream, &Instant)| {
         came.duration_since(began).as_secs_f64() - said.tick.saturating_sub(first_tick) as f64 * facts.cycle_s()
     };

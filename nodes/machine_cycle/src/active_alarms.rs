@@ -1,4 +1,4 @@
-//! The alarms that are active, as `machine/alarms` tells them.
+//! Active alarms, as published on `machine/alarms`.
 
 use super::stream_state::StreamState;
 use camwright::machine::alarm::Alarm as CoreAlarm;
@@ -13,12 +13,12 @@ pub struct ActiveAlarms(Vec<CoreAlarm>);
 
 impl ActiveAlarms {
     /// Those of a machine that is taken up in the middle.
-    pub fn of(alarms: &[CoreAlarm]) -> Self {
+    pub fn from_alarms(alarms: &[CoreAlarm]) -> Self {
         Self(alarms.to_vec())
     }
 
     /// Takes a tick in; whether they are others now.
-    pub fn take(&mut self, report: &TickReport, state: &StreamState) -> bool {
+    pub fn update(&mut self, report: &TickReport, state: &StreamState) -> bool {
         if state.alarms_reset {
             self.0.clear();
         }

@@ -1,6 +1,6 @@
 //! Orders to door, chuck and part of a machine that is loaded.
 
-/// What is done to door, chuck and part.
+/// Order for door, chuck or part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AreaOrder {
     /// Open it, or close it.
@@ -25,8 +25,8 @@ impl AreaOrder {
         Self::ALL.iter().find(|(_, order)| *order == self).map_or("", |(name, _)| name)
     }
 
-    /// What a service asks for.
-    pub fn of_service(name: &str) -> Option<Self> {
+    /// Order of a service.
+    pub fn from_service(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, order)| *order)
     }
 

@@ -1,6 +1,6 @@
 //! Values that the cyclic thread and the rest of the node share without a message.
 
-use camwright_threads::drops::Drops;
+use camwright_threads::drops::DropCounter;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64};
 
 /// Commands that may wait for their tick.
@@ -16,7 +16,7 @@ pub struct Bounds {
     /// Messages of the recorder so far.
     pub recorder_messages: AtomicU64,
     /// Telemetry that was dropped.
-    pub drops: Drops,
+    pub drops: DropCounter,
     /// The node is ending.
     pub stop: AtomicBool,
     /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.

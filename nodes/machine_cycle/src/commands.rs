@@ -1,6 +1,6 @@
 //! Orders to the machine as messages, and back.
 
-use super::messages::{Order, TimedCommand};
+use super::messages::{MachineOrder, TimedCommand};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription, Scale};
 use camwright::simulation::MachineCommand;
@@ -35,7 +35,7 @@ pub fn checked(
     }
     let command = timed(message, machine)
         .ok_or_else(|| of(format!("no such order with target {target:?} and counts {counts} is known")))?;
-    if let Order::Machine(MachineCommand::Raise { number }) = command.order
+    if let MachineOrder::Machine(MachineCommand::Raise { number }) = command.order
         && AlarmKind::from_number(number).is_none()
     {
         return Err(of(format!("counts is {counts}, which is the number of no alarm")));
@@ -60,7 +60,7 @@ pub fn checked(
 /// Range of the counts of a command.
 fn count_bounds(message: &CommandMessage, machine: &MachineDescription) -> (i64, i64) {
     #[allow(clippy::cast_possible_truncation, reason = "forces of machines are far below 2^63 N")]
-    let force_n = || machine.axis(Axis::X).most_force().ceil() as i64;
+    let force_n = || machine.axis(Axis::X).maximum_force().ceil() as i64;
     match message.kind {
         CommandMessage::SET_HOME => {
             let reach = Axis::from_joint(&message.target).map_or(0, |axis| reach_counts(machine, axis));
@@ -90,10 +90,10 @@ pub fn timed(message: &CommandMessage, machine: &MachineDescription) -> Option<T
     Some(TimedCommand { sequence: message.sequence, tick: message.tick, order })
 }
 
-fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order> {
+fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<MachineOrder> {
     let counts = message.counts;
     let axis = || Axis::from_joint(&message.target);
-    Some(Order::Machine(match message.kind {
+    Some(MachineOrder::Machine(match message.kind {
         CommandMessage::SET_HOME => MachineCommand::SetHome { axis: axis()?, counts },
         CommandMessage::LOSE_HOME => MachineCommand::LoseHome { axis: axis()? },
         CommandMessage::ASK => MachineCommand::Ask { input: input_named(&message.target, machine)? },
@@ -104,9 +104,9 @@ fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order
         CommandMessage::PUSH => MachineCommand::Push { most_n: counts },
         CommandMessage::WATCH_FORCE => MachineCommand::WatchForce { most_n: counts },
         CommandMessage::ALARM => MachineCommand::Raise { number: u16::try_from(counts).ok()? },
-        CommandMessage::JOB_BEGIN => return Some(Order::JobBegin),
-        CommandMessage::JOB_END => return Some(Order::JobEnd),
-        CommandMessage::ATTEND => return Some(Order::Attend),
+        CommandMessage::JOB_BEGIN => return Some(MachineOrder::JobBegin),
+        CommandMessage::JOB_END => return Some(MachineOrder::JobEnd),
+        CommandMessage::ATTEND => return Some(MachineOrder::Attend),
         _ => return None,
     }))
 }
@@ -115,10 +115,10 @@ fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order
 pub fn message(command: &TimedCommand, machine: &MachineDescription) -> CommandMessage {
     let joint = |axis: Axis| axis.joint().to_owned();
     let (kind, target, counts) = match command.order {
-        Order::JobBegin => (CommandMessage::JOB_BEGIN, String::new(), 0),
-        Order::JobEnd => (CommandMessage::JOB_END, String::new(), 0),
-        Order::Attend => (CommandMessage::ATTEND, String::new(), 0),
-        Order::Machine(order) => match order {
+        MachineOrder::JobBegin => (CommandMessage::JOB_BEGIN, String::new(), 0),
+        MachineOrder::JobEnd => (CommandMessage::JOB_END, String::new(), 0),
+        MachineOrder::Attend => (CommandMessage::ATTEND, String::new(), 0),
+        MachineOrder::Machine(order) => match order {
             MachineCommand::SetHome { axis, counts } => (CommandMessage::SET_HOME, joint(axis), counts),
             MachineCommand::LoseHome { axis } => (CommandMessage::LOSE_HOME, joint(axis), 0),
             MachineCommand::Ask { input } => (CommandMessage::ASK, input_name(input, machine).to_owned(), 0),
@@ -156,7 +156,11 @@ mod tests {
             MachineCommand::WatchForce { most_n: 2 },
             MachineCommand::Raise { number: 301 },
         ];
-        let orders = orders.map(Order::Machine).into_iter().chain([Order::JobBegin, Order::JobEnd, Order::Attend]);
+        let orders = orders.map(MachineOrder::Machine).into_iter().chain([
+            MachineOrder::JobBegin,
+            MachineOrder::JobEnd,
+            MachineOrder::Attend,
+        ]);
         for (sequence, order) in (1..).zip(orders) {
             let command = TimedCommand { sequence, tick: 1000, order };
             assert_eq!(timed(&message(&command, &machine), &machine), Some(command));

@@ -4,12 +4,12 @@ use super::area_order::AreaOrder;
 use super::bounds::{Bounds, PENDING_COMMANDS};
 use super::faults::Faults;
 use super::keyframes::Keyframes;
-use super::messages::{Inbound, Order, Outbound, TimedCommand};
-use super::pacing::{Moment, Pace, Pacing, Slip, Step};
+use super::messages::{Inbound, MachineOrder, Outbound, TimedCommand};
+use super::pacing::{CycleTime, Pace, Pacing, Slip, Step};
 use super::partners::Partners;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, Severity};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::buffer::{SetpointBuffer, Supply};
 use camwright::simulation::fault::Fault;
 use camwright::simulation::tick_report::{MotionState, TickReport};
@@ -27,9 +27,9 @@ use std::time::{Duration, Instant};
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
-/// How long the chunk after a lost one may take at pace fast: it is on its way already, if there is one.
+/// Maximum delay of the chunk after a lost one at pace fast: it is already on its way, if there is one.
 const AFTER_A_LOSS: Duration = Duration::from_millis(500);
-/// How long the stop of a node that ends follows the clock; the rest of it is executed at once.
+/// Time in which the stop of an ending node follows the clock; the rest of it is executed at once.
 const ENDING: Duration = Duration::from_millis(800);
 /// Waits of one cycle before the first tick that are measured.
 const JITTER_TRIALS: u32 = 500;
@@ -38,7 +38,7 @@ const LONGEST_STOP_TICKS: u64 = 20_000;
 
 /// The cyclic thread's own state.
 #[derive(Debug)]
-pub struct Ticker {
+pub struct CyclicLoop {
     pub machine: Machine,
     pub buffer: SetpointBuffer,
     pace: Pace,
@@ -57,12 +57,12 @@ pub struct Ticker {
     pub losing: u32,
     pub lost: Option<Instant>,
     pub state: StreamState,
-    /// What outlives the run, as it was told last.
-    told: LastingState,
+    /// Persistent state as it was last published.
+    told: PersistentState,
     pub last_report: Option<TickReport>,
-    /// What was done to door, chuck or part, until a tick has shown it.
+    /// Result of an order for door, chuck or part, until a tick has reported it.
     pub area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
-    /// How the last reset went, until a tick has shown it.
+    /// Result of the last reset, until a tick has reported it.
     pub reset_done: Option<Result<(), ResetRefused>>,
     pub active: bool,
     pub job_running: bool,
@@ -70,13 +70,13 @@ pub struct Ticker {
     pub partners: Partners,
 }
 
-// What is answered is answered before a tick is over; the rest is who drives it, and what it has told.
-camwright::kept!(Ticker { machine, buffer, commands, faults, losing, state, job_running } on {
+// Requests are answered before a tick is over; the rest are the caller's handles and published values.
+camwright::snapshot!(CyclicLoop { machine, buffer, commands, faults, losing, state, job_running } on {
     pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, told, last_report, area_done, reset_done,
     active, keyframes, partners,
 });
 
-impl Ticker {
+impl CyclicLoop {
     pub fn new(
         machine: Machine,
         pace: Pace,
@@ -130,13 +130,13 @@ impl Ticker {
             injected::point("machine cycle");
             let is_addressed = self.receive();
             self.halt_at_rest();
-            self.look_after_recorder(Instant::now());
+            self.check_recorder(Instant::now());
             if !self.active {
                 self.pacing.suspend();
                 self.wait_inactive(waker);
                 deadline = Instant::now();
             } else if self.outbound.free() < 64 {
-                // The pump is behind; what it has to tell is more important than the next tick.
+                // The pump is behind; its messages are more important than the next tick.
                 std::thread::yield_now();
                 deadline = deadline.max(Instant::now());
             } else {
@@ -151,7 +151,7 @@ impl Ticker {
         }
         // What a job that was not finished took off the wheel.
         if *self.machine.lasting() != self.told {
-            self.tell_lasting();
+            self.publish_persistent();
         }
     }
 
@@ -196,7 +196,7 @@ impl Ticker {
     }
 
     fn run_realtime(&mut self, began: Instant, is_addressed: bool, waker: &Waker) {
-        let moment = Moment {
+        let moment = CycleTime {
             monotonic_ns: i64::try_from(began.elapsed().as_nanos()).unwrap_or(i64::MAX),
             system_ns: system_time_ns(),
             tick: self.machine.tick(),
@@ -264,8 +264,8 @@ impl Ticker {
         self.buffer.supply(self.machine.tick() + 1 + ahead) == Supply::Dense
     }
 
-    /// What outlives the run has changed.
-    pub fn tell_lasting(&mut self) {
+    /// Publishes the persistent state if it has changed.
+    pub fn publish_persistent(&mut self) {
         self.told = *self.machine.lasting();
         self.send(Outbound::Lasting(self.told));
     }
@@ -274,7 +274,7 @@ impl Ticker {
     fn come_to_rest(&mut self, waker: &Waker) {
         self.end_motion();
         let (latest, soon) = (self.machine.tick() + LONGEST_STOP_TICKS, Instant::now() + ENDING);
-        // One tick at least, which tells the alarm.
+        // One tick at least, which reports the alarm.
         loop {
             let now = Instant::now();
             if now < soon && (self.pace == Pace::Realtime || self.outbound.free() < 64) {
@@ -320,7 +320,7 @@ impl Ticker {
         has_work && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
     }
 
-    /// Whether the next tick has to wait until the recorder has caught up.
+    /// Returns whether the next tick waits until the recorder has caught up.
     pub fn is_held_by_recorder(&self) -> bool {
         self.pace == Pace::Fast && self.partners.waits_for_recorder(&self.bounds) && self.is_beyond_recorder()
     }
@@ -331,7 +331,7 @@ impl Ticker {
         self.machine.tick() + 1 > recorded.saturating_add(self.recorder_window)
     }
 
-    /// Setpoints that got lost are not waited for, but what comes after them is for a while: it tells that they are lost.
+    /// Returns whether lost setpoints are given up: the loop waits for a while for the chunk after them, which proves the loss.
     fn is_given_up(&self) -> bool {
         self.lost.is_some_and(|since| self.losing > 0 || since.elapsed() > AFTER_A_LOSS)
     }
@@ -339,7 +339,7 @@ impl Ticker {
     /// A job begins with this tick, or an order lies ahead of a stream that has not begun: its first setpoints are still on their
     /// way, and must not find their ticks executed.
     fn awaits_stream(&self, next: u64) -> bool {
-        let begins = |c: &TimedCommand| matches!(c.order, Order::JobBegin) && c.tick <= next;
+        let begins = |c: &TimedCommand| matches!(c.order, MachineOrder::JobBegin) && c.tick <= next;
         let is_ahead = |c: &TimedCommand| self.buffer.is_spent() && c.tick > next;
         !self.buffer.has_setpoints() && self.commands.iter().flatten().any(|c| begins(c) || is_ahead(c))
     }
@@ -357,7 +357,7 @@ impl Ticker {
         let is_quiet = self.is_quiet(&report);
         self.last_report = Some(report);
         if self.machine.lasting().dress_count != self.told.dress_count {
-            self.tell_lasting();
+            self.publish_persistent();
         }
         self.update_bounds(next);
         if is_quiet {
@@ -431,29 +431,29 @@ impl Ticker {
         for index in 0..PENDING_COMMANDS {
             let Some(command) = self.commands[index].filter(|command| command.tick <= tick) else { continue };
             match command.order {
-                Order::Machine(order) if count < self.now.len() => {
+                MachineOrder::Machine(order) if count < self.now.len() => {
                     self.now[count] = order;
                     count += 1;
                 }
                 // More than four orders of one tick: the rest follows in the next.
-                Order::Machine(_) => continue,
-                Order::JobBegin => {
+                MachineOrder::Machine(_) => continue,
+                MachineOrder::JobBegin => {
                     self.job_running = true;
                     self.state.job_tick = tick;
                     self.machine.begin_job();
                     self.faults.begin_job(tick);
                 }
-                Order::JobEnd => {
+                MachineOrder::JobEnd => {
                     self.faults.end_job();
                     self.state.job_tick = 0;
                     if std::mem::take(&mut self.job_running) {
                         self.machine.count_part();
-                        self.tell_lasting();
+                        self.publish_persistent();
                         self.send(Outbound::JobEnded);
                     }
                 }
                 // Takes effect when it comes, and never waits here.
-                Order::Attend => {}
+                MachineOrder::Attend => {}
             }
             self.commands[index] = None;
         }

@@ -15,13 +15,13 @@ const WAITING: usize = 32;
 #[derive(Debug)]
 pub struct Faults {
     now: [Option<Fault>; AT_ONCE],
-    /// By their tick of the next job, its first being 1.
+    /// Faults by their tick of the next job, its first being 1.
     of_next_job: [Option<(u64, Fault)>; WAITING],
-    /// By their tick, of the job that runs.
+    /// Faults by their tick, of the running job.
     timed: [Option<(u64, Fault)>; WAITING],
 }
 
-camwright::kept!(Faults { now, of_next_job, timed } on {});
+camwright::snapshot!(Faults { now, of_next_job, timed } on {});
 
 impl Default for Faults {
     fn default() -> Self {

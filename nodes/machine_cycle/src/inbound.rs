@@ -1,9 +1,9 @@
-//! What the cyclic thread takes between two ticks: chunks, commands, faults, resets, parts, and who works door and chuck.
+//! Inputs of the cyclic thread between two ticks: chunks, commands, faults, resets, parts, and orders for door and chuck.
 
 use super::area_order::AreaOrder;
 use super::bounds::PENDING_COMMANDS;
-use super::cyclic_loop::Ticker;
-use super::messages::{Inbound, Order, Outbound, Taken, TimedCommand};
+use super::cyclic_loop::CyclicLoop;
+use super::messages::{Inbound, MachineOrder, Outbound, Taken, TimedCommand};
 use super::part::{BarRefused, LobeRefused};
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, NO_TICK};
@@ -14,16 +14,16 @@ use camwright_files::convert::setpoints::ChunkBuffer;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-impl Ticker {
+impl CyclicLoop {
     /// Handles the messages that have come, in their order. Returns whether there was one.
     pub fn receive(&mut self) -> bool {
         let mut is_addressed = false;
         while let Some(message) = self.inbound.receive() {
             is_addressed = true;
             match message {
-                Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
-                Inbound::NoChunk(writer) => self.take_no_chunk(writer),
-                Inbound::Command(writer, command) => self.take_command(writer, command),
+                Inbound::Chunk(writer, chunk) => self.apply_chunk(writer, chunk),
+                Inbound::NoChunk(writer) => self.skip_chunk(writer),
+                Inbound::Command(writer, command) => self.apply_command(writer, command),
                 Inbound::Fault(asked) => {
                     self.faults.add(asked.fault, asked.job_tick);
                     self.taken(Taken::Fault(asked));
@@ -52,11 +52,11 @@ impl Ticker {
                     self.send(Outbound::BarDone(outcome, bar));
                 }
                 Inbound::Snapshot(mut snapshot) => {
-                    snapshot.take(&self.machine);
+                    snapshot.update(&self.machine);
                     self.send(Outbound::Snapshot(snapshot));
                 }
                 Inbound::Outline(mut outline) => {
-                    outline.take(&self.machine);
+                    outline.update(&self.machine);
                     self.send(Outbound::Outline(outline));
                 }
                 Inbound::Area(order) => self.work_area(order),
@@ -67,12 +67,12 @@ impl Ticker {
                 Inbound::Judge(is_good) => {
                     self.taken(Taken::Judge(is_good));
                     self.machine.judge_part(is_good);
-                    self.tell_lasting();
+                    self.publish_persistent();
                 }
                 Inbound::ResetShift => {
                     self.taken(Taken::ResetShift);
                     self.machine.reset_shift();
-                    self.tell_lasting();
+                    self.publish_persistent();
                 }
                 Inbound::Active(active) => self.set_active(active),
                 Inbound::Blocked(limit_s) => self.raise_outside(AlarmKind::FeedbackBlocked, limit_s),
@@ -83,7 +83,7 @@ impl Ticker {
         is_addressed
     }
 
-    /// Told in its order, so that who computes the run again gives it in the same tick.
+    /// Reports an input in its order, so that a recomputation of the run applies it in the same tick.
     pub fn taken(&mut self, taken: Taken) {
         self.send(Outbound::Taken(taken));
     }
@@ -94,7 +94,7 @@ impl Ticker {
         self.buffer.close();
     }
 
-    fn take_chunk(&mut self, writer: [u8; 16], chunk: Box<ChunkBuffer>) {
+    fn apply_chunk(&mut self, writer: [u8; 16], chunk: Box<ChunkBuffer>) {
         if self.state.has_holder && self.state.holder != writer {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
             let holder = self.state.holder;
@@ -136,8 +136,8 @@ impl Ticker {
         }
     }
 
-    /// What came in the place of a chunk and is none: refused like one that cannot be followed.
-    fn take_no_chunk(&mut self, writer: [u8; 16]) {
+    /// Rejects a malformed chunk like one that cannot be followed.
+    fn skip_chunk(&mut self, writer: [u8; 16]) {
         self.taken(Taken::NoChunk(writer));
         if self.state.has_holder && self.state.holder != writer {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
@@ -147,7 +147,7 @@ impl Ticker {
         }
     }
 
-    fn take_command(&mut self, writer: [u8; 16], command: TimedCommand) {
+    fn apply_command(&mut self, writer: [u8; 16], command: TimedCommand) {
         self.taken(Taken::Command(writer, command));
         if self.state.has_holder && self.state.holder != writer {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
@@ -162,7 +162,7 @@ impl Ticker {
             self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
             return;
         }
-        if command.order == Order::Attend {
+        if command.order == MachineOrder::Attend {
             self.partners.attends = self.buffer.is_spent() && !self.is_stopped_by_alarm();
             return self.acknowledge(command.sequence);
         }
@@ -171,7 +171,7 @@ impl Ticker {
             self.machine.raise(AlarmKind::LateCommand, (executed + 1 - command.tick) as f64, 0.0);
             return;
         }
-        if let Order::Machine(MachineCommand::SetHome { axis, counts }) = command.order {
+        if let MachineOrder::Machine(MachineCommand::SetHome { axis, counts }) = command.order {
             self.buffer.schedule_home(command.tick, axis, counts);
         }
         let Some(place) = self.commands.iter_mut().find(|place| place.is_none()) else {
@@ -187,11 +187,11 @@ impl Ticker {
         self.state.commands_received = sequence;
         self.state.news = true;
         // The sender waits for this before it sends setpoints beyond the command's tick.
-        self.tell_receipt();
+        self.publish_receipt();
     }
 
-    /// Tells the stream at once that a command arrived, without executing a tick.
-    pub fn tell_receipt(&mut self) {
+    /// Publishes the receipt of a command in the stream at once, without executing a tick.
+    pub fn publish_receipt(&mut self) {
         if let Some(report) = self.last_report {
             self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
             self.state.news = false;

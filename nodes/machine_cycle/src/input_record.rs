@@ -1,8 +1,8 @@
 //! Recorded inputs of the machine, as messages and back.
 
-use super::lasting_record::LastingRecord;
-use super::output_digest::{Told, of_chunk};
+use super::output_digest::{RangeDigest, chunk_digest};
 use super::part::{RawBar, RawLobe};
+use super::persistent_record::PersistentRecord;
 use camwright::machine::alarm::AlarmKind;
 use camwright_files::convert::setpoints::ChunkBuffer;
 use camwright_files::digest;
@@ -11,7 +11,7 @@ use camwright_msgs::camwright_msgs::msg::{MachineInput, PartLobe};
 use camwright_msgs::camwright_msgs::srv::{InjectFaultRequest, LoadLobeRequest};
 use serde::{Deserialize, Serialize};
 
-/// What a run begins with.
+/// Start of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BeginRecord {
@@ -20,7 +20,7 @@ pub struct BeginRecord {
     /// Version of the program, for people: whether another computes otherwise is seen when it does.
     pub version: String,
     pub machine_hash: String,
-    pub lasting: LastingRecord,
+    pub lasting: PersistentRecord,
 }
 
 /// Form of the inputs: it grows when what they say or how they are taken becomes something else, so that they cannot be taken again.
@@ -29,7 +29,7 @@ pub const FORMAT: u32 = 1;
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 pub fn chunk_message(writer: [u8; 16], chunk: &ChunkBuffer) -> MachineInput {
-    let (number, digest) = (chunk.first_tick, of_chunk(chunk));
+    let (number, digest) = (chunk.first_tick, chunk_digest(chunk));
     MachineInput { kind: MachineInput::CHUNK, writer, number, digest, ..MachineInput::default() }
 }
 
@@ -44,12 +44,12 @@ pub fn bar_message(bar: &RawBar) -> MachineInput {
 }
 
 /// A digest as a message.
-pub fn digest_message(told: &Told) -> MachineInput {
+pub fn digest_message(told: &RangeDigest) -> MachineInput {
     let (number, digest) = (told.job_ticks, told.digest);
     MachineInput { kind: MachineInput::DIGEST, number, digest, ..MachineInput::default() }
 }
 
-/// What counts of a request for a lobe. What else it says of it is not looked at, and so may be more or less than a request says today.
+/// Relevant part of a request for a lobe. Other fields are ignored, so a request may have more or fewer fields than today.
 #[derive(Debug, Deserialize)]
 struct LobeRecord {
     clear: bool,
@@ -65,7 +65,7 @@ struct RawOutline {
     key_way: f64,
 }
 
-/// The lobe that a message tells.
+/// Lobe of a message.
 pub fn lobe_of(message: &MachineInput) -> Result<RawLobe, String> {
     let LobeRecord { clear, lobe } = record(&message.content)?;
     let RawOutline { name, station, width, key_way } = lobe;
@@ -74,7 +74,7 @@ pub fn lobe_of(message: &MachineInput) -> Result<RawLobe, String> {
     Ok(RawLobe::new(LoadLobeRequest { clear, lobe }))
 }
 
-/// The alarm that a message tells, and its value.
+/// Alarm of a message, and its value.
 pub fn alarm_of(message: &MachineInput) -> Result<(AlarmKind, f64), String> {
     let kind = u16::try_from(message.number).ok().and_then(AlarmKind::from_number);
     let kind = kind.ok_or_else(|| format!("there is no alarm {}", message.number))?;
@@ -87,7 +87,7 @@ pub fn alarm_of(message: &MachineInput) -> Result<(AlarmKind, f64), String> {
 /// # Errors
 /// A message that CDR cannot carry.
 pub fn check(message: &MachineInput) -> Result<u64, String> {
-    digest::of_message(&MachineInput { check: 0, ..message.clone() })
+    digest::message_digest(&MachineInput { check: 0, ..message.clone() })
 }
 
 /// The record that a text is.
@@ -100,12 +100,12 @@ pub fn version_of(begin: &MachineInput) -> Option<String> {
     record::<BeginRecord>(&begin.content).ok().map(|begun| begun.version)
 }
 
-/// What is asked for by an emergency stop that is pressed or released.
+/// Fault request of an emergency stop that is pressed or released.
 pub fn estop_request(pressed: bool) -> InjectFaultRequest {
     InjectFaultRequest { fault: "estop".to_owned(), active: pressed, ..InjectFaultRequest::default() }
 }
 
-/// What an input is called in the messages' own words.
+/// Name of a kind of input in messages.
 pub fn kind_name(kind: u8) -> &'static str {
     match kind {
         MachineInput::BEGIN => "BEGIN",

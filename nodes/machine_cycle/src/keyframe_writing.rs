@@ -1,16 +1,16 @@
 //! Keyframes of the cyclic thread: when one is due, and its writing.
 
-use super::cyclic_loop::Ticker;
+use super::cyclic_loop::CyclicLoop;
 use super::keyframes::{Keyframes, MAX_MOVING, Room, SLACK};
 use super::messages::Outbound;
-use camwright::math::snapshot::{Kept, Tape};
+use camwright::math::snapshot::{Snapshot, SnapshotCodec};
 
-impl Ticker {
+impl CyclicLoop {
     /// With keyframes from now on.
     pub fn with_keyframes(mut self, keyframes: Keyframes) -> Self {
         self.keyframes = keyframes;
         if self.keyframes.period_s > 0.0 {
-            self.keyframes.room = Some(Room::of(0));
+            self.keyframes.room = Some(Room::with_size(0));
             self.keyframes.due = self.keyframes.ticks();
         }
         self.measure_keyframe();
@@ -19,13 +19,13 @@ impl Ticker {
 
     /// A part was taken: there is room for it. Called where allocating is allowed, at rest.
     pub fn measure_keyframe(&mut self) {
-        let mut tape = Tape::measuring();
-        if self.keyframes.period_s <= 0.0 || self.keep(&mut tape).is_err() {
+        let mut codec = SnapshotCodec::measuring();
+        if self.keyframes.period_s <= 0.0 || self.snapshot(&mut codec).is_err() {
             return;
         }
-        self.keyframes.size = tape.octets();
-        if let Some(room) = self.keyframes.room.as_mut().filter(|room| room.octets.len() < tape.octets() + SLACK) {
-            *room = Room::of(tape.octets());
+        self.keyframes.size = codec.octets();
+        if let Some(room) = self.keyframes.room.as_mut().filter(|room| room.octets.len() < codec.octets() + SLACK) {
+            *room = Room::with_size(codec.octets());
         }
     }
 
@@ -40,9 +40,9 @@ impl Ticker {
             return;
         }
         let Some(mut room) = self.keyframes.room.take() else { return };
-        let mut tape = Tape::writing(&mut room.octets);
-        let written = self.keep(&mut tape);
-        room.written = written.map(|()| tape.octets()).map_err(|error| (error, tape.place()));
+        let mut codec = SnapshotCodec::writing(&mut room.octets);
+        let written = self.snapshot(&mut codec);
+        room.written = written.map(|()| codec.octets()).map_err(|error| (error, codec.place()));
         let ticks = self.keyframes.ticks().max(1);
         self.keyframes.due = (tick / ticks + 1).saturating_mul(ticks);
         self.send(Outbound::Keyframe(room));

@@ -5,7 +5,7 @@
 //! the room back.
 
 use super::pacing::Pace;
-use camwright::math::snapshot::{Place, TapeError};
+use camwright::math::snapshot::{FieldPath, SnapshotError};
 
 /// Form of the state: it grows with every change of what a keyframe holds, and only the same form can be read.
 pub const FORM: u32 = 1;
@@ -29,15 +29,15 @@ pub fn ticks_between(size: usize, period_s: f64, cycle_s: f64) -> u64 {
     (periods * (period_s / cycle_s).round()).max(1.0) as u64
 }
 
-/// What a keyframe is written into.
+/// Buffer of a keyframe.
 #[derive(Debug)]
 pub struct Room {
     pub(super) octets: Vec<u8>,
-    pub(super) written: Result<usize, (TapeError, Place)>,
+    pub(super) written: Result<usize, (SnapshotError, FieldPath)>,
 }
 
 impl Room {
-    pub(super) fn of(size: usize) -> Box<Self> {
+    pub(super) fn with_size(size: usize) -> Box<Self> {
         Box::new(Self { octets: vec![0; size + SLACK], written: Ok(0) })
     }
 
@@ -53,8 +53,8 @@ impl Room {
     }
 
     /// The same for the next one, larger where there was no room.
-    pub fn again(mut self: Box<Self>) -> Box<Self> {
-        if matches!(self.written, Err((TapeError::NoRoom, _))) {
+    pub fn reset(mut self: Box<Self>) -> Box<Self> {
+        if matches!(self.written, Err((SnapshotError::NoRoom, _))) {
             self.octets.resize(2 * self.octets.len(), 0);
         }
         self

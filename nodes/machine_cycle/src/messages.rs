@@ -1,4 +1,4 @@
-//! What passes between the cyclic thread and the rest of the node.
+//! Messages between the cyclic thread and the rest of the node.
 
 use super::area_order::AreaOrder;
 use super::keyframes::Room;
@@ -7,7 +7,7 @@ use super::pacing::Slip;
 use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
 use super::stream_state::StreamState;
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::buffer::ChunkError;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::tick_report::TickReport;
@@ -21,14 +21,14 @@ use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 pub struct TimedCommand {
     pub sequence: u32,
     pub tick: u64,
-    pub order: Order,
+    pub order: MachineOrder,
 }
 
-camwright::kept!(TimedCommand { sequence, tick, order } on {});
+camwright::snapshot!(TimedCommand { sequence, tick, order } on {});
 
-/// What a command does.
+/// Effect of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Order {
+pub enum MachineOrder {
     Machine(MachineCommand),
     JobBegin,
     #[default]
@@ -37,14 +37,14 @@ pub enum Order {
     Attend,
 }
 
-camwright::kept_cases!(Order { 0 Machine(command), 1 JobBegin, 2 JobEnd, 3 Attend });
+camwright::snapshot_cases!(MachineOrder { 0 Machine(command), 1 JobBegin, 2 JobEnd, 3 Attend });
 
 /// To the cyclic thread.
 #[derive(Debug)]
 pub enum Inbound {
     /// A chunk, from this writer.
     Chunk([u8; 16], Box<ChunkBuffer>),
-    /// What is no chunk, from this writer.
+    /// A malformed chunk from this writer.
     NoChunk([u8; 16]),
     Command([u8; 16], TimedCommand),
     Fault(Box<AskedFault>),
@@ -54,12 +54,12 @@ pub enum Inbound {
     Snapshot(Box<Snapshot>),
     Outline(Box<Outline>),
     Area(AreaOrder),
-    /// Where the loader says it is; `lost`: it has ceased to say anything.
+    /// Position of the loader; `lost`: it has fallen silent.
     Loader {
         inside: bool,
         lost: bool,
     },
-    /// What the last part was found to be.
+    /// Judgement of the last part.
     Judge(bool),
     ResetShift,
     Active(bool),
@@ -80,7 +80,7 @@ pub struct AskedFault {
     pub request: InjectFaultRequest,
 }
 
-/// What the cyclic thread has taken, besides what it answers with what it was given: chunks and raw parts.
+/// Input applied by the cyclic thread, besides the chunks and raw parts that it returns.
 #[derive(Debug)]
 pub enum Taken {
     NoChunk([u8; 16]),
@@ -113,7 +113,7 @@ pub enum Outbound {
     Snapshot(Box<Snapshot>),
     Outline(Box<Outline>),
     AreaDone(AreaOrder, Result<(), LoadingRefused>),
-    /// A chunk was refused; the pump tells and drops it.
+    /// A refused chunk; the pump reports and drops it.
     Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
     /// A second writer sent a chunk; the holder stays.
     SecondWriter {
@@ -128,7 +128,7 @@ pub enum Outbound {
     Slip(Slip),
     /// The job that was begun has ended; the part may be looked at.
     JobEnded,
-    Lasting(LastingState),
-    /// The state after the last tick that was told.
+    Lasting(PersistentState),
+    /// State after the last reported tick.
     Keyframe(Box<Room>),
 }

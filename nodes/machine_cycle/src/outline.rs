@@ -5,7 +5,7 @@ use camwright_files::convert::m_from_mm;
 
 /// Radii of a lobe: half a degree.
 const LOBE_AZIMUTHS: usize = 720;
-/// Of a turned part, and places along it.
+/// Azimuths of a turned part, and positions along it.
 const TURNED_AZIMUTHS: usize = 90;
 const TURNED_COLUMNS: usize = 13;
 
@@ -28,7 +28,7 @@ pub struct Outline {
 
 impl Outline {
     /// Room for a lobe, or for the part of a lathe.
-    pub fn of(lobe: usize, is_lathe: bool) -> Box<Self> {
+    pub fn for_lobe(lobe: usize, is_lathe: bool) -> Box<Self> {
         let (columns, radii) = match is_lathe {
             true => (TURNED_COLUMNS, TURNED_COLUMNS * TURNED_AZIMUTHS),
             false => (1, LOBE_AZIMUTHS),
@@ -38,7 +38,7 @@ impl Outline {
     }
 
     /// Copies the part as it stands, into the room there is.
-    pub fn take(&mut self, machine: &Machine) {
+    pub fn update(&mut self, machine: &Machine) {
         self.tick = machine.tick();
         self.key_way_rad = machine.key_way_rad();
         self.places_mm.clear();
@@ -59,7 +59,7 @@ impl Outline {
         }
     }
 
-    /// So many radii at equal steps of a turn, or all of them where they are fewer. What does not fit stays out.
+    /// Copies at most `most` radii at equal steps of a turn, or all of them if there are fewer.
     fn copy(&mut self, radii_mm: &[f64], most: usize) {
         let room = self.radii_mm.capacity() - self.radii_mm.len();
         let count = radii_mm.len().min(most).min(room);
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_into_the_room_stays_out() {
-        let mut outline = Outline::of(3, false);
+        let mut outline = Outline::for_lobe(3, false);
         assert!(outline.sections().is_empty(), "nothing was taken yet");
         let radii: Vec<f64> = (0..3600).map(f64::from).collect();
         outline.places_mm.push(80.0);
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(outline.radii_mm.len(), LOBE_AZIMUTHS);
         let sections = outline.sections();
         assert_eq!((sections[0].0, sections[0].1[1], sections.len()), (m_from_mm(80.0), m_from_mm(5.0), 1));
-        let mut few = Outline::of(0, false);
+        let mut few = Outline::for_lobe(0, false);
         few.places_mm.push(0.0);
         few.copy(&radii[..16], LOBE_AZIMUTHS);
         assert_eq!(few.radii_mm, radii[..16], "an outline with fewer radii is taken whole");

@@ -8,12 +8,12 @@ use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::setpoints::ChunkBuffer;
 use camwright_files::digest::Digest;
 
-/// Ticks between two digests that are told: one second at 1 ms.
+/// Ticks between two published digests: one second at 1 ms.
 const PERIOD_TICKS: u64 = 1000;
 
-/// A digest that is told.
+/// Published digest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Told {
+pub struct RangeDigest {
     /// The last tick in it.
     pub tick: u64,
     /// Ticks of the job in it; 0 where no job runs.
@@ -30,17 +30,17 @@ pub struct OutputDigest {
 }
 
 impl OutputDigest {
-    /// Takes a tick in. Told are a job's first digest, its last when it is over, and that of every second.
-    pub fn take(&mut self, report: &TickReport, state: &StreamState) -> [Option<Told>; 2] {
+    /// Adds a tick. Published are a job's first digest, its last when it is over, and that of every second.
+    pub fn add(&mut self, report: &TickReport, state: &StreamState) -> [Option<RangeDigest>; 2] {
         let mut over = None;
         if state.job_tick != self.job_tick {
             if self.job_tick != 0 {
-                over = Some(self.told(report.tick - 1));
+                over = Some(self.range_digest(report.tick - 1));
             }
             *self = Self { digest: Digest::default(), job_tick: state.job_tick };
         }
-        self.add(report);
-        let told = self.told(report.tick);
+        self.add_report(report);
+        let told = self.range_digest(report.tick);
         let count = if told.job_ticks > 0 { told.job_ticks } else { told.tick };
         let is_due = count.is_multiple_of(PERIOD_TICKS) || told.job_ticks == 1;
         [over, is_due.then_some(told)]
@@ -56,9 +56,9 @@ impl OutputDigest {
         (self.digest.value(), self.job_tick)
     }
 
-    fn told(&self, tick: u64) -> Told {
+    fn range_digest(&self, tick: u64) -> RangeDigest {
         let job_ticks = if self.job_tick == 0 { 0 } else { tick + 1 - self.job_tick };
-        Told { tick, job_ticks, digest: self.digest.value() }
+        RangeDigest { tick, job_ticks, digest: self.digest.value() }
     }
 
     /// Ticks are counted from the job's first, where there is one: also what an alarm says of its tick is the same in another run.
@@ -66,7 +66,7 @@ impl OutputDigest {
         tick.wrapping_sub(self.job_tick)
     }
 
-    fn add(&mut self, report: &TickReport) {
+    fn add_report(&mut self, report: &TickReport) {
         let digest = &mut self.digest;
         for axis in &report.axes {
             digest.word(axis.setpoint_counts.cast_unsigned());
@@ -135,7 +135,7 @@ fn input_word(input: Input) -> u64 {
 }
 
 /// The digest of a chunk's points, by which the chunk that the machine took is found among those that were sent.
-pub fn of_chunk(chunk: &ChunkBuffer) -> u64 {
+pub fn chunk_digest(chunk: &ChunkBuffer) -> u64 {
     let mut digest = Digest::default();
     let mut add = |setpoint: &Setpoint| {
         setpoint.counts.iter().for_each(|counts| digest.word(counts.cast_unsigned()));

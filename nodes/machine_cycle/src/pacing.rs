@@ -20,7 +20,7 @@ pub const REST_BATCH_TICKS: u64 = 5;
 /// Ticks without credit and without a message before ticks are made up for: longer than a message is under way.
 const QUIET_TICKS: u32 = 200;
 
-/// How ticks follow each other.
+/// Pace of the ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
     /// With the wall clock; a missing setpoint is an underrun.
@@ -29,9 +29,9 @@ pub enum Pace {
     Fast,
 }
 
-/// What the cycle sees before a tick.
+/// State of the clock and of the inputs before a tick.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment {
+pub struct CycleTime {
     /// Time that nobody sets (ns).
     pub monotonic_ns: i64,
     /// Time of the system clock since 1970 (ns).
@@ -46,7 +46,7 @@ pub struct Moment {
     pub rests: bool,
 }
 
-/// What is to be done.
+/// Next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// Execute the next tick, which is so late (ns).
@@ -116,14 +116,14 @@ impl Pacing {
     }
 
     /// Lateness of the next wake-up against the system clock (ns); negative: it is not due yet.
-    pub fn behind_ns(&self, moment: &Moment) -> i64 {
+    pub fn behind_ns(&self, moment: &CycleTime) -> i64 {
         let next = moment.tick.saturating_add(1);
         let is_batch = moment.rests && self.mode == Mode::OnTime;
         let due = if is_batch { next.next_multiple_of(REST_BATCH_TICKS) } else { next };
         moment.system_ns.saturating_sub(self.clock.ns(due))
     }
 
-    pub fn next(&mut self, moment: &Moment) -> Step {
+    pub fn next(&mut self, moment: &CycleTime) -> Step {
         let cycle_ns = i64::from(self.clock.cycle_time_ns);
         let behind_ns = self.behind_ns(moment);
         let resumes = std::mem::take(&mut self.resumes);
@@ -148,7 +148,7 @@ impl Pacing {
     }
 
     /// Goes from one mode to another.
-    fn judge(&mut self, moment: &Moment, behind_ns: i64, resumes: bool) {
+    fn judge(&mut self, moment: &CycleTime, behind_ns: i64, resumes: bool) {
         let slip_ns = SLIP_TICKS * i64::from(self.clock.cycle_time_ns);
         let is_late = behind_ns > slip_ns;
         self.mode = match self.mode {
@@ -191,7 +191,7 @@ impl Pacing {
     }
 
     /// A tick is about to be executed.
-    fn executed(&mut self, moment: &Moment, cycle_ns: i64) {
+    fn executed(&mut self, moment: &CycleTime, cycle_ns: i64) {
         self.last_ns = moment.monotonic_ns;
         if let Mode::Behind { quiet_ticks, .. } = &mut self.mode {
             if *quiet_ticks > 0 {
@@ -217,7 +217,7 @@ mod tests {
     /// A cycle whose clocks go on as it waits, with the ticks that it executed and the slips that it reported.
     struct Bench {
         pacing: Pacing,
-        moment: Moment,
+        moment: CycleTime,
         slips: Vec<Slip>,
         withheld: u32,
     }
@@ -225,8 +225,14 @@ mod tests {
     impl Bench {
         fn new() -> Self {
             let clock = TickClock { epoch_ns: EPOCH_NS, cycle_time_ns: 1_000_000 };
-            let moment =
-                Moment { monotonic_ns: 0, system_ns: EPOCH_NS, tick: 0, is_idle: true, has_room: false, rests: false };
+            let moment = CycleTime {
+                monotonic_ns: 0,
+                system_ns: EPOCH_NS,
+                tick: 0,
+                is_idle: true,
+                has_room: false,
+                rests: false,
+            };
             Self { pacing: Pacing::new(clock), moment, slips: Vec::new(), withheld: 0 }
         }
 

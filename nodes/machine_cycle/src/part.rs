@@ -18,10 +18,10 @@ pub struct RawLobe {
     pub name: String,
     pub station: String,
     pub width_mm: f64,
-    /// Of the part, as every lobe of it says.
+    /// Angle of the part's keyway, the same for every lobe.
     pub key_way_rad: f64,
     pub radii_mm: Vec<f64>,
-    /// How it was asked for.
+    /// Request of the lobe.
     pub request: LoadLobeRequest,
 }
 
@@ -32,7 +32,7 @@ pub struct RawBar {
     pub part_zero_mm: f64,
     /// Gone once the machine has it.
     pub part: Option<TurnedPart>,
-    /// How it was asked for.
+    /// Request of the bar.
     pub request: LoadBarRequest,
 }
 
@@ -54,7 +54,7 @@ pub struct SnapshotLobe {
     pub station: String,
     pub width_mm: f64,
     pub radii_mm: Vec<f64>,
-    /// What the wheel did to every degree of it; none where nobody knows.
+    /// Process values at every degree; `None` if they are unknown.
     pub cut: Option<CutRecord>,
 }
 
@@ -109,7 +109,7 @@ impl RawLobe {
             machine.clear_part();
         }
         let radii = std::mem::take(&mut self.radii_mm);
-        machine.set_key_way(self.key_way_rad);
+        machine.set_keyway(self.key_way_rad);
         machine.load_lobe(&self.name, &self.station, self.width_mm, radii).map_err(LobeRefused::Part)
     }
 }
@@ -146,7 +146,7 @@ pub fn clamp_bar(machine: &mut Machine, request: LoadBarRequest) -> Result<(), S
 
 impl Snapshot {
     /// Copies the part as it stands.
-    pub fn take(&mut self, machine: &Machine) {
+    pub fn update(&mut self, machine: &Machine) {
         self.tick = machine.tick();
         self.key_way_rad = machine.key_way_rad();
         let stations = &machine.description().stations;

@@ -5,7 +5,7 @@ use camwright_threads::silence::Silence;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How long a recorder that is heard may stay behind at pace fast: a slow disk may take its time.
+/// Maximum delay of a present recorder at pace fast: a slow disk may need it.
 const BEHIND: Duration = Duration::from_secs(10);
 /// Longest silence unless a node says otherwise.
 const USUAL: Duration = Duration::from_millis(2500);
@@ -51,10 +51,10 @@ impl Partners {
 
     /// The holder of command has sent something.
     pub fn sender_is_heard(&mut self) {
-        self.sender.heard();
+        self.sender.reset();
     }
 
-    /// Whether ticks wait for the recorder.
+    /// Returns whether ticks wait for the recorder.
     pub fn waits_for_recorder(&self, bounds: &Bounds) -> bool {
         bounds.recording.load(Ordering::Acquire) && !self.is_recording_lost
     }

@@ -4,18 +4,18 @@ use super::active_alarms::ActiveAlarms;
 use super::area_order::AreaOrder;
 use super::bounds::Bounds;
 use super::commands;
-use super::cyclic_loop::Ticker;
+use super::cyclic_loop::CyclicLoop;
 use super::faults::asked_fault;
 use super::input_record::{BeginRecord, FORMAT, alarm_of, lobe_of, record};
 use super::keyframes::FORM as FORM_OF_KEYFRAMES;
 use super::messages::{Inbound, Outbound};
-use super::output_digest::{OutputDigest, Told};
+use super::output_digest::{OutputDigest, RangeDigest};
 use super::pacing::Pace;
 use super::part::RawBar;
 use super::stream_state::StreamState;
 use camwright::machine::description::MachineDescription;
-use camwright::machine::persistent_state::LastingState;
-use camwright::math::snapshot::{Kept, Tape};
+use camwright::machine::persistent_state::PersistentState;
+use camwright::math::snapshot::{Snapshot, SnapshotCodec};
 use camwright::simulation::Machine;
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::setpoints::ChunkBuffer;
@@ -26,32 +26,32 @@ use std::sync::Arc;
 /// Messages between two ticks that the rings hold; what comes out is taken after each one that goes in.
 const RING: usize = 1024;
 
-/// What a tick put out.
+/// Output of a tick.
 #[derive(Debug, Clone)]
 pub struct Ticked {
     pub report: TickReport,
     /// Alarms that are active after it.
     pub alarms: Arc<ActiveAlarms>,
-    /// Digests told with it.
-    pub told: [Option<Told>; 2],
+    /// Digests published with it.
+    pub told: [Option<RangeDigest>; 2],
 }
 
 /// The machine, run again.
-pub struct MachineAgain {
-    ticker: Ticker,
+pub struct MachineReplay {
+    ticker: CyclicLoop,
     inlet: Sender<Inbound>,
     reports: Receiver<Outbound>,
     alarms: Arc<ActiveAlarms>,
     digest: OutputDigest,
 }
 
-impl std::fmt::Debug for MachineAgain {
+impl std::fmt::Debug for MachineReplay {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("MachineAgain").field("digest", &self.digest).finish_non_exhaustive()
     }
 }
 
-impl MachineAgain {
+impl MachineReplay {
     /// The machine as a run began.
     ///
     /// # Errors
@@ -67,16 +67,16 @@ impl MachineAgain {
         if begun.machine_hash != description.hash {
             return Err("the machine that began is not the one that the bag describes".to_owned());
         }
-        let machine = Machine::new(description.clone(), LastingState::from(&begun.lasting));
-        Ok(Self::of(machine.map_err(|error| error.to_string())?))
+        let machine = Machine::new(description.clone(), PersistentState::from(&begun.lasting));
+        Ok(Self::from_machine(machine.map_err(|error| error.to_string())?))
     }
 
     /// A machine that has not begun.
-    pub fn of(machine: Machine) -> Self {
+    pub fn from_machine(machine: Machine) -> Self {
         let waker = Waker::default();
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &waker);
-        let ticker = Ticker::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
+        let ticker = CyclicLoop::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
         Self { ticker, inlet, reports, alarms: Arc::default(), digest: OutputDigest::default() }
     }
 
@@ -92,15 +92,15 @@ impl MachineAgain {
         if head.form != FORM_OF_KEYFRAMES {
             return Err(format!("its state is of form {}; this program reads form {FORM_OF_KEYFRAMES}", head.form));
         }
-        let machine = Machine::new(description.clone(), LastingState::new(description));
-        let mut again = Self::of(machine.map_err(|error| error.to_string())?);
-        again.follow(&mut Tape::reading(state))?;
+        let machine = Machine::new(description.clone(), PersistentState::new(description));
+        let mut again = Self::from_machine(machine.map_err(|error| error.to_string())?);
+        again.follow(&mut SnapshotCodec::reading(state))?;
         let (tick, job_tick) = (again.ticker.machine.tick(), again.ticker.state.job_tick);
         if tick != head.tick || job_tick != head.job_tick || job_tick > tick {
             return Err(format!("its state is of tick {tick} and of the job that began with tick {job_tick}"));
         }
         again.digest = OutputDigest::from(head.digest, job_tick);
-        again.alarms = Arc::new(ActiveAlarms::of(again.ticker.machine.alarms()));
+        again.alarms = Arc::new(ActiveAlarms::from_alarms(again.ticker.machine.alarms()));
         Ok(again)
     }
 
@@ -108,9 +108,9 @@ impl MachineAgain {
     ///
     /// # Errors
     /// Where it cannot be gone through, and why.
-    pub fn follow(&mut self, tape: &mut Tape<'_>) -> Result<(), String> {
-        let followed = self.ticker.keep(tape).and_then(|()| tape.end());
-        followed.map_err(|error| format!("{}: {error}", tape.place()))
+    pub fn follow(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), String> {
+        let followed = self.ticker.snapshot(codec).and_then(|()| codec.end());
+        followed.map_err(|error| format!("{}: {error}", codec.place()))
     }
 
     /// Writes the state down.
@@ -118,10 +118,10 @@ impl MachineAgain {
     /// # Errors
     /// As for [`MachineAgain::follow`].
     pub fn state(&mut self) -> Result<Vec<u8>, String> {
-        let mut measured = Tape::measuring();
+        let mut measured = SnapshotCodec::measuring();
         self.follow(&mut measured)?;
         let mut state = vec![0; measured.octets()];
-        self.follow(&mut Tape::writing(&mut state))?;
+        self.follow(&mut SnapshotCodec::writing(&mut state))?;
         Ok(state)
     }
 
@@ -129,7 +129,7 @@ impl MachineAgain {
     ///
     /// # Errors
     /// An input that cannot be read, or a chunk that is not at hand.
-    pub fn take(
+    pub fn apply(
         &mut self,
         input: &MachineInput,
         chunk: impl FnOnce(u64, u64) -> Result<ChunkBuffer, String>,
@@ -152,7 +152,7 @@ impl MachineAgain {
             MachineInput::LOBE => Inbound::Lobe(Box::new(lobe_of(input)?)),
             MachineInput::BAR => Inbound::Bar(Box::new(RawBar::new(record(&input.content)?)?)),
             MachineInput::WORK_AREA => {
-                let order = AreaOrder::of_service(&input.content);
+                let order = AreaOrder::from_service(&input.content);
                 Inbound::Area(order.ok_or_else(|| format!("{:?} works no part of the machine", input.content))?)
             }
             MachineInput::LOADER => Inbound::Loader { inside: input.number & 1 != 0, lost: input.number & 2 != 0 },
@@ -187,14 +187,14 @@ impl MachineAgain {
         self.ticker.tick();
         let (report, state) = self.drain()?;
         let mut alarms = ActiveAlarms::clone(&self.alarms);
-        if alarms.take(&report, &state) {
+        if alarms.update(&report, &state) {
             self.alarms = Arc::new(alarms);
         }
         let alarms = Arc::clone(&self.alarms);
-        Some(Ticked { report, alarms, told: self.digest.take(&report, &state) })
+        Some(Ticked { report, alarms, told: self.digest.add(&report, &state) })
     }
 
-    /// What was told: of it only the tick counts.
+    /// Published tick: only the tick itself counts.
     fn drain(&mut self) -> Option<(TickReport, StreamState)> {
         let mut ticked = None;
         while let Some(report) = self.reports.receive() {

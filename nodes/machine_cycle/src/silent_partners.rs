@@ -4,7 +4,7 @@
 //! takes it at the same tick.
 
 use super::bounds::PENDING_COMMANDS;
-use super::cyclic_loop::Ticker;
+use super::cyclic_loop::CyclicLoop;
 use super::messages::Taken;
 use super::partners::Partners;
 use super::stream_state::StreamState;
@@ -13,7 +13,7 @@ use camwright_threads::silence::HEARTBEAT;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-impl Ticker {
+impl CyclicLoop {
     /// With another limit of silence.
     pub fn with_silence_limit(mut self, limit: Duration) -> Self {
         self.partners = Partners::new(limit);
@@ -39,14 +39,14 @@ impl Ticker {
         }
         if self.partners.repeated.elapsed() >= HEARTBEAT {
             self.partners.repeated = Instant::now();
-            self.tell_receipt();
+            self.publish_receipt();
         }
     }
 
     /// A tick is executed: nobody is waited for.
     pub fn nobody_is_waited_for(&mut self, now: Instant) {
-        self.partners.sender.look_at(now);
-        self.partners.sender.heard();
+        self.partners.sender.check(now);
+        self.partners.sender.reset();
         self.partners.repeated = now;
     }
 
@@ -60,7 +60,7 @@ impl Ticker {
     }
 
     /// Looks after the recorder. One that is lost is not waited for until it has caught up.
-    pub fn look_after_recorder(&mut self, now: Instant) {
+    pub fn check_recorder(&mut self, now: Instant) {
         let is_held = self.is_held_by_recorder();
         let is_behind = self.is_beyond_recorder();
         let partners = &mut self.partners;
@@ -69,15 +69,15 @@ impl Ticker {
         let recorded_tick = self.bounds.recorded_tick.load(Ordering::Acquire);
         if !is_recording || messages != partners.recorder_messages {
             partners.recorder_messages = messages;
-            partners.recorder.heard();
+            partners.recorder.reset();
             partners.is_recording_lost &= is_recording && is_behind;
         }
         if !is_held || recorded_tick != partners.recorded_tick {
             partners.recorded_tick = recorded_tick;
-            partners.behind.heard();
+            partners.behind.reset();
         }
-        let is_silent = partners.recorder.look_at(now);
-        let is_late = partners.behind.look_at(now);
+        let is_silent = partners.recorder.check(now);
+        let is_late = partners.behind.check(now);
         if is_silent || is_late {
             partners.is_recording_lost = true;
             let limit_s = if is_silent { partners.recorder.limit_s() } else { partners.behind.limit_s() };

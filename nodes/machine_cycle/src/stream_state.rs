@@ -1,6 +1,6 @@
 //! Stream state that the cyclic thread adds to the report of a tick.
 
-/// What the ticker adds to a report.
+/// State that the cyclic loop adds to a report.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StreamState {
     /// Machine commands received from the holder, in sequence.
@@ -9,16 +9,16 @@ pub struct StreamState {
     pub has_holder: bool,
     /// Who, by the GUID of its participant.
     pub holder: [u8; 16],
-    /// Something happened that the stream must tell at once.
+    /// True if the stream must be published at once.
     pub news: bool,
     /// First tick of the job that runs; 0: none does.
     pub job_tick: u64,
     /// Alarms were reset since the last tick.
     pub alarms_reset: bool,
-    /// No tick was executed: only the stream has something to tell.
+    /// True if no tick was executed and only the stream is published.
     pub only_stream: bool,
     /// No motion may begin: ticks are about to be made up for.
     pub no_credit: bool,
 }
 
-camwright::kept!(StreamState { commands_received, has_holder, holder, job_tick } on { news, alarms_reset, only_stream, no_credit });
+camwright::snapshot!(StreamState { commands_received, has_holder, holder, job_tick } on { news, alarms_reset, only_stream, no_credit });

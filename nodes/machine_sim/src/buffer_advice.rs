@@ -1,4 +1,4 @@
-//! How long the setpoint buffer should be on this computer: latency against robustness, said in figures.
+//! Recommended length of the setpoint buffer on this computer: latency against robustness, in figures.
 //!
 //! The buffer (`feedback_delay_ticks`) must outlast the longest pause of the machine's cycle and of the interpolator's,
 //! and both ways of a message. A longer one lets motion survive a busy computer; feedback (probes, spark-out, holds) is

@@ -48,8 +48,8 @@ impl ClockOutlet {
         Ok(Self { node: node.clone(), publisher: None, others, is_silent: false, _watch: watch })
     }
 
-    /// Tells the time, if it is for this node to tell.
-    pub(super) fn tell(&mut self, time: Time) -> Result<(), RosError> {
+    /// Publishes the time, if this node owns the clock.
+    pub(super) fn publish(&mut self, time: Time) -> Result<(), RosError> {
         let own = self.publisher.as_ref().map(Publisher::guid);
         let ahead = self.others.lock().unwrap_or_else(PoisonError::into_inner).ahead_of(own);
         match (&ahead, self.is_silent) {

@@ -1,10 +1,10 @@
-//! What `/diagnostics` says of the machine: its alarms, how its cycle keeps time, setpoints on their way, drives, wheel and gauge.
+//! Diagnostics of the machine: its alarms, the timing of its cycle, pending setpoints, drives, wheel and gauge.
 //!
 //! Each status is about the last second: a level goes up as soon as something is near its bound, and down again when it is not.
 
 use super::buffer_advice::{BufferAdvice, US_PER_MS};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::math::units::{rpm_from_rad_s, um_from_mm};
 use camwright::simulation::tick_report::TickReport;
 use camwright_machine_cycle::bounds::Bounds;
@@ -16,7 +16,7 @@ use camwright_ros::{Diagnostics, Node, diagnostic_status};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Shares of a bound from which on something is told: as a warning, as an error.
+/// Shares of a bound at which a warning and an error begin.
 const NEAR: (f64, f64) = (0.7, 0.9);
 /// Shares of the feedback delay below which setpoints come late.
 const LATE: (f64, f64) = (0.2, 0.05);
@@ -26,9 +26,9 @@ const WORN: (f64, f64) = (0.1, 0.02);
 /// Time behind the system clock from which on stamps are too old (µs).
 const SLIPPED_US: i64 = 50_000;
 
-/// What was seen since the last report.
+/// Values since the last report.
 #[derive(Debug, Default)]
-struct Seen {
+struct LastSeen {
     /// Largest following error, as a share of that at which the drive trips.
     following: [f64; AXIS_COUNT],
     /// Largest force, as a share of what the drive has.
@@ -37,15 +37,15 @@ struct Seen {
     readings: u64,
     last_reading_mm: Option<f64>,
     is_before_a_lobe: bool,
-    lasting: Option<LastingState>,
+    lasting: Option<PersistentState>,
 }
 
-/// What the machine's threads tell about its health.
+/// Health reports of the machine's threads.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Health(Arc<Mutex<Seen>>);
+pub(super) struct Health(Arc<Mutex<LastSeen>>);
 
 impl Health {
-    fn seen(&self) -> MutexGuard<'_, Seen> {
+    fn seen(&self) -> MutexGuard<'_, LastSeen> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -57,7 +57,7 @@ impl Health {
             let speed = (told.velocity / description.limits.velocity).abs();
             let trips_at = (description.max_following_error * speed).max(description.min_following_error);
             let following = (told.following_error / trips_at).abs();
-            let force = (told.effort / description.most_force()).abs();
+            let force = (told.effort / description.maximum_force()).abs();
             let place = axis.index();
             seen.following[place] = seen.following[place].max(following);
             seen.force[place] = seen.force[place].max(force);
@@ -70,8 +70,8 @@ impl Health {
         }
     }
 
-    /// What outlives the run has changed.
-    pub(super) fn update(&self, lasting: &LastingState) {
+    /// Records a change of the persistent state.
+    pub(super) fn update(&self, lasting: &PersistentState) {
         self.seen().lasting = Some(*lasting);
     }
 
@@ -103,7 +103,7 @@ impl Health {
             if described.gauge.is_some() {
                 all.push(gauge(&seen));
             }
-            *seen = Seen { lasting: seen.lasting, ..Seen::default() };
+            *seen = LastSeen { lasting: seen.lasting, ..LastSeen::default() };
             all
         };
         Ok(node.diagnostics(&machine.name, report)?)
@@ -147,7 +147,7 @@ fn telemetry(dropped: u64, before: &mut u64) -> DiagnosticStatus {
     diagnostic_status(level, "telemetry", &message, &values)
 }
 
-/// How well stamps follow the system clock.
+/// Status of the stamps against the system clock.
 fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
     let (slips, behind_us) = (bounds.slips.load(Ordering::Relaxed), bounds.behind_us.load(Ordering::Relaxed));
     let slips_now = slips - std::mem::replace(slips_before, slips);
@@ -158,7 +158,7 @@ fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
     diagnostic_status(level, "clock", &message, &[("behind_us", behind_us.to_string()), ("slips", slips.to_string())])
 }
 
-/// How long before its use a setpoint is there.
+/// Status of the setpoint buffer: lead of a setpoint over its use.
 fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> DiagnosticStatus {
     let least = bounds.least_lead_ticks.swap(u64::MAX, Ordering::Relaxed);
     let ahead = u64::from(machine.feedback_delay_ticks);
@@ -173,8 +173,8 @@ fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> Diagn
     diagnostic_status(level, "setpoints", &message, &values)
 }
 
-/// How near the drives are to what they can do and to their trips.
-fn drives(seen: &Seen) -> DiagnosticStatus {
+/// Status of the drives: distance from their limits and trips.
+fn drives(seen: &LastSeen) -> DiagnosticStatus {
     let percent = |share: f64| format!("{:.0}", 100.0 * share);
     let most = |shares: &[f64; AXIS_COUNT]| shares.iter().copied().fold(0.0, f64::max);
     let level = above(most(&seen.following).max(most(&seen.force)), NEAR);
@@ -195,8 +195,8 @@ fn drives(seen: &Seen) -> DiagnosticStatus {
     diagnostic_status(level, "drives", &message, &values)
 }
 
-/// What is left of the wheel.
-fn wheel(seen: &Seen, machine: &MachineDescription) -> DiagnosticStatus {
+/// Status of the wheel: remaining radius.
+fn wheel(seen: &LastSeen, machine: &MachineDescription) -> DiagnosticStatus {
     let speed = ("speed_rpm", format!("{:.0}", rpm_from_rad_s(seen.wheel_rad_s)));
     let (Some(lasting), false) = (&seen.lasting, machine.is_lathe()) else {
         return diagnostic_status(DiagnosticStatus::OK, "wheel", "no wear is known of", &[speed]);
@@ -214,8 +214,8 @@ fn wheel(seen: &Seen, machine: &MachineDescription) -> DiagnosticStatus {
     diagnostic_status(level, "wheel", &message, &values)
 }
 
-/// What the gauge reads.
-fn gauge(seen: &Seen) -> DiagnosticStatus {
+/// Status of the gauge.
+fn gauge(seen: &LastSeen) -> DiagnosticStatus {
     let message = match (seen.readings, seen.is_before_a_lobe) {
         (0, _) => "no readings in the last second".to_owned(),
         (readings, _) => format!("{readings} readings in the last second"),

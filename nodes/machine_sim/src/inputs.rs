@@ -1,9 +1,9 @@
-//! What the machine was given, told in the order in which its cyclic thread took it: `machine/inputs`.
+//! Inputs of the machine, published in the order in which its cyclic thread applied them: `machine/inputs`.
 //!
 //! The cyclic thread only hands on what it took; tick and digests are made here, in the pump, which sees ticks and inputs in their order.
 
 use camwright::machine::description::MachineDescription;
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::time::TickClock;
 use camwright_files::record_text::record_text as text;
@@ -11,9 +11,9 @@ use camwright_machine_cycle::commands;
 use camwright_machine_cycle::input_record::{
     BeginRecord, FORMAT, VERSION, bar_message, check, chunk_message, digest_message, lobe_message,
 };
-use camwright_machine_cycle::lasting_record::LastingRecord;
 use camwright_machine_cycle::messages::{Outbound, Taken};
 use camwright_machine_cycle::output_digest::OutputDigest;
+use camwright_machine_cycle::persistent_record::PersistentRecord;
 use camwright_machine_cycle::stream_state::StreamState;
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use camwright_ros::{Node, Publisher, Qos, RosError};
@@ -38,28 +38,28 @@ impl InputOutlet {
         Ok(Self { publisher, machine, clock, sequence: 0, tick: 0, digest })
     }
 
-    pub(super) fn begin(&mut self, lasting: &LastingState) -> Result<(), RosError> {
+    pub(super) fn begin(&mut self, lasting: &PersistentState) -> Result<(), RosError> {
         let (version, machine_hash) = (VERSION.to_owned(), self.machine.hash.clone());
         let content =
-            text(&BeginRecord { format: FORMAT, version, machine_hash, lasting: LastingRecord::from(lasting) });
+            text(&BeginRecord { format: FORMAT, version, machine_hash, lasting: PersistentRecord::from(lasting) });
         self.publish(MachineInput { kind: MachineInput::BEGIN, content, ..MachineInput::default() })
     }
 
     /// A tick was executed.
     pub(super) fn tick(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
         self.tick = report.tick;
-        let told = self.digest.take(report, state);
+        let told = self.digest.add(report, state);
         told.into_iter().flatten().try_for_each(|told| self.publish(digest_message(&told)))
     }
 
-    /// Of which tick a keyframe is that comes now.
+    /// Tick and identity of the next keyframe.
     pub(super) fn head(&self) -> MachineKeyframe {
         let (digest, job_tick) = self.digest.parts();
         let (stamp, tick, sequence) = (self.clock.stamp(self.tick), self.tick, self.sequence);
         MachineKeyframe { stamp, tick, sequence, job_tick, digest, ..MachineKeyframe::default() }
     }
 
-    /// Tells what of a report of the cyclic thread was an input.
+    /// Publishes the inputs in a report of the cyclic thread.
     pub(super) fn see(&mut self, report: &Outbound) -> Result<(), RosError> {
         let message = match report {
             Outbound::Used(writer, chunk)

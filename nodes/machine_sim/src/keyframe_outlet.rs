@@ -20,8 +20,8 @@ impl KeyframeOutlet {
         Ok(Self { publisher, has_failed: false })
     }
 
-    /// Tells a state; `head` says of which tick. Nobody hears of it who is not there: it is of no use without what comes after it.
-    pub(super) fn tell(&mut self, head: MachineKeyframe, room: &Room, node: &Node) -> Result<(), RosError> {
+    /// Publishes a state; `head` has its tick. Late subscribers do not receive it: it is useless without the messages after it.
+    pub(super) fn publish(&mut self, head: MachineKeyframe, room: &Room, node: &Node) -> Result<(), RosError> {
         match room.state() {
             Ok(_) if self.publisher.matched() == 0 => Ok(()),
             Ok(state) => {

@@ -11,10 +11,10 @@ mod scene_outlet;
 mod work_area;
 
 use camwright::machine::description::MachineDescription;
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::Machine;
 use camwright::simulation::fault::{FAULTS, Fault};
-use camwright_authority::{Desk, OneSender};
+use camwright_authority::{CommandServer, OneSender};
 use camwright_files::convert::machine_description::description_message;
 use camwright_files::convert::setpoints::chunk_from_trajectory;
 use camwright_files::convert::time::TickClock;
@@ -23,7 +23,7 @@ use camwright_files::machine_file;
 use camwright_files::machine_state_file;
 use camwright_machine_cycle::bounds::Bounds;
 use camwright_machine_cycle::commands;
-use camwright_machine_cycle::cyclic_loop::Ticker;
+use camwright_machine_cycle::cyclic_loop::CyclicLoop;
 use camwright_machine_cycle::faults::asked_fault;
 use camwright_machine_cycle::input_record::estop_request;
 use camwright_machine_cycle::keyframes::Keyframes;
@@ -160,7 +160,7 @@ impl MachineSim {
 
     fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
         let node = Node::new(options)?;
-        let desk = Desk::new(&node, liveness::limit(&node))?;
+        let desk = CommandServer::new(&node, liveness::limit(&node))?;
         let LoadedMachine { file, state_file, machine, pace } = LoadedMachine::from_parameters(node.parameters())?;
         let lasting = *machine.lasting();
         let description = node.publisher("machine/description", &Qos::latched(1))?;
@@ -249,7 +249,7 @@ impl LoadedMachine {
         };
         let lasting_state = match &state_file {
             Some(path) => machine_state_file::load(path, &file.description).map_err(NodeError::file)?,
-            None => LastingState::new(&file.description),
+            None => PersistentState::new(&file.description),
         };
         let machine = Machine::new(file.description.clone(), lasting_state)
             .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
@@ -283,16 +283,16 @@ struct Setup {
 }
 
 impl Setup {
-    fn cycle(&self, machine: Machine, inbound: Receiver<Inbound>, outbound: Sender<Outbound>) -> Ticker {
+    fn cycle(&self, machine: Machine, inbound: Receiver<Inbound>, outbound: Sender<Outbound>) -> CyclicLoop {
         let period_s = keyframe_outlet::period_s(self.node.parameters());
         let keyframes = Keyframes::new(period_s, self.file.description.cycle_time_s(), self.pace);
-        Ticker::new(machine, self.pace, inbound, outbound, Arc::clone(&self.bounds), RECORDER_WINDOW)
+        CyclicLoop::new(machine, self.pace, inbound, outbound, Arc::clone(&self.bounds), RECORDER_WINDOW)
             .with_clock(self.clock)
             .with_keyframes(keyframes)
             .with_silence_limit(liveness::limit(&self.node))
     }
 
-    fn pump(&self, lasting: &LastingState) -> Result<Pump, NodeError> {
+    fn pump(&self, lasting: &PersistentState) -> Result<Pump, NodeError> {
         let (machine, is_fast) = (&self.file.description, self.pace == Pace::Fast);
         self.health.update(lasting);
         let rest_rate_hz = self.node.parameters().double(REST_RATE);
@@ -315,7 +315,7 @@ impl Setup {
     }
 
     /// Starts the cyclic thread. At pace fast it keeps no clock, and takes no priority from others.
-    fn start_cycle(&self, cycle: Ticker, threads: &mut Threads) -> Result<Realtime, NodeError> {
+    fn start_cycle(&self, cycle: CyclicLoop, threads: &mut Threads) -> Result<Realtime, NodeError> {
         let (waker, realtime) = (self.waker.clone(), Realtime::for_node(&self.node)?);
         let priority = (self.pace == Pace::Realtime).then(|| realtime.clone());
         threads.spawn(&self.node, "machine cycle", move || {
@@ -339,7 +339,7 @@ impl Setup {
         answers(&self.node, &self.inlet, &self.resets, &self.loads, state)
     }
 
-    fn offer_endpoints(&self, desk: &Arc<Desk>) -> Result<Endpoints, NodeError> {
+    fn offer_endpoints(&self, desk: &Arc<CommandServer>) -> Result<Endpoints, NodeError> {
         let (node, machine) = (&self.node, &self.file.description);
         let subscriptions = subscriptions(node, machine, self.clock, &self.inlet, &self.bounds, &self.waker, desk)?;
         let mut services = services(node, machine, &self.inlet, &self.resets, &self.loads)?;
@@ -402,7 +402,7 @@ fn subscriptions(
     inlet: &Inlet,
     bounds: &Arc<Bounds>,
     waker: &Waker,
-    desk: &Arc<Desk>,
+    desk: &Arc<CommandServer>,
 ) -> Result<Vec<Subscription>, NodeError> {
     let qos = Qos::default_topic().keep_last(1000);
     let (machine, logger, chunks, gate) = (description.clone(), node.logger().clone(), inlet.clone(), Arc::clone(desk));
@@ -507,7 +507,7 @@ struct StateOutlets {
 
 impl StateOutlets {
     /// Stores and publishes the state.
-    fn update(&mut self, state: &LastingState, node: &Node) {
+    fn update(&mut self, state: &PersistentState, node: &Node) {
         if let Some(Err(error)) = self.state_file.as_ref().map(|path| machine_state_file::store(path, state)) {
             node.log(Level::Error, &error.to_string());
         }
@@ -517,7 +517,7 @@ impl StateOutlets {
     }
 
     /// Publishes the machine again if its wheel can change.
-    fn publish_description(&self, state: &LastingState, node: &Node) {
+    fn publish_description(&self, state: &PersistentState, node: &Node) {
         let machine = &self.file.description;
         if machine.dresser.is_none() && machine.wheel.grinding_ratio.is_none() {
             return;
@@ -565,7 +565,7 @@ fn answers(
         Outbound::Used(_, chunk) => drop(chunk),
         Outbound::Taken(taken) => drop(taken),
         Outbound::Keyframe(room) => {
-            inlet.send(Inbound::Room(room.again()));
+            inlet.send(Inbound::Room(room.reset()));
         }
         Outbound::Slip(_) | Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
     }

@@ -15,7 +15,7 @@ pub(super) struct Loads {
 }
 
 impl Loads {
-    /// What the cyclic thread made of a raw part goes to who asked.
+    /// Passes the cyclic thread's result for a raw part to the client.
     pub(super) fn answer(&self, message: Outbound) {
         match message {
             Outbound::LobeDone(outcome, lobe) => {

@@ -9,7 +9,7 @@ use super::scene_outlet::SceneOutlet;
 use super::work_area::WorkAreaOutlet;
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::tick_report::{IoState, MotionState, TickReport};
 use camwright_files::convert::gauge::readings;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
@@ -28,7 +28,7 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_ros::liveness::Complaint;
 use camwright_ros::{Node, Publisher, Qos, RosError, Telemetry};
-use camwright_threads::drops::Drops;
+use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Receiver, Waker};
 use camwright_threads::supervised::injected;
 use std::time::{Duration, Instant};
@@ -40,9 +40,9 @@ const CLOCK_PERIOD_TICKS: u64 = 10;
 /// Depth of the joint state writer: what a late reader of a burst may still get.
 const JOINT_STATE_DEPTH: u32 = 2000;
 
-/// How long alarms and feedback are tried to be sent; then the machine comes to rest.
+/// Maximum time for sending alarms and feedback; then the machine comes to rest.
 const VITAL_LIMIT: Duration = Duration::from_secs(2);
-/// How long samples wait for room at pace fast before they are dropped; a sample that was sent renews it.
+/// Maximum wait of samples at pace fast before they are dropped; a sent sample renews it.
 const SAMPLE_PATIENCE: Duration = Duration::from_secs(1);
 
 /// The publishers of the machine.
@@ -68,7 +68,7 @@ impl Outlets {
         publishes_clock: bool,
         machine: &MachineDescription,
         clock: TickClock,
-        drops: &Drops,
+        drops: &DropCounter,
     ) -> Result<Self, RosError> {
         let samples = Qos::default_topic().keep_last(JOINT_STATE_DEPTH);
         let turned = || node.publisher("machine/turned_part", &Qos::latched(MAX_PAGES));
@@ -89,12 +89,12 @@ impl Outlets {
     }
 
     /// The machine begins, with what it remembers.
-    pub(super) fn begin(&mut self, lasting: &LastingState) -> Result<(), RosError> {
+    pub(super) fn begin(&mut self, lasting: &PersistentState) -> Result<(), RosError> {
         self.inputs.begin(lasting)
     }
 }
 
-/// What the pump knows besides the reports.
+/// State of the pump besides the reports.
 #[derive(Debug)]
 pub(super) struct Context {
     pub(super) health: Health,
@@ -105,7 +105,7 @@ pub(super) struct Context {
     /// The way into the cyclic thread.
     pub(super) inlet: Inlet,
     pub(super) is_fast: bool,
-    pub(super) drops: Drops,
+    pub(super) drops: DropCounter,
     /// Ticks between two joint states of a machine that rests and runs no job.
     pub(super) rest_period_ticks: u64,
 }
@@ -125,7 +125,7 @@ pub(super) struct Pump {
     skipped_tick: Option<u64>,
     /// Names of the part's lobes, in the machine's order.
     lobes: Vec<String>,
-    /// How long samples may still wait for room; spent on a subscriber that does not acknowledge.
+    /// Remaining wait of samples; spent on a subscriber that does not acknowledge.
     patience: Duration,
     complaint: Complaint,
 }
@@ -172,7 +172,7 @@ impl Pump {
                     }
                     Outbound::Keyframe(room) => {
                         let head = self.outlets.inputs.head();
-                        let outcome = self.outlets.keyframes.tell(head, &room, &self.context.node);
+                        let outcome = self.outlets.keyframes.publish(head, &room, &self.context.node);
                         answer(Outbound::Keyframe(room));
                         outcome
                     }
@@ -188,7 +188,7 @@ impl Pump {
                             Outbound::JobEnded => (0..self.lobes.len().max(1)).for_each(|lobe| self.scene.ask(lobe)),
                             Outbound::Lasting(state) => {
                                 let outcome = self.scene.mount(state.wheel_radius_mm);
-                                self.scene.told(outcome);
+                                self.scene.log_failure(outcome);
                             }
                             _ => {}
                         }
@@ -215,7 +215,7 @@ impl Pump {
         if lobe.clear {
             self.lobes.clear();
             let outcome = self.scene.clear();
-            self.scene.told(outcome);
+            self.scene.log_failure(outcome);
         }
         if outcome.is_ok() && !self.lobes.contains(&lobe.name) {
             self.lobes.push(lobe.name.clone());
@@ -237,10 +237,11 @@ impl Pump {
         sent.and(self.samples(report, state, &stamp))
     }
 
-    /// What others wait for: alarms, credit with receipts and edges, inputs, I/O. One that cannot be sent keeps no other back.
+    /// Publishes the messages that other nodes wait for: alarms, credit with receipts and edges, inputs, I/O. A failed one does not delay
+    /// the others.
     fn vital(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
         let mut sent = Ok(());
-        if self.active.take(report, state) {
+        if self.active.update(report, state) {
             sent = sent.and(self.alarms(report.tick));
         }
         if self.is_stream_due(report, state) || state.news || !self.latches.is_empty() {
@@ -251,12 +252,12 @@ impl Pump {
             let (stamp, tick) = (self.context.clock.stamp(report.tick), report.tick);
             let io = io_message(&report.io, &self.context.description);
             let told = self.outlets.io.publish(&MachineIo { stamp, tick, ..io });
-            // One that was not sent is told with the next tick.
+            // A message that was not sent is repeated with the next tick.
             self.last_io = told.is_ok().then_some(report.io);
             sent = sent.and(told);
         }
         if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
-            sent = sent.and(outlet.tell(state, report.tick, self.context.clock));
+            sent = sent.and(outlet.publish(state, report.tick, self.context.clock));
         }
         sent
     }
@@ -278,7 +279,7 @@ impl Pump {
         sent = sent.and(self.gauge(report));
         sent = sent.and(self.scene.tick(report, stamp, rest_ticks));
         if let Some(clock) = self.outlets.clock.as_mut().filter(|_| report.tick.is_multiple_of(CLOCK_PERIOD_TICKS)) {
-            sent = sent.and(clock.tell(stamp.clone()));
+            sent = sent.and(clock.publish(stamp.clone()));
         }
         sent
     }

@@ -15,8 +15,8 @@ use camwright_msgs::tf2_msgs::msg::TFMessage;
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Parameter, Publisher, Qos, RosError, Telemetry};
-use camwright_scene::{self as scene, Colour, Place, Tree};
-use camwright_threads::drops::Drops;
+use camwright_scene::{self as scene, Colour, MarkerPose, Tree};
+use camwright_threads::drops::DropCounter;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,8 @@ const OUTLINE_PERIOD: Duration = Duration::from_millis(250);
 const SLICED_PERIOD: Duration = Duration::from_secs(1);
 /// Messages of markers that a late viewer still gets, one marker in each.
 const MARKER_DEPTH: u32 = 256;
-/// After so many of them all that is drawn is told again: what changes often would push out what does not.
+/// Number of changed markers after which all markers are published again: frequent changes would push the others out of the
+/// queue.
 const TOLD_AGAIN: u32 = MARKER_DEPTH / 2;
 
 const PUBLISH_TF: &str = "publish_tf";
@@ -36,7 +37,7 @@ const STOCK: Colour = [0.72, 0.74, 0.78, 1.0];
 const GRIT: Colour = [0.62, 0.45, 0.30, 0.45];
 const LETTERS: f64 = 0.012;
 
-/// What is published for viewers.
+/// Publishers for viewers.
 #[derive(Debug)]
 pub(super) struct SceneOutlet {
     node: Node,
@@ -51,7 +52,7 @@ pub(super) struct SceneOutlet {
     _fixed: Option<Publisher<TFMessage>>,
     markers: Telemetry<MarkerArray>,
     outline: Telemetry<PartLobe>,
-    /// What is drawn, by namespace and number, and messages since all of it was told.
+    /// Markers by namespace and number, and the number of messages since all were published.
     drawn: BTreeMap<(String, i32), Marker>,
     since: u32,
     /// When an outline was asked for last, and whether it is still under way.
@@ -75,7 +76,7 @@ impl SceneOutlet {
         machine: &MachineDescription,
         wheel_radius_mm: f64,
         inlet: Inlet,
-        drops: &Drops,
+        drops: &DropCounter,
     ) -> Result<Self, NodeError> {
         let tree = Tree::new(machine, wheel_radius_mm, scene::frames_of(node, machine)?);
         let publishes_tf = node.parameters().bool(PUBLISH_TF);
@@ -107,7 +108,7 @@ impl SceneOutlet {
         Ok(outlet)
     }
 
-    /// Frame that positions of axes are told in.
+    /// Frame of reported axis positions.
     pub(super) fn base_frame(&self) -> &str {
         &self.tree.frames.base
     }
@@ -124,7 +125,7 @@ impl SceneOutlet {
         if self.machine.is_lathe() {
             return Ok(());
         }
-        let place = Place { frame: &self.tree.frames.wheel, ns: "wheel", id: 0 };
+        let place = MarkerPose { frame: &self.tree.frames.wheel, ns: "wheel", id: 0 };
         let (radius, width) = (m_from_mm(wheel_radius_mm), m_from_mm(self.machine.wheel.width_mm));
         let wheel = scene::wheel(place, radius, width, GRIT);
         self.draw(wheel)
@@ -152,7 +153,7 @@ impl SceneOutlet {
         self.states.publish(&self.state(report, stamp, position))
     }
 
-    /// What joint states have no room for: how far each axis is behind its setpoint.
+    /// State without a field in joint states: the lag of each axis behind its setpoint.
     fn state(&self, report: &TickReport, stamp: &Time, position: impl Fn(&str) -> f64) -> DynamicJointState {
         let of_axis = |axis: Axis| {
             let own = &report.axes[axis.index()];
@@ -171,7 +172,7 @@ impl SceneOutlet {
     /// Asks the cyclic thread what a lobe, or the part of a lathe, looks like.
     pub(super) fn ask(&mut self, lobe: usize) {
         self.asked = Instant::now();
-        self.is_asked = self.inlet.send(Inbound::Outline(Outline::of(lobe, self.machine.is_lathe())));
+        self.is_asked = self.inlet.send(Inbound::Outline(Outline::for_lobe(lobe, self.machine.is_lathe())));
     }
 
     /// The part was taken out.
@@ -179,7 +180,7 @@ impl SceneOutlet {
         let is_part = |ns: &str| matches!(ns, "stock" | "lobe");
         let part: Vec<(String, i32)> = self.drawn.keys().filter(|(ns, _)| is_part(ns)).cloned().collect();
         let frame = self.tree.frames.part.clone();
-        part.iter().try_for_each(|(ns, id)| self.draw(scene::gone(Place { frame: &frame, ns, id: *id })))
+        part.iter().try_for_each(|(ns, id)| self.draw(scene::gone(MarkerPose { frame: &frame, ns, id: *id })))
     }
 
     /// The part as the cyclic thread saw it; `name` is that of the lobe.
@@ -208,10 +209,10 @@ impl SceneOutlet {
         let id = |index: usize| i32::try_from(index).unwrap_or(i32::MAX);
         // Slice by slice: a part of one piece would be larger than a message should be.
         for (slice, sides) in slices.windows(2).enumerate() {
-            let place = Place { frame: &part, ns: "stock", id: id(outline.lobe + slice) };
+            let place = MarkerPose { frame: &part, ns: "stock", id: id(outline.lobe + slice) };
             self.draw(scene::solid(place, sides, STOCK))?;
         }
-        let place = Place { frame: &table, ns: "lobe", id: id(outline.lobe) };
+        let place = MarkerPose { frame: &table, ns: "lobe", id: id(outline.lobe) };
         match name.filter(|_| !self.drawn.contains_key(&(place.ns.to_owned(), place.id))) {
             Some(name) => {
                 let above = radii.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
@@ -238,7 +239,7 @@ impl SceneOutlet {
     }
 
     /// Says what could not be published.
-    pub(super) fn told(&self, outcome: Result<(), RosError>) {
+    pub(super) fn log_failure(&self, outcome: Result<(), RosError>) {
         if let Err(error) = outcome {
             self.node.logger().warn(&format!("what viewers see cannot be published: {error}"));
         }

@@ -1,7 +1,7 @@
 //! Door, chuck, part sensor and counters of the machine on the graph: services that work them, and what they show.
 
 use super::{Inlet, Waiting, pop, push};
-use camwright::machine::persistent_state::{LastingState, Tally};
+use camwright::machine::persistent_state::{PersistentState, TravelCount};
 use camwright::simulation::work_area::{LoadingRefused, WorkAreaState};
 use camwright_authority::OneSender;
 use camwright_files::convert::time::TickClock;
@@ -14,7 +14,7 @@ use camwright_ros::{Level, Node, Publisher, Qos, RosError, ServiceHandle, Subscr
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often it is looked whether the loader still says something.
+/// Period of the check for a silent loader.
 const LOADER_WATCH: Duration = Duration::from_millis(50);
 
 /// Requests that the cyclic thread has yet to answer.
@@ -33,7 +33,7 @@ impl AreaRequests {
     }
 }
 
-/// What of the machine's surroundings listens and answers.
+/// Subscriptions and services of the machine's surroundings.
 #[derive(Debug)]
 pub(super) struct Endpoints {
     pub(super) services: Vec<ServiceHandle>,
@@ -80,15 +80,15 @@ fn reset_shift(node: &Node, inlet: &Inlet) -> Result<ServiceHandle, RosError> {
 
 /// The loader as it was heard last.
 #[derive(Debug, Default)]
-struct Heard {
+struct LastContact {
     at: Option<Instant>,
     inside: bool,
     lost: bool,
 }
 
-/// Where the loader is, as it says itself; one that ceases to say anything is lost.
+/// Follows the position of the loader, as it reports it; a silent one counts as lost.
 fn watch_loader(node: &Node, inlet: &Inlet, timeout: Duration) -> Result<(Subscription, TimerHandle), RosError> {
-    let heard: Arc<Mutex<Heard>> = Arc::default();
+    let heard: Arc<Mutex<LastContact>> = Arc::default();
     let (of_messages, way) = (Arc::clone(&heard), inlet.clone());
     let (mut one_loader, listener) = (OneSender::new("loader/state", timeout), node.clone());
     let subscription = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |message, info| {
@@ -97,7 +97,7 @@ fn watch_loader(node: &Node, inlet: &Inlet, timeout: Duration) -> Result<(Subscr
         }
         let mut heard = of_messages.lock().unwrap_or_else(PoisonError::into_inner);
         let is_news = heard.at.is_none() || heard.inside != message.in_work_area || heard.lost;
-        *heard = Heard { at: Some(Instant::now()), inside: message.in_work_area, lost: false };
+        *heard = LastContact { at: Some(Instant::now()), inside: message.in_work_area, lost: false };
         if is_news {
             way.send(Inbound::Loader { inside: message.in_work_area, lost: false });
         }
@@ -126,8 +126,8 @@ impl WorkAreaOutlet {
         Ok(Self { publisher: node.publisher("machine/work_area", &Qos::latched(1))?, told: None })
     }
 
-    /// Tells what has changed.
-    pub(super) fn tell(&mut self, state: WorkAreaState, tick: u64, clock: TickClock) -> Result<(), RosError> {
+    /// Publishes a changed state.
+    pub(super) fn publish(&mut self, state: WorkAreaState, tick: u64, clock: TickClock) -> Result<(), RosError> {
         if self.told == Some(state) {
             return Ok(());
         }
@@ -151,7 +151,7 @@ impl WorkAreaOutlet {
 pub(super) struct CounterOutlet {
     node: Node,
     publisher: Publisher<MachineCounters>,
-    told: Option<(Tally, Tally)>,
+    told: Option<(TravelCount, TravelCount)>,
 }
 
 impl CounterOutlet {
@@ -159,14 +159,14 @@ impl CounterOutlet {
         Ok(Self { node: node.clone(), publisher: node.publisher("machine/counters", &Qos::latched(1))?, told: None })
     }
 
-    /// Tells what has changed.
-    pub(super) fn publish(&mut self, state: &LastingState) {
+    /// Publishes a changed state.
+    pub(super) fn publish(&mut self, state: &PersistentState) {
         let now = (state.life, state.shift);
         if self.told == Some(now) {
             return;
         }
         self.told = Some(now);
-        let counters = |tally: Tally| PartCounters { total: tally.total, good: tally.good, bad: tally.bad };
+        let counters = |tally: TravelCount| PartCounters { total: tally.total, good: tally.good, bad: tally.bad };
         let message =
             MachineCounters { stamp: self.node.now(), life: counters(state.life), shift: counters(state.shift) };
         if let Err(error) = self.publisher.publish(&message) {

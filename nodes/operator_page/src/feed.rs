@@ -1,6 +1,6 @@
 //! Feed of the viewers: waits for news of the cell and writes it as JSON.
 
-use super::known::Known;
+use super::cell_snapshot::CellSnapshot;
 use super::status::{Shape, Status};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// Shared by the subscriptions and by all viewers.
 #[derive(Debug, Default)]
 pub(super) struct Feed {
-    known: Mutex<Known>,
+    known: Mutex<CellSnapshot>,
     /// Grows with everything that was heard.
     version: Mutex<u64>,
     changed: Condvar,
@@ -20,11 +20,11 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Feed {
     pub(super) fn set_cell(&self, namespace: &str) {
-        self.hear(|known| namespace.clone_into(&mut known.cell));
+        self.update(|known| namespace.clone_into(&mut known.cell));
     }
 
     /// Takes something that was heard.
-    pub(super) fn hear(&self, take: impl FnOnce(&mut Known)) {
+    pub(super) fn update(&self, take: impl FnOnce(&mut CellSnapshot)) {
         take(&mut lock(&self.known));
         *lock(&self.version) += 1;
         self.changed.notify_all();
@@ -38,14 +38,14 @@ impl Feed {
     }
 
     /// The cell once `is_enough` was heard of it, or after so long as far as it was heard then.
-    pub(super) fn look(&self, most: Duration, is_enough: impl Fn(&Known) -> bool) -> Status {
+    pub(super) fn look(&self, most: Duration, is_enough: impl Fn(&CellSnapshot) -> bool) -> Status {
         let deadline = Instant::now() + most;
         let mut seen = 0;
         loop {
             let known = lock(&self.known);
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() || is_enough(&known) {
-                return Status::of(&known, Instant::now());
+                return Status::from_snapshot(&known, Instant::now());
             }
             drop(known);
             seen = self.wait_news(seen, left);
@@ -60,9 +60,9 @@ impl Feed {
     /// The status as JSON, and the shape where it is newer than what was seen of it.
     pub(super) fn events(&self, seen: &mut Option<u64>) -> (String, Option<String>) {
         let known = lock(&self.known);
-        let status = json(&Status::of(&known, Instant::now()));
+        let status = json(&Status::from_snapshot(&known, Instant::now()));
         let newest = Some(known.shape_version());
-        let shape = (*seen != newest).then(|| json(&Shape::of(&known)));
+        let shape = (*seen != newest).then(|| json(&Shape::from_snapshot(&known)));
         *seen = newest;
         (status, shape)
     }

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const MAX_HEAD: usize = 8192;
 /// Most header lines of it.
 const MAX_HEADERS: usize = 64;
-/// How long a request may take to arrive, and an answer to be taken.
+/// Maximum time for receiving a request, and for sending an answer.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Time between two events at least: faster nobody reads.
 const EVENT_PERIOD: Duration = Duration::from_millis(250);
@@ -92,7 +92,7 @@ fn accept(
             continue;
         };
         // Without a seat the connection is closed at once: those that were shut down have not ended yet.
-        let Some(seat) = seats.take(&stream) else { continue };
+        let Some(seat) = seats.occupy(&stream) else { continue };
         let connection = Connection { stream, address, feed: Arc::clone(feed), stop: Arc::clone(stop), seat };
         let started = supervisor.spawn("page viewer", move || connection.serve());
         // Without a thread the connection is closed, and the viewer asks again.
@@ -108,9 +108,9 @@ struct Connection {
     seat: Seat,
 }
 
-/// What a request asks for.
+/// Requested resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Wanted {
+enum Resource {
     Page,
     Snapshot,
     Events,
@@ -134,12 +134,12 @@ impl Connection {
         };
         self.seat.asks();
         match wanted(&head, self.address.ip().is_loopback()) {
-            Ok(Wanted::Page) => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
-            Ok(Wanted::Snapshot) => {
+            Ok(Resource::Page) => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
+            Ok(Resource::Snapshot) => {
                 let body = self.feed.snapshot();
                 self.reply("200 OK", "application/json", "", &body)
             }
-            Ok(Wanted::Events) => self.events(),
+            Ok(Resource::Events) => self.events(),
             Err(Refused(status, reason)) => self.refuse(status, reason),
         }
     }
@@ -204,7 +204,7 @@ fn read_head(stream: &mut TcpStream) -> Result<Vec<u8>, Refused> {
     }
 }
 
-fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted, Refused> {
+fn wanted(head: &[u8], on_loopback: bool) -> Result<Resource, Refused> {
     let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     match request.parse(head) {
@@ -228,9 +228,9 @@ fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted, Refused> {
         return Err(Refused("403 Forbidden", "the page is served to this computer only"));
     }
     match request.path.unwrap_or_default() {
-        "/" => Ok(Wanted::Page),
-        "/snapshot.json" => Ok(Wanted::Snapshot),
-        "/events" => Ok(Wanted::Events),
+        "/" => Ok(Resource::Page),
+        "/snapshot.json" => Ok(Resource::Snapshot),
+        "/events" => Ok(Resource::Events),
         _ => Err(Refused("404 Not Found", "there are /, /snapshot.json and /events")),
     }
 }
@@ -290,16 +290,16 @@ mod tests {
         drop(silent);
     }
 
-    fn asked(head: &str) -> Result<Wanted, &'static str> {
+    fn asked(head: &str) -> Result<Resource, &'static str> {
         wanted(head.as_bytes(), true).map_err(|refused| &refused.0[..3])
     }
 
     #[test]
     fn three_addresses_are_served_and_nothing_else() {
         let get = |path: &str| asked(&format!("GET {path} HTTP/1.1\r\nHost: localhost:8080\r\n\r\n"));
-        assert_eq!(get("/"), Ok(Wanted::Page));
-        assert_eq!(get("/snapshot.json"), Ok(Wanted::Snapshot));
-        assert_eq!(get("/events"), Ok(Wanted::Events));
+        assert_eq!(get("/"), Ok(Resource::Page));
+        assert_eq!(get("/snapshot.json"), Ok(Resource::Snapshot));
+        assert_eq!(get("/events"), Ok(Resource::Events));
         for path in ["/../../etc/passwd", "/%2e%2e/etc/passwd", "/page.html", "//", "/?x", "/events/"] {
             assert_eq!(get(path), Err("404"), "{path}");
         }
@@ -313,7 +313,7 @@ mod tests {
     fn a_page_of_another_site_cannot_read_it_over_a_name_that_leads_here() {
         let host = |host: &str| asked(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n"));
         for here in ["localhost", "localhost:80", "127.0.0.1:8080", "[::1]:8080", "[::1]"] {
-            assert_eq!(host(here), Ok(Wanted::Page), "{here}");
+            assert_eq!(host(here), Ok(Resource::Page), "{here}");
         }
         for elsewhere in ["evil.example", "evil.example:8080", "localhost.evil.example", "127.0.0.1.nip.io:80"] {
             assert_eq!(host(elsewhere), Err("403"), "{elsewhere}");

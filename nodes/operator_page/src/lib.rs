@@ -6,9 +6,9 @@
 //!
 //! It only looks: it subscribes to public topics, offers nothing and answers GET alone.
 
+mod cell_snapshot;
 mod feed;
 mod http;
-mod known;
 mod listening;
 mod seats;
 mod status;
@@ -18,18 +18,18 @@ mod words;
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use camwright_threads::supervised::Supervisor;
+use cell_snapshot::CellSnapshot;
 use feed::Feed;
 use http::Server;
-use known::Known;
 pub(crate) use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Where the page is served unless somebody says otherwise: to this computer only.
+/// Default address of the page: this computer only.
 pub const USUAL_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
 
-/// How long something that is published now and then may still take once the machine was heard.
+/// Maximum delay of occasional messages after the machine was heard.
 const LATECOMERS: Duration = Duration::from_millis(700);
 
 /// The cell in the namespace of `args` as it is now; of one that is not heard within `patience` the status says so.
@@ -44,7 +44,7 @@ pub fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeError> {
     let spin = node.spin_in_thread()?;
     feed.look(patience, |known| known.stream.is_some());
     // Planner and recorder may not be there; who is there is heard by then.
-    let status = feed.look(LATECOMERS.min(patience), Known::is_complete);
+    let status = feed.look(LATECOMERS.min(patience), CellSnapshot::is_complete);
     drop((subscriptions, spin));
     node.shutdown();
     Ok(status)
@@ -87,7 +87,7 @@ impl OperatorPage {
         }
     }
 
-    /// Where it is served.
+    /// Address of the page.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.server.address()

@@ -12,10 +12,10 @@ pub(super) const MAX_SEATS: usize = 32;
 const MAX_OF_ADDRESS: usize = 8;
 /// Connections that were shut down and whose threads have not ended yet; beyond them new ones are refused.
 const MAX_ENDING: usize = 64;
-/// What a viewer has read once so much was written to it (bytes): more than the sockets on both sides hold of what is not read.
+/// Written bytes that prove that a viewer reads: more than the sockets on both sides hold of unread data.
 const PROVEN_BYTES: u64 = 8 << 20;
 
-/// What is known of a viewer, shared with its thread.
+/// State of a viewer, shared with its thread.
 #[derive(Debug)]
 struct Viewer {
     stream: TcpStream,
@@ -60,7 +60,7 @@ fn lock(taken: &Mutex<Taken>) -> MutexGuard<'_, Taken> {
 
 impl Seats {
     /// A seat for a connection; another viewer is shut down for it where there is none. `None`: even that takes too long.
-    pub(super) fn take(&self, stream: &TcpStream) -> Option<Seat> {
+    pub(super) fn occupy(&self, stream: &TcpStream) -> Option<Seat> {
         let from = stream.peer_addr().ok()?.ip();
         let viewer = Viewer {
             stream: stream.try_clone().ok()?,

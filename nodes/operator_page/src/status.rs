@@ -1,7 +1,7 @@
-//! What the page and `camwright status` show, as JSON: units of the shop, each in its key.
+//! Content of the page and of `camwright status`, as JSON: shop units, named in each key.
 
-use super::known::Known;
-use super::words::{self, SILENCE, Tone, Word};
+use super::cell_snapshot::CellSnapshot;
+use super::words::{self, SILENCE, StatusLine, Tone};
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_files::convert::{mm_from_m, um_from_m as um};
@@ -15,8 +15,8 @@ use std::time::Instant;
 pub struct Status {
     pub(super) cell: String,
     pub(super) machine: String,
-    pub(super) state: Word,
-    pub(super) verdict: Word,
+    pub(super) state: StatusLine,
+    pub(super) verdict: StatusLine,
     pub(super) alarms: Vec<AlarmLine>,
     pub(super) job: Option<JobLine>,
     pub(super) lobe: Option<LobeLine>,
@@ -54,7 +54,7 @@ pub(super) struct JobLine {
     pub(super) time_left_s: f64,
 }
 
-/// What is worked on.
+/// Lobe in work.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct LobeLine {
     pub(super) name: String,
@@ -94,7 +94,8 @@ pub(super) struct WheelLine {
     pub(super) wear_um: f64,
     /// None before the machine has reported it.
     pub(super) is_running: Option<bool>,
-    /// Where its cutting point is: distance from the axis, and azimuth on the part; of a lathe's insert nobody is told.
+    /// Position of its cutting point: distance from the axis, and azimuth on the part; not reported for a lathe's
+    /// insert.
     pub(super) at_mm: f64,
     pub(super) line_deg: Option<f64>,
 }
@@ -110,7 +111,7 @@ pub(super) struct RecorderLine {
 }
 
 impl Status {
-    pub(super) fn of(known: &Known, now: Instant) -> Self {
+    pub(super) fn from_snapshot(known: &CellSnapshot, now: Instant) -> Self {
         let interpolator = known.interpolator.as_ref().map(|heard| &heard.said);
         Self {
             cell: known.cell.clone(),
@@ -135,7 +136,7 @@ impl Status {
 }
 
 /// Name of the holder of the lease, and whether others may command too.
-fn lease(known: &Known) -> String {
+fn lease(known: &CellSnapshot) -> String {
     match &known.lease {
         Some(lease) if lease.shared => format!("{} (shared with everybody)", lease.holder),
         Some(lease) => lease.holder.clone(),
@@ -143,7 +144,7 @@ fn lease(known: &Known) -> String {
     }
 }
 
-fn machine_time_s(known: &Known) -> f64 {
+fn machine_time_s(known: &CellSnapshot) -> f64 {
     let cycle_s = known.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
     known.stream.as_ref().map_or(0.0, |stream| stream.said.tick as f64 * cycle_s)
 }
@@ -163,7 +164,7 @@ fn alarm(alarm: &Alarm) -> AlarmLine {
     }
 }
 
-fn job(known: &Known) -> Option<JobLine> {
+fn job(known: &CellSnapshot) -> Option<JobLine> {
     let status = known.job.as_ref().filter(|status| !status.job.is_empty())?;
     let (percent, time_left_s) =
         known.interpolator.as_ref().map_or((0.0, 0.0), |heard| (heard.said.percent, heard.said.time_left));
@@ -176,7 +177,7 @@ fn job(known: &Known) -> Option<JobLine> {
     Some(JobLine { name: status.job.clone(), message: status.message.clone(), percent, time_left_s })
 }
 
-fn lobe(known: &Known) -> Option<LobeLine> {
+fn lobe(known: &CellSnapshot) -> Option<LobeLine> {
     let state = &known.interpolator.as_ref()?.said;
     let index = usize::try_from(state.lobe).ok()?;
     let name = known.lobe_in_work().map_or_else(|| format!("number {}", index + 1), str::to_owned);
@@ -191,7 +192,7 @@ fn lobe(known: &Known) -> Option<LobeLine> {
     })
 }
 
-fn results(known: &Known) -> Vec<ResultLine> {
+fn results(known: &CellSnapshot) -> Vec<ResultLine> {
     let Some(status) = &known.job else { return Vec::new() };
     let allowed =
         |name: &str| known.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
@@ -210,23 +211,25 @@ fn results(known: &Known) -> Vec<ResultLine> {
     lobes.chain(turned).collect()
 }
 
-/// Whether the part is good: once all of it has been judged, and as long as nothing else is ground.
-fn verdict(known: &Known) -> Word {
+/// Verdict on the part: set once all of it has been judged, until the next part starts.
+fn verdict(known: &CellSnapshot) -> StatusLine {
     let results = results(known);
     let worst =
         results.iter().max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)));
-    let Some(worst) = worst else { return Word::new(Tone::Quiet, "", "no part has been judged yet") };
+    let Some(worst) = worst else { return StatusLine::new(Tone::Quiet, "", "no part has been judged yet") };
     let told = format!("{} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
     let bad = results.iter().filter(|result| !result.is_good).count();
     match bad {
-        0 => Word::new(Tone::Good, "good", format!("worst: {told}")),
-        bad => {
-            Word::new(Tone::Wrong, "not good", format!("{bad} of {} out of tolerance, worst: {told}", results.len()))
-        }
+        0 => StatusLine::new(Tone::Good, "good", format!("worst: {told}")),
+        bad => StatusLine::new(
+            Tone::Wrong,
+            "not good",
+            format!("{bad} of {} out of tolerance, worst: {told}", results.len()),
+        ),
     }
 }
 
-fn axes(known: &Known) -> Vec<AxisLine> {
+fn axes(known: &CellSnapshot) -> Vec<AxisLine> {
     let Some(axes) = &known.axes else { return Vec::new() };
     let linear = |joint: &str| {
         let machine = known.machine.as_ref();
@@ -263,7 +266,7 @@ fn line(name: String, [position, velocity, behind]: [f64; 3], units: [&'static s
     AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit }
 }
 
-fn wheel(machine: &MachineDescription, known: &Known) -> WheelLine {
+fn wheel(machine: &MachineDescription, known: &CellSnapshot) -> WheelLine {
     WheelLine {
         radius_mm: mm_from_m(machine.wheel_radius),
         wear_um: um(machine.wheel_wear),
@@ -276,13 +279,13 @@ fn wheel(machine: &MachineDescription, known: &Known) -> WheelLine {
 }
 
 /// Position of an axis (m or rad).
-fn position(known: &Known, joint: &str) -> Option<f64> {
+fn position(known: &CellSnapshot, joint: &str) -> Option<f64> {
     let axes = known.axes.as_ref()?;
     let at = axes.joint_names.iter().position(|known| known == joint)?;
     axes.interface_values.get(at)?.values.first().copied()
 }
 
-fn recorder(known: &Known, now: Instant) -> Option<RecorderLine> {
+fn recorder(known: &CellSnapshot, now: Instant) -> Option<RecorderLine> {
     let heard = known.recorder.as_ref()?;
     let said = &heard.said;
     let (tone, says) = if now.saturating_duration_since(heard.at) > SILENCE {
@@ -300,7 +303,7 @@ fn recorder(known: &Known, now: Instant) -> Option<RecorderLine> {
     Some(RecorderLine { tone, says, bag: said.bag.clone(), megabytes, written: said.written, dropped: said.dropped })
 }
 
-/// What is drawn: over the azimuth of the part, in equal steps from where the wheel's line is at C 0.
+/// Drawn outline: over the azimuth of the part, in equal steps from the wheel's line at C 0.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Shape {
     designs: Vec<DesignLine>,
@@ -323,7 +326,7 @@ struct PartLine {
 }
 
 impl Shape {
-    pub(super) fn of(known: &Known) -> Self {
+    pub(super) fn from_snapshot(known: &CellSnapshot) -> Self {
         Self { designs: known.forms.iter().map(design).collect(), part: known.outline().map(part) }
     }
 }

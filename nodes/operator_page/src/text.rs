@@ -1,4 +1,4 @@
-//! What the page shows, in lines for a terminal.
+//! Content of the page, in lines for a terminal.
 
 use super::status::{AxisLine, Status};
 use std::fmt;

@@ -1,6 +1,6 @@
 //! The one word that says what the cell does, and whether what it made is good.
 
-use super::known::Known;
+use super::cell_snapshot::CellSnapshot;
 use camwright::motion::plan::Phase;
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_msgs::camwright_msgs::msg::{Alarm, InterpolatorState, JobStatus, MachineStream};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// A node that says nothing for so long is not there.
 pub(super) const SILENCE: Duration = Duration::from_secs(3);
 
-/// How much a word wants to be looked at.
+/// Emphasis of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Tone {
@@ -25,67 +25,67 @@ pub(super) enum Tone {
 
 /// A word and what there is to say about it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct Word {
+pub(super) struct StatusLine {
     pub(super) word: String,
     pub(super) detail: String,
     pub(super) tone: Tone,
 }
 
-impl Word {
+impl StatusLine {
     pub(super) fn new(tone: Tone, word: &str, detail: impl Into<String>) -> Self {
         Self { word: word.to_uppercase(), detail: detail.into(), tone }
     }
 }
 
 /// Alarms that stop motion, the machine's first.
-pub(super) fn stopping(known: &Known) -> impl Iterator<Item = &Alarm> {
+pub(super) fn stopping(known: &CellSnapshot) -> impl Iterator<Item = &Alarm> {
     alarms(known).filter(|alarm| alarm.severity >= Alarm::STOP)
 }
 
 /// Every active alarm once: the interpolator repeats those of the machine that ended its motion.
-pub(super) fn alarms(known: &Known) -> impl Iterator<Item = &Alarm> {
+pub(super) fn alarms(known: &CellSnapshot) -> impl Iterator<Item = &Alarm> {
     let of_machine = |number: u16| known.machine_alarms.iter().any(|alarm| alarm.active && alarm.number == number);
     let own = known.interpolator_alarms.iter().filter(move |alarm| !of_machine(alarm.number));
     known.machine_alarms.iter().chain(own).filter(|alarm| alarm.active)
 }
 
-/// What the cell does.
-pub(super) fn state(known: &Known, now: Instant) -> Word {
+/// Line for the state of the cell.
+pub(super) fn state(known: &CellSnapshot, now: Instant) -> StatusLine {
     let is_silent = |at: Instant| now.saturating_duration_since(at) > SILENCE;
     let Some(stream) = known.stream.as_ref().filter(|stream| !is_silent(stream.at)) else {
         let place = if known.cell.is_empty() { "/" } else { &known.cell };
-        return Word::new(Tone::Wrong, "no machine", format!("nothing is heard of a machine in {place}"));
+        return StatusLine::new(Tone::Wrong, "no machine", format!("nothing is heard of a machine in {place}"));
     };
     if known.io.as_ref().is_some_and(|io| io.estop) {
-        return Word::new(Tone::Wrong, "emergency stop", "release it, then reset");
+        return StatusLine::new(Tone::Wrong, "emergency stop", "release it, then reset");
     }
     if let Some(alarm) = stopping(known).next() {
-        return Word::new(Tone::Wrong, &format!("alarm {}", alarm.number), alarm.text.clone());
+        return StatusLine::new(Tone::Wrong, &format!("alarm {}", alarm.number), alarm.text.clone());
     }
     let Some(interpolator) = known.interpolator.as_ref().filter(|state| !is_silent(state.at)) else {
-        return Word::new(Tone::Wrong, "no interpolator", "nothing is heard of the axis interpolator");
+        return StatusLine::new(Tone::Wrong, "no interpolator", "nothing is heard of the axis interpolator");
     };
-    moving(&interpolator.said).or_else(|| of_job(known)).unwrap_or_else(|| {
+    moving(&interpolator.said).or_else(|| job_line(known)).unwrap_or_else(|| {
         let at_rest = stream.said.motion != MachineStream::MOTION_OFF;
         if at_rest {
-            Word::new(Tone::Quiet, "ready", "no job")
+            StatusLine::new(Tone::Quiet, "ready", "no job")
         } else {
-            Word::new(Tone::Waits, "drives off", "they have no power")
+            StatusLine::new(Tone::Waits, "drives off", "they have no power")
         }
     })
 }
 
-fn moving(state: &InterpolatorState) -> Option<Word> {
+fn moving(state: &InterpolatorState) -> Option<StatusLine> {
     Some(match state.state {
         InterpolatorState::EXECUTING => {
             let (word, detail) = phase_from(state.phase).map_or(("moving", ""), phase_words);
-            Word::new(Tone::Works, word, detail)
+            StatusLine::new(Tone::Works, word, detail)
         }
-        InterpolatorState::HOLDING => Word::new(Tone::Waits, "holding", "coming to a hold on the path"),
-        InterpolatorState::HELD => Word::new(Tone::Waits, "held", "goes on when the hold is released"),
-        InterpolatorState::UNHOLDING => Word::new(Tone::Works, "unholding", "returning to the path"),
-        InterpolatorState::STOPPING => Word::new(Tone::Waits, "stopping", "cancelled: coming to rest"),
-        InterpolatorState::FAULT => Word::new(Tone::Wrong, "fault", "stopped by an alarm"),
+        InterpolatorState::HOLDING => StatusLine::new(Tone::Waits, "holding", "coming to a hold on the path"),
+        InterpolatorState::HELD => StatusLine::new(Tone::Waits, "held", "goes on when the hold is released"),
+        InterpolatorState::UNHOLDING => StatusLine::new(Tone::Works, "unholding", "returning to the path"),
+        InterpolatorState::STOPPING => StatusLine::new(Tone::Waits, "stopping", "cancelled: coming to rest"),
+        InterpolatorState::FAULT => StatusLine::new(Tone::Wrong, "fault", "stopped by an alarm"),
         _ => return None,
     })
 }
@@ -100,9 +100,9 @@ fn phase_words(phase: Phase) -> (&'static str, &'static str) {
     }
 }
 
-fn of_job(known: &Known) -> Option<Word> {
+fn job_line(known: &CellSnapshot) -> Option<StatusLine> {
     let job = known.job.as_ref()?;
-    let word = |tone, word: &str| Some(Word::new(tone, word, job.message.clone()));
+    let word = |tone, word: &str| Some(StatusLine::new(tone, word, job.message.clone()));
     match job.state {
         JobStatus::PLANNING => word(Tone::Works, "planning"),
         JobStatus::EXECUTING => word(Tone::Works, "executing"),

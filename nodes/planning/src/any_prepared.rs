@@ -58,7 +58,7 @@ impl AnyPrepared {
         }
     }
 
-    /// What its file says, with overrides written in.
+    /// Text of its file, with overrides applied.
     #[must_use]
     pub fn source(&self) -> &str {
         match self {

@@ -21,9 +21,9 @@ pub struct MeasuredLobe {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobeCapability {
     pub name: String,
-    /// Of its size, against ± the tolerance.
+    /// Capability of its size, against ± the tolerance.
     pub size: Capability,
-    /// Of the size of its largest deviation, against the tolerance.
+    /// Capability of the magnitude of its largest deviation, against the tolerance.
     pub form: Capability,
 }
 
@@ -39,7 +39,7 @@ pub fn measure_lobe(design: &LobeDesign, part: &PartLobe) -> Result<MeasuredLobe
     Ok(MeasuredLobe { name: design.name.clone(), size_mm, form_mm: form.largest.deviation_mm })
 }
 
-/// What the parts of a batch say about each of their lobes, against [`FORM_TOLERANCE_MM`].
+/// Capability of each lobe over the parts of a batch, against [`FORM_TOLERANCE_MM`].
 ///
 /// # Errors
 /// Fewer than two parts, or values that are no numbers.
@@ -52,8 +52,8 @@ pub fn capability(parts: &[Vec<MeasuredLobe>]) -> Result<Vec<LobeCapability>, Ca
         };
         Ok(LobeCapability {
             name: lobe.name.clone(),
-            size: Capability::of(&of(|lobe| lobe.size_mm), Some(-FORM_TOLERANCE_MM), FORM_TOLERANCE_MM)?,
-            form: Capability::of(&of(|lobe| lobe.form_mm.abs()), None, FORM_TOLERANCE_MM)?,
+            size: Capability::from_values(&of(|lobe| lobe.size_mm), Some(-FORM_TOLERANCE_MM), FORM_TOLERANCE_MM)?,
+            form: Capability::from_values(&of(|lobe| lobe.form_mm.abs()), None, FORM_TOLERANCE_MM)?,
         })
     };
     if parts.len() < 2 {

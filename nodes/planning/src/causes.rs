@@ -1,4 +1,4 @@
-//! Where a form error comes from: the same job simulated on a machine that lacks one effect after the other.
+//! Causes of a form error: the same job simulated on a machine that lacks one effect at a time.
 
 use super::{PreparedJob, SimulationFailed, simulate_job_on, simulate_learned};
 use camwright::machine::description::{Effect, MachineDescription};
@@ -6,15 +6,15 @@ use camwright_msgs::camwright_msgs::msg::LobeResult;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What a job leaves on a machine without some effects.
+/// Form error of a job on a machine without some effects.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Without {
+pub struct EffectRemoved {
     /// The effects that are left out.
     pub effects: Vec<Effect>,
     pub lobes: Vec<LobeResult>,
 }
 
-impl Without {
+impl EffectRemoved {
     /// For people: "servo", or "servo, deflection".
     #[must_use]
     pub fn name(&self) -> String {
@@ -22,24 +22,24 @@ impl Without {
     }
 }
 
-/// What a job leaves on a machine that is another than its own.
+/// Form error of a job on a different machine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Instead {
-    /// What is other: "good drives".
+pub struct OtherMachine {
+    /// Name of the difference: "good drives".
     pub name: &'static str,
     pub lobes: Vec<LobeResult>,
 }
 
-/// What the same job leaves on machines that differ from its own.
+/// Form error of the same job on machines that differ from its own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Causes {
     /// Without each effect that the machine has, and last without all of them.
-    pub without: Vec<Without>,
+    pub without: Vec<EffectRemoved>,
     /// With what could be better.
-    pub with: Vec<Instead>,
+    pub with: Vec<OtherMachine>,
 }
 
-/// Parts that a job learns from before what it leaves then is told.
+/// Number of learned parts before the reported one.
 const LEARNED_PARTS: u32 = 3;
 
 /// The effects that this machine has.
@@ -48,7 +48,7 @@ fn effects(machine: &MachineDescription) -> Vec<Effect> {
     Effect::ALL.into_iter().filter(has).collect()
 }
 
-/// What is left out one after the other: each of some effects, and last all of them.
+/// Sets of removed effects: each of some effects, and last all of them.
 fn each_and_all(all: Vec<Effect>) -> Vec<Vec<Effect>> {
     let mut left_out: Vec<Vec<Effect>> = all.iter().map(|effect| vec![*effect]).collect();
     // One alone is all of them already.
@@ -58,14 +58,14 @@ fn each_and_all(all: Vec<Effect>) -> Vec<Vec<Effect>> {
     left_out
 }
 
-/// What is left out of a machine one after the other: each effect that it has, and last all of them.
+/// Effects removed from a machine: each effect that it has, and last all of them.
 pub(super) fn left_out(machine: &MachineDescription) -> Vec<Vec<Effect>> {
     each_and_all(effects(machine))
 }
 
-/// What a job leaves without each effect that its machine has, and last without all of them: what is left then are the counts of the
-/// setpoints and the grid of the part. And what it leaves with the good drives that its machine file describes, at once and after what
-/// some parts have taught it there. The simulations run beside each other, one thread a processor.
+/// Simulates a job without each effect of its machine, and last without all of them: the remaining error comes from the counts of the
+/// setpoints and the grid of the part. It also simulates the good drives of the machine file, at once and after some learned parts. The
+/// simulations run in parallel, one thread a processor.
 ///
 /// # Errors
 /// See [`simulate_job_on`].
@@ -89,13 +89,13 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, SimulationFailed> {
     })?
     .into_iter();
     let learned = if good.is_some() && learns { lobes.next() } else { None };
-    let without: Vec<Without> = left_out
+    let without: Vec<EffectRemoved> = left_out
         .into_iter()
         .zip(lobes.by_ref().take(count))
-        .map(|(effects, lobes)| Without { effects, lobes })
+        .map(|(effects, lobes)| EffectRemoved { effects, lobes })
         .collect();
-    let at_once = lobes.next().map(|lobes| Instead { name: "good drives", lobes });
-    let learned = learned.map(|lobes| Instead { name: "good drives, after 3 learned parts", lobes });
+    let at_once = lobes.next().map(|lobes| OtherMachine { name: "good drives", lobes });
+    let learned = learned.map(|lobes| OtherMachine { name: "good drives, after 3 learned parts", lobes });
     Ok(Causes { without, with: at_once.into_iter().chain(learned).collect() })
 }
 
@@ -138,7 +138,7 @@ mod tests {
         let short = ["infeed.total_mm=0.072".to_owned(), "stock_mm=0.06".to_owned()];
         let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
         let causes = causes(&prepared).unwrap();
-        let names: Vec<String> = causes.without.iter().map(Without::name).collect();
+        let names: Vec<String> = causes.without.iter().map(EffectRemoved::name).collect();
         let all = "servo, deflection, thermal, unbalance, quantisation";
         assert_eq!(names, ["servo", "deflection", "thermal", "unbalance", "quantisation", all]);
         let worst = |lobes: &[LobeResult]| {

@@ -16,13 +16,13 @@ use sha2::{Digest, Sha256};
 /// Newest version of the schema of what was learned that this program reads.
 const SCHEMA: &str = "camwright/learned/1";
 
-/// Azimuths at which a design is looked at to tell it from another.
+/// Azimuths at which designs are compared.
 const LOOKS: u32 = 720;
 
 /// A correction this near to what was kept is the same (mm): what a file rounds to, and ten times that.
 const SAME_MM: f64 = 1e-8;
 
-/// What was learned of the lobes of a job on a machine, and of how many parts.
+/// Learned corrections of the lobes of a job on a machine, and the number of parts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearnedJob {
@@ -34,31 +34,31 @@ pub struct LearnedJob {
     lobes: Vec<LearnedLobe>,
 }
 
-/// What was learned of a lobe.
+/// Learned correction of a lobe.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LearnedLobe {
     lobe: String,
-    /// Tells its design from another.
+    /// Identifies its design.
     design: String,
     gain: f64,
     parts: u64,
     taken_back: bool,
     correction: CurveFile,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    least: Option<LeastFile>,
+    least: Option<MinimumEntry>,
 }
 
 /// With which correction the error was least.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LeastFile {
+struct MinimumEntry {
     correction: CurveFile,
     error: CurveFile,
 }
 
 impl LearnedLobe {
-    fn of(design: &LobeDesign, learning: &LobeLearning) -> Self {
+    fn from_learning(design: &LobeDesign, learning: &LobeLearning) -> Self {
         let least = learning.least.as_ref();
         Self {
             lobe: design.name.clone(),
@@ -66,10 +66,10 @@ impl LearnedLobe {
             gain: learning.gain,
             parts: learning.parts,
             taken_back: learning.taken_back,
-            correction: CurveFile::of(&learning.correction),
-            least: least.map(|(correction, error)| LeastFile {
-                correction: CurveFile::of(correction),
-                error: CurveFile::of(error),
+            correction: CurveFile::from_curve(&learning.correction),
+            least: least.map(|(correction, error)| MinimumEntry {
+                correction: CurveFile::from_curve(correction),
+                error: CurveFile::from_curve(error),
             }),
         }
     }
@@ -92,7 +92,7 @@ impl LearnedJob {
         Self { schema: SCHEMA.into(), machine: machine.into(), job: job.into(), parts: 0, lobes: Vec::new() }
     }
 
-    /// What [`Self::text`] wrote.
+    /// Parses the text of [`Self::text`].
     ///
     /// # Errors
     /// One sentence for what is not that.
@@ -107,7 +107,7 @@ impl LearnedJob {
         }
     }
 
-    /// As a file keeps it.
+    /// Text of the file.
     ///
     /// # Errors
     /// What YAML says.
@@ -121,8 +121,8 @@ impl LearnedJob {
         self.machine == machine && self.job == job
     }
 
-    /// What was learned of a lobe as it is designed now, as its file says it.
-    fn of(&self, design: &LobeDesign) -> Option<LobeLearning> {
+    /// Learned correction of a lobe for its present design, from its file.
+    fn for_design(&self, design: &LobeDesign) -> Option<LobeLearning> {
         let lobe = self.lobes.iter().find(|lobe| lobe.lobe == design.name)?;
         (lobe.design == fingerprint(design)).then(|| lobe.learning())?
     }
@@ -139,17 +139,17 @@ impl LearnedJob {
             .ok()?
             .iter()
             .filter_map(|design| {
-                let (correction, _) = self.of(design)?.correction.bounded(&compensation.spec);
+                let (correction, _) = self.for_design(design)?.correction.bounded(&compensation.spec);
                 (!correction.is_zero())
-                    .then(|| format!("{{lobe: {}, {}}}", design.name, CurveFile::of(&correction).flow()))
+                    .then(|| format!("{{lobe: {}, {}}}", design.name, CurveFile::from_curve(&correction).flow()))
             })
             .collect();
         (!lobes.is_empty()).then(|| format!("form_compensation.learned=[{}]", lobes.join(", ")))
     }
 
     /// Learns from the outlines of a part (mm, at equal azimuths; in the order of its lobes) that was ground with the corrections of its
-    /// job, and tells what it did with each lobe. A correction that is not the one kept (another was written into the job, or none,
-    /// afresh) begins anew with the part.
+    /// job, and returns a report for each lobe. If the job's correction differs from the stored one (another was written into the job, or
+    /// none, afresh), learning starts anew with this part.
     ///
     /// # Errors
     /// An outline that cannot be measured.
@@ -162,13 +162,13 @@ impl LearnedJob {
             let design = &lobe.design;
             let measured = FormCurve::measure(radii_mm, &design.contour, design.phase_rad, spec.harmonics)
                 .map_err(|error| format!("the form of lobe {} cannot be learned: {error}", design.name))?;
-            let used = of_lobe(&compensation.learned, &design.name);
-            let kept = self.of(design).filter(|kept| same(&kept.correction, &used) && !compensation.afresh);
+            let used = curve_of_lobe(&compensation.learned, &design.name);
+            let kept = self.for_design(design).filter(|kept| same(&kept.correction, &used) && !compensation.afresh);
             let mut learning = kept.unwrap_or_else(|| LobeLearning { correction: used, ..LobeLearning::new(spec) });
             learning.gain = learning.gain.min(spec.gain);
             let learned = learning.learn(spec, &measured);
             told.push(sentence(&design.name, learned, &measured, &learning, spec));
-            lobes.push(LearnedLobe::of(design, &learning));
+            lobes.push(LearnedLobe::from_learning(design, &learning));
         }
         if compensation.afresh {
             self.parts = 0;
@@ -180,7 +180,7 @@ impl LearnedJob {
     }
 }
 
-fn of_lobe(learned: &[LearnedError], name: &str) -> FormCurve {
+fn curve_of_lobe(learned: &[LearnedError], name: &str) -> FormCurve {
     learned.iter().find(|learned| learned.lobe == name).map(|learned| learned.correction.clone()).unwrap_or_default()
 }
 
@@ -230,8 +230,8 @@ pub fn with_learned(name: &str, overrides: &[String], learned: &LearnedJob) -> V
     overrides.iter().cloned().chain(more).collect()
 }
 
-/// What a job leaves on a machine after it has learned from so many parts there, with the usual settings where it does not learn itself:
-/// the part after them.
+/// Form error of a job on a machine after it has learned from this number of parts there, with the usual settings if it does not learn
+/// itself: the part after them.
 ///
 /// # Errors
 /// A part that cannot be planned or simulated.
@@ -264,7 +264,7 @@ pub fn simulate_learned(
             .lobes
             .iter()
             .filter_map(|lobe| {
-                let correction = kept.of(&lobe.design)?.correction;
+                let correction = kept.for_design(&lobe.design)?.correction;
                 Some(LearnedError { lobe: lobe.design.name.clone(), correction })
             })
             .collect();
@@ -301,7 +301,7 @@ mod tests {
         assert!(worst_um.len() == 4 && 2.0 * worst_um[3] <= 2.0 && worst_um[3] < worst_um[0], "{worst_um:?}");
     }
 
-    /// What was learned goes through its file, over the job and back: the same corrections, the same plan, wherever it is planned.
+    /// A learned correction survives its file and the job: the same corrections, the same plan, wherever it is planned.
     #[test]
     fn a_learned_job_plans_to_the_same_hash_from_its_own_recorded_text() {
         let set = short(&["form_compensation={}"]);

@@ -1,4 +1,4 @@
-//! What happens in a cut, period by period, for tables and figures.
+//! Values of a cut, period by period, for tables and figures.
 
 use super::PreparedJob;
 use camwright::machine::description::Axis;

@@ -1,4 +1,4 @@
-//! What wheel and part giving way leaves of every lobe, and how many turns of spark-out it would take.
+//! Deflection of wheel and part at every lobe, and the required turns of spark-out.
 
 use super::PreparedJob;
 use camwright::machine::contact_law::ContactLaw;
@@ -12,9 +12,9 @@ pub const FORM_TOLERANCE_MM: f64 = 0.005;
 /// Most spark-out turns that are proposed: a job that needs more needs another infeed.
 const MAX_TURNS: u32 = 30;
 
-/// What `summary.json` says about a lobe on a machine that gives way.
+/// Deflection of a lobe in `summary.json`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct GivingWay {
+pub struct LobeDeflection {
     /// Share of a deviation that a turn without infeed leaves, kg/(kg + km).
     pub left_by_a_turn: f64,
     pub largest_um: f64,
@@ -27,7 +27,7 @@ pub struct GivingWay {
     pub most_turns: u32,
 }
 
-impl std::fmt::Display for GivingWay {
+impl std::fmt::Display for LobeDeflection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let percent = 100.0 * self.left_by_a_turn;
         write!(
@@ -47,11 +47,11 @@ fn law_of(prepared: &PreparedJob, lobe: usize) -> Option<ContactLaw> {
     machine.contact_law(&design.station, design.width_mm)
 }
 
-/// Of one lobe; none on a machine that does not give way.
-pub(super) fn of_lobe(prepared: &PreparedJob, lobe: usize) -> Option<GivingWay> {
+/// Deflection at one lobe; `None` on a rigid machine.
+pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDeflection> {
     let law = law_of(prepared, lobe)?;
-    let found = Deflections::of_lobe(&prepared.planned.plan, lobe, prepared.job.spec.stock_mm, &law)?;
-    Some(GivingWay {
+    let found = Deflections::from_lobe(&prepared.planned.plan, lobe, prepared.job.spec.stock_mm, &law)?;
+    Some(LobeDeflection {
         left_by_a_turn: law.decay(),
         largest_um: um_from_mm(found.largest_mm),
         largest_n: found.largest_n,
@@ -61,9 +61,9 @@ pub(super) fn of_lobe(prepared: &PreparedJob, lobe: usize) -> Option<GivingWay> 
     })
 }
 
-/// What is wrong with the spark-out of the lobe that keeps most, if more than the tolerance.
+/// Warning for the lobe with the largest remaining stock after spark-out, if it exceeds the tolerance.
 pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
-    let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, of_lobe(prepared, lobe)?)));
+    let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, from_lobe(prepared, lobe)?)));
     // What is left before the turn that corrects is not what is left of the job.
     if prepared.job.spec.correction.is_some() {
         return None;
@@ -110,7 +110,7 @@ mod tests {
     fn a_job_that_sparks_out_too_briefly_is_told_how_many_turns_it_takes() {
         let told = |turns: u32| {
             let prepared = prepare("four_lobe_camshaft", &[format!("infeed.spark_out_turns={turns}")], None).unwrap();
-            let worst = (0..4).filter_map(|lobe| of_lobe(&prepared, lobe)).map(|way| way.left_um).fold(0.0, f64::max);
+            let worst = (0..4).filter_map(|lobe| from_lobe(&prepared, lobe)).map(|way| way.left_um).fold(0.0, f64::max);
             (too_little_spark_out(&prepared), worst)
         };
         let (message, left_um) = told(2);
@@ -128,6 +128,6 @@ mod tests {
         prepared.machine.contact.as_mut().unwrap().threshold_n_mm = 50.0;
         assert!(too_little_spark_out(&prepared).unwrap().contains("no number of them"));
         prepared.machine.contact = None;
-        assert_eq!((too_little_spark_out(&prepared), of_lobe(&prepared, 0)), (None, None));
+        assert_eq!((too_little_spark_out(&prepared), from_lobe(&prepared, 0)), (None, None));
     }
 }

@@ -1,12 +1,12 @@
 //! The dresses of a job, for people and for `summary.json`.
 
 use super::PreparedJob;
-use camwright::job::dressing::KeptPath;
+use camwright::job::dressing::RetainedPath;
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use serde::Serialize;
 use std::fmt;
 
-/// What `summary.json` says about a dress.
+/// Dress in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct DressSummary {
     /// Lobe that it comes before.
@@ -26,7 +26,7 @@ pub struct DressSummary {
     pub first_path: Option<KeptPathSummary>,
 }
 
-/// What not making a path anew would cost.
+/// Error of retaining a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KeptPathSummary {
     /// Profile on which it is largest.
@@ -40,7 +40,7 @@ pub struct KeptPathSummary {
 #[must_use]
 pub fn dresses(prepared: &PreparedJob) -> Vec<DressSummary> {
     let job = &prepared.job.spec;
-    let kept = |kept: KeptPath| KeptPathSummary {
+    let kept = |kept: RetainedPath| KeptPathSummary {
         profile: job.profiles.get(kept.profile).map(|profile| profile.name.clone()).unwrap_or_default(),
         error_um: um_from_mm(kept.error.value),
         cam_angle_deg: deg_from_rad(kept.error.angle_rad),

@@ -4,13 +4,13 @@ use super::{MeasuredContacts, PreparedCorrection, PreparedJob};
 use camwright_files::convert::plan::pages_from_plan;
 
 impl PreparedJob {
-    /// How much farther out than it would grind the wheel is (mm), where this is a dry run.
+    /// Stand-off of the wheel in a dry run (mm).
     #[must_use]
     pub fn dry_run_mm(&self) -> Option<f64> {
         self.job.spec.dry_run_mm
     }
 
-    /// The second half of a dry run: the gauge has nothing to tell, so it goes as it was expected before anything was known.
+    /// Second half of a dry run: the gauge measures nothing, so it uses the expected correction.
     #[must_use]
     pub fn dry_correction(&self) -> Option<PreparedCorrection> {
         let planned = self.expected_correction.clone().filter(|_| self.dry_run_mm().is_some())?;

@@ -23,8 +23,8 @@ use camwright_files::ConfigError;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes `summary.json` and, in a folder per lobe, its tables and, where asked for, its drawings; `progress` is told of every
-/// file. Returns what the summary says.
+/// Writes `summary.json` and, in a folder per lobe, its tables and on request its drawings; calls `progress` for every file. Returns
+/// the content of the summary.
 ///
 /// # Errors
 /// A folder or file that cannot be written.

@@ -1,13 +1,13 @@
-//! The files that `camwright plan` writes, each told before it is written.
+//! Files written by `camwright plan`, each announced before it is written.
 
 use crate::drawing::{Plot, png, svg};
-use camwright_files::{ConfigError, Place};
+use camwright_files::{ConfigError, FileLocation};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Writes files and tells of every one.
+/// Writes files and announces each.
 pub(super) struct Files<F> {
     progress: F,
 }
@@ -32,7 +32,7 @@ impl<F: FnMut(&Path)> Files<F> {
             write(&mut to)?;
             to.flush()
         };
-        attempt().map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written: {error}")))
+        attempt().map_err(|error| ConfigError::at(FileLocation::file(path), format!("cannot be written: {error}")))
     }
 
     /// A drawing, as SVG and as PNG.

@@ -122,7 +122,7 @@ fn warnings(job: &Job) -> Vec<Finding> {
     findings
 }
 
-/// What a single spark-out turn may leave on the part without a word (mm).
+/// Stock after a single spark-out turn that needs no warning (mm).
 const LEFT_ON_PART_MM: f64 = 1e-4;
 
 fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {

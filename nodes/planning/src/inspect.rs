@@ -1,4 +1,4 @@
-//! What an inspection gauge is to read from the lobes of a job.
+//! Expected readings of an inspection gauge on the lobes of a job.
 
 use camwright::cam::inspection::Inspection;
 use camwright::math::units::{deg_from_rad, rad_from_deg, wrap_turn};

@@ -18,19 +18,19 @@ use camwright_files::job_file::Job;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use thiserror::Error;
 
-/// What was measured of the contact of each journal of a job, and what is to be told of those that told nothing.
+/// Measured contact of each journal of a job, and the reasons for journals without a result.
 #[derive(Debug, Clone, Default)]
 pub struct MeasuredContacts {
     /// In the order of machining; nothing of a journal whose cut was held, or of a job that does not measure.
     pub contacts: Vec<Option<Identified>>,
-    /// Of those that were held, a sentence each.
+    /// One sentence for each journal that was held.
     pub held: Vec<String>,
 }
 
 impl MeasuredContacts {
     /// One sentence for each journal.
     #[must_use]
-    pub fn told(&self, prepared: &PreparedJob) -> Vec<String> {
+    pub fn summary_lines(&self, prepared: &PreparedJob) -> Vec<String> {
         let names = prepared.planned.lobes.iter().map(|lobe| &lobe.design.name);
         let measured = names.zip(&self.contacts).filter_map(|(name, contact)| Some((name, contact.as_ref()?)));
         measured.map(|(name, contact)| format!("lobe {name}: {contact}")).chain(self.held.iter().cloned()).collect()
@@ -59,7 +59,7 @@ impl MeasuredContacts {
 pub struct PreparedCorrection {
     /// The contact of each journal, where it was measured.
     pub measured: MeasuredContacts,
-    /// What was decided for each journal.
+    /// Decision for each journal.
     pub decided: Vec<JournalCorrection>,
     pub planned: PlannedCorrection,
     /// The plan as messages, the header first.
@@ -75,8 +75,8 @@ impl PreparedCorrection {
 
     /// Some sentences for each journal: what was measured, and by what it is corrected and how.
     #[must_use]
-    pub fn told(&self, prepared: &PreparedJob) -> Vec<String> {
-        let mut told = self.measured.told(prepared);
+    pub fn summary_lines(&self, prepared: &PreparedJob) -> Vec<String> {
+        let mut told = self.measured.summary_lines(prepared);
         for (index, (lobe, decided)) in prepared.planned.lobes.iter().zip(&self.decided).enumerate() {
             let name = &lobe.design.name;
             let measured = self.measured.contacts.get(index).and_then(Option::as_ref).map(|contact| contact.law);
@@ -122,15 +122,15 @@ pub struct CorrectionFailed {
 }
 
 impl CorrectionFailed {
-    fn of(what: &'static str, reason: &impl ToString) -> Self {
+    fn new(what: &'static str, reason: &impl ToString) -> Self {
         Self { what, reason: reason.to_string() }
     }
 }
 
-/// What was logged of each lobe of a job tells the stiffness of machine and cut, where the job measures it.
+/// Derives the stiffness of machine and cut from the log of each lobe, if the job measures it.
 ///
 /// # Errors
-/// Readings that tell no stiffness.
+/// The readings give no stiffness.
 pub fn measured_contacts(prepared: &PreparedJob, logs: &[Contact]) -> Result<MeasuredContacts, CorrectionFailed> {
     let (job, machine, first) = (&prepared.job.spec, &prepared.machine, &prepared.planned);
     let mut measured = MeasuredContacts::default();
@@ -145,7 +145,7 @@ pub fn measured_contacts(prepared: &PreparedJob, logs: &[Contact]) -> Result<Mea
                 measured.contacts.push(None);
                 measured.held.push(format!("the stiffness is not measured: {held}"));
             }
-            Err(error) => return Err(CorrectionFailed::of("the stiffness cannot be measured", &error)),
+            Err(error) => return Err(CorrectionFailed::new("the stiffness cannot be measured", &error)),
         }
     }
     Ok(measured)
@@ -154,9 +154,9 @@ pub fn measured_contacts(prepared: &PreparedJob, logs: &[Contact]) -> Result<Mea
 /// The second half of a job from what was read of each of its lobes in the first.
 ///
 /// # Errors
-/// Readings that do not tell the part, a part that cannot be corrected, a plan that cannot be made.
+/// The readings do not determine the part, the part cannot be corrected, or the plan cannot be made.
 pub fn correct(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedCorrection, CorrectionFailed> {
-    let failed = |reason: &dyn ToString| CorrectionFailed::of("the runout cannot be corrected", &reason.to_string());
+    let failed = |reason: &dyn ToString| CorrectionFailed::new("the runout cannot be corrected", &reason.to_string());
     let (job, machine, first) = (&prepared.job.spec, &prepared.machine, &prepared.planned);
     let measured = measured_contacts(prepared, logs)?;
     let decided = decide_corrections(job, machine, first, logs, &measured.contacts).map_err(|error| failed(&error))?;
@@ -183,7 +183,7 @@ pub(super) fn expected(
 /// The plan that measures the stock of a job before anything is cut.
 #[derive(Debug, Clone)]
 pub struct PreparedMeasuring {
-    /// What is measured, and how.
+    /// Plan of the measurement.
     pub planned: PlannedMeasuring,
     /// The job as it would be ground without.
     pub whole: PlannedJob,
@@ -219,23 +219,23 @@ pub(super) fn measuring(
     Ok((expected, Some(PreparedMeasuring { planned, whole, pages })))
 }
 
-/// A job planned anew for the stock that was measured, and what is to be told of that.
+/// Job planned anew for the measured stock, with a report.
 #[derive(Debug, Clone)]
 pub struct PreparedForStock {
     /// The job, which goes on with its plan from here.
     pub prepared: PreparedJob,
     /// A sentence for each journal.
     pub told: Vec<String>,
-    /// What all of it saves.
+    /// Saved time, as a text.
     pub saved: String,
 }
 
 /// The job as it goes on after its stock was measured.
 ///
 /// # Errors
-/// Readings that tell no stock; more of it than the job allows for.
+/// The readings give no stock, or the stock exceeds that of the job.
 pub fn for_stock(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedForStock, CorrectionFailed> {
-    let failed = |reason: &dyn ToString| CorrectionFailed::of("the part is not ground", &reason.to_string());
+    let failed = |reason: &dyn ToString| CorrectionFailed::new("the part is not ground", &reason.to_string());
     let Some(measuring) = &prepared.measuring else {
         return Ok(PreparedForStock { prepared: prepared.clone(), told: Vec::new(), saved: String::new() });
     };
@@ -305,7 +305,7 @@ mod tests {
         };
         let less = job(-30);
         let mut heard = Vec::new();
-        let (_, results) = crate::simulate::simulate_told(&less, |told| heard.push(told)).unwrap();
+        let (_, results) = crate::simulate::simulate_with_report(&less, |told| heard.push(told)).unwrap();
         eprintln!("{heard:#?}");
         assert!(heard[0].starts_with("lobe J1: 9") && heard[0].contains("2 turns with infeed"), "{}", heard[0]);
         for result in &results {

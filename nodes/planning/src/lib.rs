@@ -23,7 +23,6 @@ mod finding;
 mod findings;
 mod inspect;
 mod journals;
-mod kept_stiffness;
 mod lifts;
 mod lobes;
 mod plots;
@@ -31,6 +30,7 @@ mod program;
 mod programmed;
 mod recorded;
 mod simulate;
+mod stored_stiffness;
 mod summary;
 mod times;
 mod turn;
@@ -41,9 +41,9 @@ mod turning;
 pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any};
 pub use camwright_files::convert::machine_now::MachineNow;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
-pub use causes::{Causes, Instead, Without, causes};
+pub use causes::{Causes, EffectRemoved, OtherMachine, causes};
 pub use compensation::{LearnedJob, simulate_learned, with_learned};
-pub use deflection::{FORM_TOLERANCE_MM, GivingWay};
+pub use deflection::{FORM_TOLERANCE_MM, LobeDeflection};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use error_location::blame;
 pub use export::write;
@@ -54,19 +54,19 @@ pub use journals::{
     CorrectionFailed, MeasuredContacts, PreparedCorrection, PreparedForStock, PreparedMeasuring, correct, for_stock,
     hash_of, measured_contacts, raw_lobe,
 };
-pub use kept_stiffness::{KeptContacts, kept_contacts, learn_stiffness};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;
 pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, simulate_outlines_on};
+pub use stored_stiffness::{StoredContacts, kept_contacts, learn_stiffness};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
 pub use times::{TimeCompared, compare_times};
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
-    PreparedTurning, TurnedInstead, TurnedLimitSummary, TurnedPassSummary, TurningSummary, bar, form_map_message,
+    OtherLathe, PreparedTurning, TurnedLimitSummary, TurnedPassSummary, TurningSummary, bar, form_map_message,
     plan_turned, simulate_turned, simulate_turned_on, turned_causes, turned_form, turned_result, turning_notes,
     turning_s, turning_summary, write_turning,
 };
@@ -92,8 +92,8 @@ pub struct PreparedJob {
     pub job: Job,
     /// The plan and what it was made of; designs per lobe are in `planned.lobes`.
     pub planned: PlannedJob,
-    /// How its stock is measured before anything is cut, where the job says so: the first of its plans. `planned` follows it, and is what
-    /// is expected until then.
+    /// Measurement of its stock before anything is cut, the first of its plans, if the job has one. `planned` follows it, and is the
+    /// expectation until then.
     pub measuring: Option<PreparedMeasuring>,
     /// The second half of a job whose runout is corrected, as it is expected.
     pub expected_correction: Option<PlannedCorrection>,
@@ -104,7 +104,7 @@ pub struct PreparedJob {
     /// Radius of the wheel that it was planned for, before its first dress (mm).
     pub wheel_radius_mm: f64,
     pub wheel: WheelNow,
-    /// What the plan was made from.
+    /// Provenance of the plan.
     pub provenance: Provenance,
     /// The plan as messages, the header first.
     pub pages: Vec<PlanPage>,

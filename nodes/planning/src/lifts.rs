@@ -1,4 +1,4 @@
-//! How the lift tables of a job were read, and the jerk that each way to read them costs.
+//! Readings of the lift tables of a job, and the jerk of each possible reading.
 
 use super::PreparedJob;
 use super::turn::Turn;
@@ -15,7 +15,7 @@ use camwright_files::lift_file::ProfileLift;
 use serde::Serialize;
 use std::fmt;
 
-/// What `summary.json` says about a lift table.
+/// Lift table in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct LiftSummary {
     pub profile: String,
@@ -32,28 +32,28 @@ pub struct LiftSummary {
 pub struct ReadingSummary {
     /// `smoothest`, `cubic_spline` or `smooth_within`.
     pub reading: &'static str,
-    /// Whether the job is made with it.
+    /// True for the reading that the job uses.
     pub is_used: bool,
     /// Largest third derivative of the lift over the cam angle.
     pub peak_jerk_mm_rad3: f64,
-    /// How far the curve may lie from a point.
+    /// Tolerance of a point.
     pub allowed_mm: f64,
-    /// How far it lies from a point at most.
+    /// Largest deviation from a point.
     pub max_deviation_mm: f64,
     /// Cam angle of that point.
     pub max_deviation_deg: f64,
     /// Root of the mean square over all points.
     pub rms_deviation_mm: f64,
-    /// What it costs the X axis; only within a job, which has a wheel and a speed.
+    /// Demand on the X axis; only within a job, which has a wheel and a speed.
     pub x_axis: Option<AxisJerk>,
 }
 
-/// What a reading asks of `x_axis` on the path of the wheel, at one speed of C.
+/// Demand of a reading on `x_axis` on the path of the wheel, at one speed of C.
 #[derive(Debug, Clone, Serialize)]
 pub struct AxisJerk {
     /// The work speed of the last pass; where its speed varies the mean of its turn.
     pub work_speed_rpm: f64,
-    /// Whether the speed varies.
+    /// True if the speed varies.
     pub varies: bool,
     /// Largest jerk at the speeds of the turn; where there is no path that of the lift alone at the work speed above.
     pub jerk_mm_s3: f64,
@@ -107,7 +107,7 @@ impl fmt::Display for ReadingSummary {
     }
 }
 
-/// How a table was read, then the ways it was not; empty for a formula.
+/// Reading used for a table, then the alternatives; empty for a formula.
 pub(super) fn readings(lift: &ProfileLift) -> Vec<ReadingSummary> {
     let used = lift.law.reading().map(|reading| ReadingSummary::new(&reading, true));
     let others = lift.others.iter().map(|reading| ReadingSummary::new(reading, false));
@@ -117,16 +117,16 @@ pub(super) fn readings(lift: &ProfileLift) -> Vec<ReadingSummary> {
 /// Points on which a path is looked at in each of its intervals, where its third derivative is a parabola.
 const PER_INTERVAL: u32 = 4;
 
-/// How C turns in the last pass over a profile.
+/// Motion of C in the last pass over a profile.
 enum Turning<'a> {
     /// At one speed (rad/s).
     Evenly(f64),
-    /// As in this turn.
+    /// Motion of this turn.
     Planned(Turn<'a>),
 }
 
 impl<'a> Turning<'a> {
-    fn of(job: &Job, prepared: Option<&'a PreparedJob>, profile: usize) -> Option<Self> {
+    fn from_job(job: &Job, prepared: Option<&'a PreparedJob>, profile: usize) -> Option<Self> {
         match job.spec.passes.last()?.speed {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => Some(Self::Evenly(work_speed_rad_s)),
             _ => {
@@ -170,7 +170,7 @@ impl<'a> Turning<'a> {
 
 /// Adds to the readings of a profile what each costs the X axis: on the path that is planned, and on the one that would be.
 fn add_axis_jerk(readings: &mut [ReadingSummary], job: &Job, prepared: Option<&PreparedJob>, profile: usize) {
-    let Some(turning) = Turning::of(job, prepared, profile) else { return };
+    let Some(turning) = Turning::from_job(job, prepared, profile) else { return };
     let lift = &job.lifts[profile];
     let machine = prepared.map_or(&job.machine.description, |prepared| &prepared.machine);
     let wheel_radius_mm = prepared.map_or_else(
@@ -215,7 +215,7 @@ fn path_of(lift: &LiftLaw, profile: &ProfileSpec, wheel_radius_mm: f64) -> Resul
     ToolPath::for_wheel(&contour, wheel_radius_mm).map_err(|error| error.to_string())
 }
 
-/// How every table of a job was read; `prepared` if it could be planned.
+/// Reading of every table of a job; `prepared` if it could be planned.
 pub(super) fn summaries(job: &Job, prepared: Option<&PreparedJob>) -> Vec<LiftSummary> {
     let summary = |(index, (profile, lift)): (usize, (&ProfileSpec, &ProfileLift))| {
         let blocks = lift.table.as_ref()?.blocks();

@@ -2,7 +2,7 @@
 
 use camwright::cam::contour::Contour;
 use camwright::cam::form::{Form, FormError};
-use camwright::math::range::least_and_most;
+use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, wrap_turn};
 use camwright::planner::LobeDesign;
 use camwright_files::convert::{m_from_mm, mm_from_m};
@@ -12,7 +12,7 @@ use thiserror::Error;
 /// Points of a blank's outline over one turn: 0.1°, as the blocks of the tables in use.
 pub const BLANK_POINTS: usize = 3600;
 
-/// Why the form of a lobe cannot be told.
+/// Reason why the form of a lobe is unknown.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("the form of lobe {lobe} cannot be judged: {source}")]
 pub struct LobeFormError {
@@ -85,7 +85,7 @@ fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
     radius
 }
 
-/// How a ground lobe came out, against its design.
+/// Result of a ground lobe, against its design.
 ///
 /// # Errors
 /// An outline without radii, or with one that is none.
@@ -93,7 +93,7 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
     let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
     let form = Form::measure(&radii_mm, &design.contour, design.phase_on_rad(measured.key_way))
         .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
-    let span = least_and_most(measured.radius.iter().copied());
+    let span = minimum_and_maximum(measured.radius.iter().copied());
     let highest = |of: &[f64]| {
         let degrees = of.iter().enumerate().filter(|(_, value)| **value > 0.0);
         let (degree, value) = degrees.max_by(|a, b| a.1.total_cmp(b.1))?;
@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    /// The degree that took most is told by its cam angle, the hottest one by its own.
+    /// The degree with the largest removal is reported by its cam angle, the hottest one by its own.
     #[test]
     fn the_hardest_cut_is_told_where_it_was() {
         let (e, r, phase) = (4.2, 19.0, 1.1);

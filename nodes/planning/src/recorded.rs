@@ -9,7 +9,7 @@ use camwright_files::recorded_files::{MACHINES, NamedFile, RecordedFiles};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineDescription as DescriptionMessage};
 use std::path::PathBuf;
 
-/// Why a job cannot be planned again whose file was not told.
+/// Reason for not replanning a job without its file.
 pub const NO_JOB_FILE: &str = "the bag does not hold the job's file";
 
 /// Plans a recorded job, with the files that it names, for a machine on which the recorded wheel is mounted, with `key=value` overrides.

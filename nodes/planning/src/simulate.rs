@@ -4,7 +4,7 @@
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
 use camwright::interpolator::{Motion, Prepared};
 use camwright::machine::description::{Effect, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::planner::Contact;
 use camwright::planner::PlannedLobe;
@@ -31,8 +31,7 @@ pub struct SimulationFailed {
 /// Radii of every lobe in the order of machining (mm, at equal azimuths).
 pub type Outlines = Vec<Vec<f64>>;
 
-/// Runs a job on its machine without these effects, and measures what was ground. `tell` sees
-/// every tick from the motion's first to its last.
+/// Runs a job on its machine without these effects, and measures the ground part. Calls `tell` for every tick of the motion.
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
@@ -71,9 +70,9 @@ pub fn simulate_outlines_on(
     simulate_whole(prepared, description, tell, |_| {})
 }
 
-/// Runs a job on its machine and measures what was ground; `told` hears what was decided between its plans.
+/// Runs a job on its machine and measures the ground part; passes the decisions between its plans to `told`.
 #[cfg(test)]
-pub(super) fn simulate_told(
+pub(super) fn simulate_with_report(
     prepared: &PreparedJob,
     told: impl FnMut(String),
 ) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
@@ -83,12 +82,12 @@ pub(super) fn simulate_told(
 
 /// The machine, with the job's raw part in it.
 pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -> Result<Machine, String> {
-    let lasting = LastingState::new(description).with_wheel(prepared.wheel);
+    let lasting = PersistentState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| error.to_string())?;
     for index in 0..prepared.planned.lobes.len() {
         let raw = raw_lobe(prepared, index);
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-        machine.set_key_way(raw.key_way);
+        machine.set_keyway(raw.key_way);
         let loaded = machine.load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii);
         loaded.map_err(|error| error.to_string())?;
     }
@@ -142,7 +141,7 @@ fn simulate_whole(
         None => None,
     };
     if let Some(correction) = &correction {
-        correction.told(prepared).into_iter().for_each(&mut told);
+        correction.summary_lines(prepared).into_iter().for_each(&mut told);
         let second = run(&correction.pages, &mut tell)?;
         simulated = Simulated { outcome: second.outcome, last_tick: second.last_tick, ..simulated };
     }
@@ -230,7 +229,7 @@ mod tests {
         assert!(worst_um < 1.0, "{worst_um} um");
     }
 
-    /// What a batch leaves on its lobes is what its wheel had worn by their end, over a dress and on a wheel that comes worn.
+    /// The error of a batch equals the predicted wear of its wheel, over a dress and with a wheel that is already worn.
     #[test]
     fn a_dressed_batch_is_off_by_the_wear_that_is_predicted() {
         let job = camwright_files::job_file::load("dressed_batch", &[]).unwrap();

@@ -2,7 +2,7 @@
 
 use super::PreparedJob;
 use super::cut_table::pass_rows;
-use super::deflection::{self, GivingWay};
+use super::deflection::{self, LobeDeflection};
 use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
 use super::turn::Turn;
@@ -38,7 +38,7 @@ pub struct Summary {
     pub saved_by_turning_on_s: Option<f64>,
     /// The difference: what not turning the part saves.
     pub saved_s: f64,
-    /// Whether the job itself goes the conventional way.
+    /// True if the job uses rotary indexing.
     pub rotary_indexing: bool,
     /// Time on the way that the order of the lobes saves the table, where the fastest was sought.
     pub saved_by_order_s: Option<f64>,
@@ -69,7 +69,7 @@ pub struct LobeSummary {
     /// Turns of all passes, spark-out included.
     pub turns: u32,
     pub max_lift_mm: f64,
-    /// How far the lift law lies from the printed table at most; none for a formula.
+    /// Largest deviation of the lift law from the printed table; `None` for a formula.
     pub lift_deviation_mm: Option<f64>,
     /// Pressure angle largest in size.
     pub max_pressure_angle_deg: f64,
@@ -79,9 +79,9 @@ pub struct LobeSummary {
     pub path_knots: usize,
     /// Largest distance from the contour of the points that the path grinds.
     pub contour_error_mm: f64,
-    /// What wheel and part giving way leaves, on a machine where they do.
+    /// Deflection of wheel and part; `None` on a rigid machine.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub giving_way: Option<GivingWay>,
+    pub giving_way: Option<LobeDeflection>,
     /// The passes in their order.
     pub passes: Vec<PassSummary>,
 }
@@ -110,9 +110,9 @@ pub struct PassSummary {
     pub max_removal_mm2_s: f64,
     /// Share of a turn's time at each class of the specific removal rate.
     pub removal_classes: Vec<RemovalClass>,
-    /// What sets the speed, for how much of a turn's time, and where.
+    /// Bounds of the speed, with their share of a turn's time and their angles.
     pub bounds: Vec<BoundSummary>,
-    /// How far each limit of an axis is used.
+    /// Utilisation of each axis limit.
     pub limits: Vec<LimitSummary>,
 }
 
@@ -193,7 +193,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
-        giving_way: deflection::of_lobe(prepared, index),
+        giving_way: deflection::from_lobe(prepared, index),
         passes: (0..lobe.passes.len()).map(|pass| pass_summary(prepared, index, lobe, pass)).collect(),
     }
 }
@@ -222,7 +222,7 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
         turns: speed.turns(),
         infeed_turns: speed.infeed().schedule().turns(),
         turn_s: speed.turn_s(),
-        least_turn_s: speed.least_turn_s(),
+        least_turn_s: speed.minimum_turn_s(),
         constant_speed_turn_s: turn.as_ref().map(Turn::constant_speed_turn_s),
         work_speed_rpm: [rpm(slowest), rpm(fastest)],
         stop_s,

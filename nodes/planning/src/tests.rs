@@ -156,8 +156,8 @@ fn a_job_of_motion_laws_is_planned() {
     assert!(error.contains("the jerk of the X axis would be unbounded"), "{error}");
 }
 
-/// A gauge reads the lift of the follower itself; one that does not fit the hollow flanks is told of, one that cannot lie
-/// on the base circle is refused.
+/// A gauge reads the lift of the follower itself; a gauge that does not fit the hollow flanks is reported, one that cannot lie on the base
+/// circle is refused.
 #[test]
 fn a_gauge_is_told_what_to_read() {
     let with_gauge = |gauge: &str| with_follower(&format!("{{kind: roller, radius_mm: 8.5}}\n    gauge: {gauge}"));

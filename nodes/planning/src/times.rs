@@ -12,12 +12,12 @@ pub struct TimeCompared {
     pub what: String,
     /// Before anything moved (s).
     pub predicted_s: f64,
-    /// By the machine's ticks (s).
+    /// Actual time by the machine's ticks (s).
     pub actual_s: f64,
 }
 
 impl TimeCompared {
-    /// How much longer it took (s).
+    /// Delay against the prediction (s).
     #[must_use]
     pub fn late_s(&self) -> f64 {
         self.actual_s - self.predicted_s
@@ -75,8 +75,8 @@ mod tests {
         assert!(text.starts_with("job ") && text.ends_with("(+3.000 s)"), "{text}");
     }
 
-    /// What a prediction cannot know are edges. This machine wakes up with C at 137.25°, so its origin lies 222.75° ahead and not half
-    /// a turn: 42.75° at 20 rpm. The switch of each station is heard of some ticks after it closes.
+    /// Predictions cannot foresee when a switch trips. This machine wakes up with C at 137.25°, so its origin lies 222.75° ahead and
+    /// not half a turn: 42.75° at 20 rpm. The switch of each station is reported some ticks after it closes.
     #[test]
     fn a_job_takes_as_long_as_predicted_but_for_its_searches() {
         for job in ["four_lobe_camshaft", "rough_and_finish"] {

@@ -33,7 +33,7 @@ pub(super) struct TurnPoint {
     pub(super) removal_mm2_s: f64,
     /// The most that the speed law and the work speed allow of it (mm²/s).
     pub(super) allowed_mm2_s: f64,
-    /// What sets the speed.
+    /// Bound that sets the speed.
     pub(super) active: Option<Bound>,
     /// Share of the turn's time that it stands for.
     pub(super) share: f64,
@@ -100,7 +100,7 @@ impl<'a> Turn<'a> {
         TURN_RAD * largest / self.peak_mm2_s()
     }
 
-    /// What planning allows of the limits of C and of X.
+    /// Share of the limits of C and of X available to planning.
     pub(super) fn allowed(&self) -> [MotionLimits; 2] {
         self.bounds.allowed()
     }

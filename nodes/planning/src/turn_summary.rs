@@ -146,7 +146,7 @@ fn tenth(deg: f64) -> f64 {
     (deg * 10.0).round() / 10.0
 }
 
-/// What sets the speed of a turn, the most of its time first.
+/// Bounds of the speed of a turn, the longest first.
 pub(super) fn bounds_used(turn: &Turn<'_>) -> Vec<BoundSummary> {
     let points = &turn.points;
     let mut found: Vec<BoundSummary> = Vec::new();

@@ -31,7 +31,7 @@ use super::goal_table::{Core, Entry, is_cancelable};
 use super::node::Node;
 use super::qos::Qos;
 use super::services::{Responder, ServiceHandle};
-use camwright_threads::drops::Drops;
+use camwright_threads::drops::DropCounter;
 
 /// Decision on a request for a goal.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ pub enum GoalDecision {
     /// Rejects the goal. The reason goes to the log, since the protocol has no field for it.
     Reject(String),
     /// Defers the decision: see [`GoalDecision::later`].
-    Later(LaterDecision),
+    Later(DeferredDecision),
 }
 
 impl GoalDecision {
@@ -49,8 +49,8 @@ impl GoalDecision {
     ///
     /// Return the decision to the server, and decide with the [`GoalDecider`].
     pub fn later() -> (GoalDecider, GoalDecision) {
-        let decision: Arc<Mutex<Undecided>> = Arc::default();
-        (GoalDecider(Arc::clone(&decision)), GoalDecision::Later(LaterDecision(decision)))
+        let decision: Arc<Mutex<PendingDecision>> = Arc::default();
+        (GoalDecider(Arc::clone(&decision)), GoalDecision::Later(DeferredDecision(decision)))
     }
 }
 
@@ -58,21 +58,21 @@ type Verdict = Result<(), String>;
 
 /// A verdict and its continuation, whichever comes first.
 #[derive(Default)]
-struct Undecided {
+struct PendingDecision {
     verdict: Option<Verdict>,
     then: Option<Box<dyn FnOnce(Verdict) + Send>>,
 }
 
 /// Deferred decision.
-pub struct LaterDecision(Arc<Mutex<Undecided>>);
+pub struct DeferredDecision(Arc<Mutex<PendingDecision>>);
 
-impl fmt::Debug for LaterDecision {
+impl fmt::Debug for DeferredDecision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("LaterDecision").finish_non_exhaustive()
     }
 }
 
-impl LaterDecision {
+impl DeferredDecision {
     fn then(self, then: impl FnOnce(Verdict) + Send + 'static) {
         let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match undecided.verdict.take() {
@@ -87,7 +87,7 @@ impl LaterDecision {
 
 /// The right to decide on one goal, once, from any thread. If it is dropped, the goal is rejected.
 #[must_use = "dropping it rejects the goal"]
-pub struct GoalDecider(Arc<Mutex<Undecided>>);
+pub struct GoalDecider(Arc<Mutex<PendingDecision>>);
 
 impl fmt::Debug for GoalDecider {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -305,7 +305,7 @@ impl Node {
         handler: impl ActionHandler<A>,
     ) -> Result<ActionServer<A>, RosError> {
         let names = ActionNames::resolve(self, name)?;
-        let feedback = self.telemetry(&names.feedback, &Qos::default_topic(), &Drops::default())?;
+        let feedback = self.telemetry(&names.feedback, &Qos::default_topic(), &DropCounter::default())?;
         let status = self.publisher(&names.status, &Qos::action_status())?;
         let core = Arc::new_cyclic(|this| Core::<A> {
             name: names.action,

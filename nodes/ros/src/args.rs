@@ -57,6 +57,7 @@ pub struct RosArgs {
     default_level: Option<Level>,
     enclave: Option<String>,
     stdout_logs: bool,
+    quiet_stdout: bool,
     rosout_logs: bool,
     unparsed: Vec<String>,
     domain_id: u16,
@@ -74,6 +75,7 @@ impl Default for RosArgs {
             default_level: None,
             enclave: None,
             stdout_logs: true,
+            quiet_stdout: false,
             rosout_logs: true,
             unparsed: Vec::new(),
             domain_id: 0,
@@ -277,8 +279,17 @@ impl RosArgs {
         &self.remaps
     }
 
-    pub(super) fn console(&self) -> bool {
-        self.stdout_logs
+    /// Prints only warnings and errors on the terminal, unless the command line sets a log level. `/rosout` keeps every line.
+    #[must_use]
+    pub fn with_quiet_console(mut self) -> Self {
+        self.quiet_stdout = self.log_levels.is_empty() && self.default_level.is_none();
+        self
+    }
+
+    /// Lowest level that the terminal shows; none without a terminal log.
+    pub(super) fn console(&self) -> Option<Level> {
+        let lowest = if self.quiet_stdout { Level::Warn } else { Level::Unset };
+        self.stdout_logs.then_some(lowest)
     }
 
     pub(super) fn rosout(&self) -> bool {
@@ -299,8 +310,8 @@ impl RosArgs {
             .unwrap_or(Level::Info)
     }
 
-    /// Overrides for a node, in the order they were given: later ones win. `explicit` tells whether the node was named, so that a
-    /// name it does not know is a mistake.
+    /// Overrides for a node, in the order they were given: later ones win. `explicit` is true if the node was named, so that an
+    /// unknown name is an error.
     pub(super) fn overrides_for(&self, node: &str, fully_qualified: &str) -> Vec<NodeOverride> {
         let mut all = Vec::new();
         for item in &self.overrides {

@@ -93,7 +93,7 @@ fn enclave_and_log_flags_are_read() {
     ])
     .expect("valid");
     assert_eq!(args.enclave(), Some("/foo/bar"));
-    assert!(!args.console() && args.rosout());
+    assert!(args.console().is_none() && args.rosout());
     assert!(args.unparsed().is_empty());
     assert!(parse(&["--ros-args", "-e", "relative"]).is_err());
     assert!(parse(&["--ros-args", "--enclave"]).is_err());
@@ -137,7 +137,7 @@ fn overrides_keep_the_order_of_the_command_line_and_their_node() {
     );
 }
 
-/// What this crate makes of a command line, in the words of the table.
+/// Verdict of this crate on a command line, in the words of the table.
 fn verdict(args: &[&str]) -> Value {
     let Ok((args, _)) = parse(args) else { return json!("refused") };
     if !args.unparsed().is_empty() {
@@ -196,4 +196,12 @@ fn command_lines_mean_what_they_mean_to_rcl() {
         assert_eq!(deviates, line["because"].is_string(), "a deviation has a reason, and a reason a deviation: {line}");
     }
     assert!(wrong.is_empty(), "{} of {} lines:\n{}", wrong.len(), table.len(), wrong.join("\n"));
+}
+
+#[test]
+fn a_quiet_console_shows_warnings_unless_a_level_is_asked_for() {
+    let args = |words: &[&str]| parse(words).expect("arguments").0.with_quiet_console();
+    assert_eq!(args(&[]).console(), Some(Level::Warn));
+    assert_eq!(args(&["--ros-args", "--log-level", "debug"]).console(), Some(Level::Unset));
+    assert!(args(&[]).rosout(), "the bag holds every line");
 }

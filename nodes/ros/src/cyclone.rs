@@ -1,9 +1,9 @@
 //! Services as `rmw_cyclonedds_cpp` has them.
 //!
-//! Fast DDS says beside a sample, inline, which request it is and which it answers. Cyclone says it in front of the sample's fields: who
-//! asks, as a number of the client's own making, and the number of the request; a reply begins with the same two. Neither understands the
-//! other, which is why ROS 2 promises no services between them. Which of the two a sample has is told by the GUID of its writer, which
-//! begins with the vendor, so here both are answered, each in its own way; samples for the others carry no name that anybody waits for.
+//! Fast DDS puts the number of a request, or of the answered request, into inline parameters beside the sample. Cyclone puts it in front
+//! of the sample's fields: a client id chosen by the client, and the number of the request; a reply begins with the same two. Neither
+//! understands the other, so ROS 2 does not promise services between them. The GUID of the writer, which begins with the vendor, shows
+//! the mapping of a sample, so here both are answered, each with its own mapping; samples of the other mapping carry no known name.
 
 use std::time::{Duration, Instant};
 
@@ -31,8 +31,8 @@ pub(super) fn is_cyclone(guid: &GUID) -> bool {
     guid.to_bytes()[..2] == CYCLONE
 }
 
-/// How long after the match a reader on Cyclone is taken to have matched our writer too. It takes a message of ours that comes before as
-/// one from before its time, acknowledges it and never delivers it. Seen: 0.1 ms between the two, where a request was lost.
+/// Time after the match until a reader on Cyclone is assumed to have matched our writer too. A message that arrives earlier counts as
+/// older than the match: the reader acknowledges it and never delivers it. Measured: 0.1 ms between the two when a request was lost.
 pub(super) const ACQUAINTANCE: Duration = Duration::from_millis(100);
 
 /// Returns true if a peer that matched at that time receives what is sent now.

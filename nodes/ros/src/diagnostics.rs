@@ -34,7 +34,7 @@ impl Reporter {
         self.send(&node, status);
     }
 
-    /// What killed a thread, and nothing else: whoever asks for the rest may wait for that thread.
+    /// Publishes the fault of a dead thread and no other status: collecting the others could wait for that thread.
     fn publish_fault(&self, fault: &str) {
         if let Some(node) = self.node.upgrade() {
             self.send(&node, vec![diagnostic_status(DiagnosticStatus::ERROR, "", fault, &[])]);

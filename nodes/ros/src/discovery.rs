@@ -18,7 +18,7 @@ use rustdds::{
     qos::QosPolicyId,
 };
 
-use super::fastdds_workarounds::Beside;
+use super::fastdds_workarounds::FastDdsWorkarounds;
 use super::matches::Matches;
 use super::names;
 use super::network::gate::{self, Gate, Prefix};
@@ -34,7 +34,7 @@ pub struct EndpointInfo {
     pub node: Option<String>,
     /// Offered or requested profile.
     pub qos: Qos,
-    /// The hash of its type (`RIHS01_…`), if it tells that: ROS 2 peers do, our own endpoints cannot.
+    /// The hash of its type (`RIHS01_…`), if it announces it: ROS 2 peers do, our own endpoints cannot.
     pub type_hash: Option<String>,
 }
 
@@ -82,7 +82,7 @@ struct State {
     readers: BTreeMap<GUID, Endpoint>,
     /// With whom our endpoints are matched, and since when.
     matched: BTreeMap<GUID, BTreeMap<GUID, Instant>>,
-    /// Matches told before both of their ends were known here: ours, theirs.
+    /// Matches announced before both of their ends were known here: ours, theirs.
     undecided: BTreeSet<(GUID, GUID)>,
     incompatible: Vec<String>,
     /// Pairs (ours, theirs) of which it has been said already that they do not fit.
@@ -157,13 +157,13 @@ impl Graph {
     pub(super) fn drain(
         &self,
         events: &DomainParticipantStatusListener,
-        beside: &Beside,
+        beside: &FastDdsWorkarounds,
         gate: &mut Gate,
     ) -> Vec<String> {
         let mut news = false;
         let mut sentences = Vec::new();
         while let Some(event) = events.try_recv_status() {
-            sentences.extend(gate.take(&event, || self.state().partners()));
+            sentences.extend(gate.admit(&event, || self.state().partners()));
             if let DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } = &event {
                 beside.writer_matched(local_reader, remote_writer);
             }
@@ -204,7 +204,7 @@ impl Graph {
         GraphListener { graph: Arc::downgrade(self), id }
     }
 
-    /// Waits until `condition` holds; needs the node's executor to run on another thread. Tells whether it holds.
+    /// Waits until `condition` holds; needs the node's executor to run on another thread. Returns whether it holds.
     pub(super) fn wait_until(&self, timeout: Duration, condition: impl Fn(&Matches<'_>) -> bool) -> bool {
         let deadline = Instant::now() + timeout;
         let mut state = self.state();
@@ -400,8 +400,8 @@ impl State {
         self.told.retain(|(_, theirs)| !gone(theirs));
     }
 
-    /// Takes a match that `RustDDS` made by topic and quality of service alone: it counts when both ends carry the same type, and
-    /// waits until both are known. Tells whether it counts.
+    /// Adds a match that `RustDDS` made by topic and quality of service alone: it counts when both ends carry the same type, and waits
+    /// until both are known. Returns whether it counts.
     fn add_match(&mut self, ours: GUID, theirs: GUID) -> bool {
         let endpoint = |guid: &GUID| self.writers.get(guid).or_else(|| self.readers.get(guid));
         let (Some(our), Some(their)) = (endpoint(&ours), endpoint(&theirs)) else {

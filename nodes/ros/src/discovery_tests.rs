@@ -1,4 +1,4 @@
-//! Matches that are told before both of their ends are known.
+//! Matches announced before both of their ends are known.
 
 use super::*;
 

@@ -30,7 +30,7 @@ use super::{
     rtps_messages::{FAST_DDS, Reply, disposal, heartbeat},
 };
 
-/// Participants on this host that are told; Fast DDS itself looks for as many.
+/// Maximum number of participants on this host that are announced; Fast DDS itself looks for the same number.
 const LOCAL_PARTICIPANTS: u16 = 32;
 
 /// First port of a domain (RTPS 2.5, section 9.6.2.3).
@@ -38,7 +38,7 @@ fn domain_port(domain_id: u16) -> u16 {
     7400 + 250 * domain_id
 }
 
-pub(super) struct Beside {
+pub(super) struct FastDdsWorkarounds {
     socket: UdpSocket,
     domain_id: u16,
     range: DiscoveryRange,
@@ -46,13 +46,13 @@ pub(super) struct Beside {
     user_traffic: SocketAddr,
 }
 
-impl fmt::Debug for Beside {
+impl fmt::Debug for FastDdsWorkarounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Beside").field("participant", &self.participant).finish_non_exhaustive()
     }
 }
 
-impl Beside {
+impl FastDdsWorkarounds {
     pub(super) fn new(
         participant: GUID,
         domain_id: u16,
@@ -64,7 +64,7 @@ impl Beside {
             DiscoveryRange::Subnet => Ipv4Addr::UNSPECIFIED,
         };
         let port = domain_port(domain_id) + 11 + 2 * participant_id;
-        Ok(Beside {
+        Ok(FastDdsWorkarounds {
             socket: UdpSocket::bind((address, 0))?,
             domain_id,
             range,
@@ -100,7 +100,7 @@ impl Beside {
     /// To the port of every participant there may be on this host: 10 for discovery, 11 for messages (RTPS 2.5, section 9.6.2.3).
     fn to_local_participants(&self, kind: u16, message: &[u8]) {
         for number in 0..LOCAL_PARTICIPANTS {
-            // Who is not there cannot be told.
+            // An absent participant cannot be informed.
             let _ =
                 self.socket.send_to(message, (Ipv4Addr::LOCALHOST, domain_port(self.domain_id) + kind + 2 * number));
         }

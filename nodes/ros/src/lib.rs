@@ -97,7 +97,7 @@ mod wire;
 
 pub use action::{GoalId, GoalStatus};
 pub use action_client::{ActionClient, CancelOutcome, ClientGoal};
-pub use action_server::{ActionHandler, ActionServer, GoalDecider, GoalDecision, LaterDecision};
+pub use action_server::{ActionHandler, ActionServer, DeferredDecision, GoalDecider, GoalDecision};
 pub use args::{ArgsError, DiscoveryRange, RosArgs};
 pub use authority::Authority;
 pub use clock::{from_time, to_time};

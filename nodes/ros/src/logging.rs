@@ -33,7 +33,8 @@ struct Inner {
     threshold: AtomicU8,
     /// Level of the command line.
     usual: Level,
-    console: bool,
+    /// Lowest level on the terminal; none without a terminal log.
+    console: Option<Level>,
     rosout: bool,
     outlet: Mutex<Option<Arc<dyn Outlet>>>,
 }
@@ -162,7 +163,7 @@ impl Logger {
         }
         let outlet = self.outlet().clone();
         let now_ns = outlet.as_ref().map_or_else(system_time_ns, |outlet| outlet.now_ns());
-        if self.inner.console {
+        if self.inner.console.is_some_and(|lowest| level >= lowest) {
             print(level, now_ns, &self.inner.name, text);
         }
         if let Some(outlet) = outlet {

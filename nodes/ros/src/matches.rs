@@ -22,16 +22,16 @@ impl Matches<'_> {
 
     /// Returns true if an endpoint of the participant of `theirs` matches one of ours.
     pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        self.of_participant(ours, theirs).next().is_some()
+        self.for_participant(ours, theirs).next().is_some()
     }
 
     /// Returns true if an endpoint of the participant of `theirs` matches one of ours and receives what is sent from now on.
     pub(super) fn is_heard_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        self.of_participant(ours, theirs).any(|(other, since)| cyclone::knows_us(other, *since))
+        self.for_participant(ours, theirs).any(|(other, since)| cyclone::knows_us(other, *since))
     }
 
     /// Endpoints of the participant of `theirs` that match one of ours, with the time of the match.
-    fn of_participant(&self, ours: &GUID, theirs: &GUID) -> impl Iterator<Item = (&GUID, &Instant)> {
+    fn for_participant(&self, ours: &GUID, theirs: &GUID) -> impl Iterator<Item = (&GUID, &Instant)> {
         let prefix = theirs.prefix;
         self.matched.get(ours).into_iter().flatten().filter(move |(other, _)| other.prefix == prefix)
     }

@@ -17,7 +17,7 @@ use super::delay::{DelayInjection, DelaySource};
 use super::discovery::{Graph, Guid};
 use super::error::RosError;
 use super::executor::{Executor, TimerHandle};
-use super::fastdds_workarounds::Beside;
+use super::fastdds_workarounds::FastDdsWorkarounds;
 use super::level::Level;
 use super::load::Load;
 use super::logging::Logger;
@@ -49,7 +49,7 @@ pub(super) struct NodeInner {
     pub(super) logger: Logger,
     pub(super) parameters: Parameters,
     pub(super) clock: Arc<RosClock>,
-    pub(super) beside: Arc<Beside>,
+    pub(super) beside: Arc<FastDdsWorkarounds>,
     pub(super) delay_injection: Option<DelayInjection>,
     pub(super) writer_window: WriterWindow,
     pub(super) load: Arc<Load>,
@@ -123,7 +123,7 @@ impl Node {
         &self.inner.graph
     }
 
-    pub(super) fn beside(&self) -> &Arc<Beside> {
+    pub(super) fn beside(&self) -> &Arc<FastDdsWorkarounds> {
         &self.inner.beside
     }
 

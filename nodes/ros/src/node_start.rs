@@ -11,7 +11,7 @@ use super::delay::DelayInjection;
 use super::discovery::Graph;
 use super::error::RosError;
 use super::executor::Executor;
-use super::fastdds_workarounds::Beside;
+use super::fastdds_workarounds::FastDdsWorkarounds;
 use super::level::Level;
 use super::logging::Logger;
 use super::loopback::Loopback;
@@ -125,7 +125,8 @@ impl Node {
         let io = |source| RosError::Io { what: format!("node {fully_qualified}"), source };
         let executor = Executor::new().map_err(io)?;
         let (domain_id, participant_id) = (participant.domain_id(), participant.participant_id());
-        let beside = Beside::new(participant.guid(), domain_id, participant_id, args.discovery_range()).map_err(io)?;
+        let beside = FastDdsWorkarounds::new(participant.guid(), domain_id, participant_id, args.discovery_range())
+            .map_err(io)?;
         let logger = Logger::new(&names, &args);
         let watch = watchdog::watch(vitals, report_death(&logger, &fully_qualified)).map_err(io)?;
         let graph = Arc::<Graph>::default();

@@ -1,7 +1,7 @@
 //! Real-time priority and locked memory for cyclic threads.
 //!
-//! Nothing is right or wrong by it; it decides how late a tick comes on a computer that has other things to do. A system that refuses is
-//! told of with the remedy, and the thread runs as an ordinary one.
+//! It affects only the delay of a tick on a busy computer, not the results. If the system refuses, a warning names the remedy, and the
+//! thread runs with ordinary priority.
 
 use crate::running::NodeError;
 use crate::{Node, NodeOptions, Parameter, ParameterValue};

@@ -1,8 +1,8 @@
 //! Services: servers, deferred answers, and blocking clients.
 //!
-//! Made of two topics, as on the wire, because the crate's own services can neither carry an action's types nor tell whether the
-//! peer is matched. Requests and replies are related as Fast DDS does it ("enhanced" mapping): a request carries the GUID of the
-//! reader that waits for the reply, a reply carries that GUID and the number of the request. Peers on Cyclone do it their own way
+//! A service consists of two topics, as on the wire, because the crate's own services can neither carry an action's types nor report
+//! whether the peer is matched. Requests and replies are related as in Fast DDS ("enhanced" mapping): a request carries the GUID of the
+//! reader that waits for the reply, a reply carries that GUID and the number of the request. Peers on Cyclone use another mapping
 //! ([`super::cyclone`]).
 
 use std::{
@@ -24,7 +24,7 @@ use super::cyclone::{self, Header};
 use super::discovery::{Graph, GraphListener, Guid};
 use super::error::RosError;
 use super::executor::Executor;
-use super::fastdds_workarounds::Beside;
+use super::fastdds_workarounds::FastDdsWorkarounds;
 use super::load::Load;
 use super::logging::Logger;
 use super::loopback::LocalEndpoint;
@@ -36,7 +36,7 @@ use super::reply_pace::{ReplyPace, STEP};
 use super::rtps_messages::Reply;
 use super::sample_info::SampleInfo;
 use super::topics::Subscription;
-use super::wire::{AsIs, CDR_LE_HEADER, Octets, to_cdr};
+use super::wire::{CDR_LE_HEADER, Octets, RawBytes, to_cdr};
 
 /// Longest time for which a reply waits for the discovery of its reader. Discovery of a client's two endpoints takes some ms;
 /// a client that is not found by then has gone.
@@ -58,9 +58,9 @@ fn keeps_few_replies(client: &GUID) -> bool {
 
 /// Writes requests or replies.
 pub(super) struct Writer {
-    dds: no_key::DataWriter<Bytes, AsIs>,
+    dds: no_key::DataWriter<Bytes, RawBytes>,
     local: LocalEndpoint,
-    beside: Arc<Beside>,
+    beside: Arc<FastDdsWorkarounds>,
     /// Samples written, which is the number of the last one.
     written: Mutex<i64>,
 }
@@ -71,7 +71,7 @@ impl Writer {
         let topic = node.dds_topic(dds_name.to_string(), dds_type, &policies)?;
         let dds = node
             .with_participant(|participant| {
-                participant.create_publisher(&policies)?.create_datawriter_no_key::<Bytes, AsIs>(&topic, None)
+                participant.create_publisher(&policies)?.create_datawriter_no_key::<Bytes, RawBytes>(&topic, None)
             })?
             .map_err(|error| RosError::create(format!("writer of {dds_name}"), error))?;
         let local = node.loopback().add_writer(dds_name, dds_type, qos, dds.guid());
@@ -189,18 +189,18 @@ impl ReplySide {
         }
         // It may have been matched in between.
         self.retry();
-        self.look_again();
+        self.schedule_retry();
     }
 
     /// Tries again after a while, as long as a reply waits: a match is news, that it has lasted for a time is none.
-    fn look_again(self: &Arc<Self>) {
+    fn schedule_retry(self: &Arc<Self>) {
         let Some(executor) = self.executor.upgrade() else { return };
         let side = Arc::downgrade(self);
         let retry = move || {
             let Some(side) = side.upgrade() else { return };
             side.retry();
             if !side.waiting.lock().unwrap_or_else(PoisonError::into_inner).is_empty() {
-                side.look_again();
+                side.schedule_retry();
             }
         };
         executor.at(Instant::now() + cyclone::ACQUAINTANCE, Box::new(retry));
@@ -219,12 +219,12 @@ impl ReplySide {
         let at_once = self.pace.lock().unwrap_or_else(PoisonError::into_inner).reply(id.client, (id, reply), now);
         match at_once {
             Some((id, reply)) => self.write(id, reply),
-            None => self.look_at_pace(),
+            None => self.check_pace(),
         }
     }
 
     /// Writes the replies whose turn has come, step by step, as long as any waits.
-    fn look_at_pace(self: &Arc<Self>) {
+    fn check_pace(self: &Arc<Self>) {
         if self.is_pacing.swap(true, Ordering::AcqRel) {
             return;
         }
@@ -241,7 +241,7 @@ impl ReplySide {
                 side.write(id, reply);
             }
             if waits {
-                side.look_at_pace();
+                side.check_pace();
             }
         };
         executor.at(Instant::now() + STEP, Box::new(step));

@@ -5,14 +5,14 @@
 
 use super::{error::RosError, node::Node, qos::Qos, topics::Publisher};
 use camwright_msgs::Message;
-use camwright_threads::drops::Drops;
+use camwright_threads::drops::DropCounter;
 use std::fmt;
 use std::time::{Duration, Instant};
 
 /// Publishes messages of one type on one topic and never waits for room.
 pub struct Telemetry<M: Message> {
     publisher: Publisher<M>,
-    drops: Drops,
+    drops: DropCounter,
 }
 
 impl<M: Message> fmt::Debug for Telemetry<M> {
@@ -47,7 +47,7 @@ impl<M: Message> Telemetry<M> {
     /// # Errors
     /// See [`Telemetry::publish`].
     pub fn offer(&self, message: &M, patience: Duration) -> Result<bool, RosError> {
-        /// Pause between two attempts: the writer tells nobody when room is made.
+        /// Pause between two attempts: the writer does not signal free space.
         const BETWEEN: Duration = Duration::from_millis(1);
         let end = Instant::now() + patience;
         loop {
@@ -88,7 +88,7 @@ impl Node {
     ///
     /// # Errors
     /// See [`Node::publisher`].
-    pub fn telemetry<M: Message>(&self, topic: &str, qos: &Qos, drops: &Drops) -> Result<Telemetry<M>, RosError> {
+    pub fn telemetry<M: Message>(&self, topic: &str, qos: &Qos, drops: &DropCounter) -> Result<Telemetry<M>, RosError> {
         let policies = qos.impatient_writer_policies();
         let publisher = self.publisher_with(topic, M::DDS_TYPE_NAME, qos, &policies)?.typed();
         Ok(Telemetry { publisher, drops: drops.clone() })

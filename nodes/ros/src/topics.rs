@@ -271,8 +271,9 @@ impl Node {
         self.subscribe_raw_bounded(topic, type_name, qos, None, callback)
     }
 
-    /// As [`Node::subscribe_raw`], with an upper bound for the memory of read messages: the depth of `qos` is the maximum, and large
-    /// messages get less, so that no more than about `budget_bytes` are held. `history` messages may come at once at the beginning.
+    /// Same as [`Node::subscribe_raw`], with an upper bound for the memory of read messages: the depth of `qos` is the maximum, and
+    /// large messages get less, so that no more than about `budget_bytes` are held. `history` messages may arrive at once at the
+    /// beginning.
     ///
     /// # Errors
     /// See [`Node::subscribe_raw`].
@@ -435,7 +436,7 @@ struct Earlier {
 }
 
 impl Earlier {
-    /// How long a reader may take to see what was there before it; longer a clock that was set back must not make it deaf.
+    /// Maximum time for a reader to read earlier messages; a clock that was set back must not make it deaf for longer.
     const AT_MOST: Duration = Duration::from_secs(1);
 
     fn than_now(durability: Durability) -> Self {

@@ -33,8 +33,8 @@ impl Serialize for Octets {
 
 impl<'de> Deserialize<'de> for Octets {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct UntilTheEnd;
-        impl<'de> Visitor<'de> for UntilTheEnd {
+        struct RemainingBytes;
+        impl<'de> Visitor<'de> for RemainingBytes {
             type Value = Octets;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("octets")
@@ -48,7 +48,7 @@ impl<'de> Deserialize<'de> for Octets {
                 Ok(Octets(body))
             }
         }
-        deserializer.deserialize_tuple(usize::MAX, UntilTheEnd)
+        deserializer.deserialize_tuple(usize::MAX, RemainingBytes)
     }
 }
 
@@ -68,9 +68,9 @@ pub(super) fn from_cdr<T: DeserializeOwned>(body: &[u8]) -> Result<T, String> {
 
 /// Lets a DDS writer send bodies that are serialised already.
 #[derive(Debug)]
-pub(super) struct AsIs;
+pub(super) struct RawBytes;
 
-impl no_key::SerializerAdapter<Bytes> for AsIs {
+impl no_key::SerializerAdapter<Bytes> for RawBytes {
     type Error = Infallible;
 
     fn output_encoding() -> RepresentationIdentifier {

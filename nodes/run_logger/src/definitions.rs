@@ -1,4 +1,4 @@
-//! What types look like that are not ours: from the message packages that are installed here, or from the node that publishes them.
+//! Definitions of foreign types: from the message packages that are installed here, or from the node that publishes them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -14,13 +14,13 @@ use camwright_ros::{Client, Node, TopicInfo};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Definition {
     pub(super) text: String,
-    /// Empty where nobody tells it.
+    /// Type hash; empty if no publisher announces it.
     pub(super) hash: String,
 }
 
-/// What is known of a type.
+/// State of a type's definition.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Known {
+pub(super) enum DefinitionState {
     Yes(Definition),
     /// Its publisher has been asked, or will be once it can be.
     NotYet,
@@ -43,17 +43,17 @@ pub(super) struct Definitions {
 }
 
 impl Definitions {
-    /// The definition of the type of `found`. `answered` is called on the executor thread, with the type and the answer, when a node that
-    /// had to be asked has told it; [`Definitions::learn`] takes that.
+    /// Finds the definition of the type of `found`. If a node had to be queried, the executor thread calls `answered` with the type and
+    /// the answer; [`Definitions::learn`] takes that.
     pub(super) fn find(
         &mut self,
         node: &Node,
         found: &TopicInfo,
         answered: impl FnOnce(String, GetTypeDescriptionResponse) + Send + 'static,
-    ) -> Known {
+    ) -> DefinitionState {
         let type_name = found.type_name.as_str();
         if let Some(info) = camwright_msgs::by_type_name(type_name).filter(|info| !info.schema.is_empty()) {
-            return Known::Yes(Definition { text: info.schema.into(), hash: info.type_hash.into() });
+            return DefinitionState::Yes(Definition { text: info.schema.into(), hash: info.type_hash.into() });
         }
         if !self.told.contains_key(type_name)
             && let Some(installed) = installed(type_name, found)
@@ -61,19 +61,19 @@ impl Definitions {
             self.told.insert(type_name.to_owned(), installed);
         }
         match self.told.get(type_name) {
-            Some(Ok(definition)) => Known::Yes(definition.clone()),
-            Some(Err(reason)) => Known::No(reason.clone()),
+            Some(Ok(definition)) => DefinitionState::Yes(definition.clone()),
+            Some(Err(reason)) => DefinitionState::No(reason.clone()),
             None => self.ask(node, found, answered),
         }
     }
 
-    /// Asks the node of a publisher that tells its type's hash, once it can be asked.
+    /// Queries the node of a publisher that announces its type's hash, once it is reachable.
     fn ask(
         &mut self,
         node: &Node,
         found: &TopicInfo,
         answered: impl FnOnce(String, GetTypeDescriptionResponse) + Send + 'static,
-    ) -> Known {
+    ) -> DefinitionState {
         let type_name = found.type_name.clone();
         self.questions.retain(|asked, question| {
             *asked != type_name || found.publishers.iter().any(|p| p.node.as_deref() == Some(question.node.as_str()))
@@ -82,11 +82,13 @@ impl Definitions {
             let told = found.publishers.iter().find_map(|p| Some((p.type_hash.clone()?, p.node.clone())));
             let (hash, publisher) = match told {
                 // The name of a node comes after its endpoints.
-                Some((_, None)) => return Known::NotYet,
+                Some((_, None)) => return DefinitionState::NotYet,
                 Some((hash, Some(publisher))) => (hash, publisher),
                 None => {
                     let where_else = "no installed package has it, and its publishers do not tell its hash";
-                    return Known::No(format!("the definition of {type_name} is not known here: {where_else}"));
+                    return DefinitionState::No(format!(
+                        "the definition of {type_name} is not known here: {where_else}"
+                    ));
                 }
             };
             match node.client::<GetTypeDescription>(&format!("{publisher}/get_type_description")) {
@@ -94,10 +96,10 @@ impl Definitions {
                     let question = Question { node: publisher, hash, client, is_sent: false };
                     self.questions.insert(type_name.clone(), question);
                 }
-                Err(error) => return Known::No(error.to_string()),
+                Err(error) => return DefinitionState::No(error.to_string()),
             }
         }
-        let Some(question) = self.questions.get_mut(&type_name) else { return Known::NotYet };
+        let Some(question) = self.questions.get_mut(&type_name) else { return DefinitionState::NotYet };
         if !question.is_sent && question.client.is_ready() {
             let request = GetTypeDescriptionRequest {
                 type_name: type_name.clone(),
@@ -106,10 +108,10 @@ impl Definitions {
             };
             match question.client.call_with(&request, move |response| answered(type_name, response)) {
                 Ok(_) => question.is_sent = true,
-                Err(error) => return Known::No(error.to_string()),
+                Err(error) => return DefinitionState::No(error.to_string()),
             }
         }
-        Known::NotYet
+        DefinitionState::NotYet
     }
 
     /// Takes the answer of a node that was asked.
@@ -138,7 +140,7 @@ fn installed(type_name: &str, found: &TopicInfo) -> Option<Result<Definition, St
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH")?;
     let prefixes: Vec<PathBuf> = std::env::split_paths(&prefixes).collect();
     from_packages(&prefixes, type_name).map(|told| {
-        // The hash that the publishers tell says what they send; what is installed may be another version of it.
+        // The hash announced by the publishers identifies the sent type; the installed one may be another version.
         let published = found.publishers.iter().find_map(|p| p.type_hash.clone());
         let (text, hash) = told?;
         match published {
@@ -170,7 +172,7 @@ fn from_packages(prefixes: &[PathBuf], type_name: &str) -> Option<Result<(String
     Some(text(type_name, |wanted| read(wanted, "msg")).map(|text| (text, hash.unwrap_or_default())))
 }
 
-/// Whether it has the form `package/msg/Type`, so that it names a file and nothing above it.
+/// Returns whether it has the form `package/msg/Type`, so that it names a file and nothing above it.
 fn is_message(type_name: &str) -> bool {
     let is_word = |word: &str| !word.is_empty() && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
     matches!(type_name.split('/').collect::<Vec<_>>()[..], [package, "msg", name] if is_word(package) && is_word(name))

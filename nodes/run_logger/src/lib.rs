@@ -29,7 +29,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
     SplitBagfileResponse,
 };
 
-use camwright_bag::{Counts, DurationsTold};
+use camwright_bag::{Counts, DurationSummary};
 use camwright_ros::running::{NodeError, autostart};
 use camwright_ros::{
     Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs, ServiceHandle,
@@ -44,7 +44,7 @@ use settings::Settings;
 
 /// Period of the checks of a recording.
 const ATTEND_PERIOD: Duration = Duration::from_millis(100);
-/// How long what was published before a deactivation may take to arrive.
+/// Maximum delay of messages published before a deactivation.
 const LAST_ARRIVALS: Duration = Duration::from_millis(100);
 
 /// A recording under way and what feeds it.
@@ -54,14 +54,14 @@ struct Active {
     _graph: GraphListener,
 }
 
-/// What the node's callbacks share.
+/// State shared by the node's callbacks.
 struct Shared {
     node: Node,
     outlets: Outlets,
     /// Locked for the moments of activation and deactivation (the life cycle's thread) and by services (the executor's); never
     /// while waiting for the other.
     active: Mutex<Option<Active>>,
-    /// A recording ended before it was told to, or could not be closed.
+    /// True if a recording ended by itself, or could not be closed.
     has_failed: AtomicBool,
 }
 
@@ -116,7 +116,7 @@ impl Shared {
             move || {
                 let Some(session) = session.upgrade() else { return };
                 session.attend();
-                session.tell_if_due();
+                session.publish_if_due();
                 if let Some(fault) = session.fault().filter(|_| !has_told_fault) {
                     has_told_fault = true;
                     logger.error(&format!("the recording has ended: {fault}"));
@@ -150,8 +150,8 @@ impl Shared {
         match session.stop() {
             Ok((metadata, counts)) => {
                 let (written, topics) = (metadata.message_count, metadata.topics.len());
-                self.tell_end(&format!("closed {bag}: {written} messages on {topics} topics"), &counts);
-                // That was told when it ended.
+                self.report_end(&format!("closed {bag}: {written} messages on {topics} topics"), &counts);
+                // The end itself was already reported.
                 self.has_failed.fetch_or(ended_early, Ordering::AcqRel);
                 Ok(())
             }
@@ -165,10 +165,10 @@ impl Shared {
     }
 
     /// Logs what became of all that was published, and how long it took to hand a message over.
-    fn tell_end(&self, closed: &str, counts: &Counts) {
+    fn report_end(&self, closed: &str, counts: &Counts) {
         let Counts { received, dropped, queue_full, missed, enqueue, .. } = counts;
         let us = |ns: u64| Duration::from_nanos(ns);
-        let DurationsTold { p50_ns, p99_ns, longest_ns, .. } = *enqueue;
+        let DurationSummary { p50_ns, p99_ns, longest_ns, .. } = *enqueue;
         let took = format!(
             "each took {:?} (p50), {:?} (p99), {:?} (most) into the queue",
             us(p50_ns),
@@ -242,7 +242,7 @@ impl LifecycleCallbacks for Callbacks {
     }
 
     fn deactivate(&mut self) -> Result<(), String> {
-        // A bag that could not be closed properly is told; the node is inactive all the same.
+        // A bag that could not be closed properly is reported; the node is inactive all the same.
         drop(self.0.deactivate());
         Ok(())
     }

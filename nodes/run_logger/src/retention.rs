@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use camwright_bag::BagMetadata;
 
-/// What is kept of the runs that lie beside the next one. Zero: all.
+/// Limits for the older runs beside the next one. Zero: no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Retention {
     /// Runs, the next one among them.

@@ -6,7 +6,7 @@ use camwright_bag::QosProfile;
 use camwright_bag::qos as recorded;
 use camwright_ros::{Durability, History, Liveliness, Qos, Reliability};
 
-/// What may be said about topics: by name with `*` and `?`, by regular expression on the name, by type.
+/// Filter of topics: by name with `*` and `?`, by regular expression on the name, by type.
 #[derive(Debug, Clone, Default)]
 pub struct Filter {
     /// Names, in which `*` stands for anything and `?` for one character.
@@ -42,9 +42,9 @@ pub fn regex(text: &str) -> Result<Option<Regex>, String> {
 pub struct Selection {
     /// Namespace of the recorder with a `/` at its end: its cell.
     cell: String,
-    /// What to take; saying nothing takes all of the cell and all that belong to no cell.
+    /// Topics to record; an empty filter selects all of the cell and all that belong to no cell.
     include: Filter,
-    /// What to leave out of it.
+    /// Topics to exclude.
     exclude: Filter,
 }
 
@@ -61,7 +61,7 @@ impl Selection {
         Self { include: absolute(include), exclude: absolute(exclude), cell }
     }
 
-    /// Whether the topic with this absolute name and this type is wanted.
+    /// Returns whether the topic with this absolute name and this type is recorded.
     #[must_use]
     pub fn takes(&self, topic: &str, type_name: &str) -> bool {
         let is_wanted = if self.include.says_nothing() {
@@ -74,7 +74,7 @@ impl Selection {
     }
 }
 
-/// Whether `text` has the form of `pattern`, in which `*` stands for anything and `?` for one byte.
+/// Returns whether `text` has the form of `pattern`, in which `*` stands for anything and `?` for one byte.
 fn matches(pattern: &[u8], text: &[u8]) -> bool {
     // The last `*` seen: where it stands, and how much of the text it takes.
     let (mut p, mut t) = (0, 0);
@@ -97,7 +97,7 @@ fn matches(pattern: &[u8], text: &[u8]) -> bool {
     pattern[p..].iter().all(|&b| b == b'*')
 }
 
-/// How to subscribe so that every publisher matches and none of what it keeps is missed: as strong as all of them offer.
+/// QoS of a subscription that matches every publisher and misses none of its retained messages: as strong as all of them offer.
 pub(super) fn subscription_qos(offers: &[Qos], depth: u32) -> Qos {
     let mut qos = Qos::default_topic().keep_last(depth);
     if !offers.iter().all(|o| o.reliability == Reliability::Reliable) {
@@ -109,7 +109,7 @@ pub(super) fn subscription_qos(offers: &[Qos], depth: u32) -> Qos {
     qos
 }
 
-/// What a bag says of a publisher.
+/// QoS of a publisher as recorded in a bag.
 pub(super) fn recorded_qos(offer: &Qos) -> QosProfile {
     let (history, depth) = match offer.history {
         // Also what a publisher looks like whose discovery does not carry its history.

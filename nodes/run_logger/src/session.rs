@@ -10,7 +10,7 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, 
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 
 use super::arrivals::{Arrival, Arrivals};
-use super::definitions::{Definition, Definitions, Known};
+use super::definitions::{Definition, DefinitionState, Definitions};
 use super::selection::{Selection, recorded_qos, subscription_qos};
 use super::settings::Settings;
 use super::ticks::TickWatch;
@@ -29,7 +29,7 @@ const SUBSCRIBED_AT_ONCE: usize = 4;
 /// Longest time between two status messages.
 const STATUS_INTERVAL: Duration = Duration::from_millis(250);
 
-/// What a topic means to the recorder.
+/// Meaning of a topic for the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     JointStates,
@@ -53,14 +53,14 @@ struct Topics {
 }
 
 /// A message that waits for `/clock`.
-struct Held {
+struct HeldMessage {
     topic: RecordedTopic,
     publish_ns: u64,
     reception_ns: u64,
     data: Vec<u8>,
 }
 
-/// How far the machine's joint states are in the bag, and how far that has been told.
+/// Last tick of the machine's joint states in the bag, and last published progress.
 #[derive(Default)]
 struct Progress {
     watch: TickWatch,
@@ -68,7 +68,7 @@ struct Progress {
     told_at: Option<Instant>,
 }
 
-/// What a recording tells about itself.
+/// Publishers of a recording's status.
 #[derive(Clone)]
 pub(super) struct Outlets {
     pub(super) status: Publisher<RecorderStatus>,
@@ -95,7 +95,7 @@ pub(super) struct Session {
     /// Guard the fields below against each other's threads; all callbacks run on the executor's, so nobody waits long.
     topics: Mutex<Topics>,
     progress: Mutex<Progress>,
-    held: Mutex<Vec<Held>>,
+    held: Mutex<Vec<HeldMessage>>,
     definitions: Mutex<Definitions>,
     alarms: Mutex<Alarms>,
     outlets: Outlets,
@@ -156,7 +156,7 @@ impl Session {
         self.recording.fault()
     }
 
-    /// What has come and where it went.
+    /// Received, written and lost messages.
     pub(super) fn counts(&self) -> Counts {
         self.recording.counts()
     }
@@ -166,7 +166,7 @@ impl Session {
         self.settings.recording.queue_bytes
     }
 
-    /// Writes what is held in memory; `answer` is told whether there was something to hold.
+    /// Writes the buffered messages; `answer` receives whether buffering is active.
     pub(super) fn snapshot(&self, answer: impl FnOnce(bool) + Send + 'static) {
         if self.settings.recording.snapshot.is_some() {
             self.recording.snapshot(move |_| answer(true));
@@ -177,7 +177,7 @@ impl Session {
         }
     }
 
-    /// Goes on in the next file; `answer` is told when it does, or that it does not.
+    /// Continues in the next file; `answer` receives whether it does.
     pub(super) fn split(&self, answer: impl FnOnce(bool) + Send + 'static) {
         self.recording.split(answer);
     }
@@ -193,7 +193,7 @@ impl Session {
         alarms.numbers = numbers;
     }
 
-    /// Takes the snapshot that is due, and tells of files that were begun.
+    /// Takes a due snapshot, and reports new files.
     pub(super) fn attend(&self) {
         let due = lock(&self.alarms).due.take_if(|due| *due <= Instant::now());
         if due.is_some() {
@@ -219,7 +219,7 @@ impl Session {
         self.is_paused.store(is_paused, Ordering::Release);
     }
 
-    /// Whether messages are not being written.
+    /// Returns whether writing is paused.
     pub(super) fn is_paused(&self) -> bool {
         self.is_paused.load(Ordering::Acquire)
     }
@@ -264,9 +264,9 @@ impl Session {
                 }
             };
             let subscribed = match lock(&self.definitions).find(&self.node, &found, answered) {
-                Known::Yes(definition) => self.subscribe(&found, definition),
-                Known::NotYet => continue,
-                Known::No(reason) => Err(reason),
+                DefinitionState::Yes(definition) => self.subscribe(&found, definition),
+                DefinitionState::NotYet => continue,
+                DefinitionState::No(reason) => Err(reason),
             };
             match subscribed {
                 Ok(entry) => {
@@ -311,12 +311,12 @@ impl Session {
             .node
             .subscribe_raw_within(&found.name, &found.type_name, &qos, history, READ_BYTES, move |cdr, message| {
                 let Some(session) = weak.upgrade() else { return };
-                match arrivals.take(message.writer, message.sequence_number) {
+                match arrivals.record(message.writer, message.sequence_number) {
                     Arrival::After(missing) => session.note_missing(missing, &recorded),
                     Arrival::Late => session.recording.withdraw_missed(),
                     Arrival::Older => {}
                 }
-                session.take(&recorded, meaning, cdr, message);
+                session.receive(&recorded, meaning, cdr, message);
             })
             .map_err(|error| error.to_string())?;
         Ok(Entry { type_name: found.type_name.clone(), subscription, was_matched: false })
@@ -329,12 +329,12 @@ impl Session {
         }
     }
 
-    fn take(&self, topic: &RecordedTopic, meaning: Meaning, cdr: &[u8], message: &MessageInfo) {
+    fn receive(&self, topic: &RecordedTopic, meaning: Meaning, cdr: &[u8], message: &MessageInfo) {
         if self.is_stopped.load(Ordering::Acquire) {
             return;
         }
         let is_kept = self.is_paused() || self.store(topic, cdr, message);
-        // Ticks go on while paused, or a machine at pace fast would wait for a recorder that is told to wait.
+        // Ticks are followed while paused, or a machine at pace fast would wait for a paused recorder.
         match meaning {
             Meaning::JointStates if is_kept => self.advance(|watch| watch.joint_states(cdr)),
             Meaning::Stream => self.advance(|watch| watch.stream(cdr)),
@@ -351,7 +351,7 @@ impl Session {
         let now_ns = unsigned(self.node.now_ns());
         let mut held = lock(&self.held);
         if now_ns == 0 {
-            held.push(Held { topic: topic.clone(), publish_ns, reception_ns, data: cdr.to_vec() });
+            held.push(HeldMessage { topic: topic.clone(), publish_ns, reception_ns, data: cdr.to_vec() });
             let waits_too_long = held.iter().map(|h| h.data.len()).sum::<usize>() > HELD_BYTES;
             if waits_too_long {
                 self.release(&mut held, None);
@@ -364,13 +364,13 @@ impl Session {
     }
 
     /// Writes what has waited for `/clock`, with the first time it showed or each message's time of receipt.
-    fn release(&self, held: &mut Vec<Held>, clock_ns: Option<u64>) {
+    fn release(&self, held: &mut Vec<HeldMessage>, clock_ns: Option<u64>) {
         for h in held.drain(..) {
             self.recording.record(&h.topic, clock_ns.unwrap_or(h.reception_ns), h.publish_ns, h.data);
         }
     }
 
-    /// Follows the machine, and tells how far the bag is when that is news to it.
+    /// Follows the machine, and publishes the progress of the bag when the machine needs it.
     fn advance(&self, step: impl FnOnce(&mut TickWatch)) {
         let mut progress = lock(&self.progress);
         step(&mut progress.watch);
@@ -379,19 +379,19 @@ impl Session {
             && (tick < progress.told_tick || tick - progress.told_tick >= self.settings.credit_ticks);
         drop(progress);
         if is_news {
-            self.tell();
+            self.publish();
         }
     }
 
     /// Publishes the status if it was not published lately.
-    pub(super) fn tell_if_due(&self) {
+    pub(super) fn publish_if_due(&self) {
         let is_due = lock(&self.progress).told_at.is_none_or(|at| at.elapsed() >= STATUS_INTERVAL);
         if is_due {
-            self.tell();
+            self.publish();
         }
     }
 
-    pub(super) fn tell(&self) {
+    pub(super) fn publish(&self) {
         let mut status = RecorderStatus {
             stamp: self.node.now(),
             recording: !self.is_stopped.load(Ordering::Acquire) && self.fault().is_none(),
@@ -437,7 +437,7 @@ impl Session {
         drop(entries);
         self.release(&mut lock(&self.held), None);
         let result = self.recording.stop(Outcome::Complete);
-        self.tell();
+        self.publish();
         result
     }
 }

@@ -12,7 +12,7 @@ use camwright_bag::{Preset, SnapshotOptions, Split, WriterOptions};
 use camwright_files::convert::bytes_from_mb;
 use camwright_ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
 
-/// What one recording is to be.
+/// Settings of one recording.
 #[derive(Debug, Clone)]
 pub(super) struct Settings {
     /// Directory of the bag.
@@ -28,17 +28,17 @@ pub(super) struct Settings {
     pub(super) credit_ticks: u64,
     /// Unread messages that a subscription may hold.
     pub(super) depth: u32,
-    /// How long after an alarm a snapshot is taken, where only snapshots are written.
+    /// Delay of a snapshot after an alarm, if only snapshots are written.
     pub(super) snapshot_delay: Duration,
-    /// What is kept of older runs.
+    /// Retention of older runs.
     pub(super) retention: Retention,
     /// Stamp with `/clock`.
     pub(super) use_sim_time: bool,
-    /// How the bag is written.
+    /// Options of the bag.
     pub(super) recording: RecordingOptions,
 }
 
-/// What is left free on the disk unless somebody says otherwise (MB).
+/// Default of the free space kept on the disk (MB).
 pub const MIN_FREE_MB: u64 = 100;
 
 pub(super) fn parameters() -> Vec<Parameter> {

@@ -2,7 +2,7 @@
 
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 
-/// Where the leading fields of a message stand behind the four bytes that say which CDR (always little-endian here).
+/// Offset of the leading fields of a message, after the four bytes of the encapsulation (always little-endian here).
 const BODY: usize = 4;
 
 /// Offset of the pace in a `MachineStream`: behind two times and two ticks.

@@ -1,4 +1,4 @@
-//! What the links of a machine are drawn as and weigh. Where the machine file gives a size it is kept; the rest is there to be looked at.
+//! Shapes and masses of a machine's links. Sizes of the machine file are used; the rest is for display only.
 
 use super::Frames;
 use super::link::{Inertial, Link, SPINDLE_HEIGHT, Solid, Visual};
@@ -44,7 +44,7 @@ impl Along {
 
 /// All links, the wheel last.
 pub(super) fn links(machine: &MachineDescription, wheel_radius: f64, frames: &Frames) -> Vec<Link> {
-    let held = Held::of(machine);
+    let held = WheelSupport::from_machine(machine);
     vec![
         Link { name: frames.world.clone(), visuals: Vec::new(), inertial: None },
         base(machine, wheel_radius, &held, frames),
@@ -55,14 +55,14 @@ pub(super) fn links(machine: &MachineDescription, wheel_radius: f64, frames: &Fr
     ]
 }
 
-/// What holds the part, along it.
-struct Held {
+/// Holder of the part, along its axis.
+struct WheelSupport {
     headstock: Along,
     tailstock: Option<Along>,
 }
 
-impl Held {
-    fn of(machine: &MachineDescription) -> Self {
+impl WheelSupport {
+    fn from_machine(machine: &MachineDescription) -> Self {
         let (low, high) = stroke(machine, Axis::Z);
         let places = machine.stations.iter().map(|station| m_from_mm(station.position_mm));
         let (first, last) = places.fold((f64::MAX, f64::MIN), |(a, b), place| (a.min(place), b.max(place)));
@@ -84,7 +84,7 @@ impl Held {
     }
 }
 
-/// Where an axis goes (m); a metre where nobody says.
+/// Travel of an axis (m); a metre if it is unknown.
 fn stroke(machine: &MachineDescription, axis: Axis) -> (f64, f64) {
     let own = machine.axis(axis);
     own.soft_limits.or(own.overtravel).map_or((0.0, 1.0), |(low, high)| (m_from_mm(low), m_from_mm(high)))
@@ -95,7 +95,7 @@ fn boxed(from: [f64; 3], to: [f64; 3], colour: [f64; 4]) -> Visual {
     Visual { solid: Solid::Box(size), at: [0, 1, 2].map(|i| 0.5 * (from[i] + to[i])), colour }
 }
 
-fn base(machine: &MachineDescription, wheel_radius: f64, held: &Held, frames: &Frames) -> Link {
+fn base(machine: &MachineDescription, wheel_radius: f64, held: &WheelSupport, frames: &Frames) -> Link {
     let (z_low, z_high) = stroke(machine, Axis::Z);
     let (_, x_high) = stroke(machine, Axis::X);
     let (from, to) = held.reach();
@@ -105,7 +105,7 @@ fn base(machine: &MachineDescription, wheel_radius: f64, held: &Held, frames: &F
     Link { name: frames.base.clone(), visuals: vec![bed, cross], inertial: None }
 }
 
-fn table(machine: &MachineDescription, held: &Held, frames: &Frames) -> Link {
+fn table(machine: &MachineDescription, held: &WheelSupport, frames: &Frames) -> Link {
     let (from, to) = held.reach();
     let slab = boxed([-0.16, -0.28, from], [0.16, -0.2, to], SLIDE);
     let foot = |body: Along| boxed([-0.6 * body.radius, -0.2, body.from], [0.6 * body.radius, 0.0, body.to], SLIDE);
@@ -117,7 +117,7 @@ fn table(machine: &MachineDescription, held: &Held, frames: &Frames) -> Link {
     Link { name: frames.table.clone(), inertial: Some(box_inertial(mass, &slab)), visuals }
 }
 
-fn part(machine: &MachineDescription, held: &Held, frames: &Frames) -> Link {
+fn part(machine: &MachineDescription, held: &WheelSupport, frames: &Frames) -> Link {
     let (x_low, _) = stroke(machine, Axis::X);
     // No wheel goes deeper than its soft limit, so the bar stands inside of every lobe.
     let radius = x_low.clamp(0.003, 0.012);

@@ -23,13 +23,13 @@ pub struct Frames {
     pub world: String,
     /// Z along the spindle's axis from the headstock to the tailstock, X from the part to the wheel, Y up; z 0 is the middle of the wheel.
     pub base: String,
-    /// What `z_axis` moves.
+    /// Frame moved by `z_axis`.
     pub table: String,
-    /// What `c_axis` turns: azimuths of the part count from its X, z is `z_axis` as it reads when the wheel stands there.
+    /// Frame rotated by `c_axis`: azimuths of the part count from its X, z is the reading of `z_axis` with the wheel at that position.
     pub part: String,
-    /// What `x_axis` moves: its origin is the wheel's cutting point, on a lathe the insert's centre.
+    /// Frame moved by `x_axis`: its origin is the wheel's cutting point, on a lathe the insert's centre.
     pub head: String,
-    /// What the wheel's spindle turns.
+    /// Frame rotated by the wheel's spindle.
     pub wheel: String,
 }
 
@@ -70,7 +70,7 @@ pub fn frames_of(node: &Node, machine: &MachineDescription) -> Result<Frames, No
     Ok(Frames::new(&prefix, machine))
 }
 
-/// What stands before the names of frames where somebody wants this in a namespace.
+/// Prefix of frame names in a namespace.
 ///
 /// # Errors
 /// What is no name.

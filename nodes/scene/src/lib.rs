@@ -19,5 +19,5 @@ mod urdf;
 
 pub use frames::{FRAME_PREFIX, Frames, frames_of, parameter, prefix};
 pub use link::{Inertial, Link, Solid, Visual};
-pub use markers::{Colour, Place, error_ring, gone, outline, rings, solid, text, wheel};
+pub use markers::{Colour, MarkerPose, error_ring, gone, outline, rings, solid, text, wheel};
 pub use tree::{Joint, Limit, Motion, Tree};

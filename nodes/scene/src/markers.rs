@@ -13,19 +13,19 @@ const LINE_AZIMUTHS: usize = 360;
 /// Red, green, blue, opacity (0..1).
 pub type Colour = [f32; 4];
 
-/// Where a marker belongs.
+/// Frame and identity of a marker.
 ///
 /// Stamps are zero and markers are locked to their frame: they belong to what turns, not to a moment, and a viewer that comes late has
 /// no transform of the moment in which a latched marker was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place<'a> {
+pub struct MarkerPose<'a> {
     pub frame: &'a str,
     pub ns: &'a str,
     /// Its number there, the same for the same thing for ever.
     pub id: i32,
 }
 
-impl Place<'_> {
+impl MarkerPose<'_> {
     fn marker(&self, kind: i32, colour: Colour) -> Marker {
         let [r, g, b, a] = colour;
         Marker {
@@ -50,13 +50,13 @@ impl Place<'_> {
 
 /// Takes a marker away. Each by its number: some viewers take all namespaces for one when everything is to go.
 #[must_use]
-pub fn gone(place: Place<'_>) -> Marker {
+pub fn gone(place: MarkerPose<'_>) -> Marker {
     Marker { action: Marker::DELETE, ..place.marker(Marker::TRIANGLE_LIST, [0.0; 4]) }
 }
 
 /// A body between two places along the axis: radii at equal steps of a turn, the place (m).
 #[must_use]
-pub fn solid(place: Place<'_>, sections: &[(f64, &[f64])], colour: Colour) -> Marker {
+pub fn solid(place: MarkerPose<'_>, sections: &[(f64, &[f64])], colour: Colour) -> Marker {
     let even = |radii: &[f64]| (0..SOLID_AZIMUTHS).map(|i| radius_at(radii, azimuth(i, SOLID_AZIMUTHS))).collect();
     let sections: Vec<(f64, Vec<f64>)> = sections.iter().map(|(z, radii)| (*z, even(radii))).collect();
     Marker { points: body(&sections), ..place.marker(Marker::TRIANGLE_LIST, colour) }
@@ -64,13 +64,13 @@ pub fn solid(place: Place<'_>, sections: &[(f64, &[f64])], colour: Colour) -> Ma
 
 /// An outline round the axis at a place along it (m).
 #[must_use]
-pub fn outline(place: Place<'_>, radii: &[f64], z: f64, width: f64, colour: Colour) -> Marker {
+pub fn outline(place: MarkerPose<'_>, radii: &[f64], z: f64, width: f64, colour: Colour) -> Marker {
     place.line(ring(radii, z, LINE_AZIMUTHS), width, colour)
 }
 
 /// Both edges of a lobe as one line (m).
 #[must_use]
-pub fn rings(place: Place<'_>, radii: &[f64], [from, to]: [f64; 2], width: f64, colour: Colour) -> Marker {
+pub fn rings(place: MarkerPose<'_>, radii: &[f64], [from, to]: [f64; 2], width: f64, colour: Colour) -> Marker {
     let mut points = ring(radii, from, LINE_AZIMUTHS);
     points.extend(ring(radii, to, LINE_AZIMUTHS));
     place.line(points, width, colour)
@@ -78,14 +78,14 @@ pub fn rings(place: Place<'_>, radii: &[f64], [from, to]: [f64; 2], width: f64, 
 
 /// A wheel as long as it is wide, or an insert, about the axis Z of its frame (m).
 #[must_use]
-pub fn wheel(place: Place<'_>, radius: f64, width: f64, colour: Colour) -> Marker {
+pub fn wheel(place: MarkerPose<'_>, radius: f64, width: f64, colour: Colour) -> Marker {
     let scale = Vector3 { x: 2.0 * radius, y: 2.0 * radius, z: width };
     Marker { scale, ..place.marker(Marker::CYLINDER, colour) }
 }
 
-/// What is written beside something (m).
+/// Label beside a body (m).
 #[must_use]
-pub fn text(place: Place<'_>, [x, y, z]: [f64; 3], height: f64, text: String) -> Marker {
+pub fn text(place: MarkerPose<'_>, [x, y, z]: [f64; 3], height: f64, text: String) -> Marker {
     let mut marker = place.marker(Marker::TEXT_VIEW_FACING, [1.0, 1.0, 1.0, 1.0]);
     marker.pose.position = Point { x, y, z };
     marker.scale = Vector3 { x: 0.0, y: 0.0, z: height };
@@ -96,7 +96,7 @@ pub fn text(place: Place<'_>, [x, y, z]: [f64; 3], height: f64, text: String) ->
 /// green is on the contour, red too much, blue too little.
 #[must_use]
 pub fn error_ring(
-    place: Place<'_>,
+    place: MarkerPose<'_>,
     contour: &[f64],
     error: &[f64],
     z: f64,

@@ -25,19 +25,19 @@ pub struct Tree {
     pub joints: Vec<Joint>,
 }
 
-/// What lies between two links.
+/// Joint between two links.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Name, that of joint states.
     pub name: String,
     pub parent: String,
     pub child: String,
-    /// Where the child stands in the parent at position 0.
+    /// Position of the child in the parent at joint position 0.
     pub at: [f64; 3],
     pub motion: Motion,
 }
 
-/// How a joint moves.
+/// Motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion {
     /// Not at all; turned by roll, pitch and yaw.
@@ -47,7 +47,7 @@ pub enum Motion {
     Turn([f64; 3], Limit),
 }
 
-/// What a joint can do.
+/// Limit of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// From where to where.
@@ -76,7 +76,7 @@ impl Tree {
         fixed.map(|joint| joint.transform(0.0, stamp)).collect()
     }
 
-    /// Transforms of the others; `position` tells that of a joint (m or rad).
+    /// Transforms of the moving joints; `position` returns that of a joint (m or rad).
     #[must_use]
     pub fn moved(&self, stamp: &Time, position: impl Fn(&str) -> f64) -> Vec<TransformStamped> {
         let moving = self.joints.iter().filter(|joint| !matches!(joint.motion, Motion::Fixed(_)));
@@ -85,7 +85,7 @@ impl Tree {
 }
 
 impl Joint {
-    /// Where the child stands at a position of the joint (m or rad).
+    /// Transform of the child at a position of the joint (m or rad).
     fn transform(&self, position: f64, stamp: &Time) -> TransformStamped {
         let [mut x, mut y, mut z] = self.at;
         let mut rotation = Quaternion::default();

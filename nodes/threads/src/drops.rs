@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Number of messages that were dropped. Clones count together.
 #[derive(Debug, Clone, Default)]
-pub struct Drops(Arc<AtomicU64>);
+pub struct DropCounter(Arc<AtomicU64>);
 
-impl Drops {
+impl DropCounter {
     /// Messages dropped so far.
     #[must_use]
     pub fn count(&self) -> u64 {

@@ -94,7 +94,7 @@ impl<T> Sender<T> {
         self.ring.slots()
     }
 
-    /// Whether the reader is gone.
+    /// Returns whether the reader is gone.
     #[must_use]
     pub fn is_abandoned(&self) -> bool {
         self.ring.is_abandoned()
@@ -107,7 +107,7 @@ impl<T> Receiver<T> {
         self.ring.pop().ok()
     }
 
-    /// Whether the writer is gone.
+    /// Returns whether the writer is gone.
     #[must_use]
     pub fn is_abandoned(&self) -> bool {
         self.ring.is_abandoned()

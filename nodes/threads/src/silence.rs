@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 /// Longest time that one look counts.
 const LONGEST_LOOK: Duration = Duration::from_millis(200);
-/// How often a partner that has nothing new repeats what it said, so that it is heard.
+/// Period in which a partner without news repeats its message, so that it counts as present.
 pub const HEARTBEAT: Duration = Duration::from_millis(250);
-/// How often a node looks after its partners.
+/// Period of a node's check of its partners.
 pub const LOOK: Duration = Duration::from_millis(100);
 
 /// The silence of one partner.
@@ -27,24 +27,24 @@ impl Silence {
     }
 
     /// The partner has said something.
-    pub fn heard(&mut self) {
+    pub fn reset(&mut self) {
         self.silent = Duration::ZERO;
     }
 
     /// Looks now; true when the silence has just become too long.
     pub fn look(&mut self) -> bool {
-        self.look_at(Instant::now())
+        self.check(Instant::now())
     }
 
     /// The same at a time.
-    pub fn look_at(&mut self, now: Instant) -> bool {
+    pub fn check(&mut self, now: Instant) -> bool {
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
         let was_lost = self.is_lost();
         self.silent = self.silent.saturating_add(since.min(LONGEST_LOOK));
         self.is_lost() && !was_lost
     }
 
-    /// Whether the partner has been silent for too long.
+    /// Returns whether the partner has been silent for too long.
     pub fn is_lost(&self) -> bool {
         self.silent > self.limit
     }
@@ -65,19 +65,19 @@ mod tests {
     fn silence_is_lost_once_and_found_again() {
         let mut partner = Silence::new(1000 * MS);
         let begin = partner.looked;
-        let lost: Vec<u32> = (1..=30).filter(|look| partner.look_at(begin + *look * 100 * MS)).collect();
+        let lost: Vec<u32> = (1..=30).filter(|look| partner.check(begin + *look * 100 * MS)).collect();
         assert_eq!(lost, [11], "told once, by the first look after the limit");
         assert!(partner.is_lost());
-        partner.heard();
+        partner.reset();
         assert!(!partner.is_lost());
-        assert!(!partner.look_at(begin + 3100 * MS));
+        assert!(!partner.check(begin + 3100 * MS));
     }
 
     #[test]
     fn a_pause_of_its_own_is_no_silence_of_the_partner() {
         let mut partner = Silence::new(1000 * MS);
         let begin = partner.looked;
-        assert!(!partner.look_at(begin + 60_000 * MS), "this process was stopped for a minute");
+        assert!(!partner.check(begin + 60_000 * MS), "this process was stopped for a minute");
         assert!(!partner.is_lost());
     }
 }

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// Exit code of a process in which a thread panicked: that of Rust's own main thread.
 pub const EXIT_CODE: u8 = 101;
 
-/// How long an orderly end may take after a thread died.
+/// Maximum time of an orderly end after a thread died.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A thread of this process died.
@@ -74,7 +74,7 @@ impl Supervisor {
         }
     }
 
-    /// What killed a thread, if one died.
+    /// Panic of a thread, if one died.
     #[must_use]
     pub fn fault(&self) -> Option<&str> {
         self.inner.fault.get().map(String::as_str)
@@ -121,7 +121,7 @@ fn end_process(fault: &str) {
     end();
 }
 
-/// Whether a thread of this process died.
+/// Returns whether a thread of this process died.
 #[must_use]
 pub fn died() -> bool {
     DIED.load(Ordering::Acquire)
@@ -157,7 +157,7 @@ pub mod injected {
         WANTED.store(hash(thread), Ordering::Release);
     }
 
-    /// Where a thread's next piece of work begins.
+    /// Marks the start of a thread's next piece of work.
     ///
     /// # Panics
     /// A test asked for it.

@@ -52,12 +52,12 @@ pub struct Draft {
     pub opening: bool,
     pub closing: bool,
     pub custom_data: BTreeMap<String, String>,
-    /// What is done to `metadata.yaml` before it is written, and to its text.
+    /// Change of `metadata.yaml` before it is written, and of its text.
     pub account: fn(&mut BagMetadata),
     pub yaml: fn(String) -> String,
-    /// What is done to the last file's bytes.
+    /// Change of the last file's bytes.
     pub patch: fn(&mut Vec<u8>),
-    /// What is done to the bag's directory at the end.
+    /// Change of the bag's directory at the end.
     pub directory: fn(&Path),
 }
 
@@ -287,7 +287,7 @@ pub fn without_crc(options: mcap::WriteOptions) -> mcap::WriteOptions {
     options.calculate_chunk_crcs(false).calculate_data_section_crc(false).calculate_summary_section_crc(false)
 }
 
-/// Where the contents of all records with an operation code begin that stand outside of chunks, with their lengths.
+/// Offsets and lengths of the contents of all records with an operation code outside of chunks.
 pub fn records(bytes: &[u8], opcode: u8) -> Vec<(usize, usize)> {
     let (mut at, mut found) = (8, Vec::new());
     while at + 9 <= bytes.len() - 8 {
@@ -307,12 +307,12 @@ pub fn patch_last(bytes: &mut [u8], opcode: u8, offset: usize) {
     bytes[at + offset] ^= 1;
 }
 
-/// Where some bytes stand first.
+/// Offset of the first occurrence of some bytes.
 pub fn find(bytes: &[u8], needle: &[u8]) -> usize {
     bytes.windows(needle.len()).position(|window| window == needle).expect("they are in there")
 }
 
-/// Where the content of the first chunk's message begins that holds a text.
+/// Offset of the content of the first chunk's message that holds a text.
 pub fn message_with(bytes: &[u8], text: &str) -> usize {
     // Behind the four bytes of CDR and the length of the text.
     find(bytes, text.as_bytes()) - 8

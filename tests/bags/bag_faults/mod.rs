@@ -1,4 +1,5 @@
-//! Bags with one fault each: `camwright bag check` names every one, and `bags/FAULTS.md` tells which of the other readers do.
+//! Bags with one fault each: `camwright bag check` names every one, and `bags/FAULTS.md` lists the results of the other
+//! readers.
 
 #![allow(clippy::print_stdout, reason = "the table is printed for whoever runs it")]
 
@@ -96,7 +97,7 @@ fn every_fault_is_named_with_its_place_and_a_good_bag_is_clean() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-/// What reads bags, with what it is asked for.
+/// Commands that read bags.
 const COMMANDS: [&[&str]; 7] = [
     &["bag", "info"],
     &["bag", "check"],
@@ -158,8 +159,8 @@ fn a_bag_with_some_bytes_changed_is_read_or_refused_in_every_way() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-/// What a reader makes of a bag, in a few words.
-fn told(verdict: &Value, messages: usize) -> String {
+/// Short description of a reader's verdict on a bag.
+fn description(verdict: &Value, messages: usize) -> String {
     let read = verdict["messages"].as_u64().unwrap_or(0);
     match verdict["refusal"].as_str() {
         Some(reason) if reason.starts_with("Unsupported compression") => "not asked: its node has no Zstandard".into(),
@@ -194,7 +195,7 @@ fn the_table_of_faults_and_of_who_finds_them() {
     let mut seen = [0; 3];
     for (number, (fault, draft)) in faults.iter().zip(&drafts).enumerate() {
         let verdicts = [&python[number]["rosbags"], &python[number]["mcap"], &foxglove[number]];
-        let columns: Vec<String> = verdicts.iter().map(|verdict| told(verdict, draft.count())).collect();
+        let columns: Vec<String> = verdicts.iter().map(|verdict| description(verdict, draft.count())).collect();
         columns.iter().zip(&mut seen).for_each(|(column, seen)| *seen += usize::from(column.starts_with("yes")));
         text.push_str(&format!("{} {} |\n", judged_by_us(fault, &bags[number]), columns.join(" | ")));
     }

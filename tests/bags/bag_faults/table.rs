@@ -15,7 +15,7 @@ pub struct Fault {
     pub what: &'static str,
     pub make: fn() -> Draft,
     pub severity: Severity,
-    /// Where the check finds it, and a part of its sentence.
+    /// Location of the finding, and a part of its sentence.
     pub place: &'static str,
     pub says: &'static str,
 }
@@ -201,7 +201,7 @@ fn layout() -> Vec<Fault> {
     ]
 }
 
-/// What `metadata.yaml` says, and the files beside it.
+/// Faults of `metadata.yaml` and of the files beside it.
 fn accounts() -> Vec<Fault> {
     vec![
         broken!("metadata.yaml missing", Error, "metadata.yaml", "has no metadata.yaml", |d| {
@@ -413,7 +413,7 @@ fn messages() -> Vec<Fault> {
     ]
 }
 
-/// What the recorder says of the run.
+/// Faults of the recorder's status.
 fn runs() -> Vec<Fault> {
     let mut all = vec![
         broken!(

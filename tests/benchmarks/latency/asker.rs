@@ -12,16 +12,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// How long an answer may take before it counts as lost.
+/// Time after which an answer counts as lost.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How long everybody may take to find each other.
+/// Maximum time of discovery.
 pub const DISCOVERY: Duration = Duration::from_secs(60);
 /// Samples that are not counted: the first ones find caches empty.
 const WARM_UP: usize = 20;
 /// Longest pause between two samples.
 const PAUSE: Duration = Duration::from_millis(6);
 
-/// A message that begins with a stamp, which tells which question an answer belongs to.
+/// Message that begins with a stamp, which relates an answer to its question.
 pub trait Stamped: Message + Clone {
     fn stamp(&self) -> &Time;
     fn set_stamp(&mut self, stamp: Time);

@@ -17,12 +17,12 @@ use std::time::{Duration, Instant};
 
 /// Cycle time of the machine that is used.
 const CYCLE_TIME_NS: u32 = 1_000_000;
-/// How long the cell may take for anything.
+/// Maximum time of the cell's actions.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 /// Ticks between the last news of the machine and the first setpoint of a chunk: more than passes until it is there.
 const LEAD_TICKS: u64 = 50;
 
-/// What the machine tells, with the time at which it said so by the system's clock (ns).
+/// Message of the machine, with its publication time by the system's clock (ns).
 #[derive(Debug)]
 pub enum Heard {
     Joints { tick: u64, told_ns: i64, velocity: [f64; 3] },
@@ -106,7 +106,7 @@ impl Watch {
     /// The next word of the machine.
     pub fn next(&self) -> Heard {
         match self.heard.recv_timeout(DISCOVERY) {
-            // Joint states tell a time; its tick is told by the machine's clock.
+            // Joint states have a time; the machine's clock converts it to a tick.
             Ok(Heard::Joints { tick: stamp_ns, told_ns, velocity }) => {
                 let stamp_ns = i64::try_from(stamp_ns).unwrap_or(0);
                 Heard::Joints { tick: self.clock.nearest_tick(stamp_ns).unwrap_or(0), told_ns, velocity }
@@ -178,7 +178,7 @@ pub fn send_chunks(asker: &mut Asker, watch: &Watch, chunk: &JointTrajectory, [o
     }
 }
 
-/// Where the axes rest (rad, m): by the encoder's scales of the machine that is used.
+/// Rest positions of the axes (rad, m): by the encoder scales of the machine.
 fn rest_positions(stream: &MachineStream) -> Vec<f64> {
     const PER_UNIT: [f64; 3] = [3_600_000.0 / std::f64::consts::TAU, 1e8, 1e7];
     stream.setpoint_counts.iter().zip(PER_UNIT).map(|(counts, per_unit)| *counts as f64 / per_unit).collect()

@@ -1,4 +1,4 @@
-//! What was measured, and the table of it.
+//! Measured values, and their table.
 
 use std::fmt::Write;
 use std::time::Duration;

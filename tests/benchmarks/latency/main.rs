@@ -1,4 +1,4 @@
-//! How long things take between our nodes, beside the same on other stacks: `cargo bench -p camwright_nodes --bench latency`.
+//! Latencies between our nodes, beside the same on other stacks: `cargo bench -p camwright_nodes --bench latency`.
 //!
 //! Options after `--`: `--quick` (few samples), `--only-cell` (no responders), `--seed N`. Ctrl-C prints what there is. What each row is
 //! stands in `tests/benchmarks/README.md`. Ends with 1 where a row lacks samples; how long anything took is nobody's condition.
@@ -26,7 +26,7 @@ use std::time::Instant;
 use support::{Domain, PeerEnv, peer_env};
 use twins::{Messages, Stack, Twin};
 
-/// What a twin is asked, each a row.
+/// Questions to a twin, each a row.
 const TWIN_PATHS: [&str; 6] = [
     "chunk published → answer leaves",
     "chunk published → answer here",
@@ -53,11 +53,11 @@ const TABLES: [(&str, &[&str]); 4] = [
 /// A job with one lobe: its plan is most of what is waited for.
 const JOB: &str = "brake_cam";
 
-/// How many samples of each kind.
+/// Number of samples of each kind.
 struct Counts {
     messages: usize,
     goals: usize,
-    /// Of each speed.
+    /// Number for each speed.
     limits: usize,
     estops: usize,
 }

@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 /// Shares of the wheelhead's speed at which it meets the switch: 100, 250 and 500 mm/s.
 pub const SPEEDS: [(f64, &str); 3] = [(0.2, "100 mm/s"), (0.5, "250 mm/s"), (1.0, "500 mm/s")];
-/// What the encoder of the wheelhead reads too much (m): by this the hard limit switch, at 182 mm, comes within the soft limits, and a
-/// move that knows no better runs over it.
+/// Error of the wheelhead's encoder (m): with it the hard limit switch, at 182 mm, comes within the soft limits, and an ordinary move
+/// runs over it.
 const MISREAD_M: f64 = -0.020;
-/// What it reads at the switch (m).
+/// Its reading at the switch (m).
 const SWITCH_M: f64 = 0.182 + MISREAD_M;
 /// From where to where it goes (m): it has its speed at the switch, and has not begun to brake there.
 const FROM_M: f64 = SWITCH_M - 0.028;
@@ -29,16 +29,16 @@ const LATEST: Duration = Duration::from_millis(150);
 const OVERTRAVEL: u16 = 12;
 const ESTOP: u16 = 1;
 
-/// Velocities of a tick and when they were told.
+/// Velocities of a tick and their publication time.
 struct Tick {
     number: u64,
     told_ns: i64,
     velocity: [f64; 3],
 }
 
-/// What a stop was, from the tick of its cause on.
+/// Stop, from the tick of its cause on.
 struct Stop {
-    /// The tick that saw the cause, and when it was told.
+    /// Tick of the cause, and its publication time.
     cause: (u64, i64),
     /// From there on.
     ticks: Vec<Tick>,

@@ -19,8 +19,8 @@ use std::time::Duration;
 
 /// The word that makes this program a responder.
 pub const ANSWER: &str = "--answer";
-/// Setpoints and points of the stop in a chunk as the interpolator sends it: what the machine tells between two of its words, and the
-/// median of what follows.
+/// Setpoints and points of the stop in a chunk as the interpolator sends it: ticks between two messages of the machine, and the
+/// median of the points of the stop.
 const DENSE: usize = 10;
 const STOP_POINTS: usize = 11;
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -33,7 +33,7 @@ pub enum Stack {
     Cyclone,
 }
 
-/// What is asked and answered, of the size that it has in the cell.
+/// Question and answer, of the size that they have in the cell.
 pub struct Messages {
     pub chunk: JointTrajectory,
     pub stream: MachineStream,
@@ -75,7 +75,7 @@ impl Messages {
     }
 }
 
-/// CDR in hexadecimal, with the header that tells its byte order.
+/// CDR in hexadecimal, with the header that states its byte order.
 fn hex(message: &impl Serialize) -> String {
     let body = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(message).expect("a message of plain values");
     [0, 1, 0, 0].iter().chain(&body).map(|byte| format!("{byte:02x}")).collect()
@@ -88,7 +88,7 @@ pub fn size(message: &impl Serialize) -> usize {
 
 /// A responder in its process; ended when this is dropped.
 pub struct Twin {
-    /// What it says it is.
+    /// Reported name.
     pub name: String,
     stack: Stack,
     _process: Guarded,

@@ -1,11 +1,11 @@
-//! What became of every message of a load: from the bag, from the recorder's own words, and whether the two agree.
+//! Account of every message of a load: from the bag, from the recorder's status, and the agreement of the two.
 
 use super::load::{Sent, TOPIC, number};
 use camwright_bag::check::{Severity, check};
 use camwright_bag::{Bag, Message};
 use std::path::Path;
 
-/// What the recorder says of the topic.
+/// Recorder's status of the topic.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Told {
     pub received: u64,
@@ -28,7 +28,7 @@ pub struct Found {
 }
 
 impl Found {
-    fn take(&mut self, message: &Message) {
+    fn add(&mut self, message: &Message) {
         let Some(number) = number(&message.data) else {
             self.foreign += 1;
             return;
@@ -51,7 +51,7 @@ pub fn find(bag: &Bag) -> Found {
     let (mut messages, mut found) = (bag.messages(), Found::default());
     while let Some(message) = messages.next_message().expect("the bag is readable") {
         if Some(message.topic) == topic {
-            found.take(&message);
+            found.add(&message);
         }
     }
     found
@@ -66,7 +66,7 @@ pub struct Lost {
     pub not_taken: u64,
 }
 
-/// How long handing a message over took (ns): p50, p99, p99.9, the longest.
+/// Duration of handing a message over (ns): p50, p99, p99.9, maximum.
 pub type Enqueue = [u64; 4];
 
 fn told_in(bag: &Bag, key: &str) -> u64 {
@@ -88,7 +88,7 @@ pub fn enqueue(bag: &Bag) -> Enqueue {
     ["enqueue_p50_ns", "enqueue_p99_ns", "enqueue_p99_9_ns", "enqueue_max_ns"].map(|key| told_in(bag, key))
 }
 
-/// What does not add up of a bag that our recorder has made; nothing when every message is accounted for, once.
+/// Disagreements of a bag that our recorder made; empty if every message is accounted for, once.
 pub fn disagreements(path: &Path, sent: &Sent, told: Told) -> Vec<String> {
     let bag = Bag::open(path).expect("it is closed");
     let (found, lost) = (find(&bag), lost(&bag));

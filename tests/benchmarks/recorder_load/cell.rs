@@ -16,7 +16,7 @@ use std::time::Duration;
 
 /// The cycle of the machine that is used.
 const CYCLE_NS: i64 = 1_000_000;
-/// What must be recorded before the first job, or its run could not be computed again.
+/// Topics that must be recorded before the first job, or its run could not be recomputed.
 const RECORDED: [&str; 6] = [
     "/joint_states",
     "/machine/stream",
@@ -64,7 +64,7 @@ pub fn record(bag: &Path, work: impl FnOnce(&Node) -> Vec<String>) -> Vec<String
     let mut wrong = work(&recorder.node);
     drop(command);
     end(nodes);
-    // The last words of the nodes are on their way; the status is told ten times a second.
+    // The last messages of the nodes are on their way; the status is published ten times a second.
     std::thread::sleep(Duration::from_secs(1));
     let status = recorder.status();
     let (bag, used) = recorder.end();
@@ -87,7 +87,7 @@ impl Steps {
         Self { what, step, last: None, count: 0, breaks: Vec::new() }
     }
 
-    fn take(&mut self, value: i64) {
+    fn add(&mut self, value: i64) {
         let fits = self.last.is_none_or(|last| self.step.map_or(value >= last, |step| value == last + step));
         if !fits {
             self.breaks.push(format!("{}: {value} after {:?}", self.what, self.last));
@@ -101,7 +101,7 @@ fn decode<M: serde::de::DeserializeOwned>(message: &Message) -> M {
     message_from_sample(&message.data).expect("the bag's messages are of their types")
 }
 
-/// What is not as it should be of a bag of the cell; prints what is.
+/// Errors of a bag of the cell; prints its content.
 fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
     let bag = Bag::open(path).expect("it is closed");
     let mut wrong = Vec::new();
@@ -112,16 +112,16 @@ fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
     let mut messages = bag.messages();
     let (mut joints_ns, mut last_tick) = (0, 0);
     while let Some(message) = messages.next_message().expect("the bag is readable") {
-        numbers[message.topic].take(i64::from(message.sequence));
+        numbers[message.topic].add(i64::from(message.sequence));
         match bag.topics()[message.topic].name.as_str() {
             "/joint_states" => {
                 joints_ns = ns_from_time(&decode::<JointState>(&message).header.stamp);
-                joints.take(joints_ns);
+                joints.add(joints_ns);
             }
             "/machine/stream" => {
                 let said: MachineStream = decode(&message);
                 last_tick = said.tick;
-                stream.take(i64::try_from(said.tick).unwrap_or(i64::MAX));
+                stream.add(i64::try_from(said.tick).unwrap_or(i64::MAX));
                 let epoch_ns = ns_from_time(&said.epoch);
                 let of_joints = u64::try_from((joints_ns - epoch_ns) / CYCLE_NS).unwrap_or(0);
                 if of_joints > said.tick + 1000 {
@@ -130,7 +130,7 @@ fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
             }
             "/machine/inputs" => {
                 let sequence = decode::<MachineInput>(&message).sequence;
-                inputs.take(i64::try_from(sequence).unwrap_or(i64::MAX));
+                inputs.add(i64::try_from(sequence).unwrap_or(i64::MAX));
             }
             _ => {}
         }
@@ -162,7 +162,7 @@ fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
     if !report.findings.is_empty() {
         wrong.push(report.to_text());
     }
-    match rerun::again(path) {
+    match rerun::rerun(path) {
         Ok(verdict) => {
             println!("replay: {}", verdict.to_text());
             if !verdict.is_identical() || verdict.lost != 0 {

@@ -13,7 +13,7 @@ const JOB: &str = "brake_cam";
 /// The alarms that stop a job on a computer that is too busy for the wall clock's pace: no setpoint in time, a command that came late. What
 /// was recorded is to be whole all the same.
 const LATE: [u16; 2] = [80, 81];
-/// How long a job may take.
+/// Maximum time of a job.
 const LONGEST: Duration = Duration::from_secs(1200);
 
 /// Jobs one after the other for so long.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// The word that makes the benchmark a publisher.
 pub const PUBLISH: &str = "--publish";
 pub const TOPIC: &str = "/load";
-/// Where the number stands in a message, behind the head of CDR and the length of the text, and its digits.
+/// Offset of the number in a message, behind the head of CDR and the length of the text, and its digits.
 pub const NUMBER: std::ops::Range<usize> = 8..18;
 /// Messages at the end, one by one; as in `publish.py`.
 pub const LAST: u64 = 20;
@@ -22,7 +22,7 @@ pub enum Stack {
     Ours,
 }
 
-/// What is published.
+/// Published load.
 #[derive(Debug, Clone, Copy)]
 pub struct Load {
     pub stack: Stack,
@@ -39,11 +39,11 @@ impl Load {
     }
 }
 
-/// What a publisher says of itself at its end.
+/// Final report of a publisher.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sent {
     pub sent: u64,
-    /// How often it had to wait for room.
+    /// Number of waits for free space.
     pub refused: u64,
     pub took_s: f64,
     pub cpu_s: f64,

@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 use support::{Domain, PeerEnv, peer_env};
 use twin::Twin;
 
-/// How long everybody may take to notice that the others are there, when each has said so.
+/// Maximum delay until all processes know each other, after each has announced itself.
 const ACQUAINTANCE: Duration = Duration::from_secs(1);
 
 /// A load of messages from another DDS into `run_logger`, and into a recorder in Python; or with `--cell` the cell's own traffic.

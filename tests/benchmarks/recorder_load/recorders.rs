@@ -12,12 +12,12 @@ use std::process::Command;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How many unread messages each recorder's subscription keeps: what `run_logger` has without being told.
+/// Queue depth of each recorder's subscription: the default of `run_logger`.
 pub const DEPTH: u32 = 20_000;
-/// How long nothing may come before all that comes has come.
+/// Time of silence after which everything has arrived.
 const QUIET: Duration = Duration::from_secs(2);
 
-/// What a recorder's process used.
+/// Resources used by a recorder's process.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Used {
     pub cpu_s: f64,
@@ -48,7 +48,7 @@ impl Ours {
         Self::start_with(domain, bag, topics, command)
     }
 
-    /// As [`Ours::start`], by a command that ends with arguments of ROS.
+    /// Same as [`Ours::start`], by a command that ends with arguments of ROS.
     pub fn start_with(domain: &Domain, bag: &Path, topics: &[&str], mut command: Command) -> Self {
         let _not_there = std::fs::remove_dir_all(bag);
         let node =
@@ -88,8 +88,8 @@ impl Ours {
         self.status.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// What it says of the load.
-    pub fn told(&self) -> Told {
+    /// Recorder's status of the load.
+    pub fn counts(&self) -> Told {
         let status = self.status();
         let load = status.topics.iter().find(|record| record.topic == TOPIC);
         load.map_or_else(Told::default, |t| Told { received: t.received, written: t.written, dropped: t.dropped })
@@ -98,10 +98,10 @@ impl Ours {
     /// Waits until it has all of the load, or nothing comes any more, and all that came has gone somewhere.
     pub fn wait_settled(&self, sent: u64) -> Told {
         let deadline = Instant::now() + PATIENCE;
-        let (mut last, mut since) = (self.told(), Instant::now());
+        let (mut last, mut since) = (self.counts(), Instant::now());
         loop {
             let _wait_for_the_next = self.wait_status(Duration::from_millis(100), |_| false);
-            let told = self.told();
+            let told = self.counts();
             if told != last {
                 (last, since) = (told, Instant::now());
             }

@@ -1,4 +1,4 @@
-//! What a process has used, as Linux tells it.
+//! Resources used by a process, as Linux reports them.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -49,7 +49,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// An alarm that is not told.
+    /// Alarm that is suppressed.
     fn hushed(self) -> Option<u16> {
         match self {
             Self::SilenceNotTold => Some(80),
@@ -61,7 +61,7 @@ impl Fault {
         }
     }
 
-    /// What becomes of a message of the stream; nothing where it is kept back. `joints` counts those of `joint_states`.
+    /// Changed message of the stream; `None` if it is suppressed. `joints` counts those of `joint_states`.
     fn stream(self, mut said: MachineStream, count: u64, edges: &mut Vec<Latch>) -> Option<MachineStream> {
         match self {
             Self::StampOff if count % 6 == 4 => said.stamp.nanosec += 1,
@@ -121,7 +121,7 @@ impl Fault {
     }
 }
 
-/// Whether a resting axis is told elsewhere.
+/// Returns whether a resting axis is reported elsewhere at this tick.
 fn is_elsewhere(tick: u64) -> bool {
     (tick / 300) % 2 == 1
 }
@@ -129,7 +129,7 @@ fn is_elsewhere(tick: u64) -> bool {
 /// Senders that may speak at once.
 const SENDERS: usize = 2;
 
-/// What a sender's messages are passed on by: a node of its own, for the machine knows senders by it.
+/// Node that passes on a sender's messages: a node of its own, since the machine identifies senders by it.
 struct Voice {
     setpoints: Publisher<JointTrajectory>,
     commands: Publisher<MachineCommand>,

@@ -1,5 +1,5 @@
-//! The check of machines against their contract (`nodes/MACHINE_CONTRACT.md`): the simulated machine keeps it, and a machine that breaks
-//! one clause is told by that clause and by no other.
+//! The check of machines against their contract (`nodes/MACHINE_CONTRACT.md`): the simulated machine keeps it, and the check reports
+//! exactly the broken clause of a machine that breaks one.
 
 mod go_between;
 use crate::support;
@@ -48,7 +48,7 @@ fn checked(domain: &Domain, namespace: &str, moving: Option<(&str, f64)>) -> Che
     check(&args(domain, namespace), &settings(moving), &Shutdown::new(), &|_| {}).expect("a machine that is free")
 }
 
-/// What is judged of a machine that moves, at pace fast and besides at pace realtime.
+/// Clauses judged on a moving machine, at pace fast and in addition at pace realtime.
 const MOVED: [u8; 16] = [1, 2, 3, 4, 5, 7, 8, 9, 10, 11, 13, 14, 20, 30, 33, 41];
 const MOVED_IN_TIME: [u8; 19] = [1, 2, 3, 4, 5, 7, 8, 9, 10, 11, 12, 13, 14, 20, 21, 30, 31, 33, 40];
 

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 const JOINTS: [&str; 3] = ["c_axis", "x_axis", "z_axis"];
-/// Where the axes stand after power-up (rad, m).
+/// Position of the axes after power-up (rad, m).
 const START: [f64; 3] = [0.0, 0.15, 0.0];
 
 /// Place, velocity and acceleration of the three axes at a time (ns).
@@ -22,7 +22,7 @@ struct Point {
 }
 
 struct Controller {
-    /// What is followed: points in the order of their times, the first being where it was when the trajectory came.
+    /// Points of the current trajectory in the order of their times, the first being the position at its arrival.
     points: Vec<Point>,
     now: Point,
 }
@@ -64,7 +64,7 @@ impl StandIn {
         Self { node, controller, _subscription: subscription.expect("a subscription"), _timer: timer, _spin: spin }
     }
 
-    /// Where the axes are.
+    /// Position of the axes.
     pub fn position(&self) -> [f64; 3] {
         self.controller.lock().expect("not poisoned").now.state[0]
     }

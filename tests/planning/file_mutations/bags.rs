@@ -84,12 +84,12 @@ impl BagSeed {
             return;
         };
         // Mostly few messages are changed, at times every tenth.
-        let share = *random.of(&[0.0005, 0.0005, 0.005, 0.1]);
+        let share = *random.pick(&[0.0005, 0.0005, 0.005, 0.1]);
         let of_topic = (random.below(2) == 0).then(|| random.below(topics.len()));
         let mut once = random.below(self.messages.len());
         if let Some(of_topic) = of_topic {
             let own: Vec<usize> = (0..self.messages.len()).filter(|at| self.messages[*at].topic == of_topic).collect();
-            once = if own.is_empty() { once } else { *random.of(&own) };
+            once = if own.is_empty() { once } else { *random.pick(&own) };
         }
         for (at, message) in self.messages.iter().enumerate() {
             let is_changed =
@@ -113,12 +113,12 @@ fn changed(random: &mut Random, data: &[u8]) -> Vec<u8> {
         return mutate::bytes(random, &data, &data);
     }
     for _ in 0..1 + random.below(3) {
-        let width = *random.of(&WIDTHS);
+        let width = *random.pick(&WIDTHS);
         let at = 4 + random.below((data.len() - 4) / width) * width;
         let end = (at + width).min(data.len());
         let number = match random.below(3) {
-            0 => f64::to_le_bytes(*random.of(&[0.0, -1.0, 1e-300, 1e9, 1e300, f64::NAN, f64::INFINITY])),
-            1 => u64::to_le_bytes(*random.of(&[
+            0 => f64::to_le_bytes(*random.pick(&[0.0, -1.0, 1e-300, 1e9, 1e300, f64::NAN, f64::INFINITY])),
+            1 => u64::to_le_bytes(*random.pick(&[
                 0,
                 1,
                 2,

@@ -9,7 +9,7 @@ use camwright_msgs::cdr::sample_from_message;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// How a command ends on a job, and what it says.
+/// Result of a command on a job: its end and its output.
 fn ends(folder: &Folder, job: &str, command: &str) -> (End, String) {
     folder.write("job.yaml", job);
     let arguments: Vec<String> = command.split(' ').map(str::to_owned).collect();

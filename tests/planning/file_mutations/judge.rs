@@ -15,10 +15,10 @@ const MAX_WALL: Duration = Duration::from_secs(120);
 /// Characters that are kept of what a command says.
 const KEPT: usize = 4000;
 
-/// How a command ended.
+/// End of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum End {
-    /// By the rule: 0, or 1 to 3 with a sentence.
+    /// Regular: 0, or 1 to 3 with a sentence.
     Rule(i32),
     /// It failed without a word.
     Silent,
@@ -42,7 +42,7 @@ impl fmt::Display for End {
     }
 }
 
-/// What came of a command.
+/// Result of a command.
 #[derive(Debug)]
 pub struct Outcome {
     pub end: End,

@@ -93,7 +93,10 @@ impl Campaign {
                         }
                         drop(tallies);
                         if !matches!(outcome.end, End::Rule(_)) {
-                            failures.lock().expect("failures").push(self.keep(case, kind, &command, &outcome, &folder));
+                            failures
+                                .lock()
+                                .expect("failures")
+                                .push(self.store_case(case, kind, &command, &outcome, &folder));
                         }
                         if self.still && outcome.end > End::Rule(1) {
                             println!("case {case}: {command:?} {}: {}", outcome.end, outcome.said);
@@ -125,7 +128,7 @@ impl Campaign {
     }
 
     /// Keeps what failed; one line about it.
-    fn keep(&self, case: u64, kind: Kind, command: &[String], outcome: &Outcome, folder: &Path) -> String {
+    fn store_case(&self, case: u64, kind: Kind, command: &[String], outcome: &Outcome, folder: &Path) -> String {
         let name = format!("{}_{case}_{}_{}", self.seed, kind.name(), outcome.end);
         let kept = self.kept.join(&name);
         let _gone = fs::remove_dir_all(&kept);

@@ -121,8 +121,8 @@ pub fn bytes(random: &mut Random, bytes: &[u8], donor: &[u8]) -> Vec<u8> {
         _ => {
             // A length or a count, as binary formats have them.
             let number: u64 =
-                *random.of(&[0, 1, 255, 65_535, 1 << 31, u64::from(u32::MAX), 1 << 40, u64::MAX / 2, u64::MAX]);
-            let width = *random.of(&[1_usize, 2, 4, 8]);
+                *random.pick(&[0, 1, 255, 65_535, 1 << 31, u64::from(u32::MAX), 1 << 40, u64::MAX / 2, u64::MAX]);
+            let width = *random.pick(&[1_usize, 2, 4, 8]);
             let at = random.below(changed.len());
             let end = (at + width).min(changed.len());
             changed[at..end].copy_from_slice(&number.to_le_bytes()[..end - at]);
@@ -156,12 +156,12 @@ fn number(random: &mut Random, text: &str) -> String {
     if all.is_empty() {
         return text.to_owned();
     }
-    let (from, to) = *random.of(&all);
+    let (from, to) = *random.pick(&all);
     let new = match (random.below(3), text[from..to].parse::<f64>()) {
-        (0, Ok(value)) => format!("{}", value * random.of(&FACTORS)),
+        (0, Ok(value)) => format!("{}", value * random.pick(&FACTORS)),
         // Anything between a thousandth and a thousandfold.
         (1, Ok(value)) => format!("{}", value * 10_f64.powf(6.0 * random.share() - 3.0)),
-        _ => (*random.of(&EXTREMES)).to_owned(),
+        _ => (*random.pick(&EXTREMES)).to_owned(),
     };
     format!("{}{new}{}", &text[..from], &text[to..])
 }
@@ -196,7 +196,7 @@ fn swapped(random: &mut Random, text: &str) -> String {
         .filter(|word| !word.is_empty())
         .map(|word| (word.as_ptr() as usize - text.as_ptr() as usize, word))
         .collect();
-    let (&(one, first), &(other, second)) = (random.of(&words), random.of(&words));
+    let (&(one, first), &(other, second)) = (random.pick(&words), random.pick(&words));
     let ((low, low_word), (high, high_word)) =
         if one <= other { ((one, first), (other, second)) } else { ((other, second), (one, first)) };
     if low + low_word.len() > high {
@@ -212,7 +212,7 @@ fn value(random: &mut Random, text: &str) -> String {
     if places.is_empty() {
         return text.to_owned();
     }
-    let at = *random.of(&places);
+    let at = *random.pick(&places);
     let end = text[at..].find([',', '\n', '}', ']']).map_or(text.len(), |length| at + length);
     let long;
     let new = match random.below(20) {
@@ -224,7 +224,7 @@ fn value(random: &mut Random, text: &str) -> String {
             long = "9".repeat(400);
             &long
         }
-        _ => *random.of(&STRANGE),
+        _ => *random.pick(&STRANGE),
     };
     format!("{} {new}{}", &text[..at], &text[end..])
 }
@@ -234,14 +234,14 @@ fn repeated(random: &mut Random, text: &str) -> String {
     let all: Vec<&str> = text.lines().collect();
     let from = random.below(all.len());
     let count = 1 + random.below(3);
-    let times = *random.of(&[3, 10, 100, 1000, 20_000]);
+    let times = *random.pick(&[3, 10, 100, 1000, 20_000]);
     let block: String = all.iter().skip(from).take(count).map(|line| format!("{line}\n")).collect();
     let begin: String = all.iter().take(from).map(|line| format!("{line}\n")).collect();
     let end: String = all.iter().skip(from).map(|line| format!("{line}\n")).collect();
     begin + &block.repeat(times) + &end
 }
 
-/// What parsers are known to fall over.
+/// Inputs known to break parsers.
 fn bomb(random: &mut Random, text: &str) -> String {
     match random.below(4) {
         0 => {

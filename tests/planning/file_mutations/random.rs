@@ -23,7 +23,7 @@ impl Random {
         Self { still: true, ..self }
     }
 
-    /// Whether files stay as they are.
+    /// Returns whether files stay unchanged.
     pub fn is_still(&self) -> bool {
         self.still
     }
@@ -47,7 +47,7 @@ impl Random {
     }
 
     /// One of a list.
-    pub fn of<'a, T>(&mut self, list: &'a [T]) -> &'a T {
+    pub fn pick<'a, T>(&mut self, list: &'a [T]) -> &'a T {
         &list[self.below(list.len())]
     }
 }

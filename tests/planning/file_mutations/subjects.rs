@@ -1,4 +1,4 @@
-//! What is mutated: shipped files of every kind, small ones beside them, and the commands that read them.
+//! Mutated files: shipped files of every kind, small ones beside them, and the commands that read them.
 
 use super::bags::BagSeed;
 use super::mutate;
@@ -285,18 +285,18 @@ impl Subjects {
         let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).expect("room");
         match kind {
             Kind::Job => {
-                let seed = random.of(&self.jobs);
-                let donor = random.of(&self.jobs);
+                let seed = random.pick(&self.jobs);
+                let donor = random.pick(&self.jobs);
                 let mut text = seed.text.clone();
                 if seed.name == "one_lobe" && random.below(2) == 0 {
-                    text = format!("{text}{}\n", *random.of(&MORE_KEYS));
+                    text = format!("{text}{}\n", *random.pick(&MORE_KEYS));
                 }
                 write("job.yaml", &mutate::text(random, &text, &donor.text));
                 job_command(random)
             }
             Kind::Machine => {
-                let seed = random.of(&self.machines);
-                let donor = random.of(&self.machines);
+                let seed = random.pick(&self.machines);
+                let donor = random.pick(&self.machines);
                 write("machine.yaml", &mutate::text(random, &seed.text, &donor.text));
                 let job = match seed.name.as_str() {
                     "lathe" => SMALL_TURNED.replace("SURFACE", SURFACES[0]).replace(": lathe", ": machine.yaml"),
@@ -313,13 +313,17 @@ impl Subjects {
                 }
             }
             Kind::Lift => {
-                let seed = random.of(&self.lifts);
-                let donor = random.of(&self.lifts);
+                let seed = random.pick(&self.lifts);
+                let donor = random.pick(&self.lifts);
                 write("lift.csv", &mutate::text(random, &seed.text, &donor.text));
                 let job = SMALL_JOB;
                 let (begin, end) = (job.find("    lift:").unwrap_or(0), job.find("lobes:").unwrap_or(0));
-                let smoothed =
-                    *random.of(&["", ", reading: cubic_spline", ", resolution_mm: 0.0001", ", smooth_within_um: 2.0"]);
+                let smoothed = *random.pick(&[
+                    "",
+                    ", reading: cubic_spline",
+                    ", resolution_mm: 0.0001",
+                    ", smooth_within_um: 2.0",
+                ]);
                 let job = format!("{}    lift: {{table: lift.csv{smoothed}}}\n{}", &job[..begin], &job[end..]);
                 write("job.yaml", job.as_bytes());
                 match random.below(2) {
@@ -328,10 +332,10 @@ impl Subjects {
                 }
             }
             Kind::Surface => {
-                let seed = random.of(&self.surfaces);
+                let seed = random.pick(&self.surfaces);
                 write("surface.csv", &mutate::text(random, &seed.text, &self.surfaces[0].text));
                 write("job.yaml", SMALL_TURNED.replace("SURFACE", SURFACES[4]).as_bytes());
-                random.of(&TURNED_COMMANDS).split(' ').map(str::to_owned).collect()
+                random.pick(&TURNED_COMMANDS).split(' ').map(str::to_owned).collect()
             }
             Kind::Stl => {
                 let mutated = match random.below(2) {
@@ -339,14 +343,14 @@ impl Subjects {
                     _ => mutate::bytes(random, &self.stl_bytes, self.stl_text.as_bytes()),
                 };
                 write("part.stl", &mutated);
-                let unit = random.of(&["mm", "mm", "mm", "inch", "m"]);
+                let unit = random.pick(&["mm", "mm", "mm", "inch", "m"]);
                 let surface = format!("{{kind: mesh, file: part.stl, unit: {unit}}}");
                 write("job.yaml", SMALL_TURNED.replace("SURFACE", &surface).as_bytes());
-                random.of(&TURNED_COMMANDS).split(' ').map(str::to_owned).collect()
+                random.pick(&TURNED_COMMANDS).split(' ').map(str::to_owned).collect()
             }
             Kind::Program => {
-                let Program { control, job, files } = random.of(&self.programs);
-                let donor = &random.of(&self.programs).files[0];
+                let Program { control, job, files } = random.pick(&self.programs);
+                let donor = &random.pick(&self.programs).files[0];
                 let changed = random.below(files.len());
                 for (index, file) in files.iter().enumerate() {
                     let text = if index == changed {
@@ -368,8 +372,8 @@ impl Subjects {
                 arguments.map(str::to_owned).into()
             }
             Kind::Bag => {
-                random.of(&self.bags).mutated(random, &folder.join("bag"));
-                let command = *random.of(&[
+                random.pick(&self.bags).mutated(random, &folder.join("bag"));
+                let command = *random.pick(&[
                     "bag info bag",
                     "bag info bag --json",
                     "bag check bag",
@@ -404,12 +408,12 @@ fn small_lift() -> String {
     "cam_angle_deg,lift_mm\n".to_owned() + &(0..120).map(row).collect::<String>()
 }
 
-/// What reads jobs that turn.
+/// Commands that read turning jobs.
 const TURNED_COMMANDS: [&str; 3] =
     ["check job.yaml", "plan job.yaml --out out", "plan job.yaml --out out --plots --json"];
 
 fn job_command(random: &mut Random) -> Vec<String> {
-    let command = *random.of(&[
+    let command = *random.pick(&[
         "check job.yaml",
         "check job.yaml",
         "check job.yaml --json",

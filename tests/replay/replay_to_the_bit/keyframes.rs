@@ -1,7 +1,7 @@
 //! From the middle: every keyframe begins a run that is the same to the bit, and none is trusted.
 
 use crate::changed_bag::{Original, as_it_was};
-use camwright_analysis::rerun::{Verdict, Window, again, within};
+use camwright_analysis::rerun::{Verdict, Window, rerun, within};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use std::path::Path;
 
@@ -57,7 +57,7 @@ fn a_late_recorder_has_the_rest(original: &Original, heads: &[MachineKeyframe]) 
         inputs.binary_search(&place).is_ok() && original.decoded::<MachineInput>(place).tick + 40 < first
     };
     let to = original.rewritten(|index, message| as_it_was(message).filter(|_| !is_early(index)));
-    let text = again(to).expect_err("it has no beginning").to_string();
+    let text = rerun(to).expect_err("it has no beginning").to_string();
     assert!(text.contains("of before the recorder listened"), "{text}");
     assert!(text.ends_with(&format!("; from a keyframe on it is whole: --from-tick {first}")), "{text}");
     let verdict = within(to, from_tick(first)).expect("it is whole from there");
@@ -80,7 +80,7 @@ fn no_keyframe_is_trusted(original: &Original, heads: &[MachineKeyframe]) {
     assert!(text.contains(&format!("the keyframe of tick {} is not as it was recorded", head.tick)), "{text}");
     // The lowest bit of the wheel's radius, on purpose: the first number after the tick.
     let to = original.with_state(head, &other(|state| state[8] ^= 1), true);
-    let verdict = again(to).expect("it can be computed");
+    let verdict = rerun(to).expect("it can be computed");
     let first = verdict.differences.first().expect("the state is another");
     let text = first.to_string();
     assert!(first.tick == head.tick && text.contains("state of the machine"), "{text}");

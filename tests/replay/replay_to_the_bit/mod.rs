@@ -6,7 +6,7 @@ use crate::changed_bag;
 mod keyframes;
 use crate::support;
 
-use camwright_analysis::rerun::{Verdict, again};
+use camwright_analysis::rerun::{Verdict, rerun};
 use camwright_msgs::Action;
 use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
 use camwright_msgs::camwright_msgs::action::{
@@ -143,7 +143,7 @@ fn eventful_run(folder: &Folder) -> PathBuf {
 }
 
 fn replayed(bag: &Path) -> Verdict {
-    let verdict = again(bag).unwrap_or_else(|error| panic!("{}: {error}", bag.display()));
+    let verdict = rerun(bag).unwrap_or_else(|error| panic!("{}: {error}", bag.display()));
     println!("{}: {}", bag.display(), verdict.to_text());
     verdict
 }
@@ -171,18 +171,18 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     let original = Original::read(&path, folder.join("changed"));
     every_input_is_named(&original);
     what_comes_of_an_override_is_named(&original);
-    // A setpoint and a sample that were recorded otherwise are told with field, values and µm.
+    // A changed setpoint and a changed sample are reported with field, values and µm.
     let chunks = original.places::<JointTrajectory>();
     let changed = with::<JointTrajectory>(&original, chunks[chunks.len() / 2], |chunk| {
         chunk.points[1].positions[1] = f64::from_bits(chunk.points[1].positions[1].to_bits() ^ 1 << 30);
     });
-    let text = again(changed).expect("it can be computed").to_text();
+    let text = rerun(changed).expect("it can be computed").to_text();
     assert!(text.contains("setpoint: position of x_axis: recorded ") && text.contains(" um of difference"), "{text}");
     // So is an alarm.
     let told = |place: &usize| !original.decoded::<MachineAlarms>(*place).alarms.is_empty();
     let alarm = original.places::<MachineAlarms>().into_iter().find(told).expect("the emergency stop");
     let changed = with::<MachineAlarms>(&original, alarm, |said| said.alarms[0].text.push('!'));
-    let text = again(changed).expect("it can be computed").to_text();
+    let text = rerun(changed).expect("it can be computed").to_text();
     assert!(
         text.contains("machine/alarms: recorded alarm 1 of tick ") && text.contains("emergency stop pressed!"),
         "{text}"
@@ -206,12 +206,12 @@ fn every_input_is_named(original: &Original) {
         let changed = with::<AppliedInput>(original, place, |input| {
             input.value = f64::from_bits(input.value.to_bits() ^ bit);
         });
-        let verdict = again(changed).expect("it can be computed");
+        let verdict = rerun(changed).expect("it can be computed");
         assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
         let (place, bit) = (of_machine[next(of_machine.len())], 1 << next(64));
         let input: MachineInput = original.decoded(place);
         let changed = with::<MachineInput>(original, place, |input| input.digest ^= bit);
-        let verdict = again(changed).expect("it can be computed");
+        let verdict = rerun(changed).expect("it can be computed");
         assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
     }
 }
@@ -226,7 +226,7 @@ fn what_comes_of_an_override_is_named(original: &Original) {
         // 0.7 with the highest bit of its mantissa: 0.95.
         input.value = f64::from_bits(input.value.to_bits() ^ 1 << 51);
     });
-    let verdict = again(changed).expect("it can be computed");
+    let verdict = rerun(changed).expect("it can be computed");
     let first = verdict.differences.first().expect("the setpoints are others");
     assert!(first.field.starts_with("setpoint") || first.field.starts_with("stop"), "{first}");
     // It came while the axes were held: it shows in a setpoint when they go on.
@@ -235,15 +235,15 @@ fn what_comes_of_an_override_is_named(original: &Original) {
     println!("{}", verdict.to_text());
 }
 
-/// What a bag does not support is refused with the reason.
+/// Requests that a bag does not support are refused with the reason.
 fn refusals(original: &Original) {
     let without =
-        |left_out: usize| again(original.rewritten(|index, message| as_it_was(message).filter(|_| index != left_out)));
+        |left_out: usize| rerun(original.rewritten(|index, message| as_it_was(message).filter(|_| index != left_out)));
     let text = without(original.places::<MachineInput>()[5]).expect_err("an input is missing").to_string();
     assert!(text.contains("machine/inputs is not whole: input 5 is missing, between ticks "), "{text}");
     let text = without(original.places::<AppliedInput>()[0]).expect_err("an input is missing").to_string();
     assert!(text.contains("axis_interpolator/inputs is not whole: the first input, of before"), "{text}");
-    // A chunk that is missing is told by its tick.
+    // A missing chunk is reported by its tick.
     let verdict = without(original.places::<JointTrajectory>()[3]).expect("the inputs are whole");
     assert!(!verdict.is_identical());
     assert!(verdict.to_text().contains("is not on machine/setpoints"), "{}", verdict.to_text());

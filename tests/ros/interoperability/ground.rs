@@ -1,4 +1,4 @@
-//! Where a scenario takes place: a domain, a peer, nodes of ours, and the table that its checks are entered into.
+//! Environment of a scenario: a domain, a peer, nodes of ours, and the table of its checks.
 
 use super::matrix::{Column, Matrix};
 use crate::support::{Domain, Peer, PeerEnv};
@@ -35,14 +35,14 @@ impl<'a> Ground<'a> {
         let result = catch_unwind(AssertUnwindSafe(|| run(&mut self)));
         eprintln!("{name} with {column:?}: {:.1} s", begun.elapsed().as_secs_f64());
         if let Err(panic) = result {
-            let error = format!("the scenario {name} broke off: {}", said(&*panic));
+            let error = format!("the scenario {name} broke off: {}", panic_message(&*panic));
             self.matrix.lock().expect("entering does not panic here").stray(error, column);
         }
     }
 
     /// Tries something and enters what came out. The scenario goes on either way.
     pub fn check(&self, row: &'static str, run: impl FnOnce()) {
-        let outcome = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| said(&*panic));
+        let outcome = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| panic_message(&*panic));
         self.matrix.lock().expect("entering panics for a defect of the test alone").enter(row, self.column, outcome);
     }
 
@@ -70,7 +70,7 @@ impl<'a> Ground<'a> {
     }
 }
 
-fn said(panic: &(dyn std::any::Any + Send)) -> String {
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().cloned();
     text.or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string)).unwrap_or_else(|| "a panic".into())
 }

@@ -113,7 +113,7 @@ const ROWS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// What is known to fail, and why.
+/// Known failures with their reasons.
 const KNOWN: &[(&str, Column, &str)] = &[
     (
         "type hash of an endpoint",
@@ -141,7 +141,7 @@ life cycle are made of topics and services and are not tried with it again (–)
 A megabyte reaches a subscriber on Fast DDS only after some seconds (`nodes/ros/UPSTREAM.md`, line 6); no message of ours is longer than 32 kB.
 ";
 
-/// What came out of every check.
+/// Result of every check.
 #[derive(Debug, Default)]
 pub struct Matrix {
     outcomes: BTreeMap<(&'static str, Column), Result<(), String>>,
@@ -161,7 +161,7 @@ impl Matrix {
         self.strays.push(format!("{error} ({column:?})"));
     }
 
-    /// What failed without being known to, and the other way round.
+    /// Unexpected failures, and unexpected successes.
     pub fn unexpected(&self) -> Vec<String> {
         let known = |row: &str, column: Column| KNOWN.iter().any(|(name, with, _)| *name == row && *with == column);
         self.outcomes

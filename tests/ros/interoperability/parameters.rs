@@ -101,7 +101,7 @@ pub fn served(ground: &mut Ground<'_>) {
     });
 }
 
-/// What `ros2 param dump` makes of the services' answers is a file that a node takes, whose values are the same.
+/// The output of `ros2 param dump` is a file that a node accepts, with the same values.
 pub fn dumped_and_loaded(ground: &mut Ground<'_>) {
     let given = "--ros-args -r __ns:=/cell -p infeed_um_rev:=12.5 -p job:='007' -p group.depth:=1e-07";
     let (node, _spin) = ground.node_with("planner", given, declared());
@@ -123,7 +123,8 @@ pub fn dumped_and_loaded(ground: &mut Ground<'_>) {
     });
 }
 
-/// What `ros2 param dump` writes of one node, `ros2 param load` sets in another; what it may not be is refused with its name and range.
+/// The output of `ros2 param dump` for one node can be loaded into another by `ros2 param load`; an invalid value is refused with its
+/// name and range.
 pub fn dumped_and_set(ground: &mut Ground<'_>) {
     let given = "--ros-args -r __ns:=/cell -p infeed_um_rev:=12.5 -p group.law:=optimal";
     let (_node, _spin) = ground.node_with("planner", given, declared());

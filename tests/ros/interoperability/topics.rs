@@ -12,8 +12,8 @@ use std::sync::mpsc::{Receiver, channel};
 
 const TRAJECTORY: &str = "trajectory_msgs/msg/JointTrajectory";
 
-/// What a node of ours hears on a topic of texts.
-fn hear(node: &Node, topic: &str, qos: &Qos) -> (Subscription, Receiver<String>) {
+/// Texts that a node of ours receives on a topic.
+fn subscribe(node: &Node, topic: &str, qos: &Qos) -> (Subscription, Receiver<String>) {
     let (sender, received) = channel();
     let subscription = node.subscribe::<Text>(topic, qos, move |text, _| drop(sender.send(text.data)));
     (subscription.expect("a subscription"), received)
@@ -24,7 +24,7 @@ pub fn both_ways(ground: &mut Ground<'_>) {
     let latched = node.publisher::<Text>("ours", &Qos::latched(1)).expect("a publisher");
     latched.publish(&Text { data: "before the peer".into() }).expect("published");
     let out = node.publisher::<JointTrajectory>("setpoints", &Qos::default_topic()).expect("a publisher");
-    let (orders, received) = hear(&node, "orders", &Qos::default_topic());
+    let (orders, received) = subscribe(&node, "orders", &Qos::default_topic());
     let mut peer = ground.peer("observer");
 
     ground.check("latched, ours to a late joiner", || {
@@ -53,7 +53,7 @@ pub fn both_ways(ground: &mut Ground<'_>) {
     ground.check("latched, theirs to us as late joiner", || {
         peer.ask("advertise", json!({ "topic": "/cell/theirs", "type": STRING, "qos": "latched:1" }));
         peer.ask("publish", json!({ "topic": "/cell/theirs", "data": { "data": "before us" } }));
-        let (_late, received) = hear(&node, "theirs", &Qos::latched(1));
+        let (_late, received) = subscribe(&node, "theirs", &Qos::latched(1));
         assert_eq!(received.recv_timeout(PATIENCE).expect("it arrives"), "before us");
     });
     ground.check("type and quality of service of an endpoint", || {
@@ -117,10 +117,10 @@ pub fn misfits(ground: &mut Ground<'_>) {
     };
     let weak = Qos::default_topic().best_effort();
     let _out = node.publisher::<Text>("/weak_out", &weak).expect("a publisher");
-    let _in = hear(&node, "/weak_in", &Qos::default_topic());
+    let _in = subscribe(&node, "/weak_in", &Qos::default_topic());
     let _short_out = node.publisher::<Text>("/short_out", &Qos::default_topic()).expect("a publisher");
-    let _short_in = hear(&node, "/short_in", &Qos::latched(1));
-    let (other, other_received) = hear(&node, "/other", &Qos::default_topic());
+    let _short_in = subscribe(&node, "/short_in", &Qos::latched(1));
+    let (other, other_received) = subscribe(&node, "/other", &Qos::default_topic());
     let mut peer = ground.peer("peer");
     let mut misfit = |policy: &str, out: &str, into: &str, asks: &str, offers: &str| {
         peer.ask("subscribe", json!({ "topic": out, "type": STRING, "qos": asks }));
@@ -153,7 +153,7 @@ pub fn misfits(ground: &mut Ground<'_>) {
 pub fn long_messages(ground: &mut Ground<'_>) {
     let (node, _spin) = ground.node("node");
     let out = node.publisher::<Text>("/ours", &Qos::default_topic()).expect("a publisher");
-    let (subscription, received) = hear(&node, "/theirs", &Qos::default_topic());
+    let (subscription, received) = subscribe(&node, "/theirs", &Qos::default_topic());
     let mut peer = ground.peer("peer");
     let long = text(1_000_000);
     ground.check("1 MB, ours to theirs", || {

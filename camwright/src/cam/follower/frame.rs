@@ -39,7 +39,7 @@ pub(crate) struct Face {
 impl LocalFrame {
     /// The contour inside a round tip of radius r about a trace point P, Q = P − rN. The velocity of P in the cam's frame
     /// is V = P′, N is V turned by −90°, and N turns by dω/dφ = V × V′ / V².
-    pub(crate) fn of_tip(trace: &Trace, radius_mm: f64) -> Self {
+    pub(crate) fn from_tip(trace: &Trace, radius_mm: f64) -> Self {
         let ([p, p1, p2], [q, q1, q2]) = (trace.along, trace.across);
         let (along, across) = (p1 - q, q1 + p);
         let (along_rate, across_rate) = (p2 - q1, q2 + p1);
@@ -60,7 +60,7 @@ impl LocalFrame {
     /// The envelope of the lines x·N(φ) = h(φ). Where one of them touches it, x·dN/dφ = h′ holds as well, and with
     /// dN/dφ = ω′T, T = N turned by 90°, the point is Q = hN + (h′/ω′)T. Its rate along T is ω′(h + d²h/dω²):
     /// dl/dφ = hω′ + (h″ω′ − h′ω″)/ω′². For ω′ = 1 this is the support function.
-    pub(crate) fn of_face(face: &Face) -> Self {
+    pub(crate) fn from_face(face: &Face) -> Self {
         let ((normal_along, normal_across), [turning, turning_rate], [h, h1, h2]) =
             (face.normal, face.turning, face.support);
         let beside = h1 / turning;

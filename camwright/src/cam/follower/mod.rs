@@ -1,4 +1,4 @@
-//! What rides on the cam.
+//! Followers of a cam.
 
 pub(crate) mod frame;
 pub(crate) mod mount;
@@ -37,14 +37,14 @@ pub enum Follower {
         radius_mm: f64,
         /// Length of the arm, pivot to roller centre (mm).
         arm_mm: f64,
-        /// What the arm swings about.
+        /// Pivot of the arm.
         pivot: Pivot,
     },
     /// A flat face on an arm that swings about a pivot.
     OscillatingFlat {
         /// Distance of the face's plane from the pivot (mm), positive where the pivot lies on the cam's side of it.
         face_offset_mm: f64,
-        /// What the arm swings about.
+        /// Pivot of the arm.
         pivot: Pivot,
     },
 }
@@ -56,7 +56,7 @@ pub struct Pivot {
     pub distance_mm: f64,
     /// To which side of it the arm reaches.
     pub side: ArmSide,
-    /// What the numbers of the lift law are.
+    /// Meaning of the lift values.
     pub lift: SwingLift,
 }
 
@@ -81,7 +81,7 @@ impl Follower {
     }
 }
 
-/// What the numbers of the lift law of an oscillating follower are: how far the arm swings away from the cam.
+/// Meaning of the lift values of an oscillating follower: swing of the arm away from the cam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SwingLift {
     /// The angle in degrees. The one angle inside that is not in rad: a table is read within half a digit of what it
@@ -100,7 +100,7 @@ pub enum FollowerError {
     /// A roller without a radius.
     #[error("roller radius {radius_mm} mm is not a positive number")]
     BadRadius {
-        /// What was given (mm).
+        /// Given value (mm).
         radius_mm: f64,
     },
     /// The line of the follower misses the prime circle.
@@ -115,9 +115,9 @@ pub enum FollowerError {
     #[error("{what} {value} mm is not {bound}")]
     BadNumber {
         what: &'static str,
-        /// What was given (mm).
+        /// Given value (mm).
         value: f64,
-        /// What it must be.
+        /// Condition that it violates.
         bound: &'static str,
     },
     /// The roller cannot lie on the base circle.
@@ -161,7 +161,7 @@ pub enum FollowerError {
     SwingTooFar {
         /// Largest angle between the arm (or the face) and the line from the pivot to the cam's axis (deg).
         swing_deg: f64,
-        /// What it must stay below (deg).
+        /// Upper bound, exclusive (deg).
         bound_deg: f64,
     },
 }

@@ -44,7 +44,7 @@ pub(super) struct Swing {
     pub(super) rest_rad: f64,
     /// dψ/ds.
     pub(super) rad_per_lift: f64,
-    /// What ψ must stay below: there the arm lifts no further.
+    /// Upper bound of ψ, exclusive: the arm lifts no further there.
     pub(super) bound_rad: f64,
 }
 
@@ -85,9 +85,9 @@ impl Mount {
         match &self.kind {
             Kind::SlidingTip { height_mm, offset_mm, radius_mm } => {
                 let along = [height_mm + lift.value, lift.first, lift.second];
-                LocalFrame::of_tip(&Trace { along, across: [*offset_mm, 0.0, 0.0] }, *radius_mm)
+                LocalFrame::from_tip(&Trace { along, across: [*offset_mm, 0.0, 0.0] }, *radius_mm)
             }
-            Kind::SlidingFace { base_radius_mm } => LocalFrame::of_face(&Face {
+            Kind::SlidingFace { base_radius_mm } => LocalFrame::from_face(&Face {
                 normal: (1.0, 0.0),
                 turning: [1.0, 0.0],
                 support: [base_radius_mm + lift.value, lift.first, lift.second],
@@ -97,12 +97,12 @@ impl Mount {
                 let (sin, cos) = (libm::sin(psi), libm::cos(psi));
                 let along = [swing.pivot_mm - a * cos, a * sin * psi1, a * (cos * psi1 * psi1 + sin * psi2)];
                 let across = [side * sin, side * cos * psi1, side * (cos * psi2 - sin * psi1 * psi1)];
-                LocalFrame::of_tip(&Trace { along, across }, *radius_mm)
+                LocalFrame::from_tip(&Trace { along, across }, *radius_mm)
             }
             Kind::SwingingFace { swing, face_offset_mm } => {
                 let ([psi, psi1, psi2], c) = (swing.angle(lift), swing.pivot_mm);
                 let (sin, cos) = (libm::sin(psi), libm::cos(psi));
-                LocalFrame::of_face(&Face {
+                LocalFrame::from_face(&Face {
                     normal: (sin, swing.sense * cos),
                     turning: [1.0 - swing.sense * psi1, -swing.sense * psi2],
                     support: [c * sin + face_offset_mm, c * cos * psi1, c * (cos * psi2 - sin * psi1 * psi1)],
@@ -141,8 +141,8 @@ impl Mount {
         )
     }
 
-    /// How far the contact (of a face) or trace point (of a tip) moves per lift (mm per mm, or per degree where the lift is an angle).
-    pub(crate) fn way_per_lift(&self, frame: &LocalFrame) -> f64 {
+    /// Travel of the contact (of a face) or trace point (of a tip) per lift (mm per mm, or mm per degree for an angular lift).
+    pub(crate) fn travel_per_lift(&self, frame: &LocalFrame) -> f64 {
         match &self.kind {
             Kind::SlidingTip { .. } | Kind::SlidingFace { .. } => 1.0,
             Kind::SwingingTip { swing, arm_mm, .. } => arm_mm * swing.rad_per_lift,
@@ -152,8 +152,8 @@ impl Mount {
         }
     }
 
-    /// Where on a face the contact lies (mm): from the stem, positive in the direction of increasing cam angle, or from
-    /// the foot of the pivot's perpendicular, positive along the arm. `None` for a roller or knife edge.
+    /// Contact position on a face (mm): from the stem, positive towards increasing cam angle, or from the foot of the pivot's
+    /// perpendicular, positive along the arm. `None` for a roller or knife edge.
     pub(crate) fn contact_on_face_mm(&self, follower: &Follower, lift: &Sample, frame: &LocalFrame) -> Option<f64> {
         match (&self.kind, follower) {
             (Kind::SwingingFace { swing, .. }, _) => {
@@ -170,7 +170,7 @@ impl Mount {
         self.swing().map(|swing| swing.pivot_mm)
     }
 
-    /// Whether a flat face touches: it needs a contour that is convex.
+    /// Returns whether a flat face touches: it needs a convex contour.
     pub(crate) fn is_face(&self) -> bool {
         matches!(self.kind, Kind::SlidingFace { .. } | Kind::SwingingFace { .. })
     }

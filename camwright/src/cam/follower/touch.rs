@@ -15,15 +15,15 @@
 use super::mount::{Kind, Mount};
 use nalgebra::Vector2;
 
-/// By how much a follower misses a piece of a contour, as a function of the cam angle φ: 0 where it touches.
+/// Distance between a follower and a piece of a contour, as a function of the cam angle φ: 0 at contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Miss {
+pub(crate) struct ContactMiss {
     constant: f64,
     cos: f64,
     sin: f64,
 }
 
-impl Miss {
+impl ContactMiss {
     /// Its value at the cam angle with this cosine and sine.
     pub(crate) fn at(&self, cos: f64, sin: f64) -> f64 {
         self.constant + self.cos * cos + self.sin * sin
@@ -37,19 +37,19 @@ impl Miss {
 
 impl Mount {
     /// The condition under which the follower touches a piece of a contour.
-    pub(crate) fn miss(&self, point: Vector2<f64>, normal: Vector2<f64>) -> Miss {
+    pub(crate) fn miss(&self, point: Vector2<f64>, normal: Vector2<f64>) -> ContactMiss {
         match &self.kind {
             Kind::SlidingTip { offset_mm, radius_mm, .. } => {
                 let centre = point + *radius_mm * normal;
-                Miss { constant: -offset_mm, cos: centre.y, sin: -centre.x }
+                ContactMiss { constant: -offset_mm, cos: centre.y, sin: -centre.x }
             }
             Kind::SwingingTip { swing, arm_mm, radius_mm } => {
                 let (centre, c, a) = (point + *radius_mm * normal, swing.pivot_mm, arm_mm);
                 let constant = (centre.norm_squared() + (c - a) * (c + a)) / (2.0 * a);
-                Miss { constant, cos: -c * centre.x / a, sin: -c * centre.y / a }
+                ContactMiss { constant, cos: -c * centre.x / a, sin: -c * centre.y / a }
             }
-            Kind::SlidingFace { .. } => Miss { constant: 0.0, cos: normal.y, sin: -normal.x },
-            Kind::SwingingFace { swing, face_offset_mm } => Miss {
+            Kind::SlidingFace { .. } => ContactMiss { constant: 0.0, cos: normal.y, sin: -normal.x },
+            Kind::SwingingFace { swing, face_offset_mm } => ContactMiss {
                 constant: point.dot(&normal) - face_offset_mm,
                 cos: -swing.pivot_mm * normal.x,
                 sin: -swing.pivot_mm * normal.y,

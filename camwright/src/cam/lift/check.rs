@@ -5,7 +5,7 @@ use super::error::LiftError;
 use super::outliers::{Deviation, deviations};
 use super::row_spacing::{Placement, place};
 use super::table::LiftTable;
-use super::warning::{self, LiftDoubt};
+use super::warning::{self, LiftWarning};
 use alloc::vec::Vec;
 
 /// Resolutions that make sense: below a picometre the lift law would chase rounding, above a millimetre it is no table.
@@ -42,13 +42,13 @@ impl LiftTable {
     ///
     /// # Errors
     /// [`Self::findings`], at least one.
-    pub fn read(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(Self, Vec<LiftDoubt>), Vec<LiftError>> {
+    pub fn read(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(Self, Vec<LiftWarning>), Vec<LiftError>> {
         inspect(rows, declaration)
     }
 }
 
 /// Checks rows; `Err` is never empty, and in the order of the file.
-fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>> {
+fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable, Vec<LiftWarning>), Vec<LiftError>> {
     let resolution_mm = declaration.resolution_mm;
     let mut findings: Vec<LiftError> = bad_resolution(declaration).into_iter().collect();
     if rows.len() < LiftTable::MIN_BLOCKS {
@@ -71,7 +71,7 @@ fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable
     let base = if declaration.form == LiftForm::Increments { lift(0) } else { Some(0) };
     findings.extend(base.into_iter().flat_map(|base| below_base(&inspected, base, declaration)));
     findings.sort_by_key(|finding| finding.line().unwrap_or(0));
-    // A row that was mirrored has its twin in the file, which is told.
+    // A mirrored row has its twin in the file, which is reported.
     if findings.iter().any(|finding| finding.line().is_some()) {
         findings.retain(|finding| finding.row_line() != Some(0));
     }
@@ -151,7 +151,7 @@ pub(super) fn values(
         findings.push(LiftError::Misclosure { line, misclosure_mm, units, digit_mm, bound_mm });
     }
     let digits = declaration.resolution_mm / digit_mm;
-    // A sum that does not come back is told as that; its seam is no jump.
+    // An increment sum that does not return to zero is reported as such; its seam is no jump.
     let closed = match declaration.form {
         LiftForm::Absolute => whole,
         LiftForm::Increments => misclosure.is_some_and(|units| units.unsigned_abs() as f64 * digit_mm < bound_mm),

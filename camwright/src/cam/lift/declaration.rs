@@ -11,17 +11,17 @@ pub struct LiftRow {
     pub value_mm: f64,
 }
 
-/// What the values of a table are.
+/// Meaning of the values of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LiftForm {
-    /// Increment per block, as on the tape of JPS6156064B2: block k takes the lift from k·Δθ to (k + 1)·Δθ; block 0 begins at
+    /// Increment per block, as on the codec of JPS6156064B2: block k takes the lift from k·Δθ to (k + 1)·Δθ; block 0 begins at
     /// the base centre, where the lift is 0.
     Increments,
     /// Lift at each angle.
     Absolute,
 }
 
-/// What the angles of a table are.
+/// Unit and reference of the angles of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AngleUnit {
     /// One turn of the cam is 360 degrees.
@@ -41,7 +41,7 @@ impl AngleUnit {
     }
 }
 
-/// What the lifts of a table were printed in; the rows hold mm in any case.
+/// Unit of the printed lifts; the rows are in mm in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LengthUnit {
     /// Millimetres or a decimal part of them.
@@ -61,19 +61,19 @@ impl LengthUnit {
     }
 }
 
-/// What a table says about itself.
+/// Declarations of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftDeclaration {
-    /// What the values are.
+    /// Meaning of the values.
     pub form: LiftForm,
-    /// What the angles are.
+    /// Unit of the angles.
     pub angle_unit: AngleUnit,
     /// Resolution of the lift (mm): the last digit printed, or coarser where the file declares so. The lift law lies
     /// within half of it of every point.
     pub resolution_mm: f64,
-    /// What the lifts were printed in: its decimal parts are the digits looked for in the values.
+    /// Unit of the printed lifts: its decimal parts are the digits expected in the values.
     pub unit: LengthUnit,
-    /// How far the law may lie from a point where the job asks for smoothing (mm); 0 where it does not.
+    /// Smoothing tolerance of a point (mm); 0 without smoothing.
     pub smooth_within_mm: f64,
     /// Blocks over one turn, where the file declares them.
     pub blocks: Option<usize>,

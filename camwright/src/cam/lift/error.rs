@@ -1,4 +1,4 @@
-//! What can be wrong with a lift table, each with the line of the file it came from.
+//! Errors of a lift table, each with the line of its file.
 
 use thiserror::Error;
 
@@ -14,7 +14,7 @@ pub enum LiftError {
     /// The declared resolution is not usable.
     #[error("resolution {resolution_mm} mm is not within {least_mm} mm to {most_mm} mm")]
     BadResolution {
-        /// What was declared (mm).
+        /// Declared resolution (mm).
         resolution_mm: f64,
         /// Smallest (mm).
         least_mm: f64,
@@ -62,7 +62,7 @@ pub enum LiftError {
         line: usize,
         /// The angle (deg).
         angle_deg: f64,
-        /// Where it stands first.
+        /// Line of the first occurrence.
         previous_line: usize,
     },
     /// An angle that goes backwards.
@@ -291,7 +291,7 @@ pub enum LiftError {
         gap_deg: f64,
         /// Allowed (deg).
         most_deg: f64,
-        /// Where the one before stands.
+        /// Line of the previous row.
         previous_line: usize,
     },
     /// Points that go round more often than once, or not at all.

@@ -10,7 +10,7 @@ use super::declaration::{LiftDeclaration, LiftRow};
 use super::error::LiftError;
 use super::row_spacing::{Placement, Walk, block_of, walk};
 use super::table::LiftTable;
-use super::warning::{self, LiftDoubt};
+use super::warning::{self, LiftWarning};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -39,7 +39,7 @@ pub fn whole_turn(
     opening: Option<&[LiftRow]>,
     nose_deg: f64,
     declaration: &LiftDeclaration,
-) -> Result<(Vec<LiftRow>, Vec<LiftDoubt>), Vec<LiftError>> {
+) -> Result<(Vec<LiftRow>, Vec<LiftWarning>), Vec<LiftError>> {
     let mut findings = Vec::new();
     let mut doubts = Vec::new();
     let second = half(closing, declaration, &mut findings, &mut doubts);
@@ -95,7 +95,7 @@ pub fn whole_turn(
 
 /// Everything that can be said about one flank alone: what [`whole_turn`] would refuse it for, and its doubts.
 #[must_use]
-pub fn check_flank(rows: &[LiftRow], declaration: &LiftDeclaration) -> (Vec<LiftError>, Vec<LiftDoubt>) {
+pub fn check_flank(rows: &[LiftRow], declaration: &LiftDeclaration) -> (Vec<LiftError>, Vec<LiftWarning>) {
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
     half(rows, declaration, &mut findings, &mut doubts);
     (sorted(findings), doubts)
@@ -111,7 +111,7 @@ fn half<'a>(
     rows: &'a [LiftRow],
     declaration: &LiftDeclaration,
     findings: &mut Vec<LiftError>,
-    doubts: &mut Vec<LiftDoubt>,
+    doubts: &mut Vec<LiftWarning>,
 ) -> Option<Half<'a>> {
     const LEAST: usize = 4;
     if let Some(error) = check::bad_resolution(declaration) {

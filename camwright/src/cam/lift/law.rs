@@ -23,7 +23,7 @@ pub enum LiftLawError {
          {half_digit_mm} mm"
     )]
     ToleranceTooSmall {
-        /// What was asked for (mm).
+        /// Requested tolerance (mm).
         tolerance_mm: f64,
         /// Half the table's resolution (mm).
         half_digit_mm: f64,
@@ -36,7 +36,7 @@ pub enum LiftLawError {
     BadNumber {
         what: &'static str,
         value: f64,
-        /// What it must be.
+        /// Condition that it violates.
         bound: &'static str,
     },
     /// A formula gives a value that is not finite.
@@ -91,7 +91,7 @@ const SAMPLED_ERROR_MM: f64 = 1e-10;
 /// Knots tried for a sampled formula, doubling.
 const SAMPLED_KNOTS: (usize, usize) = (360, 46_080);
 
-/// What a formula may fall below the base circle (mm): nothing but rounding.
+/// Depth that a formula may fall below the base circle (mm): rounding only.
 const BELOW_BASE_MM: f64 = 1e-9;
 
 impl LiftLaw {
@@ -177,7 +177,7 @@ impl LiftLaw {
         }
     }
 
-    /// What a flat follower does on a disc: s = e(1 + cos(φ − nose)). Base radius: disc radius − e.
+    /// Motion of a flat follower on a disc: s = e(1 + cos(φ − nose)). Base radius: disc radius − e.
     ///
     /// # Errors
     /// Numbers that are not finite, a negative eccentricity.
@@ -186,7 +186,7 @@ impl LiftLaw {
         Self::new(Shape::EccentricFlat { eccentricity_mm, nose_rad }, BELOW_BASE_MM)
     }
 
-    /// What a roller on the cam's centre line does on a disc: s = e cos γ + √(p² − e² sin² γ) − (p − e), γ = φ − nose,
+    /// Motion of a roller on the cam's centre line on a disc: s = e cos γ + √(p² − e² sin² γ) − (p − e), γ = φ − nose,
     /// p = disc radius + roller radius (the disc radius alone for a knife edge). Base radius: disc radius − e.
     ///
     /// # Errors
@@ -247,7 +247,7 @@ impl LiftLaw {
         self.max_lift_mm
     }
 
-    /// How closely a table was read; `None` if the law is a formula.
+    /// Fidelity of the reading of a table; `None` if the law is a formula.
     #[must_use]
     pub fn reading(&self) -> Option<TableReading> {
         self.reading

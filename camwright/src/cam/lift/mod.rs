@@ -25,4 +25,4 @@ pub use law::{LiftLaw, LiftLawError};
 pub use program::{MotionProgram, MotionSegment, ProgramError};
 pub use reading::{Reading, TableReading};
 pub use table::LiftTable;
-pub use warning::LiftDoubt;
+pub use warning::LiftWarning;

@@ -1,9 +1,9 @@
 //! Rows and jumps that the lift around them does not bear out.
 //!
 //! With the fourth difference δ⁴y, r(k) = δ⁴y(k)/6 is the distance of row k from the cubic through the two rows on either
-//! side. One bad row that is J off gives (…, J/6, −2J/3, J, −2J/3, J/6, …), a step of height J gives (−J/6, −J/2, J/2,
-//! J/6), so that the neighbours tell which of the two it is. Rounding gives at most 4/3 of a digit, a jump of the
-//! acceleration a sixth of a second difference, a smooth law next to nothing. Allowed are
+//! side. One bad row with error J gives (…, J/6, −2J/3, J, −2J/3, J/6, …), a step of height J gives (−J/6, −J/2, J/2,
+//! J/6); the neighbours distinguish the two. Rounding gives at most 4/3 of a digit, a jump of the acceleration a sixth of
+//! a second difference, a smooth law next to nothing. Allowed are
 //!
 //! ```text
 //!   2 digits + 6 · 1.4826 · MAD(r) + ½ · max(second differences: 90 % quantile of the table, upper median of the eight
@@ -21,7 +21,7 @@ use alloc::vec::Vec;
 pub(super) enum Deviation {
     Row {
         at: usize,
-        /// How far it lies off.
+        /// Deviation.
         off: f64,
         bound: f64,
     },
@@ -47,7 +47,7 @@ const FINE: f64 = 72.0;
 /// A normal distribution's standard deviation over its median absolute deviation.
 const SIGMA_PER_MAD: f64 = 1.4826;
 
-/// What is off the trend in a sequence of slots, `closed` where the last is followed by the first; `digits` is the
+/// Deviations from the trend in a sequence of slots, `closed` if the last is followed by the first; `digits` is the
 /// resolution in units of the last digit.
 pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Vec<Deviation> {
     let mut found = Vec::new();
@@ -59,7 +59,7 @@ pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Ve
     let coarse = (FINE / lifts.len() as f64).max(1.0);
     while found.len() < MOST {
         let Some(worst) = series.worst(digits, SHARE * coarse * coarse) else { break };
-        found.push(series.take_out(worst));
+        found.push(series.remove(worst));
     }
     found
 }
@@ -87,7 +87,7 @@ impl Series {
         if index < n { Some(index) } else { self.closed.then(|| index % n) }
     }
 
-    /// Whether the slots from `from − reach` to `from + reach` hang together.
+    /// Returns whether the slots from `from − reach` to `from + reach` are connected.
     fn is_joined(&self, from: usize, reach: isize) -> bool {
         (1 - reach..=reach).all(|offset| self.index(from, offset).is_some_and(|index| !self.cut[index]))
     }
@@ -155,8 +155,8 @@ impl Series {
         worst
     }
 
-    /// Tells what it is, and repairs it for the next look.
-    fn take_out(&mut self, worst: Worst) -> Deviation {
+    /// Reports the deviation, and repairs it for the next pass.
+    fn remove(&mut self, worst: Worst) -> Deviation {
         let Worst { at, off, bound } = worst;
         let trend = self.off_trend();
         let beside = |offset| self.index(at, offset).map_or(f64::NAN, |index| trend[index]);

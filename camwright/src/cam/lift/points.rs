@@ -72,7 +72,7 @@ pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> 
     Ok((0..blocks).map(row).collect())
 }
 
-/// Whether a list ends where it began.
+/// Returns whether a list ends at its start.
 fn close(first: &ContourPoint, last: &ContourPoint) -> bool {
     (first.x_mm - last.x_mm).abs() <= f64::EPSILON * LARGEST_MM
         && (first.y_mm - last.y_mm).abs() <= f64::EPSILON * LARGEST_MM

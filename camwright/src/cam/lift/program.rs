@@ -9,7 +9,7 @@ use thiserror::Error;
 /// One segment of a [`MotionProgram`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSegment {
-    /// How the follower moves.
+    /// Motion law of the follower.
     pub law: MotionLaw,
     /// Cam angle it takes (rad), more than 0.
     pub angle_rad: f64,
@@ -241,7 +241,7 @@ impl Piece {
         (0..=16).map(|i| self.sample(self.length_rad * f64::from(i) / 16.0).second.abs()).fold(0.0, f64::max)
     }
 
-    /// What this piece imposes on a blend beside it; two blends meet at rest.
+    /// Boundary condition that this piece imposes on an adjacent blend; two blends meet at rest.
     fn brings(&self, x: f64) -> Sample {
         match self.shape {
             Shape::Law { law, .. } if !law.is_blend() => self.sample(x),

@@ -1,6 +1,6 @@
 //! The ways to read a curve out of a table, and what each of them costs.
 
-/// How a table becomes a curve.
+/// Method that turns a table into a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Reading {
     /// The smoothest periodic curve within half a digit of every point: a quintic spline, jerk continuous.
@@ -28,14 +28,14 @@ impl Reading {
     }
 }
 
-/// How closely a table was read.
+/// Fidelity of a table's reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableReading {
-    /// How it was read.
+    /// Method.
     pub reading: Reading,
     /// Half the table's resolution (mm).
     pub half_digit_mm: f64,
-    /// How far the law may lie from a point (mm): half a digit, or the tolerance the job asks for; 0 for the cubic spline.
+    /// Tolerance of a point (mm): half a digit, or the tolerance of the job; 0 for the cubic spline.
     pub allowed_mm: f64,
     /// Largest distance of the law from a point (mm).
     pub max_deviation_mm: f64,

@@ -1,15 +1,15 @@
-//! How the rows of a table divide the turn, and every angle that does not fit.
+//! Division of the turn by the rows of a table, with a finding for every angle that does not fit.
 
 use super::declaration::{AngleUnit, LiftDeclaration, LiftForm, LiftRow};
 use super::error::LiftError;
 use super::table::LiftTable;
 use alloc::vec::Vec;
 
-/// How far a printed angle may lie from the even division, in blocks: 51.43 for 360/7 passes, 51.1 does not. An angle
+/// Tolerance of a printed angle against the even division, in blocks: 51.43 for 360/7 passes, 51.1 does not. An angle
 /// error of this size on a 0.1° table moves the steepest flank by less than a tenth of a micrometre.
 pub(super) const ANGLE_TOLERANCE: f64 = 0.005;
 
-/// Where the rows stand in the even division of the turn.
+/// Position of the rows in the even division of the turn.
 #[derive(Debug, Clone)]
 pub(super) struct Placement {
     /// Blocks over one turn.
@@ -29,7 +29,8 @@ impl Placement {
     }
 }
 
-/// Places the rows of a whole table and tells every angle that does not fit. There is at least one row.
+/// Assigns the rows of a whole table to the division and reports every angle that does not fit. There is at least one
+/// row.
 pub(super) fn place(rows: &[LiftRow], declaration: &LiftDeclaration, findings: &mut Vec<LiftError>) -> Placement {
     if rows.iter().all(|row| row.angle_deg.is_none()) {
         return place_without_angles(rows, declaration, findings);
@@ -142,7 +143,7 @@ pub(super) fn walk(rows: &[LiftRow], turn: f64, declared: Option<usize>, finding
     let tolerance = ANGLE_TOLERANCE * step;
     let off_step = |angle: f64| angle - step * libm::round(angle / step);
     let uneven = |line, angle_deg, off_deg| LiftError::UnevenAngle { line, angle_deg, off_deg, bound_deg: tolerance };
-    // A table that is off as a whole is told once, at its first row; one bad row is told where it stands.
+    // A table with a constant offset is reported once, at its first row; a single bad row is reported at its line.
     let start_off = off_step(angles[0]);
     let mut offs: Vec<f64> = angles.iter().map(|angle| off_step(*angle)).collect();
     offs.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What is lawful in a lift table and yet looks wrong: another unit, a base circle that is none.
+//! Suspicious but valid content of a lift table: another unit, a base circle that is not at zero.
 
 use super::declaration::{AngleUnit, LengthUnit, LiftDeclaration};
 use super::table::LiftTable;
@@ -7,8 +7,8 @@ use thiserror::Error;
 
 /// Something to look at before the part is made. Lengths mm, angles deg of the file.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum LiftDoubt {
-    /// So small a lift that the figures may be inches.
+pub enum LiftWarning {
+    /// Lift so small that the values may be inches.
     #[error(
         "line {line}: the largest lift is {largest_mm} mm, cams seldom have less than {usual_mm} mm; were the figures \
          inches, it would be {as_inch_mm:.3} mm"
@@ -18,12 +18,12 @@ pub enum LiftDoubt {
         line: usize,
         /// The largest lift (mm).
         largest_mm: f64,
-        /// What cams seldom go below (mm).
+        /// Usual minimum of cams (mm).
         usual_mm: f64,
-        /// What it would be (mm).
+        /// Value if read as inches (mm).
         as_inch_mm: f64,
     },
-    /// So large a lift that the figures may be millimetres.
+    /// Lift so large that the values may be millimetres.
     #[error(
         "line {line}: the largest lift is {largest_mm:.3} mm, cams seldom have more than {usual_mm} mm; were the figures \
          mm and not inches, it would be {as_mm:.3} mm"
@@ -33,9 +33,9 @@ pub enum LiftDoubt {
         line: usize,
         /// The largest lift (mm).
         largest_mm: f64,
-        /// What cams seldom go above (mm).
+        /// Usual maximum of cams (mm).
         usual_mm: f64,
-        /// What it would be (mm).
+        /// Value if read as millimetres (mm).
         as_mm: f64,
     },
     /// A half table whose flank is so long or short that its degrees may be the other ones.
@@ -63,7 +63,7 @@ pub enum LiftDoubt {
         line: usize,
         /// The smallest lift (mm).
         lift_mm: f64,
-        /// What counts as on the base circle (mm).
+        /// Tolerance of the base circle (mm).
         bound_mm: f64,
     },
     /// A hump on the base circle.
@@ -81,7 +81,7 @@ pub enum LiftDoubt {
     },
 }
 
-impl LiftDoubt {
+impl LiftWarning {
     /// Line of the file; none for a row that was mirrored or filled in.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
@@ -108,7 +108,7 @@ const BASE_SHARE: f64 = 0.02;
 const FLAT_DIGITS: f64 = 1.5;
 
 /// Doubts about a table in which nothing is wrong; `lines` are those of its blocks.
-pub(super) fn doubts(table: &LiftTable, lines: &[usize], declaration: &LiftDeclaration) -> Vec<LiftDoubt> {
+pub(super) fn doubts(table: &LiftTable, lines: &[usize], declaration: &LiftDeclaration) -> Vec<LiftWarning> {
     let lifts = table.lifts_mm();
     let mut doubts = Vec::new();
     let at_most = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
@@ -120,19 +120,19 @@ pub(super) fn doubts(table: &LiftTable, lines: &[usize], declaration: &LiftDecla
     let line = lines[top];
     if declaration.unit == LengthUnit::Millimetre && largest_mm > 0.0 && largest_mm < USUAL_LIFT_MM.0 {
         let (usual_mm, as_inch_mm) = (USUAL_LIFT_MM.0, largest_mm * LengthUnit::Inch.mm());
-        doubts.push(LiftDoubt::MaybeInches { line, largest_mm, usual_mm, as_inch_mm });
+        doubts.push(LiftWarning::MaybeInches { line, largest_mm, usual_mm, as_inch_mm });
     }
     if declaration.unit == LengthUnit::Inch && largest_mm > USUAL_LIFT_MM.1 {
         let (usual_mm, as_mm) = (USUAL_LIFT_MM.1, largest_mm / LengthUnit::Inch.mm());
-        doubts.push(LiftDoubt::MaybeMillimetres { line, largest_mm, usual_mm, as_mm });
+        doubts.push(LiftWarning::MaybeMillimetres { line, largest_mm, usual_mm, as_mm });
     }
     let on_base_mm = (0.5 * table.resolution_mm()).max(declaration.smooth_within_mm);
     if least_mm > on_base_mm * (1.0 + 1e-9) {
-        doubts.push(LiftDoubt::AboveBase { line: lines[bottom], lift_mm: least_mm, bound_mm: on_base_mm });
+        doubts.push(LiftWarning::AboveBase { line: lines[bottom], lift_mm: least_mm, bound_mm: on_base_mm });
     }
     let flat_mm = (FLAT_DIGITS * table.resolution_mm()).max(2.0 * declaration.smooth_within_mm);
     doubts.extend(
-        humps(&lifts, BASE_SHARE * largest_mm, flat_mm).into_iter().map(|(at, height_mm)| LiftDoubt::BaseNotFlat {
+        humps(&lifts, BASE_SHARE * largest_mm, flat_mm).into_iter().map(|(at, height_mm)| LiftWarning::BaseNotFlat {
             line: lines[at],
             height_mm,
             bound_mm: flat_mm,
@@ -178,7 +178,7 @@ fn humps(lifts: &[f64], level: f64, allowed: f64) -> Vec<(usize, f64)> {
 }
 
 /// A doubt about the degrees of a half table whose last row with a lift stands `flank_deg` (deg of the file) from the nose.
-pub(super) fn flank(line: usize, flank_deg: f64, angle_unit: AngleUnit) -> Option<LiftDoubt> {
+pub(super) fn flank(line: usize, flank_deg: f64, angle_unit: AngleUnit) -> Option<LiftWarning> {
     let (usual_low_deg, usual_high_deg) = USUAL_FLANK_DEG;
     let per_turn = angle_unit.turn_deg() / AngleUnit::CamDegrees.turn_deg();
     let as_declared = flank_deg / per_turn;
@@ -187,5 +187,12 @@ pub(super) fn flank(line: usize, flank_deg: f64, angle_unit: AngleUnit) -> Optio
         AngleUnit::CrankDegrees if as_declared < usual_low_deg => ("cam", flank_deg),
         _ => return None,
     };
-    Some(LiftDoubt::MaybeOtherDegrees { line, flank_deg: as_declared, usual_low_deg, usual_high_deg, other, other_deg })
+    Some(LiftWarning::MaybeOtherDegrees {
+        line,
+        flank_deg: as_declared,
+        usual_low_deg,
+        usual_high_deg,
+        other,
+        other_deg,
+    })
 }

@@ -14,9 +14,9 @@ pub struct CamAlong<'a> {
     pub contour: &'a Contour,
     /// Azimuth of its cam angle 0, from the key-way (rad).
     pub phase_rad: f64,
-    /// Where its length begins (mm).
+    /// Start (mm).
     pub from_mm: f64,
-    /// Where it ends (mm); the next begins farther on.
+    /// End (mm); the next cam begins beyond it.
     pub to_mm: f64,
 }
 

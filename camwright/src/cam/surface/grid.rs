@@ -37,10 +37,10 @@ const ANGLES: (usize, usize) = (6, 36_000);
 /// Fewest and most rows.
 const ROWS: (usize, usize) = (2, 200_000);
 
-/// How far an azimuth may lie off its equal step, in steps.
+/// Tolerance of an azimuth against its equal step, in steps.
 const UNEVEN: f64 = 1e-3;
 
-/// How far the radii after a turn may differ from the first (mm): a digit of a table in µm.
+/// Tolerance between the first radii and those after a turn (mm): a digit of a table in µm.
 const OPEN_MM: f64 = 1e-3;
 
 /// Largest radius (mm).
@@ -112,7 +112,7 @@ impl GridSpline {
         let x = x - n as f64 * libm::floor(x / n as f64);
         #[allow(clippy::cast_possible_truncation, reason = "within the turn; what is none gives 0")]
         let knot = (x as usize).min(n - 1);
-        let round = Weights::of_coefficients(x - knot as f64);
+        let round = Weights::from_coefficients(x - knot as f64);
         // The two rows of six coefficients, and what they are in value, slope and bend along z.
         let here = |k: usize| self.nodes[row * n + k];
         let above = |k: usize| self.nodes[(row + 1) * n + k];

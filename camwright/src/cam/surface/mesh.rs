@@ -7,7 +7,7 @@
 
 use super::grid::Grid;
 use super::{Surface, SurfaceError, SurfaceKey};
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -18,7 +18,7 @@ pub type Triangle = [[f64; 3]; 3];
 /// A piece of the line along which triangles meet a plane: x and z of its ends (mm).
 pub type Cut = [[f64; 2]; 2];
 
-/// How a mesh was read.
+/// Fidelity of the reading of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshReading {
     /// Triangles of the surface.
@@ -41,10 +41,10 @@ const LARGEST_MM: f64 = 1e5;
 /// A triangle less high than this share of the mesh along z is an end face.
 const FLAT: f64 = 1e-7;
 
-/// How far outside a triangle a node may lie and still be said by it, as a share of the triangle.
+/// Distance outside a triangle at which a node still uses it, as a share of the triangle.
 const OUTSIDE: f64 = 1e-5;
 
-/// How far apart two triangles may be at one place (mm): a step that is larger is another surface.
+/// Maximum distance of two triangles at one position (mm): a larger step is another surface.
 const APART_MM: f64 = 0.02;
 
 /// At most so often is added what the corners are off.
@@ -66,7 +66,7 @@ struct Corner {
     radius_mm: f64,
 }
 
-/// What a node of the grid takes from the corners of one triangle.
+/// Weights of one triangle's corners for a node of the grid.
 #[derive(Debug, Clone, Copy)]
 struct Share {
     face: usize,
@@ -81,7 +81,7 @@ struct Share {
 pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), SurfaceError> {
     let faces = faces_of(triangles)?;
     let z = faces.iter().flatten().map(|corner| corner.z_mm);
-    let (from, to) = least_and_most(z);
+    let (from, to) = minimum_and_maximum(z);
     let (angles, rows) = resolution(&faces, to - from);
     let shares = shares(&faces, angles, rows, from, to)?;
     closes(&faces, to - from)?;
@@ -131,8 +131,8 @@ pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), Surf
     Ok((surface, reading))
 }
 
-/// Where triangles meet the rake plane at height `y_mm` above the axis when the part stands at θ: pieces of the section in x and z (mm)
-/// with x above 0. What the flat faces say, for comparison.
+/// Intersection of triangles with the rake plane at height `y_mm` above the axis, with the part at θ: pieces of the section in x and z
+/// (mm) with x above 0. Result of the flat faces, for comparison.
 #[must_use]
 pub fn cut_by_rake_plane(triangles: &[Triangle], turned_rad: f64, y_mm: f64) -> Vec<Cut> {
     let (sin, cos) = libm::sincos(turned_rad);
@@ -158,7 +158,7 @@ pub fn cut_by_rake_plane(triangles: &[Triangle], turned_rad: f64, y_mm: f64) -> 
 }
 
 fn is_side(triangle: &Triangle, flat_mm: f64) -> bool {
-    let (from, to) = least_and_most(triangle.map(|corner| corner[2]));
+    let (from, to) = minimum_and_maximum(triangle.map(|corner| corner[2]));
     to - from > flat_mm
 }
 
@@ -174,7 +174,7 @@ fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
         return Err(SurfaceError::BadNumber { what, value: *value, allowed: "within ±1e5 mm" });
     }
     let z = triangles.iter().flatten().map(|corner| corner[2]);
-    let (from, to) = least_and_most(z);
+    let (from, to) = minimum_and_maximum(z);
     if to - from < 1e-6 {
         return Err(SurfaceError::NoLength { from_mm: from, to_mm: to });
     }
@@ -230,7 +230,7 @@ fn resolution(faces: &[[Corner; 3]], length_mm: f64) -> (usize, usize) {
         let sum: f64 = faces
             .iter()
             .map(|face| {
-                let (low, high) = least_and_most(face.each_ref().map(of));
+                let (low, high) = minimum_and_maximum(face.each_ref().map(of));
                 high - low
             })
             .sum();
@@ -252,7 +252,7 @@ fn shares(faces: &[[Corner; 3]], angles: usize, rows: usize, from: f64, to: f64)
         let (u, v) = sides(face);
         let area = u[0] * v[1] - u[1] * v[0];
         let range = |values: [f64; 3], origin: f64, per: f64| {
-            let (low, high) = least_and_most(values);
+            let (low, high) = minimum_and_maximum(values);
             let room = 2.0 * OUTSIDE * (high - low);
             #[allow(clippy::cast_possible_truncation, reason = "coordinates are bounded")]
             let step = |value: f64| value as i64;
@@ -265,7 +265,7 @@ fn shares(faces: &[[Corner; 3]], angles: usize, rows: usize, from: f64, to: f64)
                 let da = i as f64 / per_rad - face[0].azimuth_rad;
                 let (second, third) = ((da * v[1] - dz * v[0]) / area, (u[0] * dz - u[1] * da) / area);
                 let weights = [1.0 - second - third, second, third];
-                let (inside, _) = least_and_most(weights);
+                let (inside, _) = minimum_and_maximum(weights);
                 if inside < -OUTSIDE {
                     continue;
                 }

@@ -37,16 +37,16 @@ pub enum SurfaceError {
     /// The ends of the part are not in order.
     #[error("the part ends at z = {to_mm} mm, it must end above z = {from_mm} mm, where it begins")]
     NoLength {
-        /// Where it begins (mm).
+        /// Start (mm).
         from_mm: f64,
-        /// Where it ends (mm).
+        /// End (mm).
         to_mm: f64,
     },
     /// Too few, or too many, of something.
     #[error("{count} {what}, there must be {least} to {most}")]
     Count {
         what: SurfaceKey,
-        /// How many were given.
+        /// Given number.
         count: usize,
         least: usize,
         most: usize,
@@ -61,7 +61,7 @@ pub enum SurfaceError {
         row: usize,
         /// Azimuth (deg).
         azimuth_deg: f64,
-        /// What was given (mm).
+        /// Given value (mm).
         radius_mm: f64,
     },
     /// z does not increase.
@@ -81,7 +81,7 @@ pub enum SurfaceError {
         column: usize,
         /// Its azimuth (deg).
         azimuth_deg: f64,
-        /// What equal steps would have (deg).
+        /// Azimuth of equal steps (deg).
         wanted_deg: f64,
     },
     /// The surface does not close after a turn.
@@ -105,7 +105,7 @@ pub enum SurfaceError {
         z_mm: f64,
         /// Radius there (mm).
         radius_mm: f64,
-        /// What it must exceed (mm).
+        /// Lower bound, exclusive (mm).
         bound_mm: f64,
     },
     /// A cam's outline is too rough for its spline.
@@ -209,7 +209,7 @@ impl From<Jet> for SurfacePoint {
     }
 }
 
-/// What a surface does not leave within a range of z; see [`Surface::bounds`].
+/// Bounds of a surface within a range of z; see [`Surface::bounds`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceBounds {
     /// Least radius (mm).
@@ -303,7 +303,7 @@ impl Surface {
         Ok(surface)
     }
 
-    /// Where it begins and ends along the axis (mm).
+    /// Start and end along the axis (mm).
     #[must_use]
     pub fn ends_mm(&self) -> (f64, f64) {
         (self.from_mm, self.to_mm)
@@ -326,9 +326,9 @@ impl Surface {
         }
     }
 
-    /// What radius and slopes stay within between two z (mm), and where they come near it. Looked for on a grid at least as fine as the
-    /// figures the surface was made of, and widened by what its own derivatives allow between two places of it; the second ones are known
-    /// on that grid only, so they count half as much again.
+    /// Bounds of radius and slopes between two z (mm), and the positions at which they are approached. Computed on a grid at least as fine
+    /// as the data of the surface, and widened by what its own derivatives allow between two grid points; the second derivatives are known
+    /// on that grid only and are therefore increased by half.
     #[must_use]
     pub fn bounds(&self, from_mm: f64, to_mm: f64) -> SurfaceBounds {
         let (angles, rows) = self.looked_at();
@@ -386,7 +386,7 @@ impl Surface {
     pub(crate) fn looked_at(&self) -> (u32, u32) {
         let (angles, rows) = match &self.shape {
             Shape::Solid(solid) => (solid.grid(), BOUNDS_GRID.1),
-            // Its own azimuths tell all there is; they may be many.
+            // Its own azimuths hold all the data; they may be many.
             Shape::Grid(spline) => return spline.fine_grid(),
             Shape::Cams(stack) => stack.fine_grid(),
         };

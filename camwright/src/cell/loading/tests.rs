@@ -1,23 +1,25 @@
-use super::{Failure, Goal, Handshake, LoaderSeen, Order, Progress, Request, Seen, Step, Timeouts, Wait};
-use crate::simulation::work_area::Place;
+use super::{
+    Failure, Goal, Handshake, LoaderState, LoadingCommand, LoadingInputs, Progress, Request, Step, Timeouts, Wait,
+};
+use crate::simulation::work_area::Occupant;
 use alloc::string::ToString;
 
 const TIMEOUTS: Timeouts = Timeouts { machine_s: 5.0, enter_s: 20.0, inside_s: 30.0 };
-const READY: LoaderSeen = LoaderSeen { available: true, inside: false, busy: false, has_fault: false };
-const INSIDE: LoaderSeen = LoaderSeen { available: true, inside: true, busy: true, has_fault: false };
+const READY: LoaderState = LoaderState { available: true, inside: false, busy: false, has_fault: false };
+const INSIDE: LoaderState = LoaderState { available: true, inside: true, busy: true, has_fault: false };
 
 /// A machine that has just ended a part: door closed, chuck closed on the part, nobody inside.
-const AFTER_A_PART: Seen = Seen {
+const AFTER_A_PART: LoadingInputs = LoadingInputs {
     now_s: 0.0,
-    door: Place::Closed,
-    chuck: Place::Closed,
+    door: Occupant::Closed,
+    chuck: Occupant::Closed,
     part_present: true,
     entered: false,
     is_safe: false,
     loader: Some(READY),
 };
-const DOOR_OPEN: Seen = Seen { door: Place::Open, is_safe: true, ..AFTER_A_PART };
-const ROBOT_INSIDE: Seen = Seen { entered: true, loader: Some(INSIDE), ..DOOR_OPEN };
+const DOOR_OPEN: LoadingInputs = LoadingInputs { door: Occupant::Open, is_safe: true, ..AFTER_A_PART };
+const ROBOT_INSIDE: LoadingInputs = LoadingInputs { entered: true, loader: Some(INSIDE), ..DOOR_OPEN };
 
 fn begun(request: Request) -> Handshake {
     Handshake::begin(request, TIMEOUTS, 0.0)
@@ -36,9 +38,9 @@ fn inside(request: Request) -> Handshake {
 #[test]
 fn an_exchange_goes_through_its_steps_and_gives_leave_in_two_of_them_only() {
     let mut handshake = begun(Request::Exchange);
-    assert_eq!(handshake.look(&AFTER_A_PART), Progress::Going(Some(Order::OpenDoor)));
+    assert_eq!(handshake.look(&AFTER_A_PART), Progress::Going(Some(LoadingCommand::OpenDoor)));
     assert!(!handshake.clear_to_enter());
-    let unsafe_yet = Seen { door: Place::Open, is_safe: false, ..AFTER_A_PART };
+    let unsafe_yet = LoadingInputs { door: Occupant::Open, is_safe: false, ..AFTER_A_PART };
     assert_eq!(handshake.look(&unsafe_yet), Progress::Going(None), "the wheel is not in its place");
     assert!(!handshake.clear_to_enter());
     assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(None));
@@ -46,10 +48,10 @@ fn an_exchange_goes_through_its_steps_and_gives_leave_in_two_of_them_only() {
     assert_eq!(Handshake::chuck_refused(Some(&handshake), &DOOR_OPEN), Some("the loader is not cleared and inside"));
     assert_eq!(handshake.look(&ROBOT_INSIDE), Progress::Going(None));
     assert_eq!(Handshake::chuck_refused(Some(&handshake), &ROBOT_INSIDE), None);
-    let empty = Seen { chuck: Place::Open, part_present: false, ..ROBOT_INSIDE };
+    let empty = LoadingInputs { chuck: Occupant::Open, part_present: false, ..ROBOT_INSIDE };
     assert_eq!(handshake.look(&empty), Progress::Going(None));
     // Out for the next part: still busy, still cleared.
-    let fetching = Seen { entered: false, loader: Some(LoaderSeen { inside: false, ..INSIDE }), ..empty };
+    let fetching = LoadingInputs { entered: false, loader: Some(LoaderState { inside: false, ..INSIDE }), ..empty };
     assert_eq!(handshake.look(&fetching), Progress::Going(None));
     assert!(handshake.clear_to_enter());
     assert_eq!(Handshake::chuck_refused(Some(&handshake), &fetching), Some("the loader is not in the work area"));
@@ -59,7 +61,7 @@ fn an_exchange_goes_through_its_steps_and_gives_leave_in_two_of_them_only() {
         (handshake.step(), handshake.request(), handshake.clear_to_enter()),
         (Step::CloseDoor, Request::None, false)
     );
-    assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(Some(Order::CloseDoor)));
+    assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(Some(LoadingCommand::CloseDoor)));
     assert_eq!(handshake.look(&AFTER_A_PART), Progress::Done);
     assert_eq!(Handshake::chuck_refused(None, &ROBOT_INSIDE), Some("no loading is asked for"));
 }
@@ -81,14 +83,14 @@ fn what_is_asked_for_follows_from_what_the_chuck_holds() {
 
 #[test]
 fn what_the_sensors_show_in_the_end_is_judged() {
-    let empty = Seen { part_present: false, chuck: Place::Open, ..DOOR_OPEN };
+    let empty = LoadingInputs { part_present: false, chuck: Occupant::Open, ..DOOR_OPEN };
     for (request, left, wanted) in [
         (Request::Load, empty, Failure::PartMissing),
         (Request::Exchange, empty, Failure::PartMissing),
         (Request::Unload, DOOR_OPEN, Failure::PartStillThere),
         (Request::Exchange, DOOR_OPEN, Failure::NotExchanged),
-        (Request::Load, Seen { chuck: Place::Open, ..DOOR_OPEN }, Failure::ChuckNotClosed),
-        (Request::Load, Seen { chuck: Place::Closing, ..DOOR_OPEN }, Failure::ChuckNotClosed),
+        (Request::Load, LoadingInputs { chuck: Occupant::Open, ..DOOR_OPEN }, Failure::ChuckNotClosed),
+        (Request::Load, LoadingInputs { chuck: Occupant::Closing, ..DOOR_OPEN }, Failure::ChuckNotClosed),
     ] {
         assert_eq!(inside(request).look(&left), Progress::Failed(wanted), "{request:?}: {wanted}");
     }
@@ -101,16 +103,16 @@ fn what_the_sensors_show_in_the_end_is_judged() {
 fn a_robot_that_cannot_be_counted_on_is_waited_for_without_end_and_then_has_its_time() {
     for (loader, wait) in [
         (None, Wait::Silent),
-        (Some(LoaderSeen { available: false, ..READY }), Wait::Unavailable),
-        (Some(LoaderSeen { has_fault: true, ..READY }), Wait::Fault),
+        (Some(LoaderState { available: false, ..READY }), Wait::Unavailable),
+        (Some(LoaderState { has_fault: true, ..READY }), Wait::Fault),
     ] {
         let mut handshake = begun(Request::Load);
         assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(None));
         for now_s in [10.0, 1e6] {
-            assert_eq!(handshake.look(&Seen { now_s, loader, ..DOOR_OPEN }), Progress::Waiting(wait));
+            assert_eq!(handshake.look(&LoadingInputs { now_s, loader, ..DOOR_OPEN }), Progress::Waiting(wait));
             assert_eq!(handshake.timeout_left_s(now_s), None);
         }
-        let back = |now_s: f64| Seen { now_s, ..DOOR_OPEN };
+        let back = |now_s: f64| LoadingInputs { now_s, ..DOOR_OPEN };
         assert_eq!(handshake.look(&back(1e6 + 1.0)), Progress::Going(None));
         assert_eq!(handshake.look(&back(1e6 + 20.9)), Progress::Going(None));
         let late = handshake.look(&back(1e6 + 21.1));
@@ -118,7 +120,7 @@ fn a_robot_that_cannot_be_counted_on_is_waited_for_without_end_and_then_has_its_
     }
     // One that goes silent inside is the machine's alarm; the leave is not taken back.
     let mut handshake = inside(Request::Load);
-    assert_eq!(handshake.look(&Seen { loader: None, ..ROBOT_INSIDE }), Progress::Waiting(Wait::Silent));
+    assert_eq!(handshake.look(&LoadingInputs { loader: None, ..ROBOT_INSIDE }), Progress::Waiting(Wait::Silent));
     assert!(handshake.clear_to_enter());
 }
 
@@ -130,7 +132,7 @@ fn every_step_has_its_time_and_says_what_was_late() {
         (
             {
                 let mut closing = inside(Request::Unload);
-                let _closing = closing.look(&Seen { part_present: false, ..DOOR_OPEN });
+                let _closing = closing.look(&LoadingInputs { part_present: false, ..DOOR_OPEN });
                 closing
             },
             DOOR_OPEN,
@@ -138,7 +140,7 @@ fn every_step_has_its_time_and_says_what_was_late() {
             "the door did not close within 5 s",
         ),
     ] {
-        match handshake.look(&Seen { now_s: after_s, ..seen }) {
+        match handshake.look(&LoadingInputs { now_s: after_s, ..seen }) {
             Progress::Failed(failure) => assert!(failure.to_string().contains(words), "{failure}"),
             other => panic!("{words}: {other:?}"),
         }
@@ -148,7 +150,7 @@ fn every_step_has_its_time_and_says_what_was_late() {
 #[test]
 fn who_enters_without_leave_is_found_in_every_step_without_leave() {
     let mut opening = begun(Request::Load);
-    assert_eq!(opening.look(&Seen { entered: true, ..AFTER_A_PART }), Progress::Uncleared);
+    assert_eq!(opening.look(&LoadingInputs { entered: true, ..AFTER_A_PART }), Progress::Uncleared);
     let mut closing = inside(Request::Load);
     assert_eq!(closing.look(&DOOR_OPEN), Progress::Going(None));
     assert_eq!(closing.look(&ROBOT_INSIDE), Progress::Uncleared);

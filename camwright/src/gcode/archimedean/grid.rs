@@ -1,4 +1,5 @@
-//! Where a travel is looked at: so densely that a straight line between two places is right to a small share of the tolerance.
+//! Sampling grid of a travel: dense enough that linear interpolation between two points errs by a small share of the
+//! tolerance.
 
 use super::{ChainError, Request};
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
@@ -30,7 +31,7 @@ pub(super) struct Grid {
     pub values: Vec<Vec<f64>>,
 }
 
-/// Whether there is a way, and something that travels it.
+/// Checks that the span is valid and that something travels over it.
 pub(super) fn check_span(request: &Request<'_>) -> Result<(), ChainError> {
     let way_rad = request.to_rad - request.from_rad;
     if way_rad > 0.0 && way_rad <= f64::from(MAX_TURNS) * TURN_RAD && !request.travels.is_empty() {
@@ -114,7 +115,7 @@ impl Grid {
         Ok(Self { angles_rad, values })
     }
 
-    /// How far off a chain may be at the places, so that it is within the tolerance between them, and rounded (mm).
+    /// Half width at the grid points (mm) that keeps a chain within the tolerance between the points and after rounding.
     pub(super) fn half_width_mm(&self, request: &Request<'_>) -> f64 {
         (1.0 - SHARE) * (request.tolerance_mm - request.rounding_mm)
     }

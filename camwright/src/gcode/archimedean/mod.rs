@@ -15,10 +15,10 @@ use alloc::vec::Vec;
 use grid::Grid;
 use thiserror::Error;
 
-/// How one axis moves over the turned angle (mm over rad).
+/// Motion of one axis over the turned angle (mm over rad).
 pub type Travelling<'a> = &'a dyn Fn(f64) -> Sample;
 
-/// Where the knots of a chain may lie.
+/// Permitted positions of the knots of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Knots {
     /// On the curve: every programmed point is one of the path.
@@ -40,9 +40,9 @@ pub struct Request<'a> {
     pub to_rad: f64,
     /// Most that a piece may be off along any axis (mm).
     pub tolerance_mm: f64,
-    /// What of it is left for the rounding of the knots (mm).
+    /// Share of the tolerance reserved for the rounding of the knots (mm).
     pub rounding_mm: f64,
-    /// Where knots may lie.
+    /// Permitted positions of the knots.
     pub knots: Knots,
 }
 
@@ -55,9 +55,9 @@ pub enum ChainError {
          more decimals, or a larger tolerance"
     )]
     BadTolerance {
-        /// What was asked for (um).
+        /// Requested tolerance (um).
         tolerance_um: f64,
-        /// What rounding takes (um).
+        /// Error of the rounding (um).
         rounding_um: f64,
         /// Least that works (um).
         least_um: f64,
@@ -67,9 +67,9 @@ pub enum ChainError {
         "a chain from {from_deg} deg to {to_deg} deg over {axes} axes: it needs a way forwards of at most {most_turns} turns and an axis"
     )]
     BadSpan {
-        /// Where it begins (deg).
+        /// Start (deg).
         from_deg: f64,
-        /// Where it ends (deg).
+        /// End (deg).
         to_deg: f64,
         axes: usize,
         /// Longest way (turns).
@@ -78,10 +78,10 @@ pub enum ChainError {
     /// A travel that is not finite.
     #[error("the travel is not a finite number at {angle_deg} deg")]
     NotFinite {
-        /// Where (deg).
+        /// Position (deg).
         angle_deg: f64,
     },
-    /// So fine that it would take too long.
+    /// The tolerance is so fine that the computation would take too long.
     #[error("the travel must be looked at in {points} places for a tolerance of {tolerance_um} um; at most {most} are")]
     TooFine {
         points: u64,
@@ -100,7 +100,7 @@ pub struct Chain {
     pub positions_mm: Vec<Vec<f64>>,
 }
 
-/// What a chain leaves.
+/// Deviation of a chain from the travel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
     /// Largest distance along an axis between chain and travel (mm).
@@ -149,7 +149,7 @@ impl Chain {
         (positions[piece + 1] - positions[piece]) / (angles[piece + 1] - angles[piece])
     }
 
-    /// What it leaves of the travels it was made for, looked at on a grid 8 times finer than its own.
+    /// Compares the chain with its travels on a grid 8 times finer than the planning grid.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -181,7 +181,7 @@ impl Chain {
     }
 }
 
-/// How many pieces theory asks for: ∫√(|X″|/8ε) with knots on the curve, ∫√(|X″|/16ε) with free ones, of the axis that needs most.
+/// Theoretical number of pieces: ∫√(|X″|/8ε) with knots on the curve, ∫√(|X″|/16ε) with free knots, of the axis that needs most.
 ///
 /// # Errors
 /// As [`Chain::new`].

@@ -43,7 +43,7 @@ impl Line {
         self.height + self.slope * (angle - self.at)
     }
 
-    /// Where it meets another one, kept between two angles.
+    /// Intersection with another line, clamped between two angles.
     fn meets(&self, other: &Line, between: (f64, f64)) -> f64 {
         let apart = self.value(between.1) - other.value(between.1);
         let nearing = self.slope - other.slope;
@@ -134,7 +134,7 @@ struct Piece {
     next_gate: usize,
 }
 
-/// What ends the search for a piece.
+/// Event that ends the search for a piece.
 enum Found {
     /// It reaches the end.
     Last(Line),
@@ -167,7 +167,7 @@ impl Tunnel<'_> {
         Found::Last(lines.middle())
     }
 
-    /// Where a line that passed the gate before an index leaves the tunnel by a wall.
+    /// Angle at which a line that passed the gate before an index leaves the tunnel through a wall.
     fn leaves(&self, line: &Line, index: usize, by: Wall) -> f64 {
         let (from, to) = (self.angles[index - 1], self.angles[index]);
         let wall = |index: usize| if by == Wall::Lower { self.gate(index).0 } else { self.gate(index).1 };

@@ -1,4 +1,4 @@
-//! What a program that was read back drives, against the paths it was made for.
+//! Comparison of a program that was read back with the paths it was made for.
 
 use super::turn::Turn;
 use super::{PostError, Posted, ProgramRequest};
@@ -10,10 +10,10 @@ use alloc::vec::Vec;
 
 /// A motion of a program, whoever has read it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ran {
-    /// Where X, Y, Z (mm) and C (rad) are at its end, in the part's frame.
+pub struct ProgramRun {
+    /// X, Y, Z (mm) and C (rad) at the end, in the part's frame.
     pub pose: [f64; 4],
-    /// How long it takes (s); `None` for a rapid.
+    /// Duration (s); `None` for a rapid.
     pub time_s: Option<f64>,
 }
 
@@ -40,7 +40,7 @@ pub struct Compared {
 ///
 /// # Errors
 /// Another number of runs than of calls; a rapid that moves C, or an axis beside the infeed, while the cutter is not clear.
-pub fn compare(request: &ProgramRequest<'_>, posted: &Posted, moves: &[Ran]) -> Result<Compared, PostError> {
+pub fn compare(request: &ProgramRequest<'_>, posted: &Posted, moves: &[ProgramRun]) -> Result<Compared, PostError> {
     let runs = runs(moves);
     if runs.len() != posted.calls.len() {
         return Err(PostError::OtherCalls { found: runs.len(), expected: posted.calls.len() });
@@ -89,7 +89,7 @@ pub fn compare(request: &ProgramRequest<'_>, posted: &Posted, moves: &[Ran]) -> 
 }
 
 /// Runs of feeds, each with the pose from which it begins.
-fn runs(moves: &[Ran]) -> Vec<&[Ran]> {
+fn runs(moves: &[ProgramRun]) -> Vec<&[ProgramRun]> {
     let mut runs = Vec::new();
     let mut from = None;
     for (index, ran) in moves.iter().enumerate() {
@@ -109,7 +109,7 @@ fn runs(moves: &[Ran]) -> Vec<&[Ran]> {
 }
 
 /// Rapids in which anything but the infeed axis moves must be clear of the part.
-fn check_rapids(request: &ProgramRequest<'_>, posted: &Posted, moves: &[Ran]) -> Result<(), PostError> {
+fn check_rapids(request: &ProgramRequest<'_>, posted: &Posted, moves: &[ProgramRun]) -> Result<(), PostError> {
     /// Rounding of what is read.
     const SAME: f64 = 1e-3;
     let mut call = 0;

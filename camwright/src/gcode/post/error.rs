@@ -32,7 +32,7 @@ pub enum PostError {
     BadNumber {
         what: String,
         value: f64,
-        /// What it may be.
+        /// Allowed values.
         allowed: &'static str,
     },
     #[error("there is nothing to make: {what}")]
@@ -56,7 +56,7 @@ pub enum PostError {
         pass: String,
         /// Blocks in a second.
         blocks_s: f64,
-        /// How many it reads.
+        /// Longest duration that the control reads.
         most_s: f64,
         /// With which tolerance (um).
         tolerance_um: f64,
@@ -66,14 +66,14 @@ pub enum PostError {
     /// More subprograms than there are numbers.
     #[error("{count} subprograms are more than there are numbers")]
     TooManySubprograms { count: usize },
-    /// What was made is not within its tolerance.
+    /// The program is outside its tolerance.
     #[error("the pieces are {error_um:.4} um off at {at_deg:.3} deg, allowed are {allowed_um:.4} um")]
     OffThePath {
-        /// How far (um).
+        /// Deviation (um).
         error_um: f64,
-        /// How far it may be (um).
+        /// Allowed deviation (um).
         allowed_um: f64,
-        /// Where (deg).
+        /// Angle (deg).
         at_deg: f64,
     },
     /// A block that LinuxCNC would drive too fast.
@@ -86,9 +86,9 @@ pub enum PostError {
     #[error("{feature}: a rapid at {at_mm:.4} mm; it is clear at {clear_mm:.4} mm")]
     RapidNotClear {
         feature: String,
-        /// Where the infeed axis is (mm).
+        /// Position of the infeed axis (mm).
         at_mm: f64,
-        /// Where it is clear (mm).
+        /// Position at which the infeed axis is clear (mm).
         clear_mm: f64,
     },
 }

@@ -11,7 +11,7 @@ mod error;
 mod pieces;
 mod turn;
 
-pub use compare::{Compared, Ran, compare};
+pub use compare::{Compared, ProgramRun, compare};
 pub use error::PostError;
 
 use crate::gcode::archimedean::{Deviation, Knots};
@@ -29,7 +29,7 @@ use turn::Turn;
 /// C is programmed with fewer increments: eight digits, which all controls read.
 const C_INCREMENTS: i64 = 100_000_000;
 
-/// What a control may round off, in tolerances of the pass.
+/// Rounding that a control may apply, in tolerances of the pass.
 const ROUNDED_OFF: f64 = 4.0;
 
 /// Longest name of a subprogram (characters): SINUMERIK has 24, of which three may be a beginning that makes it a name.
@@ -42,13 +42,13 @@ pub struct Control {
     pub format: Format,
     /// Blocks that it reads in a second for as long as it takes.
     pub most_blocks_s: f64,
-    /// What it may round off where two blocks meet (mm); `None`: four times the tolerance of each pass.
+    /// Path tolerance between two blocks (mm); `None`: four times the tolerance of each pass.
     pub path_tolerance_mm: Option<f64>,
     /// σ: +1 if a positive C turns the part clockwise seen from +Z, −1 if against it.
     pub rotation_sense: i8,
 }
 
-/// How fast C turns.
+/// Speed of C.
 #[derive(Clone, Copy)]
 #[allow(missing_debug_implementations, reason = "a law is a function")]
 pub enum TurnSpeed<'a> {
@@ -56,7 +56,7 @@ pub enum TurnSpeed<'a> {
     WorkSpeed(f64),
     /// The cutter's centre runs along its path at one speed.
     AlongPath {
-        /// That speed (mm/s).
+        /// Feed (mm/s).
         feed_mm_s: f64,
         /// Largest speed of C (rad/s).
         most_rad_s: f64,
@@ -70,24 +70,24 @@ pub enum TurnSpeed<'a> {
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
 pub struct PassRequest<'a> {
     pub name: String,
-    /// What is left to the full depth in each of its calls, along the infeed axis (mm), in their order.
+    /// Stock left to the full depth in each call, along the infeed axis (mm), in the order of the calls.
     pub leaves_mm: Vec<f64>,
     /// Most that the program may be off the path along an axis (mm).
     pub tolerance_mm: f64,
-    /// How much larger it may become where the control reads its blocks too slowly (mm).
+    /// Largest tolerance for controls that read blocks too slowly (mm).
     pub widest_tolerance_mm: f64,
-    /// Where knots may lie.
+    /// Permitted positions of the knots.
     pub knots: Knots,
-    /// How fast C turns.
+    /// Speed of C.
     pub speed: TurnSpeed<'a>,
     /// Turns at full depth in every call.
     pub turns: u32,
 }
 
-/// How the cutter comes and goes.
+/// Lead-in and lead-out of the cutter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lead {
-    /// How far from the depth it begins, along the infeed axis (mm).
+    /// Distance from the depth at the start, along the infeed axis (mm).
     pub height_mm: f64,
     /// Angle of C over which it comes (rad).
     pub angle_rad: f64,
@@ -95,7 +95,7 @@ pub struct Lead {
     pub leaves_turning: bool,
 }
 
-/// What a cutter makes: a cam, or a wall of a groove.
+/// Feature made by a cutter: a cam, or a wall of a groove.
 #[derive(Clone)]
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
 pub struct FeatureRequest<'a> {
@@ -104,17 +104,17 @@ pub struct FeatureRequest<'a> {
     pub phase_rad: f64,
     /// The path at full depth.
     pub path: &'a CutterPath,
-    /// Where axes stand that do not travel, the infeed axis included (mm).
+    /// Position of axes that do not travel, the infeed axis included (mm).
     pub stands_mm: Vec<(CarriageAxis, f64)>,
     /// Place of the infeed axis at which the cutter is clear of the part all round (mm).
     pub clear_mm: f64,
-    /// How it comes and goes.
+    /// Lead-in and lead-out.
     pub lead: Lead,
     /// The passes, in their order.
     pub passes: Vec<PassRequest<'a>>,
 }
 
-/// What a program is made for.
+/// Input of a program.
 #[derive(Clone)]
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
 pub struct ProgramRequest<'a> {
@@ -124,12 +124,12 @@ pub struct ProgramRequest<'a> {
     /// Lines for people at its head.
     pub header: Vec<String>,
     pub tool: Tool,
-    /// How its spindle turns, if the program says.
+    /// Direction and speed of the cutter's spindle, if the program sets them.
     pub spindle: Option<(Direction, u32)>,
-    /// Whether there is coolant.
+    /// True if the coolant is on.
     pub coolant: bool,
     pub control: Control,
-    /// What is made, in its order.
+    /// Features in machining order.
     pub features: Vec<FeatureRequest<'a>>,
 }
 
@@ -144,11 +144,11 @@ pub struct PostedTurn {
     pub subprogram: usize,
     /// The tolerance that was used (mm).
     pub tolerance_mm: f64,
-    /// What the programmed pieces are off the path, and how their slopes step, with leads.
+    /// Deviation of the programmed pieces from the path, with leads, and the steps of their slopes.
     pub deviation: Deviation,
     /// Pieces of a turn at full depth, without leads.
     pub pieces_of_turn: usize,
-    /// How many theory asks for.
+    /// Theoretical number of pieces.
     pub theoretical_pieces: f64,
     pub blocks: usize,
     /// Blocks that take longer than the speed of C asks for, because the control has no shorter ones.
@@ -236,8 +236,8 @@ impl Posted {
         Ok(())
     }
 
-    /// What the control may round off in a pass, where the request does not say it for all: some times what its
-    /// pieces are off, without which no axis could go round a corner.
+    /// Sets the path tolerance of a pass if the request has none: a multiple of the deviation of its pieces. Without it no axis could pass a
+    /// corner.
     fn round_off(&mut self, request: &ProgramRequest<'_>, turn: usize) -> Result<(), PostError> {
         if request.control.path_tolerance_mm.is_none() {
             let count = request.control.format.count(NcAxis::Z, ROUNDED_OFF * self.turns[turn].tolerance_mm)?.max(1);
@@ -278,7 +278,7 @@ impl Posted {
             offset_axis: Some(of.path.infeed),
             blocks,
         });
-        self.turns.push(pieces.told((feature, pass, index)));
+        self.turns.push(pieces.into_posted((feature, pass, index)));
         Ok(self.turns.len() - 1)
     }
 
@@ -310,7 +310,7 @@ impl Posted {
         Ok(phase + ends)
     }
 
-    /// What comes after the last cam: all off, C back at zero.
+    /// Ends the program after the last cam: everything off, C back at zero.
     fn finish(&mut self, request: &ProgramRequest<'_>) -> Result<(), PostError> {
         let main = &mut self.program.main;
         if request.coolant {

@@ -8,13 +8,13 @@ use crate::math::units::{rpm_from_rad_s, um_from_mm};
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
 
-/// By how much the tolerance grows from one attempt to the next where blocks come too fast.
+/// Growth of the tolerance from one attempt to the next if blocks come too fast.
 const WIDER: f64 = 1.1;
 
 /// Blocks over which their rate is taken: a control reads some ahead.
 const RATE_OVER: usize = 10;
 
-/// What is left of a speed for people, so that it also fits as it is printed.
+/// Factor on a printed speed, so that the rounded value still keeps the limit.
 const ROUNDED_DOWN: f64 = 0.999;
 
 /// Looks per turn for the steepest travel.
@@ -40,11 +40,11 @@ struct Knot {
 }
 
 /// A stretch of a turn.
-struct Stretch {
+struct BlockRun {
     /// Places in the list of knots of the whole turn, the last one included.
     from: usize,
     to: usize,
-    /// What of the axes moves in it.
+    /// Indices of the moving axes.
     moving: Vec<usize>,
 }
 
@@ -52,7 +52,7 @@ struct Stretch {
 pub(super) struct Pieces {
     axes: Vec<CarriageAxis>,
     knots: Vec<Knot>,
-    stretches: Vec<Stretch>,
+    stretches: Vec<BlockRun>,
     times_s: Vec<f64>,
     tolerance_mm: f64,
     deviation: Deviation,
@@ -155,7 +155,7 @@ impl Pieces {
         Ok(pieces)
     }
 
-    /// What rounding of both ends of a piece takes of the tolerance, and on LinuxCNC the steps of very slow pieces.
+    /// Share of the tolerance (mm) used by rounding of both ends of a piece, and on LinuxCNC by the steps of very slow pieces.
     fn rounding_mm(&self, turn: &Turn<'_>, control: &Control) -> f64 {
         let last_digit = |axis| control.format.value(axis, 1);
         let steepest = self.axes.iter().flat_map(|axis| {
@@ -184,13 +184,13 @@ impl Pieces {
                 };
                 positions.push(format.count(NcAxis::from(*axis), position_mm)?);
             }
-            // Two knots closer than C can tell apart are one; the first and the last of a stretch lie on the path.
+            // Two knots that C cannot resolve are one; the first and the last knot of a run lie on the path.
             match self.knots.last_mut() {
                 Some(last) if last.c == c => last.positions = positions,
                 _ => self.knots.push(Knot { c, positions }),
             }
         }
-        self.stretches.push(Stretch { from, to: self.knots.len() - 1, moving });
+        self.stretches.push(BlockRun { from, to: self.knots.len() - 1, moving });
         Ok(())
     }
 
@@ -210,7 +210,7 @@ impl Pieces {
             if let Some(last) = knots.last().cloned() {
                 let (u, v) = (format.value(NcAxis::C, last.c), format.value(NcAxis::C, knot.c));
                 let time_s = turn.time_s(u, v);
-                let way_mm = self.way_mm(&last, knot);
+                let way_mm = self.distance_mm(&last, knot);
                 if way_mm > 0.0 && way_mm * 60.0 / time_s < MIN_RATE_MM_MIN * 1.001 {
                     let level = Knot { c: knot.c, positions: last.positions.clone() };
                     let next = self.knots.get(index + 1).filter(|_| widely && !is_end[index]);
@@ -295,7 +295,7 @@ impl Pieces {
     }
 
     /// Linear way from a knot to another (mm).
-    fn way_mm(&self, from: &Knot, to: &Knot) -> f64 {
+    fn distance_mm(&self, from: &Knot, to: &Knot) -> f64 {
         let square = |(index, axis): (usize, &CarriageAxis)| {
             let way = self.format.value(NcAxis::from(*axis), to.positions[index] - from.positions[index]);
             way * way
@@ -328,7 +328,7 @@ impl Pieces {
     }
 
     /// The knots of a stretch as they will be driven, as a chain of the axes that move in it.
-    fn chain(&self, stretch: &Stretch) -> Chain {
+    fn chain(&self, stretch: &BlockRun) -> Chain {
         let knots = &self.knots[stretch.from..=stretch.to];
         let positions = |axis: &usize| {
             let of = NcAxis::from(self.axes[*axis]);
@@ -367,7 +367,7 @@ impl Pieces {
                 worst.error_axis = stretch.moving[found.error_axis];
             }
         }
-        let whole = Stretch { from: 0, to: self.knots.len() - 1, moving: (0..self.axes.len()).collect() };
+        let whole = BlockRun { from: 0, to: self.knots.len() - 1, moving: (0..self.axes.len()).collect() };
         let chain = self.chain(&whole);
         for axis in 0..self.axes.len() {
             for piece in 1..chain.pieces() {
@@ -422,8 +422,8 @@ impl Pieces {
         })
     }
 
-    /// What is known of it; (feature, pass, subprogram) say where it belongs.
-    pub(super) fn told(self, (feature, pass, subprogram): (usize, usize, usize)) -> PostedTurn {
+    /// Result for the report; (feature, pass, subprogram) locate the turn.
+    pub(super) fn into_posted(self, (feature, pass, subprogram): (usize, usize, usize)) -> PostedTurn {
         let value = |knot: &Knot| {
             let positions = self.axes.iter().zip(&knot.positions);
             let positions = positions.map(|(axis, count)| self.format.value(NcAxis::from(*axis), *count)).collect();

@@ -1,4 +1,4 @@
-//! What the axes do over the angle of a call: coming in, turning at full depth, leaving.
+//! Motion of the axes over the angle of a call: lead-in, cut at full depth, lead-out.
 
 use super::{Control, FeatureRequest, PassRequest, TurnSpeed};
 use crate::math::hermite::Sample;
@@ -50,7 +50,7 @@ impl<'a> Turn<'a> {
         [CarriageAxis::X, CarriageAxis::Y, CarriageAxis::Z].into_iter().filter(|axis| self.moves(*axis, true)).collect()
     }
 
-    /// Whether an axis moves, while the cutter comes and goes (`leading`) or at full depth.
+    /// Returns whether an axis moves during a lead (`leading`) or at full depth.
     pub(super) fn moves(&self, axis: CarriageAxis, leading: bool) -> bool {
         self.path.travels.iter().any(|travel| travel.axis == axis) || (leading && axis == self.path.infeed)
     }
@@ -60,7 +60,7 @@ impl<'a> Turn<'a> {
         self.path.infeed
     }
 
-    /// Where axes stand that do not move at all.
+    /// Position of axes that do not move at all.
     pub(super) fn standing(&self) -> impl Iterator<Item = (CarriageAxis, f64)> + '_ {
         self.stands_mm.iter().copied().filter(|(axis, _)| !self.moves(*axis, true))
     }
@@ -81,7 +81,7 @@ impl<'a> Turn<'a> {
         sample
     }
 
-    /// How far the cutter is from its depth: a quintic from rest to rest over the lead.
+    /// Height of the cutter above its depth: a quintic from rest to rest over the lead.
     fn height_at(&self, u_rad: f64) -> Sample {
         let (outside, sense) = if u_rad < 0.0 { (-u_rad, -1.0) } else { (u_rad - self.full_rad, 1.0) };
         if outside <= 0.0 {

@@ -7,7 +7,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// What only one word of a block may say.
+/// Modal groups: a block has at most one word of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Group {
     /// G0, G1, and G80 that ends them.
@@ -21,7 +21,7 @@ pub(super) enum Group {
     Zero,
     XValues,
     Path,
-    /// What is done once, with words of its own.
+    /// Codes that act once, with words of their own.
     Once,
     /// M3, M4, M5.
     Spindle,
@@ -88,7 +88,7 @@ impl Block {
         }
     }
 
-    fn put(&mut self, group: Group, code: u32, letter: char) -> Result<(), ReadFault> {
+    fn set_code(&mut self, group: Group, code: u32, letter: char) -> Result<(), ReadFault> {
         let name = |code: u32| word(letter, code);
         match self.groups[group as usize].replace(code) {
             Some(before) if before == code => Err(ReadFault::Twice { word: name(code) }),
@@ -115,7 +115,7 @@ impl Block {
             (51 | 650, Dialect::Fanuc) => Group::Once,
             _ => return Err(refused(dialect, code).unwrap_or_else(unknown)),
         };
-        self.put(group, code, 'G')
+        self.set_code(group, code, 'G')
     }
 
     fn order(&mut self, dialect: Dialect, value: Fixed) -> Result<(), ReadFault> {
@@ -129,11 +129,11 @@ impl Block {
             _ => return Err(unknown()),
         };
         // In tenths, as those of G, so that one function names them.
-        self.put(group, code * 10, 'M')
+        self.set_code(group, code * 10, 'M')
     }
 
     /// Takes the word of a group: ten times its number.
-    pub(super) fn take(&mut self, group: Group) -> Option<Code> {
+    pub(super) fn take_code(&mut self, group: Group) -> Option<Code> {
         self.groups[group as usize].take()
     }
 

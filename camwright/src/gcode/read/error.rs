@@ -15,7 +15,7 @@ pub struct ReadError {
     pub fault: ReadFault,
 }
 
-/// What can be wrong with a line of a program.
+/// Errors in a line of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ReadFault {
     /// There is nothing to read.
@@ -24,13 +24,13 @@ pub enum ReadFault {
     /// More text than is read.
     #[error("the files have {bytes} bytes, at most {MAX_TEXT_BYTES} are read")]
     TooMuchText {
-        /// How much there is.
+        /// Size of the program.
         bytes: usize,
     },
     /// A line that is too long.
     #[error("the line has {bytes} bytes, at most {LONGEST_LINE} are read")]
     LongLine {
-        /// How long it is.
+        /// Length of the line.
         bytes: usize,
     },
     /// A comment without its end.
@@ -82,9 +82,9 @@ pub enum ReadFault {
     #[error("{name} is called with {passed} parameters, {declared} are declared")]
     Parameters {
         name: String,
-        /// How many are passed.
+        /// Number of passed arguments.
         passed: usize,
-        /// How many are declared, or at most.
+        /// Number of declared arguments, or the maximum.
         declared: usize,
     },
     #[error("subprogram {name} would be called {MAX_DEPTH} calls deep, that is too deep")]

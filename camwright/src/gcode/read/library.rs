@@ -1,4 +1,4 @@
-//! Which programs there are in the files, before anything of them is executed.
+//! Index of the programs in the files, built before anything is executed.
 
 use super::words::Cursor;
 use super::{Dialect, LONGEST_LINE, ProgramFile, ReadError, ReadFault, words};
@@ -9,9 +9,9 @@ use alloc::vec::Vec;
 
 /// A place in the files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct SourcePosition {
     pub(super) file: usize,
-    /// Where its line begins.
+    /// Start of the line.
     pub(super) at: usize,
     /// The line, from 1.
     pub(super) line: u32,
@@ -21,10 +21,10 @@ pub(super) struct Place {
 #[derive(Debug, Clone)]
 pub(super) struct Stored {
     pub(super) name: String,
-    pub(super) start: Place,
-    /// Where the line begins that ends it.
+    pub(super) start: SourcePosition,
+    /// Start of the line that ends it.
     pub(super) end: usize,
-    pub(super) after: Place,
+    pub(super) after: SourcePosition,
     /// Names of its parameters, where the dialect declares them.
     pub(super) parameters: Vec<String>,
 }
@@ -37,7 +37,7 @@ pub(super) struct Library<'a> {
     names: BTreeMap<String, usize>,
 }
 
-/// What a line of LinuxCNC with an O word says.
+/// Content of a LinuxCNC line with an O word.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum OWord {
     Sub,
@@ -46,7 +46,10 @@ pub(super) enum OWord {
 }
 
 /// The line at a place, without its end, and the place behind it; `None` behind the last.
-pub(super) fn line_at(files: &[ProgramFile], place: Place) -> Option<Result<(&str, Place), ReadFault>> {
+pub(super) fn line_at(
+    files: &[ProgramFile],
+    place: SourcePosition,
+) -> Option<Result<(&str, SourcePosition), ReadFault>> {
     let rest = files.get(place.file)?.text.get(place.at..).filter(|rest| !rest.is_empty())?;
     let end = rest.find('\n');
     let line = &rest[..end.unwrap_or(rest.len())];
@@ -54,19 +57,19 @@ pub(super) fn line_at(files: &[ProgramFile], place: Place) -> Option<Result<(&st
         return Some(Err(ReadFault::LongLine { bytes: line.len() }));
     }
     let at = place.at + end.map_or(rest.len(), |end| end + 1);
-    let next = Place { file: place.file, at, line: place.line.saturating_add(1) };
+    let next = SourcePosition { file: place.file, at, line: place.line.saturating_add(1) };
     Some(Ok((line.strip_suffix('\r').unwrap_or(line), next)))
 }
 
 /// The name in angle brackets behind an O, and what is said of it.
 pub(super) fn o_word<'a>(cursor: &mut Cursor<'a>) -> Result<(String, OWord), ReadFault> {
     let fault = cursor.no_word();
-    let is_o = cursor.take(b'O') || cursor.take(b'o');
-    if !is_o || !cursor.take(b'<') {
+    let is_o = cursor.skip_if(b'O') || cursor.skip_if(b'o');
+    if !is_o || !cursor.skip_if(b'<') {
         return Err(fault);
     }
     let name: &'a str = cursor.name();
-    if name.is_empty() || !cursor.take(b'>') {
+    if name.is_empty() || !cursor.skip_if(b'>') {
         return Err(fault);
     }
     let said = match cursor.name().to_ascii_lowercase().as_str() {
@@ -78,7 +81,7 @@ pub(super) fn o_word<'a>(cursor: &mut Cursor<'a>) -> Result<(String, OWord), Rea
     Ok((name.to_ascii_lowercase(), said))
 }
 
-/// Whether a line begins with an O word.
+/// Returns whether a line begins with an O word.
 pub(super) fn has_o_word(dialect: Dialect, line: &str) -> bool {
     dialect != Dialect::Siemens && line.trim_start().starts_with(['O', 'o'])
 }
@@ -89,13 +92,13 @@ struct Finder<'a> {
     file: usize,
     file_name: &'a str,
     found: &'a mut Vec<Stored>,
-    /// Whether the program that was begun last is still open.
+    /// True while the last program is open.
     open: bool,
-    /// Whether the file is between `%` and `%`.
-    tape: bool,
-    /// Whether anything was found in it.
+    /// True if the file is enclosed by `%` lines.
+    codec: bool,
+    /// True if the file has content.
     begun: bool,
-    /// Whether the second `%` was there.
+    /// True after the second `%`.
     over: bool,
 }
 
@@ -103,10 +106,10 @@ impl<'a> Library<'a> {
     pub(super) fn new(dialect: Dialect, files: &'a [ProgramFile]) -> Result<Self, ReadError> {
         let mut programs = Vec::new();
         for (file, ProgramFile { name: file_name, .. }) in files.iter().enumerate() {
-            let mut place = Place { file, at: 0, line: 1 };
+            let mut place = SourcePosition { file, at: 0, line: 1 };
             let found = &mut programs;
             let mut finder =
-                Finder { dialect, file, file_name, found, open: false, tape: false, begun: false, over: false };
+                Finder { dialect, file, file_name, found, open: false, codec: false, begun: false, over: false };
             finder.begin(place);
             while let Some(read) = line_at(files, place) {
                 let here = place;
@@ -134,14 +137,14 @@ impl<'a> Library<'a> {
     }
 }
 
-pub(super) fn error(files: &[ProgramFile], place: Place, fault: ReadFault) -> ReadError {
+pub(super) fn error(files: &[ProgramFile], place: SourcePosition, fault: ReadFault) -> ReadError {
     let file = files.get(place.file).map(|file| file.name.clone()).unwrap_or_default();
     ReadError { file, line: place.line, fault }
 }
 
 impl Finder<'_> {
-    /// What begins with the file itself.
-    fn begin(&mut self, place: Place) {
+    /// Opens the program that begins with the file itself.
+    fn begin(&mut self, place: SourcePosition) {
         let name = match (self.dialect, self.file) {
             (Dialect::Fanuc, _) => return,
             (_, 0) => String::new(),
@@ -151,11 +154,11 @@ impl Finder<'_> {
         self.store(name, place, Vec::new());
     }
 
-    fn store(&mut self, name: String, start: Place, parameters: Vec<String>) {
+    fn store(&mut self, name: String, start: SourcePosition, parameters: Vec<String>) {
         self.found.push(Stored { name, start, end: usize::MAX, after: start, parameters });
     }
 
-    fn line(&mut self, line: &str, here: Place, next: Place) -> Result<(), ReadFault> {
+    fn line(&mut self, line: &str, here: SourcePosition, next: SourcePosition) -> Result<(), ReadFault> {
         if self.dialect != Dialect::Siemens && line.trim() == "%" {
             return self.percent(here, next);
         }
@@ -181,12 +184,12 @@ impl Finder<'_> {
         if text.trim().is_empty() { Ok(()) } else { Err(Cursor::new(self.dialect, &text).no_word()) }
     }
 
-    /// `%` begins and ends a tape.
-    fn percent(&mut self, here: Place, next: Place) -> Result<(), ReadFault> {
+    /// `%` begins and ends a codec.
+    fn percent(&mut self, here: SourcePosition, next: SourcePosition) -> Result<(), ReadFault> {
         let is_main = self.dialect == Dialect::LinuxCnc && self.file == 0;
-        match (self.begun, self.tape) {
+        match (self.begun, self.codec) {
             (false, false) => {
-                (self.tape, self.begun) = (true, true);
+                (self.codec, self.begun) = (true, true);
                 if let Some(main) = self.found.first_mut().filter(|_| is_main) {
                     main.start = next;
                 }
@@ -208,7 +211,7 @@ impl Finder<'_> {
     }
 
     /// The program that is open ends before a place.
-    fn close(&mut self, here: Place, next: Place) {
+    fn close(&mut self, here: SourcePosition, next: SourcePosition) {
         let open = core::mem::take(&mut self.open);
         if let Some(last) = self.found.last_mut().filter(|_| open) {
             (last.end, last.after) = (here.at, next);
@@ -216,7 +219,7 @@ impl Finder<'_> {
     }
 
     /// `o<name> sub` to `o<name> endsub`.
-    fn o_line(&mut self, line: &str, here: Place, next: Place) -> Result<(), ReadFault> {
+    fn o_line(&mut self, line: &str, here: SourcePosition, next: SourcePosition) -> Result<(), ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
         let mut cursor = Cursor::new(self.dialect, &text);
         let (name, said) = o_word(&mut cursor)?;
@@ -243,7 +246,7 @@ impl Finder<'_> {
     }
 
     /// `O1001 (title)` begins a program.
-    fn number_line(&mut self, line: &str, here: Place, next: Place) -> Result<(), ReadFault> {
+    fn number_line(&mut self, line: &str, here: SourcePosition, next: SourcePosition) -> Result<(), ReadFault> {
         self.close(here, here);
         let text = words::without_comments(self.dialect, line)?;
         let digits = text.trim().trim_start_matches(['O', 'o']);
@@ -255,7 +258,7 @@ impl Finder<'_> {
     }
 
     /// `PROC NAME(REAL A, REAL B)` begins a subprogram; comments may stand before it.
-    fn proc_line(&mut self, line: &str, next: Place) -> Result<(), ReadFault> {
+    fn proc_line(&mut self, line: &str, next: SourcePosition) -> Result<(), ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
         let mut cursor = Cursor::new(self.dialect, &text);
         if cursor.peek().is_none() {
@@ -276,7 +279,7 @@ impl Finder<'_> {
                 why: "the file must have its name and .SPF",
             });
         }
-        if cursor.take(b'(') && !cursor.take(b')') {
+        if cursor.skip_if(b'(') && !cursor.skip_if(b')') {
             loop {
                 let is_real = cursor.name().eq_ignore_ascii_case("REAL");
                 let parameter = cursor.name().to_ascii_uppercase();
@@ -284,10 +287,10 @@ impl Finder<'_> {
                     return Err(fault);
                 }
                 parameters.push(parameter);
-                if cursor.take(b')') {
+                if cursor.skip_if(b')') {
                     break;
                 }
-                if !cursor.take(b',') || parameters.len() >= super::MAX_PARAMETERS {
+                if !cursor.skip_if(b',') || parameters.len() >= super::MAX_PARAMETERS {
                     return Err(fault);
                 }
             }
@@ -300,8 +303,8 @@ impl Finder<'_> {
         Ok(())
     }
 
-    fn finish(&mut self, place: Place) -> Result<(), ReadFault> {
-        if self.tape && !self.over {
+    fn finish(&mut self, place: SourcePosition) -> Result<(), ReadFault> {
+        if self.codec && !self.over {
             return Err(ReadFault::NoEnd { end: "%" });
         }
         if self.dialect == Dialect::LinuxCnc && self.open {
@@ -312,7 +315,8 @@ impl Finder<'_> {
     }
 }
 
-/// Whether a line declares a subprogram with `EXTERN`: then it must be there, with as many parameters.
+/// Returns whether a line declares a subprogram with `EXTERN`; the subprogram must exist with the same number of
+/// parameters.
 pub(super) fn declares(library: &Library<'_>, cursor: &mut Cursor<'_>) -> Result<bool, ReadFault> {
     let fault = cursor.no_word();
     let line = cursor.rest;
@@ -322,16 +326,16 @@ pub(super) fn declares(library: &Library<'_>, cursor: &mut Cursor<'_>) -> Result
     }
     let name = cursor.name().to_ascii_uppercase();
     let mut passed = 0;
-    if cursor.take(b'(') {
+    if cursor.skip_if(b'(') {
         loop {
             if !cursor.name().eq_ignore_ascii_case("REAL") {
                 return Err(fault);
             }
             passed += 1;
-            if cursor.take(b')') {
+            if cursor.skip_if(b')') {
                 break;
             }
-            if !cursor.take(b',') {
+            if !cursor.skip_if(b',') {
                 return Err(fault);
             }
         }

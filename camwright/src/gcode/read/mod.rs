@@ -16,7 +16,7 @@ use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
 use block::Block;
-use library::{Library, OWord, Place, error as error_at, line_at};
+use library::{Library, OWord, SourcePosition, error as error_at, line_at};
 use number::Fixed;
 use state::{Flow, State};
 use words::{Cursor, Parameters};
@@ -37,7 +37,7 @@ const MAX_PARAMETERS: usize = 8;
 /// # Errors
 /// The first thing that is not understood, or must not be, with its file and line.
 pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Result<Motion, ReadError> {
-    let begin = Place { file: 0, at: 0, line: 1 };
+    let begin = SourcePosition { file: 0, at: 0, line: 1 };
     let bytes = files.iter().fold(0, |sum: usize, file| sum.saturating_add(file.text.len()));
     if bytes > MAX_TEXT_BYTES {
         return Err(error_at(files, begin, ReadFault::TooMuchText { bytes }));
@@ -65,7 +65,7 @@ pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Resul
 #[derive(Debug)]
 struct Frame {
     program: usize,
-    place: Place,
+    place: SourcePosition,
     parameters: Parameters,
     call: Option<u32>,
 }
@@ -79,7 +79,7 @@ struct Run<'a> {
     called: Vec<bool>,
     blocks: u32,
     /// The line that is being executed.
-    here: Place,
+    here: SourcePosition,
 }
 
 impl<'a> Run<'a> {
@@ -109,7 +109,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// What was never called was never read.
+    /// Checks that every subprogram was called: an uncalled one was never read.
     fn all_called(&mut self) -> Result<(), ReadFault> {
         let mut programs = self.library.programs.iter().zip(&self.called).skip(1);
         let Some((program, _)) = programs.find(|(_, called)| !**called) else { return Ok(()) };

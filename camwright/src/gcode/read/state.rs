@@ -1,4 +1,4 @@
-//! What holds from block to block, and what a block does.
+//! Modal state between blocks, and execution of a block.
 
 use super::block::{Block, Group, word};
 use super::number::Fixed;
@@ -9,7 +9,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Where it goes on after a block.
+/// Next line after a block.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Flow {
     Next,
@@ -67,7 +67,7 @@ impl State {
         }
     }
 
-    /// What a block does, in the order in which controls do it, whatever the order of its words.
+    /// Executes a block in the order that controls use, independent of the order of its words.
     pub(super) fn execute(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<Flow, ReadFault> {
         self.modes(block);
         self.tool_and_spindle(block, done)?;
@@ -80,7 +80,7 @@ impl State {
         if !has_own_words {
             self.travel(block, done)?;
         }
-        let end = match block.take(Group::End) {
+        let end = match block.take_code(Group::End) {
             Some(980) => {
                 let number =
                     block.whole(b'P', 1, 99_999_999)?.ok_or_else(|| needs("M98", "P with a program's number"))?;
@@ -101,17 +101,17 @@ impl State {
     }
 
     fn modes(&mut self, block: &mut Block) {
-        if let Some(code) = block.take(Group::FeedMode) {
+        if let Some(code) = block.take_code(Group::FeedMode) {
             self.inverse_time = code == 930;
         }
-        self.metric |= block.take(Group::Units).is_some();
-        self.absolute |= block.take(Group::Distance).is_some();
-        if let Some(code) = block.take(Group::XValues) {
+        self.metric |= block.take_code(Group::Units).is_some();
+        self.absolute |= block.take_code(Group::Distance).is_some();
+        if let Some(code) = block.take_code(Group::XValues) {
             self.diameter = code == 70;
         }
         // Planes are those of arcs, compensation is off, and the zero point is that of G54: nothing else is read.
         for group in [Group::Plane, Group::CutterRadius, Group::Zero] {
-            block.take(group);
+            block.take_code(group);
         }
     }
 
@@ -123,12 +123,12 @@ impl State {
             self.speed = Some(speed);
         }
         self.selected = block.whole(b'T', 1, 9_999)?.or(self.selected);
-        if block.take(Group::ToolChange).is_some() {
+        if block.take_code(Group::ToolChange).is_some() {
             let tool = self.selected.ok_or_else(|| needs("M6", "a tool: T before it or beside it"))?;
             self.mounted = Some(tool);
             done(Action::ToolChange(tool));
         }
-        match block.take(Group::Spindle) {
+        match block.take_code(Group::Spindle) {
             Some(50) => done(Action::SpindleOff),
             Some(code) => {
                 let speed = self.speed.ok_or_else(|| needs(&word('M', code), "a speed: S before it or beside it"))?;
@@ -137,7 +137,7 @@ impl State {
             }
             None => {}
         }
-        if let Some(code) = block.take(Group::Coolant) {
+        if let Some(code) = block.take_code(Group::Coolant) {
             done(Action::Coolant(code == 80));
         }
         self.tool_length(block)
@@ -147,7 +147,7 @@ impl State {
         if self.dialect == Dialect::Siemens {
             block.whole(b'D', 1, 1)?;
         }
-        if block.take(Group::ToolLength) != Some(430) {
+        if block.take_code(Group::ToolLength) != Some(430) {
             return Ok(());
         }
         let mounted = self.mounted.ok_or_else(|| needs("G43", "a tool: M6 before it"))?;
@@ -159,7 +159,7 @@ impl State {
     }
 
     fn path(&self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<(), ReadFault> {
-        if block.take(Group::Path).is_none() {
+        if block.take_code(Group::Path).is_none() {
             return Ok(());
         }
         let tolerance = match self.dialect {
@@ -178,9 +178,9 @@ impl State {
         Ok(())
     }
 
-    /// What a block does once, with words of its own.
+    /// Executes the non-modal code of a block.
     fn once(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<Flow, ReadFault> {
-        match block.take(Group::Once) {
+        match block.take_code(Group::Once) {
             Some(40) => done(Action::Dwell(self.pause_s(block)?)),
             Some(520) if !self.take_shifts(block)? => return Err(needs("G52", "an axis")),
             Some(921) => self.shift = [Fixed::ZERO; 4],
@@ -254,7 +254,7 @@ impl State {
     }
 
     fn travel(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<(), ReadFault> {
-        let stated = block.take(Group::Motion);
+        let stated = block.take_code(Group::Motion);
         match stated {
             Some(0) => self.motion = Some(Motion::Rapid),
             Some(10) => self.motion = Some(Motion::Feed),

@@ -6,7 +6,7 @@ use alloc::borrow::Cow;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// What the running subprogram was called with.
+/// Arguments of the running subprogram.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Parameters {
     /// Names, where the dialect names them; in others they are numbered from 1.
@@ -92,8 +92,8 @@ impl<'a> Cursor<'a> {
         self.rest.bytes().next()
     }
 
-    /// Whether the next character is this one, which is then taken.
-    pub(super) fn take(&mut self, wanted: u8) -> bool {
+    /// Skips the next character if it is this one; returns whether it was.
+    pub(super) fn skip_if(&mut self, wanted: u8) -> bool {
         let found = self.peek() == Some(wanted);
         if found {
             self.rest = &self.rest[1..];
@@ -102,10 +102,10 @@ impl<'a> Cursor<'a> {
     }
 
     fn need(&mut self, wanted: u8) -> Result<(), ReadFault> {
-        if self.take(wanted) { Ok(()) } else { Err(self.no_word()) }
+        if self.skip_if(wanted) { Ok(()) } else { Err(self.no_word()) }
     }
 
-    /// What stands here is no word.
+    /// Error: the text at this position is no word.
     pub(super) fn no_word(&self) -> ReadFault {
         ReadFault::NoWord { text: self.rest.trim().chars().take(20).collect() }
     }
@@ -138,7 +138,7 @@ impl<'a> Cursor<'a> {
     /// A word of SINUMERIK: a name, perhaps with a value or with values in brackets.
     fn long_word(&mut self, parameters: &Parameters) -> Result<Word<'a>, ReadFault> {
         let name = self.name();
-        if self.take(b'=') {
+        if self.skip_if(b'=') {
             let (value, _) = self.value(parameters)?;
             return Ok(match name.as_bytes() {
                 [letter] if letter.is_ascii_alphabetic() => {
@@ -147,13 +147,13 @@ impl<'a> Cursor<'a> {
                 _ => Word::Assigned(name, value),
             });
         }
-        if !self.take(b'(') {
+        if !self.skip_if(b'(') {
             return Ok(Word::Name(name));
         }
         let mut values = Vec::new();
         loop {
             values.push(self.value(parameters)?.0);
-            if self.take(b')') {
+            if self.skip_if(b')') {
                 return Ok(Word::Call(name, values));
             }
             self.need(b',')?;

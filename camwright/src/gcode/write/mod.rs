@@ -15,7 +15,7 @@ impl Dialect {
     /// The text of a program, the file with its main program first.
     ///
     /// # Errors
-    /// What this control cannot be told, with the block.
+    /// The construct that this control cannot express, with its block.
     pub fn write(self, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
         files(self, program)
     }
@@ -48,7 +48,7 @@ fn check_tools(program: &Program) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// What people should know before they start it, as comments.
+/// Header comments for the operator.
 fn head(dialect: Dialect, program: &Program) -> Result<String, WriteError> {
     let mut head = String::new();
     let mut line = |text: &str| -> Result<(), WriteError> {

@@ -11,7 +11,7 @@ use alloc::string::String;
 /// Largest path tolerance, in increments.
 const MAX_TOLERANCE: i64 = 9_999_999;
 
-/// How exactly a feed is written: significant digits of F.
+/// Significant digits of F.
 const FEED_DIGITS: i32 = 7;
 
 pub(super) struct Section<'a> {
@@ -21,7 +21,7 @@ pub(super) struct Section<'a> {
     subprogram: Option<&'a Subprogram>,
     /// The block that is being written, from 1.
     block: usize,
-    /// Whether feeds are inverse times at this place.
+    /// True while inverse-time feed is active.
     inverse_time: bool,
     /// The motion that a line of axes alone would mean.
     motion: Option<&'static str>,
@@ -108,7 +108,7 @@ impl<'a> Section<'a> {
 
     fn coordinate(&self, axis: NcAxis, count: i64) -> Result<String, WriteError> {
         let word = format!("{}{}", axis.letter(), words::decimal(count, self.program.format.decimals(axis)));
-        let (digits, most) = (digits_of(count), self.most_digits(axis));
+        let (digits, most) = (digits_of(count), self.maximum_digits(axis));
         if digits > most {
             return Err(WriteError::TooManyDigits { place: self.place(), word, digits, most });
         }
@@ -116,7 +116,7 @@ impl<'a> Section<'a> {
     }
 
     /// Digits that the control reads of an axis, of which no more than eight stand before the point.
-    fn most_digits(&self, axis: NcAxis) -> u32 {
+    fn maximum_digits(&self, axis: NcAxis) -> u32 {
         self.rules.digits.min(8 + self.program.format.decimals(axis))
     }
 
@@ -138,7 +138,7 @@ impl<'a> Section<'a> {
         Ok(format!(" F{number}{}", if number.ends_with('.') { "0" } else { "" }))
     }
 
-    /// What is no motion and no comment.
+    /// Writes a block that is neither motion nor comment.
     fn order(&mut self, block: &Block) -> Result<(), WriteError> {
         let place = || self.place();
         let line = match block {
@@ -194,7 +194,7 @@ impl<'a> Section<'a> {
         Ok(())
     }
 
-    /// Whether what the subprogram says is still within the control's digits where the call shifts it to.
+    /// Checks that the shifted coordinates of a subprogram stay within the control's digits.
     fn check_shifted(&self, call: &Call, sub: &Subprogram) -> Result<(), WriteError> {
         let shift = shift_of(self.program, call);
         let targets = sub.blocks.iter().filter_map(|block| match block {
@@ -202,9 +202,9 @@ impl<'a> Section<'a> {
             _ => None,
         });
         for (axis, by) in shift.named() {
-            let counts = targets.clone().filter_map(|target| target.of(axis));
+            let counts = targets.clone().filter_map(|target| target.value(axis));
             let longest = counts.map(|count| digits_of(count.saturating_add(by))).max().unwrap_or(0);
-            let (digits, most) = (longest.max(digits_of(by)), self.most_digits(axis));
+            let (digits, most) = (longest.max(digits_of(by)), self.maximum_digits(axis));
             if digits > most {
                 return Err(WriteError::ShiftedTooFar { place: self.place(), axis, digits, most });
             }

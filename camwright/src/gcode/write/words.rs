@@ -1,4 +1,4 @@
-//! Where the dialects differ: a few words each.
+//! Words in which the dialects differ.
 
 use crate::gcode::dialect::{Dialect, ProgramFile};
 use crate::gcode::fitted::Names;
@@ -28,7 +28,7 @@ pub(super) const fn about_c(dialect: Dialect) -> &'static str {
     }
 }
 
-/// What else the machine must be set to.
+/// Further machine settings that the program requires.
 pub(super) fn about_machine(dialect: Dialect, x_values: XValues) -> Vec<&'static str> {
     match (dialect, x_values) {
         (Dialect::Fanuc, x_values) => {
@@ -120,8 +120,8 @@ pub(super) fn push_subprogram_end(dialect: Dialect, to: &mut String, name: &str)
     }
 }
 
-/// Whether the shift is told in radii though coordinates are diameters. SINUMERIK shifts by a `TRANS` between `DIAMOF` and `DIAMON`: so it
-/// is the same on all its versions.
+/// Returns whether a shift is in radii although coordinates are diameters. SINUMERIK shifts by a `TRANS` between `DIAMOF` and `DIAMON`,
+/// which works on all its versions.
 fn shifts_radius(dialect: Dialect, axis: Option<NcAxis>, x_values: XValues) -> bool {
     dialect == Dialect::Siemens && axis == Some(NcAxis::X) && x_values == XValues::Diameter
 }

@@ -1,4 +1,4 @@
-//! The tape: where the octets of a state go to, or come from.
+//! The codec: where the octets of a state go to, or come from.
 
 use core::fmt;
 use thiserror::Error;
@@ -25,9 +25,9 @@ impl fmt::Display for Value {
     }
 }
 
-/// Why a walk ended. Where, [`Tape::place`] says.
+/// Why a walk ended. Where, [`SnapshotCodec::place`] says.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum TapeError {
+pub enum SnapshotError {
     /// The room is too small.
     #[error("there is no room for it")]
     NoRoom,
@@ -51,14 +51,14 @@ enum Step {
     Item(usize),
 }
 
-/// Where in the state a walk is, as `axes[1].servo.error`.
+/// Path of the current field in the state, for example `axes[1].servo.error`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct FieldPath {
     steps: [Step; DEPTH],
     depth: usize,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FieldPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, step) in self.steps.iter().take(self.depth).enumerate() {
             match step {
@@ -79,17 +79,17 @@ enum Mode<'a> {
     Comparing(&'a [u8]),
 }
 
-/// What a state is written to, read from, compared with, or measured by.
+/// Codec that writes, reads, compares or measures a state.
 #[derive(Debug)]
-pub struct Tape<'a> {
+pub struct SnapshotCodec<'a> {
     mode: Mode<'a>,
     octets: usize,
-    place: Place,
+    place: FieldPath,
 }
 
-impl<'a> Tape<'a> {
+impl<'a> SnapshotCodec<'a> {
     fn new(mode: Mode<'a>) -> Self {
-        Self { mode, octets: 0, place: Place { steps: [Step::Item(0); DEPTH], depth: 0 } }
+        Self { mode, octets: 0, place: FieldPath { steps: [Step::Item(0); DEPTH], depth: 0 } }
     }
 
     /// Counts the octets that a state takes.
@@ -121,13 +121,13 @@ impl<'a> Tape<'a> {
         self.octets
     }
 
-    /// Where the walk is; after an error, where it ended.
+    /// Path of the current field; after an error, of the failed field.
     #[must_use]
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> FieldPath {
         self.place
     }
 
-    /// Whether values come from the tape.
+    /// Returns whether values come from the codec.
     #[must_use]
     pub fn is_reading(&self) -> bool {
         matches!(self.mode, Mode::Reading(_))
@@ -148,11 +148,11 @@ impl<'a> Tape<'a> {
     /// The state is at its end, and so must be what was read.
     ///
     /// # Errors
-    /// [`TapeError::Rest`].
-    pub fn end(&self) -> Result<(), TapeError> {
+    /// [`SnapshotError::Rest`].
+    pub fn end(&self) -> Result<(), SnapshotError> {
         match self.left() {
             0 | usize::MAX => Ok(()),
-            octets => Err(TapeError::Rest { octets }),
+            octets => Err(SnapshotError::Rest { octets }),
         }
     }
 
@@ -163,8 +163,8 @@ impl<'a> Tape<'a> {
     pub fn field<R>(
         &mut self,
         name: &'static str,
-        walk: impl FnOnce(&mut Self) -> Result<R, TapeError>,
-    ) -> Result<R, TapeError> {
+        walk: impl FnOnce(&mut Self) -> Result<R, SnapshotError>,
+    ) -> Result<R, SnapshotError> {
         self.step(Step::Field(name), walk)
     }
 
@@ -175,12 +175,16 @@ impl<'a> Tape<'a> {
     pub fn item<R>(
         &mut self,
         index: usize,
-        walk: impl FnOnce(&mut Self) -> Result<R, TapeError>,
-    ) -> Result<R, TapeError> {
+        walk: impl FnOnce(&mut Self) -> Result<R, SnapshotError>,
+    ) -> Result<R, SnapshotError> {
         self.step(Step::Item(index), walk)
     }
 
-    fn step<R>(&mut self, step: Step, walk: impl FnOnce(&mut Self) -> Result<R, TapeError>) -> Result<R, TapeError> {
+    fn step<R>(
+        &mut self,
+        step: Step,
+        walk: impl FnOnce(&mut Self) -> Result<R, SnapshotError>,
+    ) -> Result<R, SnapshotError> {
         let depth = self.place.depth;
         if let Some(place) = self.place.steps.get_mut(depth) {
             *place = step;
@@ -191,18 +195,18 @@ impl<'a> Tape<'a> {
         Ok(walked)
     }
 
-    /// A word of the state, as it stands on the tape.
-    pub(super) fn word<const N: usize>(&mut self, own: [u8; N]) -> Result<[u8; N], TapeError> {
+    /// A word of the state, as it stands on the codec.
+    pub(super) fn word<const N: usize>(&mut self, own: [u8; N]) -> Result<[u8; N], SnapshotError> {
         let (from, to) = (self.octets, self.octets.saturating_add(N));
         let word = match &mut self.mode {
             Mode::Measuring => own,
             Mode::Writing(room) => {
-                room.get_mut(from..to).ok_or(TapeError::NoRoom)?.copy_from_slice(&own);
+                room.get_mut(from..to).ok_or(SnapshotError::NoRoom)?.copy_from_slice(&own);
                 own
             }
             Mode::Reading(octets) | Mode::Comparing(octets) => {
-                let there = octets.get(from..to).ok_or(TapeError::Ended)?;
-                <[u8; N]>::try_from(there).map_err(|_| TapeError::Ended)?
+                let there = octets.get(from..to).ok_or(SnapshotError::Ended)?;
+                <[u8; N]>::try_from(there).map_err(|_| SnapshotError::Ended)?
             }
         };
         self.octets = to;
@@ -210,12 +214,12 @@ impl<'a> Tape<'a> {
     }
 
     /// Numbers of the state, where they are only written or counted: thousands of them are, within a tick. False where they are not.
-    pub(super) fn put_numbers(&mut self, own: &[f64]) -> Result<bool, TapeError> {
+    pub(super) fn put_numbers(&mut self, own: &[f64]) -> Result<bool, SnapshotError> {
         let (from, to) = (self.octets, self.octets.saturating_add(size_of_val(own)));
         match &mut self.mode {
             Mode::Measuring => {}
             Mode::Writing(room) => {
-                let room = room.get_mut(from..to).ok_or(TapeError::NoRoom)?;
+                let room = room.get_mut(from..to).ok_or(SnapshotError::NoRoom)?;
                 for (octets, number) in room.as_chunks_mut().0.iter_mut().zip(own) {
                     *octets = number.to_le_bytes();
                 }

@@ -1,6 +1,6 @@
 //! The state of what runs, at one moment, as octets: written down, taken up again, or compared with what it is now.
 //!
-//! One walk through the state serves all three ([`Kept::keep`]): what is written and what is read cannot come apart, and a field that is
+//! One walk through the state serves all three ([`Snapshot::snapshot`]): what is written and what is read cannot come apart, and a field that is
 //! added does not compile until somebody has said whether it is state or what the state stands on. What a description decides is not
 //! written. Octets are little-endian and carry no names; of which form they are, who stores them has to say.
 //!
@@ -11,13 +11,13 @@ mod codec;
 mod macros;
 mod values;
 
-pub use codec::{Place, Tape, TapeError, Value};
+pub use codec::{FieldPath, SnapshotCodec, SnapshotError, Value};
 
-/// What can be written down and taken up again.
-pub trait Kept {
-    /// Goes through the whole state, field by field. See [`Tape`] for what that does.
+/// State that can be written and restored.
+pub trait Snapshot {
+    /// Goes through the whole state, field by field. See [`SnapshotCodec`] for what that does.
     ///
     /// # Errors
-    /// See [`TapeError`]. What was being read is not to be used then.
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError>;
+    /// See [`SnapshotError`]. What was being read is not to be used then.
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError>;
 }

@@ -1,4 +1,4 @@
-//! What holds C down, and where: every bound of a turn as a share of what planning allows of it.
+//! Bounds that limit C, and their positions: every bound of a turn as a share of the value allowed for planning.
 
 use super::process::{Cutting, largest_speed_rad_s};
 use super::{PATH_SHARE, Quantity, VARYING_X_SHARE};
@@ -13,12 +13,12 @@ use crate::motion::cut_motion::chain;
 /// of what planning allows is used. Below, between two arcs, nothing is.
 pub const ACTIVE_SHARE: f64 = 0.95;
 
-/// What can hold C down.
+/// Bounds of C.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
     /// A limit of an axis.
     Limit(Axis, Quantity),
-    /// What the speed law says of the process: footprint speed, removal rate, power or temperature.
+    /// Process bound of the speed law: footprint speed, removal rate, power or temperature.
     Process,
     /// The work speed of the pass; of a law that lets it vary the largest.
     WorkSpeed,
@@ -45,11 +45,11 @@ impl Bound {
 pub struct TurnBounds<'a> {
     /// `x_axis` position over the path angle (mm over rad).
     pub path: &'a PeriodicSpline,
-    /// What the infeed takes from the slope of X in most of a turn (mm/rad).
+    /// Share of the slope of X used by the infeed in most of a turn (mm/rad).
     pub infeed_slope_mm_rad: f64,
     /// Speed law of the pass.
     pub speed: SpeedLaw,
-    /// What the wheel's power allows, as a law.
+    /// Bound of the wheel's power, as a law.
     pub wheel_power: Option<SpeedLaw>,
     /// Wheel and infeed of a turn.
     pub cutting: Cutting,
@@ -60,7 +60,7 @@ pub struct TurnBounds<'a> {
 }
 
 impl TurnBounds<'_> {
-    /// Whether the law lets the speed of C vary within a turn.
+    /// Returns whether the law lets the speed of C vary within a turn.
     #[must_use]
     pub const fn varies(&self) -> bool {
         !matches!(self.speed, SpeedLaw::ConstantWorkSpeed { .. })
@@ -69,7 +69,7 @@ impl TurnBounds<'_> {
     /// The work speed, or the largest one the law may use (rad/s).
     #[must_use]
     pub const fn work_speed_rad_s(&self) -> f64 {
-        self.speed.most_rad_s()
+        self.speed.maximum_rad_s()
     }
 
     /// The largest speed of C that the process allows at a path angle (rad/s); none where the law does not look at it.
@@ -92,8 +92,8 @@ impl TurnBounds<'_> {
         Some(largest_speed_rad_s(&self.wheel_power?, self.path.sample(angle_rad), &self.cutting))
     }
 
-    /// What a turn may use of the limits of C and of X: a stop on the path keeps a share of acceleration and jerk for itself,
-    /// and where the speed varies the end of the infeed another one of X.
+    /// Share of the limits of C and of X available to a turn: a stop on the path reserves a share of acceleration and jerk,
+    /// and at varying speed the end of the infeed reserves a share of X.
     #[must_use]
     pub fn allowed(&self) -> [MotionLimits; 2] {
         let for_x = if self.varies() { VARYING_X_SHARE } else { PATH_SHARE };
@@ -108,7 +108,7 @@ impl TurnBounds<'_> {
         chain(over_angle, c)
     }
 
-    /// How much of each bound is used where C moves like this, in the order of [`Bound::ALL`]; 1 is all that planning allows.
+    /// Utilisation of each bound for a motion of C, in the order of [`Bound::ALL`]; 1 is all that planning allows.
     #[must_use]
     pub fn uses(&self, c: Sample) -> [f64; 9] {
         let [of_c, of_x] = self.allowed();

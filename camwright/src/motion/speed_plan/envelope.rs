@@ -51,7 +51,7 @@ impl Envelope {
     }
 
     /// A time that no plan goes below (s).
-    pub(super) fn least_s(&self) -> f64 {
+    pub(super) fn minimum_s(&self) -> f64 {
         self.least_s
     }
 

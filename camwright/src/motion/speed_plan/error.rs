@@ -44,9 +44,9 @@ pub enum SpeedPlanError {
     )]
     WheelPower {
         work_speed_rad_s: f64,
-        /// Where the power allows least (deg).
+        /// Angle of the lowest power bound (deg).
         angle_deg: f64,
-        /// What it allows there.
+        /// Allowed speed there.
         allowed_rad_s: f64,
         /// The largest speed that fits, rounded down; `None` if a thousandth of the wanted one does not.
         largest_rad_s: Option<f64>,
@@ -78,7 +78,7 @@ pub enum SpeedPlanError {
     /// No stop on the path within ten seconds keeps the limits.
     #[error("no stop of up to {longest_s} s on the path keeps the limits of the axes")]
     NoStop { longest_s: f64 },
-    /// The forward check found a limit exceeded: a defect of the planner, told rather than driven.
+    /// The forward check found an exceeded limit: a defect of the planner, reported before anything moves.
     #[error("the speed plan failed its forward check: {0}")]
     Check(LimitUse),
     /// There is no turn under the law.
@@ -87,7 +87,7 @@ pub enum SpeedPlanError {
     /// From where the cut starts no run-up reaches the speed of the turn.
     #[error("no run-up of C within a turn from cam angle {start_deg:.1} deg keeps the limits of both axes")]
     NoRunUp {
-        /// Where the cut starts and ends (deg).
+        /// Start and end of the cut (deg).
         start_deg: f64,
     },
     /// X finds no way onto the moving path, or off it.
@@ -97,7 +97,7 @@ pub enum SpeedPlanError {
     )]
     NoLead {
         speed_rad_s: f64,
-        /// Where X rests (mm).
+        /// Rest position of X (mm).
         clear_x_mm: f64,
     },
     /// There is no ramp to the speed wanted.

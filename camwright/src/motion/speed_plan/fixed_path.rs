@@ -12,10 +12,10 @@ use crate::math::units::TURN_RAD;
 use crate::motion::cut_motion::CutMotion;
 
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct WayRequest<'a> {
+pub(crate) struct FixedPathRequest<'a> {
     /// Base of the way (mm over rad).
     pub(crate) path: &'a PeriodicSpline,
-    /// What is added over the angle since the start (mm over rad).
+    /// Addition over the angle since the start (mm over rad).
     pub(crate) offset: &'a HermiteSpline,
     pub(crate) turns: u32,
     /// Largest speed of C wanted (rad/s).
@@ -28,7 +28,7 @@ pub(crate) struct WayRequest<'a> {
 
 /// C over time for it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct WaySpeed {
+pub(crate) struct FixedPathSpeed {
     pub(crate) law: HermiteSpline,
     pub(crate) plateau_s: (f64, f64),
     pub(crate) turn_s: f64,
@@ -40,12 +40,12 @@ pub(crate) struct WaySpeed {
 const MAX_ATTEMPTS: u32 = 45;
 const SLOWER: f64 = 0.9;
 
-impl WaySpeed {
+impl FixedPathSpeed {
     /// The speed wanted, or the largest below it, in steps of a tenth, at which both axes keep their limits.
     ///
     /// # Errors
     /// No such speed down to a hundredth of that, no room for the ramps, no stop.
-    pub(crate) fn new(request: &WayRequest<'_>) -> Result<Self, SpeedPlanError> {
+    pub(crate) fn new(request: &FixedPathRequest<'_>) -> Result<Self, SpeedPlanError> {
         let mut speed_rad_s = request.most_rad_s.min(request.c.velocity);
         let mut exceeded = None;
         for _ in 0..MAX_ATTEMPTS {
@@ -64,9 +64,9 @@ impl WaySpeed {
     }
 }
 
-impl WayRequest<'_> {
+impl FixedPathRequest<'_> {
     /// At one speed: the law, or the limit that it breaks.
-    fn at(&self, speed_rad_s: f64) -> Result<Result<WaySpeed, LimitUse>, SpeedPlanError> {
+    fn at(&self, speed_rad_s: f64) -> Result<Result<FixedPathSpeed, LimitUse>, SpeedPlanError> {
         let total_rad = f64::from(self.turns) * TURN_RAD;
         let limits = MotionLimits { velocity: self.c.velocity.max(speed_rad_s), ..self.c.with_share(RAMP_SHARES[1]) };
         let up = ramp(0.0, speed_rad_s, &limits).map_err(|misfit| match misfit {
@@ -101,7 +101,7 @@ impl WayRequest<'_> {
         }
         let stop_ticks = stop::shortest(&motion, &stretches, turn_s, self.cycle_time_s, [&self.c, &self.x])
             .ok_or(SpeedPlanError::NoStop { longest_s: stop::LONGEST_S })?;
-        Ok(Ok(WaySpeed { law: law.clone(), plateau_s, turn_s, stop_ticks, speed_rad_s }))
+        Ok(Ok(FixedPathSpeed { law: law.clone(), plateau_s, turn_s, stop_ticks, speed_rad_s }))
     }
 }
 
@@ -128,7 +128,7 @@ mod tests {
             still(3.0 * TURN_RAD, height_mm),
         ])
         .expect("a way");
-        let request = |most_rad_s: f64| WayRequest {
+        let request = |most_rad_s: f64| FixedPathRequest {
             path: &path,
             offset: &offset,
             turns: 3,
@@ -138,9 +138,9 @@ mod tests {
             cycle_time_s: 1e-3,
         };
         let largest = (PATH_SHARE * X.jerk * angle * angle * angle / (60.0 * height_mm)).cbrt();
-        let slow = WaySpeed::new(&request(0.5 * largest)).expect("slow enough");
+        let slow = FixedPathSpeed::new(&request(0.5 * largest)).expect("slow enough");
         assert!((slow.speed_rad_s - 0.5 * largest).abs() < 1e-12);
-        let fast = WaySpeed::new(&request(20.0)).expect("slower will do");
+        let fast = FixedPathSpeed::new(&request(20.0)).expect("slower will do");
         assert!(fast.speed_rad_s <= largest && fast.speed_rad_s > 0.89 * largest, "{} {largest}", fast.speed_rad_s);
         assert!((fast.law.sample(fast.law.end()).value - 3.0 * TURN_RAD).abs() < 1e-9);
         assert!(fast.stop_ticks > 0);
@@ -152,8 +152,15 @@ mod tests {
         let still = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
         let offset = HermiteSpline::new(vec![still(0.0, 5.0), still(6.0, 5.0), still(6.001, 0.0), still(13.0, 0.0)]);
         let offset = offset.expect("a way");
-        let request =
-            WayRequest { path: &path, offset: &offset, turns: 3, most_rad_s: 6.0, c: C, x: X, cycle_time_s: 1e-3 };
-        assert!(matches!(WaySpeed::new(&request), Err(SpeedPlanError::TooFast { .. })));
+        let request = FixedPathRequest {
+            path: &path,
+            offset: &offset,
+            turns: 3,
+            most_rad_s: 6.0,
+            c: C,
+            x: X,
+            cycle_time_s: 1e-3,
+        };
+        assert!(matches!(FixedPathSpeed::new(&request), Err(SpeedPlanError::TooFast { .. })));
     }
 }

@@ -19,10 +19,10 @@ use alloc::vec::Vec;
 
 /// C turns before a cut, or after it, with X at rest away from the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turning {
+pub struct FlyingStart {
     /// Speed of C (rad/s).
     pub speed_rad_s: f64,
-    /// Where X rests (mm).
+    /// Rest position of X (mm).
     pub clear_x_mm: f64,
     /// Speed of X against the path (mm/s).
     pub rapid_mm_s: f64,
@@ -38,7 +38,7 @@ const LONGEST_S: f64 = 20.0;
 /// Points of a way that are looked at.
 const POINTS: u32 = 256;
 
-/// How far a way may dip below the path by rounding (mm).
+/// Rounding tolerance of a move below the path (mm).
 const ROUNDING_MM: f64 = 1e-9;
 
 /// The largest speed of C at which a path uses no more than [`LEAD_PATH_SHARE`] of X's limits all round (rad/s).
@@ -61,8 +61,8 @@ fn peaks(path: &PeriodicSpline) -> Sample {
     })
 }
 
-/// What X's limits leave beside a path that is followed at one speed; `None` if it uses more than it may.
-pub(super) fn beside(path: &PeriodicSpline, x: &MotionLimits, turning: &Turning) -> Option<MotionLimits> {
+/// Limits of X that remain beside a path at constant speed; `None` if the path exceeds its share.
+pub(super) fn beside(path: &PeriodicSpline, x: &MotionLimits, turning: &FlyingStart) -> Option<MotionLimits> {
     let w = turning.speed_rad_s;
     if w > largest_lead_speed_rad_s(path, x) * (1.0 + 1e-9) {
         return None;
@@ -81,7 +81,7 @@ pub fn shortest_lead_s(
     path: &PeriodicSpline,
     path_rad: f64,
     above_mm: f64,
-    turning: &Turning,
+    turning: &FlyingStart,
     x: &MotionLimits,
 ) -> Option<f64> {
     let limits = beside(path, x, turning)?;
@@ -94,7 +94,11 @@ pub fn shortest_lead_s(
 
 /// The shortest lead-in: distance of X from what it shall follow over the time before 0 (mm over s), 0 at time 0. `along` gives
 /// X over the angle of C before and at 0 (mm over rad); `limits` are those of the way beside the path.
-pub(super) fn lead_in(turning: &Turning, limits: &MotionLimits, along: impl Fn(f64) -> Sample) -> Option<Vec<Knot>> {
+pub(super) fn lead_in(
+    turning: &FlyingStart,
+    limits: &MotionLimits,
+    along: impl Fn(f64) -> Sample,
+) -> Option<Vec<Knot>> {
     let w = turning.speed_rad_s;
     // Beginning so long before, the way there against the path.
     let way = |before_s: f64| {
@@ -144,8 +148,8 @@ mod tests {
     use super::*;
     use crate::motion::speed_plan::tests::{C, X, eccentric};
 
-    fn turning(speed_rad_s: f64) -> Turning {
-        Turning { speed_rad_s, clear_x_mm: 60.0, rapid_mm_s: 100.0 }
+    fn turning(speed_rad_s: f64) -> FlyingStart {
+        FlyingStart { speed_rad_s, clear_x_mm: 60.0, rapid_mm_s: 100.0 }
     }
 
     /// A path that does not move is met like any target: the lead is a move from rest to rest.
@@ -195,7 +199,7 @@ mod tests {
     #[test]
     fn a_wheel_that_rests_below_the_path_has_no_lead() {
         let limits = MotionLimits { velocity: 100.0, ..X };
-        let below = Turning { clear_x_mm: 10.0, ..turning(6.0) };
+        let below = FlyingStart { clear_x_mm: 10.0, ..turning(6.0) };
         assert!(lead_in(&below, &limits, |_| Sample { value: 20.0, ..Sample::default() }).is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! How far a motion uses the limits of its axes, found twice: by the chain rule, and by differencing positions.
+//! Utilisation of the axis limits by a motion, computed twice: by the chain rule, and by differencing positions.
 
 use super::{PATH_SHARE, cam_angle_deg};
 use crate::machine::description::{Axis, MotionLimits};
@@ -165,9 +165,9 @@ pub(super) fn uses_by_chain_rule(
             let at = (from + k as f64 * step).min(*to);
             let sample = motion.at(at);
             for (extremes, s) in found.iter_mut().zip([sample.c, sample.x]) {
-                extremes[0].take(s.first, at);
-                extremes[1].take(s.second, at);
-                extremes[2].take(s.third, at);
+                extremes[0].add(s.first, at);
+                extremes[1].add(s.second, at);
+                extremes[2].add(s.third, at);
             }
         }
     }
@@ -194,7 +194,7 @@ pub fn uses_by_differences(
             largest_exact_derivatives(|t| x.x_mm(t), from, to, step),
         ]) {
             for (extreme, new) in extremes.iter_mut().zip(new) {
-                extreme.take(new.value, new.at);
+                extreme.add(new.value, new.at);
             }
         }
     }

@@ -31,8 +31,8 @@ mod variable;
 pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
 pub use error::SpeedPlanError;
 use error::round_down;
-pub(crate) use fixed_path::{WayRequest, WaySpeed};
-pub use lead::{LEAD_PATH_SHARE, Turning, largest_lead_speed_rad_s, shortest_lead_s};
+pub(crate) use fixed_path::{FixedPathRequest, FixedPathSpeed};
+pub use lead::{FlyingStart, LEAD_PATH_SHARE, largest_lead_speed_rad_s, shortest_lead_s};
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
 pub use process::{Cutting, largest_speed_rad_s};
@@ -67,7 +67,7 @@ const RAMP_SHARES: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625];
 /// Grid points per turn while planning, at least; the check takes eight times as many.
 const PLANNING_GRID: usize = 3600;
 
-/// How much finer the forward check looks than the planning did.
+/// Refinement of the forward check's grid against the planning grid.
 const CHECK_FACTOR: f64 = 8.0;
 
 /// Longest cut (s), a day, and most knots of its law: beyond them a mistyped speed is likelier than a wish.
@@ -81,7 +81,7 @@ const VELOCITY_ROUNDING: f64 = 1e-6;
 /// Shortest step of the forward check (s): below it the digits of a position no longer carry a jerk.
 const SHORTEST_CHECK_STEP_S: f64 = 5e-6;
 
-/// What a speed plan is made for.
+/// Input of a speed plan.
 #[derive(Debug, Clone, Copy)]
 pub struct SpeedRequest<'a> {
     /// `x_axis` position over the path angle (mm over rad).
@@ -99,13 +99,13 @@ pub struct SpeedRequest<'a> {
     /// The wheel leaves the part at the end of the last turn, while it still turns.
     pub leaves_turning: bool,
     pub speed: SpeedLaw,
-    /// How C comes to the cut if it turns; else from rest.
-    pub comes: Option<Turning>,
-    /// How C goes on after it if it turns; else it comes to rest.
-    pub goes: Option<Turning>,
-    /// What the wheel's power allows on this lobe, as a law; every other law keeps it too.
+    /// Arrival of C at the cut if it turns; otherwise it starts from rest.
+    pub comes: Option<FlyingStart>,
+    /// Continuation of C after the cut if it turns; otherwise it stops.
+    pub goes: Option<FlyingStart>,
+    /// Bound of the wheel's power on this lobe, as a law; every other law keeps it too.
     pub wheel_power: Option<SpeedLaw>,
-    /// σ of the machine: the path angle is σ times the cam angle, which is what people are told.
+    /// σ of the machine: the path angle is σ times the cam angle, which reports show.
     pub rotation_sense: i8,
     /// Radius of the wheel (mm).
     pub wheel_radius_mm: f64,
@@ -144,7 +144,7 @@ struct Candidate {
 
 enum Misfit {
     Limit(LimitUse),
-    /// What the wheel's power allows (rad/s), and the path angle where it is least.
+    /// Speed allowed by the wheel's power (rad/s), and the path angle of its minimum.
     Power(f64, f64),
     NoPlateau(f64),
     /// Time of the whole cut (s).
@@ -187,7 +187,7 @@ impl SpeedPlan {
             | SpeedLaw::TimeOptimal { .. } => {
                 let (candidate, turn) =
                     variable_speed(request).map_err(|misfit| request.refusal(request.c.velocity, misfit))?;
-                (candidate, turn.range_rad_s(), Some(turn.least_s()))
+                (candidate, turn.range_rad_s(), Some(turn.minimum_s()))
             }
         };
         let candidate = request.led(candidate)?;
@@ -239,7 +239,7 @@ impl SpeedPlan {
         self.turns
     }
 
-    /// Where the plateau begins and ends (s).
+    /// Start and end of the plateau (s).
     #[must_use]
     pub const fn plateau_s(&self) -> (f64, f64) {
         self.plateau_s
@@ -266,11 +266,11 @@ impl SpeedPlan {
 
     /// A time below which no turn under the law can be (s), where the law lets the speed vary.
     #[must_use]
-    pub const fn least_turn_s(&self) -> Option<f64> {
+    pub const fn minimum_turn_s(&self) -> Option<f64> {
         self.least_turn_s
     }
 
-    /// How far each limit is used, and where: velocity, acceleration and jerk of C and of X.
+    /// Utilisation of each limit, and its position: velocity, acceleration and jerk of C and of X.
     #[must_use]
     pub fn uses(&self) -> &[LimitUse] {
         &self.uses
@@ -335,7 +335,7 @@ impl<'a> SpeedRequest<'a> {
 
     /// Speeds of C at the ends of the cut (rad/s), 0 for rest.
     fn end_speeds_rad_s(&self) -> (f64, f64) {
-        let speed = |turning: Option<Turning>| turning.map_or(0.0, |turning| turning.speed_rad_s);
+        let speed = |turning: Option<FlyingStart>| turning.map_or(0.0, |turning| turning.speed_rad_s);
         (speed(self.comes), speed(self.goes))
     }
 
@@ -344,7 +344,7 @@ impl<'a> SpeedRequest<'a> {
         if self.comes.is_none() && self.goes.is_none() {
             return Ok(candidate);
         }
-        let no_lead = |turning: &Turning| SpeedPlanError::NoLead {
+        let no_lead = |turning: &FlyingStart| SpeedPlanError::NoLead {
             speed_rad_s: turning.speed_rad_s,
             clear_x_mm: turning.clear_x_mm,
         };
@@ -429,7 +429,7 @@ impl<'a> SpeedRequest<'a> {
 
 /// The law of one constant speed with the shortest ramps that fit.
 fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, Misfit> {
-    if let Some((allowed, angle)) = request.least_by_power().filter(|(allowed, _)| *allowed < speed) {
+    if let Some((allowed, angle)) = request.minimum_by_power().filter(|(allowed, _)| *allowed < speed) {
         return Err(Misfit::Power(allowed, angle));
     }
     let infeed = request.infeed_for(speed);
@@ -517,7 +517,7 @@ fn largest_speed(request: &SpeedRequest<'_>, speed: f64) -> Option<f64> {
     Some(round_down(low))
 }
 
-/// Where on the lobe a path angle is, for people: degrees in 0..360.
+/// Cam angle of a path angle for reports: degrees in 0..360.
 fn cam_angle_deg(angle_rad: f64) -> f64 {
     deg_from_rad(wrap_turn(angle_rad))
 }

@@ -1,4 +1,4 @@
-//! Where a turn uses its limits most, between the points on which it was planned.
+//! Peaks of the limit utilisation of a turn, between the points on which it was planned.
 
 use super::square_speed::{Knots, SquareSpeed, to_f64};
 use super::table::Table;
@@ -47,10 +47,10 @@ const JERK_PARTS: u32 = 8;
 /// the table is fine, and there the knots of a turn are close.
 const BOUND_PARTS: usize = 4;
 
-/// By how many times the spread of the bound in an interval a point between those looked at may be above them all.
+/// Margin of a point between the evaluated ones, in multiples of the bound's spread in an interval.
 const SPREADS: f64 = 4.0;
 
-/// What is known of the path and its bound in one interval, whatever the speed.
+/// Speed-independent data of the path and its bound in one interval.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reach {
     /// Largest magnitudes that X′, X″ and X‴ can have (mm over rad).
@@ -82,7 +82,7 @@ impl Reach {
     }
 }
 
-/// Where a turn may use its limits, for given knots.
+/// Peaks of the limit utilisation for given knots.
 pub(super) struct Between<'a> {
     request: &'a TurnRequest<'a>,
     table: &'a Table,
@@ -116,12 +116,12 @@ impl<'a> Between<'a> {
         Self { request, table, reach: reach.collect(), weights }
     }
 
-    /// What is known of every interval.
+    /// Data of every interval.
     pub(super) fn reach(&self) -> &[Reach] {
         &self.reach
     }
 
-    /// What peaks in each interval of a turn. What cannot be above 1 is not looked at more closely than to know that.
+    /// Peaks in each interval of a turn. An interval that cannot exceed 1 is not refined.
     pub(super) fn peaks(&self, speed: &SquareSpeed) -> Vec<Peaks> {
         (0..speed.knots().count()).map(|i| self.in_interval(speed, i)).collect()
     }
@@ -129,7 +129,7 @@ impl<'a> Between<'a> {
     fn in_interval(&self, speed: &SquareSpeed, i: usize) -> Peaks {
         let (request, reach) = (self.request, &self.reach[i]);
         let (begin, length) = (speed.knots().at(i), speed.knots().length(i));
-        let z = Parabola::of(speed, i);
+        let z = Parabola::from_interval(speed, i);
         let (largest, steepest) = (z.largest(length), z.first.abs().max((z.first + length * z.second).abs()));
         let root = libm::sqrt(largest);
         let [x1, x2, x3] = reach.x;
@@ -219,7 +219,7 @@ struct Parabola {
 }
 
 impl Parabola {
-    fn of(speed: &SquareSpeed, interval: usize) -> Self {
+    fn from_interval(speed: &SquareSpeed, interval: usize) -> Self {
         let start = speed.within(interval, 0.0);
         Self { z: start.z, first: start.first, second: start.second }
     }

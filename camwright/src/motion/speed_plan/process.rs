@@ -1,10 +1,10 @@
-//! What the process allows: the largest speed of C at every path angle.
+//! Process limit: the largest speed of C at every path angle.
 
 use crate::job::grinding::{InfeedDirection, SpeedLaw};
 use crate::math::hermite::Sample;
 use crate::toolpath::wheel_path::footprint_ratio;
 
-/// What a law has to know of the wheel and the pass.
+/// Data of the wheel and the pass for a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cutting {
     /// Radius of the wheel (mm).

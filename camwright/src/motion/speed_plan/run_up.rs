@@ -16,14 +16,14 @@ pub(super) struct RunUp {
     pub(super) knot: usize,
     /// Its own knots from time 0 on, without the one it meets.
     pub(super) way: Vec<Knot>,
-    /// How long it takes (s).
+    /// Duration (s).
     pub(super) time_s: f64,
 }
 
 /// Points at which a ramp is looked at: few to see that it does not fit, many to see that it does.
 const RAMP_POINTS: [u32; 2] = [24, 400];
 
-/// How long a quintic may take, in times of its angle at the sum of its speeds; a run-up at constant acceleration takes 2.
+/// Tried durations of a quintic, in multiples of its angle over the sum of its speeds; a run-up at constant acceleration takes 2.
 const QUINTIC_FACTORS: [f64; 12] = [1.5, 1.6, 1.7, 1.8, 1.9, 2.0, 2.1, 2.2, 2.4, 2.6, 2.8, 3.2];
 
 /// Knots of the turn tried beyond the first that a quintic can meet: a later one may cost less time.
@@ -36,7 +36,7 @@ const NEXT_RISE: f64 = 1.05;
 /// Knots of a rising rate: fine against the changes of speed that it passes.
 const RISE_KNOTS: u32 = 256;
 
-/// What a ramp has to keep.
+/// Limits of a ramp.
 struct Bounds<A> {
     c: MotionLimits,
     x: MotionLimits,
@@ -44,7 +44,7 @@ struct Bounds<A> {
 }
 
 impl<A: Fn(f64) -> (Sample, f64)> Bounds<A> {
-    /// Whether a ramp keeps the limits, given the angle by the share of its time.
+    /// Returns whether a ramp keeps the limits, given the angle by the share of its time.
     fn keeps(&self, angle_at: impl Fn(f64) -> Sample) -> bool {
         RAMP_POINTS.into_iter().all(|points| {
             (0..=points).all(|i| {

@@ -45,7 +45,7 @@ impl Table {
         Ok(Self { per_bound, notches })
     }
 
-    /// What is known of an interval between its ends: the angle from the first, and 1/bound²; first the points at equal angles.
+    /// Data of an interval between its ends: the angle from the first, and 1/bound²; first the points at equal angles.
     pub(super) fn within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
         let (spacing, per_bounds) = (self.spacing(), &self.per_bound);
         #[allow(clippy::cast_possible_truncation, reason = "some ten thousand points")]

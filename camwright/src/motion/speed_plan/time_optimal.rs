@@ -15,7 +15,8 @@ use crate::math::hermite::Sample;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Where within an interval limits are held, as shares of it. The last belongs to the next interval too; only jerk jumps there.
+/// Points within an interval at which limits are held, as shares of it. The last belongs to the next interval too; only jerk jumps
+/// there.
 const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Simpson's rule over them.
@@ -46,7 +47,7 @@ const MAX_ITERATIONS: usize = 100;
 /// Slowdowns of the plan that a search begins with: of a first one 10⁻²⁸ of the speed of the envelope in all.
 const MAX_SLOWDOWNS: u32 = 400;
 
-/// How a search begins.
+/// Start of a search.
 pub(super) struct Begin {
     /// Factor of each slowdown, in z.
     slowdown: f64,
@@ -64,7 +65,7 @@ impl Begin {
     pub(super) const WARM: Begin = Begin { slowdown: 0.995, spare: 0.002, far: 0.005 };
 }
 
-/// How much of a Newton step has to be taken before the next one aims nearer to the limits, and by which factor.
+/// Share of a Newton step required before the next one aims nearer to the limits, and the factor.
 const TAKEN: f64 = 0.6;
 const NEARER: f64 = 0.3;
 
@@ -74,14 +75,14 @@ const WORTH_IT: f64 = 1.0005;
 /// Jerk of X keeps a thousandth for what peaks between the points that are looked at.
 const LOOSE_X_JERK: f64 = 1.001;
 
-/// What one interval knows.
+/// Data of one interval.
 struct Interval {
     length: f64,
     /// Weights of z at the points; none at the point of those that have another right side.
     z: [Weights; 4],
     /// Weights of the values that are limited, in the order of pairs, factors of `tight` included.
     values: [Weights; PAIRS],
-    /// How many of the pairs there are.
+    /// Number of pairs.
     pairs: usize,
     /// 1/bound² at the first two points.
     per_bound: [f64; BOUNDS],
@@ -123,7 +124,7 @@ fn sum<const N: usize>(all: [Weights; N]) -> Weights {
 struct Iterate {
     coefficients: Vec<f64>,
     at: Vec<At>,
-    /// How much the prices change with the step at hand.
+    /// Change of the prices with the current step.
     changes: Vec<Each>,
     /// Sum of all prices times rooms (s): how far the plan is from the best nearby.
     gap: f64,
@@ -228,7 +229,7 @@ impl Problem {
         time
     }
 
-    /// Whether a plan keeps every limit with this much room to spare.
+    /// Returns whether a plan keeps every limit with this margin.
     fn keeps(&self, coefficients: &[f64], spare: f64) -> bool {
         self.intervals.iter().enumerate().all(|(i, interval)| {
             let c = self.around(coefficients, i);
@@ -237,12 +238,12 @@ impl Problem {
         })
     }
 
-    /// How many limits there are.
+    /// Number of limits.
     fn limits(&self) -> f64 {
         to_f64(self.intervals.iter().map(|interval| 2 * interval.pairs + BOUNDS).sum())
     }
 
-    /// Holds an interval tighter where something peaked between its points. Tells whether it did.
+    /// Tightens an interval with a peak between its points. Returns whether one was tightened.
     pub(super) fn tighten(&mut self, peaks: &[Peaks]) -> bool {
         let mut is_tighter = false;
         for (interval, found) in self.intervals.iter_mut().zip(peaks) {
@@ -332,7 +333,7 @@ const ASTRAY: f64 = 30.0;
 /// Below it a room is rounding.
 const MIN_ROOM: f64 = 1e-13;
 
-/// How much of a Newton step was taken, and how far the plan was from the best nearby before it (s).
+/// Share of a Newton step that was taken, and the distance of the plan from the best nearby before it (s).
 struct Stepped {
     primal: f64,
     dual: f64,
@@ -409,7 +410,7 @@ fn assemble(interval: &Interval, at: &At, mu: f64) -> ([f64; 6], [f64; 3]) {
     (h, g)
 }
 
-/// How the prices of an interval change with a step of its coefficients; and the largest rates at which the step uses up rooms,
+/// Change of an interval's prices with a step of its coefficients; and the largest rates at which the step uses up margins,
 /// prices, and z, as shares of them.
 #[inline]
 fn follow(interval: &Interval, at: &At, moved: &Weights, mu: f64, change: &mut Each) -> (f64, f64, f64) {

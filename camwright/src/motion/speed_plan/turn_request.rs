@@ -1,4 +1,4 @@
-//! What the fastest turn is sought for.
+//! Input for the fastest turn.
 
 use crate::machine::description::{Axis, MotionLimits};
 use crate::math::hermite::Sample;
@@ -53,7 +53,7 @@ pub enum TurnError {
     )]
     NoSpeed {
         angle_deg: f64,
-        /// What the law of the process gives there (rad/s).
+        /// Speed of the process law there (rad/s).
         speed_rad_s: f64,
     },
     /// The path is so rough that X cannot follow it at any speed worth the name.

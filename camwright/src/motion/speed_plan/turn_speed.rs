@@ -24,7 +24,7 @@ const SHORTEST_STEP_S: f64 = 2e-4;
 /// Rounds in which intervals are held tighter where something peaked between their points.
 const MORE_ROUNDS: u32 = 3;
 
-/// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
+/// Refinement of the check against the knots: beside a corner of the bound the remaining error is 3e-5.
 const CHECK_FACTOR: u32 = 16;
 
 /// Up to which share of the bound that is expected in an interval, in z, the speed there is not looked at more closely.
@@ -81,7 +81,7 @@ impl TurnSpeed {
             fastest = again.ok_or(TurnError::NoStart)?;
             peaks = between.peaks(&fastest);
         }
-        let turn = Self::from_square(fastest, envelope.least_s());
+        let turn = Self::from_square(fastest, envelope.minimum_s());
         // What is left is little. A slower turn runs through the same positions at other times: every use falls with the scale of z
         // as it should, and nothing has to be looked at again.
         let worst = peaks.into_iter().fold(turn.used_in_time(request, between.reach()), Peaks::larger).excess();
@@ -119,7 +119,7 @@ impl TurnSpeed {
 
     /// A time below which no plan can be, whatever its jerk and whatever X does (s).
     #[must_use]
-    pub fn least_s(&self) -> f64 {
+    pub fn minimum_s(&self) -> f64 {
         self.least_s
     }
 
@@ -172,8 +172,8 @@ impl TurnSpeed {
         knots
     }
 
-    /// How much of the limits the quintics in time use at most, on a grid finer than the knots; where their hulls say that it is not
-    /// all of a limit, only that.
+    /// Largest utilisation of the limits by the quintics in time, on a grid finer than the knots; where their hulls stay below a
+    /// limit, only the hull.
     fn used_in_time(&self, request: &TurnRequest<'_>, reach: &[Reach]) -> Peaks {
         let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
         let mut found = Peaks::default();
@@ -203,7 +203,7 @@ impl TurnSpeed {
     }
 }
 
-/// What the quintic between two knots can use of the limits at most: its derivatives lie within the hulls of their control points.
+/// Upper bound of the utilisation by the quintic between two knots: its derivatives lie within the hulls of their control points.
 fn within_hull(left: &Knot, right: &Knot, request: &TurnRequest<'_>, reach: &Reach) -> Peaks {
     let h = right.at - left.at;
     let (v0, v1) = (left.first, left.first + 0.25 * h * left.second);

@@ -12,10 +12,10 @@ use crate::math::hermite::{HermiteSpline, Knot, Sample};
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 
-/// How often the turn is slowed down, or its ramps made gentler, after the check of the whole cut, each time by what was found.
+/// Maximum number of corrections after the check of the whole cut: each slows the turn or makes its ramps gentler by the excess found.
 const CORRECTIONS: u32 = 5;
 
-/// How much less of the limits ramps may use when they used too much, beyond what was too much.
+/// Additional reduction of a ramp's limits after an excess.
 const RAMP_STEP: f64 = 0.995;
 
 impl SpeedRequest<'_> {
@@ -37,7 +37,7 @@ impl SpeedRequest<'_> {
         }
     }
 
-    /// What the process and the wheel's power allow at a place of the path (rad/s).
+    /// Speed allowed by the process and the wheel's power at a position of the path (rad/s).
     fn process_rad_s(&self, path: Sample) -> f64 {
         let cutting = self.cutting();
         let by_power = self.wheel_power.map_or(f64::INFINITY, |power| largest_speed_rad_s(&power, path, &cutting));
@@ -45,7 +45,7 @@ impl SpeedRequest<'_> {
     }
 
     /// The least that the wheel's power allows over a turn (rad/s), and the path angle where.
-    pub(super) fn least_by_power(&self) -> Option<(f64, f64)> {
+    pub(super) fn minimum_by_power(&self) -> Option<(f64, f64)> {
         let (power, cutting) = (self.wheel_power?, self.cutting());
         let parts = u32::try_from(PLANNING_GRID.div_ceil(self.path.coefficients().len())).unwrap_or(1);
         let samples = self.path.samples(parts);

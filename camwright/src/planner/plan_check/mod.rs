@@ -17,7 +17,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// What the walk found.
+/// Result of the check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanReport {
     /// For each segment that moves, the limit it uses most.
@@ -44,7 +44,7 @@ pub struct PlanCheckError {
     pub fault: PlanFault,
 }
 
-/// What is wrong with a segment.
+/// Faults of a segment.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanFault {
     /// A step of homing, which is no part of a job.
@@ -60,16 +60,16 @@ pub enum PlanFault {
     #[error("{} begins at {begins} counts, the segment before ended at {ended}", axis.joint())]
     Jump {
         axis: Axis,
-        /// Where it begins (counts).
+        /// Start (counts).
         begins: i64,
-        /// Where the one before ended (counts).
+        /// End of the previous segment (counts).
         ended: i64,
     },
     /// A cut does not end where it should.
     #[error("{} ends {counts} counts off the place it should come back to", axis.joint())]
     NotClosed {
         axis: Axis,
-        /// By how much (counts).
+        /// Difference (counts).
         counts: i64,
     },
     /// C turns on from the cut before, where something else moves it or nothing comes after.
@@ -78,7 +78,7 @@ pub enum PlanFault {
     /// The way onto the path, or off it, dips below the path, or the wheel is off it in the cut.
     #[error("x_axis is {beside_mm} mm beside the path at {time_s} s of the cut")]
     BadLead {
-        /// How far from the path (mm).
+        /// Distance from the path (mm).
         beside_mm: f64,
         time_s: f64,
     },
@@ -112,9 +112,9 @@ pub enum PlanFault {
     /// The wheel is to be dressed where the dresser is not, or there is none.
     #[error("the wheel is dressed with x_axis at {x_mm} mm and z_axis at {z_mm} mm, where no dresser is")]
     NotAtDresser {
-        /// Where the cutting point is (mm).
+        /// Position of the cutting point (mm).
         x_mm: f64,
-        /// Where the table is (mm).
+        /// Position of the table (mm).
         z_mm: f64,
     },
     /// The wheel is to be dressed to a radius that it cannot have.
@@ -255,7 +255,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Where an axis stands after a search. The origin's place is unknown until it is the zero.
+    /// Position of an axis after a search. The origin's position is unknown until it is the zero.
     fn found(&mut self, axis: Axis, input: &str, travel_counts: i64, offset_counts: i64) -> Result<(), PlanFault> {
         if input == "origin" {
             return Ok(());

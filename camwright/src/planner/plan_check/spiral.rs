@@ -23,7 +23,7 @@ const SPEEDS_APART: f64 = 2.0;
 
 /// Part of a law in which a step of the same length passes similar angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stretch {
+struct SpiralRange {
     from_s: f64,
     to_s: f64,
     /// Slowest and fastest of the fastest speeds from knot to knot (rad/s).
@@ -32,7 +32,7 @@ struct Stretch {
     knots_s: f64,
 }
 
-impl Stretch {
+impl SpiralRange {
     fn all(law: &HermiteSpline) -> Vec<Self> {
         let mut stretches: Vec<Self> = Vec::new();
         for pair in law.knots().windows(2) {
@@ -89,7 +89,7 @@ impl Walk<'_> {
                 return Err(PlanFault::BadSpeed { speed_rad_s: end.first, time_s: end.at });
             }
         }
-        let stretches = Stretch::all(motion.law);
+        let stretches = SpiralRange::all(motion.law);
         let points: f64 = Axis::ALL
             .into_iter()
             .flat_map(|axis| stretches.iter().map(move |stretch| (axis, stretch)))

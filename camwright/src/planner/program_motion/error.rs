@@ -17,7 +17,7 @@ pub struct ProgramMotionError {
     pub fault: ProgramMotionFault,
 }
 
-/// What a program asks for and the machine does not do.
+/// Program requests that the machine cannot execute.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ProgramMotionFault {
     /// A number of the setup that is none.
@@ -28,19 +28,19 @@ pub enum ProgramMotionFault {
         "the program is for a rotation sense of {program}, this machine's is {machine}: it would make the part's mirror image"
     )]
     OtherSense {
-        /// What it is for.
+        /// Direction of the program.
         program: i8,
         machine: i8,
     },
     /// An axis that the machine does not have.
     #[error("Y goes to {position_mm} mm; the machine has no Y")]
     NoY {
-        /// Where to (mm).
+        /// Target (mm).
         position_mm: f64,
     },
     #[error("tool {wanted} is asked for after tool {mounted}; the machine has one tool and changes none")]
     OtherTool {
-        /// What is asked for.
+        /// Requested value.
         wanted: u32,
         mounted: u32,
     },
@@ -49,16 +49,16 @@ pub enum ProgramMotionFault {
         "the feed turns C from {from_deg} to {to_deg} deg; X and Z follow C here, so every feed must turn it forwards"
     )]
     NotForwards {
-        /// Where C was (deg).
+        /// Start of C (deg).
         from_deg: f64,
-        /// Where it goes to (deg).
+        /// Target of C (deg).
         to_deg: f64,
     },
     /// A place that no axis has.
     #[error("{} goes to {position}, beyond what can be counted", axis.joint())]
     TooFar {
         axis: Axis,
-        /// Where to (mm or rad).
+        /// Target (mm or rad).
         position: f64,
     },
     /// A block that is too fast for an axis, whatever is rounded.
@@ -86,7 +86,7 @@ pub enum ProgramMotionFault {
     Limit {
         axis: Axis,
         quantity: Quantity,
-        /// How much (mm or rad, s).
+        /// Value (mm or rad, s).
         value: f64,
         /// Most (mm or rad, s).
         allowed: f64,
@@ -94,13 +94,13 @@ pub enum ProgramMotionFault {
         c_rad: f64,
         /// The window to either side (rad).
         window_rad: f64,
-        /// What the path may be off a corner (mm).
+        /// Path tolerance at a corner (mm).
         tolerance_mm: f64,
     },
     /// More than is driven between two rapids.
     #[error("{count} blocks feed between two rapids, at most {most} are driven")]
     TooManyBlocks {
-        /// How many there are.
+        /// Number of items.
         count: usize,
         most: usize,
     },

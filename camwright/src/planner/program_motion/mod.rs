@@ -5,13 +5,13 @@
 //!               └► feeds between them ─► broken lines ─► run  C over time, X and Z over C, from rest to rest
 //! ```
 //!
-//! A control that interpolates in straight lines passes no corner as it is written: the limits of acceleration and jerk behind its
-//! interpolation average what the axes are told. Here X and Z are averaged over an angle of C, twice, so that a step of the slope becomes a
-//! parabola's pair of arcs with bounded acceleration and jerk; the window is as small as the axes allow, and no wider than the program's path
-//! tolerance does. C's speed is averaged in time the same way, its start and end included: so a run takes two ramps longer than its blocks say,
-//! and how X and Z hang on C does not depend on it.
+//! A control that interpolates in straight lines does not follow a corner exactly: the acceleration and jerk limits behind its interpolation
+//! average the commanded values. Here X and Z are averaged twice over an angle of C. A step of the slope becomes a pair of parabolic arcs with
+//! bounded acceleration and jerk. The window is as small as the axes allow, and no wider than the program's path tolerance allows. The speed of
+//! C is averaged in time the same way, including start and end. A run therefore takes two ramps longer than its blocks say, and the relation of
+//! X and Z to C does not depend on it.
 //!
-//! How a program stands to the machine (rotation sense, zeros, counts) is told by [`ProgramSetup`] and nowhere else.
+//! [`ProgramSetup`] alone relates a program to the machine (rotation sense, zeros, counts).
 
 mod error;
 mod rounded;
@@ -30,7 +30,7 @@ use run::Feed;
 /// Farthest place of an axis (mm or rad): beyond it counts do not fit into their numbers.
 const FARTHEST: f64 = 1e6;
 
-/// How a program stands to the machine.
+/// Relation of a program to the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgramSetup {
     /// Radius of the cutter (mm).
@@ -42,23 +42,23 @@ pub struct ProgramSetup {
     pub z_zero_mm: f64,
     /// Rotation sense of the machine that the program was made for.
     pub rotation_sense: i8,
-    /// How close the path stays to the blocks where the program does not say (mm): a parameter of the control.
+    /// Path tolerance where the program sets none (mm): a parameter of the control.
     pub path_tolerance_mm: f64,
 }
 
 /// Feeds between two rapids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// How it is driven.
+    /// Motion laws.
     pub laws: RunLaws,
-    /// Where C begins (counts).
+    /// Start of C (counts).
     pub start_counts: i64,
-    /// Where the axes are at its end (counts).
+    /// Position of the axes at the end (counts).
     pub end_counts: [i64; AXIS_COUNT],
     pub blocks: usize,
-    /// What its corners may be rounded by (mm).
+    /// Tolerance for rounding its corners (mm).
     pub tolerance_mm: f64,
-    /// What the program does first and last in it, by the place among [`Motion::done`].
+    /// First and last action of the program in it, by index into [`Motion::done`].
     pub done: (usize, usize),
 }
 
@@ -105,7 +105,7 @@ pub fn program_steps(
         steps: Vec::new(),
     };
     for (index, done) in motion.done.iter().enumerate() {
-        walk.take(index, done).map_err(at_line)?;
+        walk.check_move(index, done).map_err(at_line)?;
     }
     walk.end_run().map_err(at_line)?;
     if !walk.steps.iter().any(|(_, step)| matches!(step, ProgramStep::Run(_))) {
@@ -148,13 +148,13 @@ impl ProgramSetup {
         Ok(())
     }
 
-    /// Where the machine's axis stands (mm or rad) when the program's is there; `None` where the program has not said.
+    /// Position of the machine's axis (mm or rad) for a pose of the program; `None` if the program has not set it.
     fn position(&self, axis: Axis, pose: &Pose, machine: &MachineDescription) -> Option<f64> {
         match axis {
-            Axis::C => pose.of(NcAxis::C),
-            Axis::X if machine.is_lathe() || self.x_of_edge => pose.of(NcAxis::X),
-            Axis::X => pose.of(NcAxis::X).map(|centre_mm| centre_mm - self.cutter_radius_mm),
-            Axis::Z => pose.of(NcAxis::Z).map(|z_mm| z_mm + self.z_zero_mm),
+            Axis::C => pose.position(NcAxis::C),
+            Axis::X if machine.is_lathe() || self.x_of_edge => pose.position(NcAxis::X),
+            Axis::X => pose.position(NcAxis::X).map(|centre_mm| centre_mm - self.cutter_radius_mm),
+            Axis::Z => pose.position(NcAxis::Z).map(|z_mm| z_mm + self.z_zero_mm),
         }
     }
 }
@@ -163,7 +163,7 @@ impl ProgramSetup {
 struct Walk<'a> {
     setup: &'a ProgramSetup,
     machine: &'a MachineDescription,
-    /// Where the axes rest (counts), or rested when the feeds began.
+    /// Position of the axes at rest (counts), before the current feeds.
     at: [i64; AXIS_COUNT],
     /// Feeds since then, and where they began (rad, mm).
     feeds: Vec<Feed>,
@@ -178,7 +178,7 @@ struct Walk<'a> {
 type Fault = (usize, ProgramMotionFault);
 
 impl Walk<'_> {
-    fn take(&mut self, index: usize, done: &Done) -> Result<(), Fault> {
+    fn check_move(&mut self, index: usize, done: &Done) -> Result<(), Fault> {
         match done.action {
             Action::Rapid(pose) => {
                 self.end_run()?;
@@ -222,9 +222,9 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// Where the axes go that the program has named (rad, mm).
+    /// Targets of the axes that the program has named (rad, mm).
     fn targets(&self, pose: &Pose) -> Result<[Option<f64>; AXIS_COUNT], ProgramMotionFault> {
-        if let Some(position_mm) = pose.of(NcAxis::Y) {
+        if let Some(position_mm) = pose.position(NcAxis::Y) {
             return Err(ProgramMotionFault::NoY { position_mm });
         }
         let mut targets = [None; AXIS_COUNT];
@@ -254,7 +254,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// What was fed so far is a run.
+    /// Ends the current run of feeds.
     fn end_run(&mut self) -> Result<(), Fault> {
         let feeds = core::mem::take(&mut self.feeds);
         let (Some(first), Some(last)) = (feeds.first(), feeds.last()) else { return Ok(()) };

@@ -18,21 +18,21 @@ const NEAREST: f64 = 1e-3;
 
 /// A place of a broken line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct CornerPosition {
     /// Abscissa (rad or s).
     pub(super) at: f64,
     /// Value (mm or rad).
     pub(super) value: f64,
 }
 
-/// Where the slope steps.
+/// Corner: a step of the slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Corner {
     at: f64,
     step: f64,
 }
 
-/// How a line goes on beyond its ends.
+/// Continuation of a line beyond its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
     /// It rests: so does what was averaged, a window before and behind the line.
@@ -44,7 +44,7 @@ pub(super) enum Ends {
 /// A broken line that is to be averaged.
 #[derive(Debug, Clone)]
 pub(super) struct BrokenLine {
-    places: Vec<Place>,
+    places: Vec<CornerPosition>,
     ends: Ends,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct RoundedLine<'a> {
 
 impl BrokenLine {
     /// At least two places with abscissae that increase.
-    pub(super) fn new(places: Vec<Place>, ends: Ends) -> Result<Self, HermiteError> {
+    pub(super) fn new(places: Vec<CornerPosition>, ends: Ends) -> Result<Self, HermiteError> {
         if places.len() < 2 {
             return Err(HermiteError::TooFewKnots { count: places.len() });
         }
@@ -72,7 +72,7 @@ impl BrokenLine {
         Ok(Self { places, ends })
     }
 
-    pub(super) fn places(&self) -> &[Place] {
+    pub(super) fn places(&self) -> &[CornerPosition] {
         &self.places
     }
 
@@ -135,7 +135,7 @@ impl RoundedLine<'_> {
     }
 
     /// Most corners that one average sees.
-    pub(super) fn most_in_window(&self) -> usize {
+    pub(super) fn maximum_in_window(&self) -> usize {
         let mut from = 0;
         let mut most = 0;
         for (to, corner) in self.corners.iter().enumerate() {
@@ -147,7 +147,7 @@ impl RoundedLine<'_> {
         most
     }
 
-    /// What it is off the broken line at most.
+    /// Maximum distance from the broken line.
     ///
     /// Between two corners the sum of all |φ| is convex, so it is largest at one of them.
     pub(super) fn error(&self) -> f64 {
@@ -208,7 +208,7 @@ impl RoundedLine<'_> {
         }
     }
 
-    /// What is left of the window beyond a distance, as a share.
+    /// Share of the window beyond a distance.
     fn rest(&self, distance: f64) -> f64 {
         (1.0 - distance.abs() / self.window).max(0.0)
     }
@@ -253,7 +253,8 @@ mod tests {
     use super::*;
 
     fn line(values: &[(f64, f64)], ends: Ends) -> BrokenLine {
-        BrokenLine::new(values.iter().map(|&(at, value)| Place { at, value }).collect(), ends).expect("it increases")
+        BrokenLine::new(values.iter().map(|&(at, value)| CornerPosition { at, value }).collect(), ends)
+            .expect("it increases")
     }
 
     /// The line itself, its mirror images included.
@@ -344,7 +345,7 @@ mod tests {
 
     #[test]
     fn what_makes_no_line_is_refused() {
-        let places = |values: &[f64]| values.iter().map(|&at| Place { at, value: at }).collect::<Vec<_>>();
+        let places = |values: &[f64]| values.iter().map(|&at| CornerPosition { at, value: at }).collect::<Vec<_>>();
         for values in [&[0.0][..], &[0.0, 0.0], &[0.0, 2.0, 1.0], &[0.0, f64::NAN]] {
             assert!(BrokenLine::new(places(values), Ends::Rest).is_err(), "{values:?}");
         }

@@ -1,7 +1,7 @@
 //! The feeds between two rapids as one motion: C by a law over time, X and Z by laws over the angle of C, from rest to rest.
 
 use super::ProgramMotionFault;
-use super::rounded::{BrokenLine, Ends, Place};
+use super::rounded::{BrokenLine, CornerPosition, Ends};
 use super::uses::{Slide, Turning, Use, worst_use};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::HermiteSpline;
@@ -19,13 +19,13 @@ const SPARE: f64 = 0.999;
 const LONGEST_RAMP_S: f64 = 20.0;
 const LONGER: f64 = 1.25;
 
-/// How near a window is to the smallest that will do.
+/// Ratio of the window to the smallest sufficient one.
 const NEAR: f64 = 1.01;
 
 /// A block that feeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Feed {
-    /// Where it ends: C (rad), X and Z (mm) of the machine.
+    /// End position: C (rad), X and Z (mm) of the machine.
     pub(super) to: [f64; AXIS_COUNT],
     pub(super) time_s: f64,
     /// Its place in what the program does.
@@ -43,7 +43,7 @@ pub struct RunLaws {
     pub advance: HermiteSpline,
     /// Corners are averaged under a triangle that reaches so far to either side (rad).
     pub window_rad: f64,
-    /// What that takes X and Z off the programmed line at most (mm), both together.
+    /// Maximum distance of X and Z from the programmed line (mm), both together.
     pub rounding_mm: f64,
     /// Speeds of C are averaged under a triangle that reaches so far to either side (s): C runs up, and down, in twice this time.
     pub ramp_s: f64,
@@ -120,7 +120,7 @@ impl RunLaws {
     }
 }
 
-/// What a run may use: a stop on the path needs the rest.
+/// Limits that a run may use: a stop on the path needs the rest.
 fn usable(limits: MotionLimits) -> MotionLimits {
     limits.with_share(SPARE * MOVE_SHARE)
 }
@@ -149,14 +149,14 @@ fn no_block_is_too_fast(from: [f64; AXIS_COUNT], feeds: &[Feed], machine: &Machi
 impl Lines {
     fn new(from: [f64; AXIS_COUNT], feeds: &[Feed]) -> Result<Self, ProgramMotionFault> {
         let mut time_s = 0.0;
-        let mut turning = alloc::vec![Place { at: 0.0, value: 0.0 }];
+        let mut turning = alloc::vec![CornerPosition { at: 0.0, value: 0.0 }];
         for feed in feeds {
             time_s += feed.time_s;
-            turning.push(Place { at: time_s, value: feed.to[0] - from[0] });
+            turning.push(CornerPosition { at: time_s, value: feed.to[0] - from[0] });
         }
         let slide = |axis: Axis| {
-            let begins = Place { at: 0.0, value: from[axis.index()] };
-            let ends = |feed: &Feed| Place { at: feed.to[0] - from[0], value: feed.to[axis.index()] };
+            let begins = CornerPosition { at: 0.0, value: from[axis.index()] };
+            let ends = |feed: &Feed| CornerPosition { at: feed.to[0] - from[0], value: feed.to[axis.index()] };
             let places = core::iter::once(begins).chain(feeds.iter().map(ends)).collect();
             BrokenLine::new(places, Ends::Mirrored).map(|line| (axis, line))
         };
@@ -167,7 +167,7 @@ impl Lines {
         self.slides[0].1.length()
     }
 
-    /// What a window takes X and Z off their lines (mm).
+    /// Distance of X and Z from their lines for a window (mm).
     fn rounding_mm(&self, window_rad: f64) -> f64 {
         let [x, z] = [&self.slides[0].1, &self.slides[1].1].map(|line| line.rounded(window_rad).error());
         libm::hypot(x, z)
@@ -177,7 +177,7 @@ impl Lines {
     fn widest_window(&self, tolerance_mm: f64) -> f64 {
         let whole = self.angle_rad();
         let fits = |window: f64| {
-            let in_window = self.slides.iter().map(|(_, line)| line.rounded(window).most_in_window());
+            let in_window = self.slides.iter().map(|(_, line)| line.rounded(window).maximum_in_window());
             in_window.fold(0, usize::max) <= MAX_IN_WINDOW && self.rounding_mm(window) <= tolerance_mm
         };
         let (mut low, mut high) = (whole * 1e-9, whole);
@@ -193,7 +193,8 @@ impl Lines {
 
     /// The widest window that can be averaged is no excuse for one that fits nothing.
     fn not_too_dense(&self, widest_rad: f64) -> Result<(), ProgramMotionFault> {
-        let count = self.slides.iter().map(|(_, line)| line.rounded(widest_rad).most_in_window()).fold(0, usize::max);
+        let count =
+            self.slides.iter().map(|(_, line)| line.rounded(widest_rad).maximum_in_window()).fold(0, usize::max);
         if count > MAX_IN_WINDOW {
             let window_deg = deg_from_rad(2.0 * widest_rad);
             return Err(ProgramMotionFault::TooDense { count, window_deg, most: MAX_IN_WINDOW });

@@ -1,4 +1,4 @@
-//! How far a run uses the limits of its axes, bounded stretch by stretch and not sampled.
+//! Utilisation of the axis limits by a run: bounded interval by interval, not sampled.
 //!
 //! Speed, acceleration and jerk of C lie within ranges from one knot of its law to the next, the derivatives of X and Z over C within
 //! others; where both overlap, ẋ = X′ω, ẍ = X″ω² + X′ω̇ and the jerk X‴ω³ + 3X″ωω̇ + X′ω̈ are no larger than with the largest magnitudes.
@@ -18,7 +18,7 @@ pub(super) struct Use {
     pub(super) quantity: Quantity,
     pub(super) value: f64,
     pub(super) allowed: f64,
-    /// Where (rad since the start).
+    /// Angle since the start (rad).
     pub(super) at_rad: f64,
     /// C's speed changes there: a longer ramp may do.
     pub(super) ramps: bool,
@@ -30,18 +30,18 @@ impl Use {
     }
 }
 
-/// What C does over a stretch at most.
+/// Maximum of C over an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stretch {
+struct LimitRange {
     from_rad: f64,
     to_rad: f64,
     most: [f64; 3],
 }
 
-/// What C does, stretch by stretch.
+/// Motion of C, interval by interval.
 #[derive(Debug, Clone)]
 pub(super) struct Turning {
-    stretches: Vec<Stretch>,
+    stretches: Vec<LimitRange>,
 }
 
 /// A slide over the angle of C.
@@ -52,7 +52,7 @@ pub(super) struct Slide {
 }
 
 /// Largest magnitudes of the first three derivatives between two knots of a cubic.
-fn most_between(left: &Knot, right: &Knot) -> [f64; 3] {
+fn maximum_between(left: &Knot, right: &Knot) -> [f64; 3] {
     let gap = right.at - left.at;
     // Where the second derivative changes its sign the first has its extremum inside, at most so much beyond the ends.
     let beyond =
@@ -91,7 +91,11 @@ impl Turning {
             };
             for part in 0..parts {
                 let (from, to) = (place(part), place(part + 1));
-                stretches.push(Stretch { from_rad: from.value, to_rad: to.value, most: most_between(&from, &to) });
+                stretches.push(LimitRange {
+                    from_rad: from.value,
+                    to_rad: to.value,
+                    most: maximum_between(&from, &to),
+                });
             }
         }
         Self { stretches }
@@ -101,9 +105,9 @@ impl Turning {
         self.stretches.iter().map(|stretch| stretch.most[0]).fold(0.0, f64::max)
     }
 
-    /// What C uses of its limits of acceleration and jerk at most; its speed is an average of what was programmed.
+    /// Largest utilisation of C's acceleration and jerk limits; its speed is an average of the programmed one.
     pub(super) fn ratio(&self, limits: &MotionLimits) -> f64 {
-        let ratio = |stretch: &Stretch| (stretch.most[1] / limits.acceleration).max(stretch.most[2] / limits.jerk);
+        let ratio = |stretch: &LimitRange| (stretch.most[1] / limits.acceleration).max(stretch.most[2] / limits.jerk);
         self.stretches.iter().map(ratio).fold(0.0, f64::max)
     }
 }
@@ -134,7 +138,7 @@ pub(super) fn worst_use(turning: &Turning, slides: &[Slide; 2], limits: &[Motion
     for slide in slides {
         let mut first = 0;
         for pair in slide.knots.windows(2) {
-            let [a, b, c] = most_between(&pair[0], &pair[1]);
+            let [a, b, c] = maximum_between(&pair[0], &pair[1]);
             while first + 1 < turning.stretches.len() && turning.stretches[first].to_rad <= pair[0].at {
                 first += 1;
             }

@@ -9,11 +9,11 @@ use crate::simulation::workpiece::Lobe;
 /// A change of it is a change of what machines do, and belongs into the changelog.
 const FINGERPRINT: u64 = 0x1902_603c_3820_bf3b;
 
-/// FNV-1a, by Fowler, Noll and Vo: enough to tell runs apart.
+/// FNV-1a by Fowler, Noll and Vo: sufficient to distinguish runs.
 struct Fingerprint(u64);
 
 impl Fingerprint {
-    fn take(&mut self, octets: [u8; 8]) {
+    fn add(&mut self, octets: [u8; 8]) {
         for octet in octets {
             self.0 = (self.0 ^ u64::from(octet)).wrapping_mul(0x0100_0000_01b3);
         }
@@ -56,15 +56,15 @@ fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_every
     let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
     let (told, machine) = ground(&job, &planned, planned.plan.clone(), &description, |setpoint, report| {
         for axis in 0..3 {
-            fingerprint.take(setpoint.counts[axis].to_le_bytes());
-            fingerprint.take(setpoint.velocity[axis].to_bits().to_le_bytes());
-            fingerprint.take(report.axes[axis].counts.to_le_bytes());
-            fingerprint.take(report.axes[axis].velocity.to_bits().to_le_bytes());
-            fingerprint.take(report.axes[axis].effort.to_bits().to_le_bytes());
+            fingerprint.add(setpoint.counts[axis].to_le_bytes());
+            fingerprint.add(setpoint.velocity[axis].to_bits().to_le_bytes());
+            fingerprint.add(report.axes[axis].counts.to_le_bytes());
+            fingerprint.add(report.axes[axis].velocity.to_bits().to_le_bytes());
+            fingerprint.add(report.axes[axis].effort.to_bits().to_le_bytes());
         }
     });
     for radius_mm in machine.part().lobes().iter().flat_map(Lobe::radii_mm) {
-        fingerprint.take(radius_mm.to_bits().to_le_bytes());
+        fingerprint.add(radius_mm.to_bits().to_le_bytes());
     }
     assert!(told.last_tick - told.first_tick > 10_000, "a real job: {told:?}");
     assert_eq!(fingerprint.0, FINGERPRINT, "other bits than before: {:#018x}", fingerprint.0);

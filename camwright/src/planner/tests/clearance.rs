@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::job::dressing::DressingSpec;
-use crate::job::grinding::{ObstacleSpec, Subject, WheelWish};
+use crate::job::grinding::{ObstacleSpec, Subject, WheelRequirement};
 use crate::machine::fixture::{Dresser, Extent};
 
 fn journal(from_mm: f64, to_mm: f64, radius_mm: f64) -> ObstacleSpec {
@@ -150,8 +150,8 @@ fn a_part_for_two_wheels_is_refused_with_what_each_lobe_takes() {
     let error = refusal(|job| {
         job.profiles[1] = lobe_profile("exhaust", 9.0, 50.0);
         job.wheels = vec![
-            WheelWish { of: Subject::Lobe("I1".into()), radius_mm: 60.0 },
-            WheelWish { of: Subject::Lobe("E1".into()), radius_mm: 25.0 },
+            WheelRequirement { of: Subject::Lobe("I1".into()), radius_mm: 60.0 },
+            WheelRequirement { of: Subject::Lobe("E1".into()), radius_mm: 25.0 },
         ];
     });
     let text = error.to_string();
@@ -162,6 +162,6 @@ fn a_part_for_two_wheels_is_refused_with_what_each_lobe_takes() {
     assert!(text.ends_with("make two jobs of it, one for each wheel"), "{text}");
     // The wheel that is mounted may be asked for.
     let mut job = job();
-    job.wheels = vec![WheelWish { of: Subject::Pass("grind".into()), radius_mm: 60.0 }];
+    job.wheels = vec![WheelRequirement { of: Subject::Pass("grind".into()), radius_mm: 60.0 }];
     planned(&job);
 }

@@ -27,7 +27,7 @@ fn a_dress_now_leaves_the_wheel_dressed_and_no_part_made() {
     let (plan, dress) = plan_dress(&machine, wheel, 0.01).expect("it can be dressed");
     assert_eq!((dress.radius_nm, plan.half), (59_486_000, Half::NoPart));
     let motion = Prepared::new(Motion::Plan(Arc::new(plan.clone())), &machine).expect("a motion");
-    let grinder = Machine::new(machine.clone(), LastingState::new(&machine).with_wheel(wheel)).expect("a machine");
+    let grinder = Machine::new(machine.clone(), PersistentState::new(&machine).with_wheel(wheel)).expect("a machine");
     let mut nearest = f64::INFINITY;
     let mut closed_loop = ClosedLoop::direct(grinder);
     let simulated = closed_loop.simulate(Box::new(motion), |setpoint, report| {

@@ -76,7 +76,7 @@ fn lobes_after_a_dress_are_ground_as_exactly_as_those_before_it() {
     assert_eq!((after.lasting().dress_count, after.lasting().lobes_since_dress), (1, 2));
 }
 
-/// Driven with the old paths the machine grinds the error that the plan told.
+/// With the old paths the machine grinds the error that the plan predicted.
 #[test]
 fn a_kept_path_grinds_the_error_that_is_told() {
     let (machine, job) = (with_dresser(), dressed());
@@ -195,7 +195,7 @@ fn the_walk_sees_a_path_that_is_kept_over_a_dress_and_a_dress_elsewhere() {
 fn a_plan_for_another_wheel_is_stopped_before_it_moves() {
     let description = with_dresser();
     let plan = plan_on(&dressed(), &description).plan;
-    let lasting = LastingState { wheel_radius_mm: 59.9, ..LastingState::new(&description) };
+    let lasting = PersistentState { wheel_radius_mm: 59.9, ..PersistentState::new(&description) };
     let machine = Machine::new(description.clone(), lasting).expect("a machine");
     let before = machine.setpoint();
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), &description).unwrap_or_else(|error| panic!("{error}"));
@@ -211,7 +211,7 @@ fn a_plan_for_another_wheel_is_stopped_before_it_moves() {
 #[test]
 fn a_dress_away_from_the_dresser_leaves_the_wheel_as_it_is() {
     let description = with_dresser();
-    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("a machine");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(&description)).expect("a machine");
     machine.place([0, 10_000_000, 0]);
     let report = machine.step(None, &[crate::simulation::MachineCommand::Dress { radius_nm: 59_900_000 }], &[]);
     let alarm = report.raised.first().expect("an alarm");

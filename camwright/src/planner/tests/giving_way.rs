@@ -2,8 +2,8 @@ use super::*;
 use crate::cam::form::Form;
 use crate::planner::deflection::Deflections;
 
-/// What wheel and part giving way leaves on the ground lobes is what is predicted, after one pass and after two, however long they
-/// spark out; and nothing gives way by more than is told.
+/// The predicted deflection error equals the error on the ground lobes, after one pass and after two, for any spark-out; the
+/// reported maximum deflection is not exceeded.
 #[test]
 fn what_giving_way_leaves_on_a_lobe_is_predicted() {
     let soft = MachineDescription { contact: Some(contact()), ..machine() };
@@ -30,7 +30,7 @@ fn what_giving_way_leaves_on_a_lobe_is_predicted() {
             let design = &lobe.design;
             let station = soft.station(&design.station).expect("it was planned for it");
             let law = contact().law(station.position_mm, design.width_mm).expect("a width");
-            let told = Deflections::of_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
+            let told = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
             let radii = ground.part().lobe(&design.name).expect("it was loaded").radii_mm();
             let form = Form::measure(radii, &design.contour, design.phase_rad).expect("radii");
             let off_mm = form.largest.deviation_mm - told.left_mm;

@@ -64,7 +64,7 @@ fn an_infeed_along_the_normal_leaves_the_same_depth_all_round() {
     }
 }
 
-/// Where one pass ended the next would not begin.
+/// The next pass would not begin at the end of the one before.
 #[test]
 fn passes_that_measure_their_infeed_differently_are_refused() {
     let mut job = job_with(InfeedCourse::PerAngle, InfeedDirection::X);

@@ -10,7 +10,7 @@ use crate::machine::description::{
     AlarmRetract, AxisDescription, ContactDescription, DriveSettings, MotionLimits, Scale, Station, StiffnessAt,
     WheelDescription,
 };
-use crate::machine::persistent_state::LastingState;
+use crate::machine::persistent_state::PersistentState;
 use crate::machine::setpoint::Setpoint;
 use crate::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm, wrap_turn};
 use crate::motion::plan::{Phase, SegmentKind};
@@ -190,14 +190,14 @@ fn planned(job: &JobSpec) -> PlannedJob {
 /// A plan run through interpolator and machine.
 fn simulated(plan: Plan, description: &MachineDescription, observe: impl FnMut(&Setpoint, &TickReport)) -> Simulated {
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).unwrap_or_else(|error| panic!("{error}"));
-    let machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+    let machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
     let simulated = ClosedLoop::direct(machine).simulate(Box::new(motion), observe);
     simulated.unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The machine with raw lobes, their stock all round.
 fn loaded(job: &JobSpec, planned: &PlannedJob, description: &MachineDescription) -> Machine {
-    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
     for lobe in &planned.lobes {
         let design = &lobe.design;
         let azimuth = |i: u32| f64::from(i) * TURN_RAD / 3600.0;

@@ -1,4 +1,4 @@
-//! What cannot be made is refused in one sentence: what, how much, how much is allowed, where.
+//! Impossible jobs are refused in one sentence: problem, value, limit, location.
 
 use super::*;
 use crate::job::grinding::JobError;

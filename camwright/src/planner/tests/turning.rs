@@ -152,7 +152,7 @@ fn it_is_refused_with_rotary_indexing_and_with_a_margin_that_is_none() {
     assert!(margin.to_string().contains("c_between_lobes.margin_s"), "{margin}");
 }
 
-/// What a foreign plan must not say: C moved while it turns on, or turning on with nothing to come.
+/// Foreign plans are refused if C moves during a flying start, or if a flying start has no successor.
 #[test]
 fn the_walk_and_the_interpolator_refuse_a_plan_that_loses_c() {
     let planned = planned(&turning_job());

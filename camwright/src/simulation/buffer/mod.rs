@@ -12,7 +12,7 @@ use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, nearest_
 use crate::machine::setpoint::Setpoint;
 use crate::math::fixed_list::FixedList;
 use crate::math::hermite::{Knot, quintic};
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::simulation::plausibility::{Misfit, Plausibility};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
@@ -27,7 +27,7 @@ pub struct TailPoint {
     pub setpoint: Setpoint,
 }
 
-crate::kept!(TailPoint { tick, setpoint } on {});
+crate::snapshot!(TailPoint { tick, setpoint } on {});
 
 /// A chunk of setpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +96,7 @@ pub enum ChunkError {
     },
 }
 
-/// What the buffer has for a tick.
+/// Content of the buffer for a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Supply {
     /// A setpoint that was sent for this tick.
@@ -115,7 +115,7 @@ struct Shift {
     counts: i64,
 }
 
-crate::kept!(Shift { tick, axis, counts } on {});
+crate::snapshot!(Shift { tick, axis, counts } on {});
 
 impl Shift {
     fn apply(&self, mut setpoint: Setpoint) -> Setpoint {
@@ -150,8 +150,8 @@ pub struct SetpointBuffer {
     shifts: FixedList<Shift, MAX_SHIFTS>,
 }
 
-impl Kept for SetpointBuffer {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+impl Snapshot for SetpointBuffer {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self {
             plausibility: _,
             counts_per_unit: _,
@@ -166,16 +166,16 @@ impl Kept for SetpointBuffer {
             is_open,
             shifts,
         } = self;
-        tape.field("first", |tape| first.keep(tape))?;
-        tape.field("dense", |tape| tape.queue(dense, *capacity))?;
-        tape.field("anchor", |tape| anchor.keep(tape))?;
-        tape.field("tail", |tape| tape.list(tail, MAX_TAIL_POINTS))?;
-        tape.field("is_final", |tape| is_final.keep(tape))?;
-        tape.field("is_open", |tape| is_open.keep(tape))?;
-        tape.field("shifts", |tape| shifts.keep(tape))?;
+        codec.field("first", |codec| first.snapshot(codec))?;
+        codec.field("dense", |codec| codec.queue(dense, *capacity))?;
+        codec.field("anchor", |codec| anchor.snapshot(codec))?;
+        codec.field("tail", |codec| codec.list(tail, MAX_TAIL_POINTS))?;
+        codec.field("is_final", |codec| is_final.snapshot(codec))?;
+        codec.field("is_open", |codec| is_open.snapshot(codec))?;
+        codec.field("shifts", |codec| shifts.snapshot(codec))?;
         let ticks = [self.anchor.tick].into_iter().chain(self.tail.iter().map(|point| point.tick));
         if !ticks.is_sorted_by(|one, next| one < next) {
-            return Err(TapeError::Impossible("ticks of a tail do not increase"));
+            return Err(SnapshotError::Impossible("ticks of a tail do not increase"));
         }
         Ok(())
     }
@@ -225,25 +225,25 @@ impl SetpointBuffer {
         self.is_open = true;
     }
 
-    /// The reading of an axis shifts by `counts` at a tick: a setpoint of that tick or later is in the new reading. To be
-    /// told before chunks in the new reading arrive. False when too many shifts are pending.
+    /// Schedules a shift of an axis' reading by `counts` at a tick: a setpoint of that tick or later is in the new
+    /// reading. Must be called before chunks in the new reading arrive. Returns false if too many shifts are pending.
     pub fn schedule_home(&mut self, tick: u64, axis: Axis, counts: i64) -> bool {
         self.shifts.push(Shift { tick, axis, counts })
     }
 
-    /// Whether setpoints wait for their tick.
+    /// Returns whether setpoints are pending.
     #[must_use]
     pub fn has_setpoints(&self) -> bool {
         !self.dense.is_empty()
     }
 
-    /// Whether a motion has come to its end: its final chunk has been executed.
+    /// Returns whether a motion has ended: its final chunk has been executed.
     #[must_use]
     pub fn is_spent(&self) -> bool {
         self.is_final && self.dense.is_empty()
     }
 
-    /// What there is for a tick.
+    /// Content for a tick.
     #[must_use]
     pub fn supply(&self, tick: u64) -> Supply {
         if !self.dense.is_empty() && tick >= self.first && tick < self.end() {
@@ -255,7 +255,8 @@ impl SetpointBuffer {
         }
     }
 
-    /// Whether executing this tick is an underrun: the stream has begun, is not final, and has nothing newer than a tail.
+    /// Returns whether executing this tick is an underrun: the stream has begun, is not final, and has nothing newer than
+    /// a tail.
     #[must_use]
     pub fn is_underrun(&self, tick: u64) -> bool {
         !self.is_final && tick > self.anchor.tick && self.supply(tick) != Supply::Dense
@@ -332,7 +333,7 @@ impl SetpointBuffer {
         Ok(())
     }
 
-    /// What can be said of a chunk without its neighbours; its last dense tick.
+    /// Checks a chunk without its neighbours; returns its last dense tick.
     fn check_shape(&self, chunk: &Chunk<'_>, executed: u64) -> Result<u64, ChunkError> {
         if !self.is_open {
             return Err(ChunkError::Closed);

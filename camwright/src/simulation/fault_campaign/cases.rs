@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 pub struct FaultCase {
     pub name: String,
     pub fault: Fault,
-    /// What makes it healthy again.
+    /// Injection that removes the fault.
     pub cure: Fault,
 }
 

@@ -43,8 +43,8 @@ const X: usize = Axis::X as usize;
 const REST_TICKS: u64 = 10_000;
 /// Ticks after rest in which nothing may move.
 const QUIET_TICKS: u64 = 100;
-/// How much nearer than its clearance a wheel may stop (mm): where X is held, two counts of rounding; where a weight or spring draws it
-/// back, what a brake leaves.
+/// Permitted reduction of the wheel's clearance at a stop (mm): with X held, two counts of rounding; with X retracted by weight or
+/// spring, the tolerance of a brake.
 const CLEARANCE_SLACK_MM: [f64; 2] = [1.0e-4, 0.1];
 
 /// The cell in the middle of a job.
@@ -80,7 +80,7 @@ struct Target<'a> {
     radii_mm: Vec<f64>,
 }
 
-/// What came of one case.
+/// Result of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     pub alarm: Alarm,
@@ -218,7 +218,7 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// What did not happen as it must.
-    pub fn strike(&self, frame: &Keyframe, case: &FaultCase) -> Result<Finding, Failure> {
+    pub fn run_case(&self, frame: &Keyframe, case: &FaultCase) -> Result<Finding, Failure> {
         let mut cell = frame.cell.clone();
         let mut faults: &[Fault] = core::slice::from_ref(&case.fault);
         let mut detecting_mm = 0.0_f64;
@@ -306,7 +306,7 @@ impl<'a> Campaign<'a> {
         let name = machine.part().lobes().get(report.lobe?)?.name();
         let target = self.lobes.iter().position(|target| target.design.name == name)?;
         let (truth, swings) = (machine.truth(), machine.swings());
-        // A drive without power has no setpoint, and before C is homed only the truth tells where it is.
+        // A drive without power has no setpoint, and before C is homed only the true position is known.
         let set = |axis: Axis| {
             let own = &report.axes[axis.index()];
             let scale = machine.description().axis(axis).scale;
@@ -331,7 +331,7 @@ impl<'a> Campaign<'a> {
         self.plan.paths[target.cut.path].sample(target.cut.path_start_rad + c_rad - target.start_rad).value
     }
 
-    /// How far the wheel lies deeper in the path than its setpoints do, where they lie on it or outside (mm).
+    /// Depth of the wheel in the path beyond its setpoints, if they lie on the path or outside (mm).
     fn error_mm(&self, state: Option<State>) -> f64 {
         let Some(state) = state else { return 0.0 };
         let inside_mm = self.path_mm(state.target, state.c_rad) - state.x_mm;
@@ -339,7 +339,7 @@ impl<'a> Campaign<'a> {
         (inside_mm - asked_mm.max(0.0)).max(0.0)
     }
 
-    /// How far the path rises above X after an alarm by which the drive of C or of X has no power (mm).
+    /// Rise of the path above X after an alarm that removes power from the drive of C or X (mm).
     fn rising_mm(&self, machine: &MachineDescription, report: &TickReport, state: Option<State>) -> f64 {
         let [c_dead, x_dead] = [C, X].map(|i| !report.axes[i].is_powered);
         let Some(state) = state.filter(|_| c_dead || x_dead) else { return 0.0 };
@@ -397,12 +397,12 @@ struct State {
     x_set_mm: f64,
     c_rad_s: f64,
     x_mm_s: f64,
-    /// How far the structures are ahead (mm or rad), and how fast that grows (1/s).
+    /// Deflection of the structures (mm or rad), and its rate (1/s).
     c_swing: (f64, f64),
     x_swing: (f64, f64),
 }
 
-/// What an axis that is looked at in every tick may do between two: the sagitta of its largest acceleration (mm).
+/// Motion of an axis between two ticks that a check per tick misses: the sagitta of its largest acceleration (mm).
 fn between_ticks_mm(machine: &MachineDescription) -> f64 {
     let tick_s = machine.cycle_time_s();
     machine.axis(Axis::X).limits.acceleration * DRIVE_HEADROOM * tick_s * tick_s / 8.0

@@ -1,4 +1,4 @@
-//! How the structure of an axis that has lost its power swings on.
+//! Free oscillation of an axis structure after power loss.
 
 use crate::machine::description::Structure;
 use crate::math::units::TURN_RAD;
@@ -24,8 +24,8 @@ impl Swing {
         self.structure.map_or(0.0, |structure| TURN_RAD / structure.frequency_rad_s)
     }
 
-    /// How far it is ahead of where it was at the beginning, a servo step later in which the slide changes its speed by `change` per
-    /// second. Of a rigid axis, nothing.
+    /// Deflection relative to the beginning, one servo step later, in which the slide changes its speed by `change` per second. 0
+    /// for a rigid axis.
     pub(super) fn after(&mut self, change: f64, step_s: f64) -> f64 {
         let Some(Structure { frequency_rad_s: w, damping, .. }) = self.structure else { return 0.0 };
         let part_s = step_s / f64::from(Self::PARTS);

@@ -1,7 +1,7 @@
 use super::*;
 use crate::interpolator::Motion;
 use crate::machine::description::{DriveSettings, GaugeDescription, GaugeKind, Structure};
-use crate::machine::persistent_state::LastingState;
+use crate::machine::persistent_state::PersistentState;
 use crate::math::units::rad_from_deg;
 use crate::planner::plan_job;
 use crate::planner::tests::{contact, job as four_lobes, machine as grinder};
@@ -55,7 +55,7 @@ fn every_fault_ends_at_rest_with_an_alarm_off_the_part_and_within_its_bound() {
     }
     let planned = plan_job(&job, &description, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
     let designs: Vec<&LobeDesign> = planned.lobes.iter().map(|lobe| &lobe.design).collect();
-    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("a machine");
+    let mut machine = Machine::new(description.clone(), PersistentState::new(&description)).expect("a machine");
     for design in &designs {
         let radii = (0..3600_u32).map(|i| design.radius_at(f64::from(i) * TURN_RAD / 3600.0) + job.stock_mm).collect();
         machine.load_lobe(&design.name, &design.station, design.width_mm, radii).expect("a raw lobe");
@@ -70,7 +70,7 @@ fn every_fault_ends_at_rest_with_an_alarm_off_the_part_and_within_its_bound() {
     let (mut failures, mut pushed_mm) = (Vec::new(), 0.0_f64);
     for frame in &frames {
         for case in every_fault(&description, frame.station) {
-            match campaign.strike(frame, &case) {
+            match campaign.run_case(frame, &case) {
                 Err(failure) => failures.push(format!("{} at tick {}: {failure}", case.name, frame.tick)),
                 Ok(found) if found.bound_mm > 5.0 => {
                     failures

@@ -1,6 +1,6 @@
-//! What is wrong with a drive, left out of it: which of it leaves what.
+//! Effect of single drive flaws: simulation with each flaw removed.
 
-use super::{DrivesForm, Told, TurningDrives, TurningDrivesError};
+use super::{DrivesForm, Finding, TurningDrives, TurningDrivesError};
 use crate::machine::description::{Axis, DriveSettings, MachineDescription};
 use alloc::vec::Vec;
 use core::fmt;
@@ -14,7 +14,7 @@ pub enum DriveFlaw {
     GainError,
     /// Friction is in its way.
     Friction,
-    /// What it carries swings.
+    /// Oscillation of the load.
     Structure,
     /// Play between encoder and tool.
     Backlash,
@@ -89,7 +89,7 @@ impl FlawAxes {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlawOf {
     pub axes: FlawAxes,
-    /// What is wrong with them.
+    /// Removed flaw.
     pub flaw: DriveFlaw,
 }
 
@@ -130,17 +130,17 @@ impl fmt::Display for FlawOf {
     }
 }
 
-/// What is left without a flaw.
+/// Form error without a flaw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlawWithout {
     pub of: FlawOf,
-    /// What the other flaws leave.
+    /// Form error of the other flaws.
     pub form: DrivesForm,
 }
 
 impl TurningDrives<'_> {
-    /// What a machine leaves without each flaw that its drives have, of one axis and of all, and what each axis leaves alone; the one whose
-    /// absence leaves least first.
+    /// Computes the form error without each flaw of the drives, for single axes and all axes, and the error of each axis alone; the removal
+    /// with the smallest error first.
     ///
     /// Flaws hide one another: X and C that lag alike stay on the path, and an X that does not lag any more behind a C that does leaves
     /// more than both did. So what their absence gains does not add up; what an axis leaves alone no change of the others takes away.
@@ -150,13 +150,13 @@ impl TurningDrives<'_> {
     pub fn without_flaws(
         &self,
         machine: &MachineDescription,
-        mut tell: impl FnMut(&Told),
+        mut tell: impl FnMut(&Finding),
     ) -> Result<Vec<FlawWithout>, TurningDrivesError> {
         let mut found = Vec::new();
         for of in FlawOf::all() {
             let Some(other) = of.left_out_of(machine) else { continue };
             let without = FlawWithout { of, form: self.form(&other)? };
-            tell(&Told::Flaw(without));
+            tell(&Finding::Flaw(without));
             found.push(without);
         }
         found.sort_by(|a, b| a.form.beyond_mm.total_cmp(&b.form.beyond_mm));

@@ -1,6 +1,6 @@
 //! The least position loop gain of X with which a part keeps its tolerance.
 
-use super::{DrivesForm, FlawWithout, Told, TurningDrives, TurningDrivesError};
+use super::{DrivesForm, Finding, FlawWithout, TurningDrives, TurningDrivesError};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::simulation::closed_loop::SimulationError;
 use alloc::format;
@@ -10,16 +10,16 @@ use alloc::vec::Vec;
 /// Feed-forward of X while its gain is changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FeedForward {
-    /// What the drive has.
+    /// Present value of the drive.
     AsItIs,
     /// All of the setpoint's speed and acceleration.
     Whole,
 }
 
-/// What is looked for.
+/// Input of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GainSearch {
-    /// How far the part may be beyond what is not the drives', see [`DrivesForm::beyond_mm`] (mm).
+    /// Permitted form error by the drives, see [`DrivesForm::beyond_mm`] (mm).
     pub tolerance_mm: f64,
     /// Largest gain that is tried (1/s). With it goes the bandwidth of the velocity loop, which the servo step bounds too.
     pub most_kv_1_s: f64,
@@ -33,12 +33,12 @@ pub struct GainTried {
     pub kv_1_s: f64,
     /// Bandwidth of its velocity loop (rad/s), changed by the same factor; `None`: ideal.
     pub velocity_loop_rad_s: Option<f64>,
-    /// What is left; `None` where the machine stopped with an alarm, its following error being too large or the loop swinging.
+    /// Form error; `None` if the machine stopped with an alarm by following error or an unstable loop.
     pub form: Option<DrivesForm>,
 }
 
 impl GainTried {
-    /// Whether a tolerance (mm) is kept.
+    /// Returns whether a tolerance (mm) is kept.
     #[must_use]
     pub fn keeps(&self, tolerance_mm: f64) -> bool {
         self.form.is_some_and(|form| form.beyond_mm <= tolerance_mm)
@@ -49,9 +49,9 @@ impl GainTried {
     }
 }
 
-/// What came of a search.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
-pub enum LeastGain {
+pub enum MinimumGain {
     /// A gain that keeps the tolerance.
     Found {
         least: GainTried,
@@ -66,7 +66,7 @@ pub enum LeastGain {
         best: GainTried,
         /// The largest one that was tried (1/s).
         most_kv_1_s: f64,
-        /// What is left at the best without one flaw of the drives after the other, the most important first.
+        /// Best form error with each flaw of the drives removed, the most important first.
         flaws: Vec<FlawWithout>,
         /// All that were tried, by rising gain.
         tried: Vec<GainTried>,
@@ -80,7 +80,7 @@ const STEPS: core::ops::RangeInclusive<i32> = -6..=14;
 /// Share of the bandwidth at which a velocity loop takes the whole deviation away in a servo step, which is refused.
 const ROOM: f64 = 0.999;
 
-/// How near the gain that keeps the tolerance and the one that does not come to each other.
+/// Ratio of the smallest sufficient to the largest insufficient gain at the end of the search.
 const NEAR: f64 = 1.05;
 
 impl TurningDrives<'_> {
@@ -92,11 +92,11 @@ impl TurningDrives<'_> {
     ///
     /// # Errors
     /// A tolerance or a bound that is none; what [`Self::form`] says, but for alarms of the machine, which count as not keeping it.
-    pub fn least_gain(
+    pub fn minimum_gain(
         &self,
         search: &GainSearch,
-        mut tell: impl FnMut(&Told),
-    ) -> Result<LeastGain, TurningDrivesError> {
+        mut tell: impl FnMut(&Finding),
+    ) -> Result<MinimumGain, TurningDrivesError> {
         let own = self.machine().axis(Axis::X).drive;
         let most_kv_1_s = self.largest_gain(search)?;
         let mut tried: Vec<GainTried> = Vec::new();
@@ -122,22 +122,22 @@ impl TurningDrives<'_> {
             if gain.keeps(search.tolerance_mm) { least = gain } else { failed = Some(gain) }
         }
         tried.sort_by(|a, b| a.kv_1_s.total_cmp(&b.kv_1_s));
-        Ok(LeastGain::Found { least, below: failed, tried })
+        Ok(MinimumGain::Found { least, below: failed, tried })
     }
 
     fn not_found(
         &self,
         search: &GainSearch,
         tried: Vec<GainTried>,
-        tell: impl FnMut(&Told),
-    ) -> Result<LeastGain, TurningDrivesError> {
+        tell: impl FnMut(&Finding),
+    ) -> Result<MinimumGain, TurningDrivesError> {
         let best =
             tried.iter().copied().reduce(|best, one| if one.beyond_mm() < best.beyond_mm() { one } else { best });
         let (Some(best), Some(last)) = (best, tried.last()) else { return Err(self.out_of_range(search.most_kv_1_s)) };
         let most_kv_1_s = last.kv_1_s;
         let machine = self.with_gain(search, best.kv_1_s);
         let flaws = if best.form.is_some() { self.without_flaws(&machine, tell)? } else { Vec::new() };
-        Ok(LeastGain::NotFound { best, most_kv_1_s, flaws, tried })
+        Ok(MinimumGain::NotFound { best, most_kv_1_s, flaws, tried })
     }
 
     /// The largest gain that may be tried: a velocity loop takes no more than the whole deviation away in a servo step.
@@ -182,7 +182,7 @@ impl TurningDrives<'_> {
         &self,
         search: &GainSearch,
         kv_1_s: f64,
-        tell: &mut impl FnMut(&Told),
+        tell: &mut impl FnMut(&Finding),
     ) -> Result<GainTried, TurningDrivesError> {
         let machine = self.with_gain(search, kv_1_s);
         let form = match self.form(&machine) {
@@ -192,7 +192,7 @@ impl TurningDrives<'_> {
         };
         let velocity_loop_rad_s = machine.axis(Axis::X).drive.velocity_loop_rad_s;
         let gain = GainTried { kv_1_s, velocity_loop_rad_s, form };
-        tell(&Told::Gain(gain));
+        tell(&Finding::Gain(gain));
         Ok(gain)
     }
 }

@@ -1,5 +1,4 @@
-//! What the drives of a lathe would have to be: what they leave on a part, axis by axis, and the position loop gain of X that keeps a
-//! tolerance.
+//! Required drives of a lathe: the form error of the present drives axis by axis, and the position loop gain of X that keeps a tolerance.
 //!
 //! The same plan is executed on the same machine with other drives, and the part is compared, cell by cell, with its design and with what
 //! drives without any error turn. So the cusps of the feed, and hollows that the insert does not reach, do not count as theirs.
@@ -8,12 +7,12 @@ mod flaw;
 mod gain;
 
 pub use flaw::{DriveFlaw, FlawAxes, FlawOf, FlawWithout};
-pub use gain::{FeedForward, GainSearch, GainTried, LeastGain};
+pub use gain::{FeedForward, GainSearch, GainTried, MinimumGain};
 
 use crate::interpolator::{Motion, Outcome, PrepareError, Prepared};
 use crate::job::turning::TurningJob;
 use crate::machine::description::{Axis, DescriptionError, Effect, MachineDescription};
-use crate::machine::persistent_state::LastingState;
+use crate::machine::persistent_state::PersistentState;
 use crate::motion::plan::Plan;
 use crate::simulation::Machine;
 use crate::simulation::closed_loop::{ClosedLoop, Simulated, SimulationError};
@@ -54,15 +53,15 @@ pub enum TurningDrivesError {
     Form(#[from] FormMapError),
 }
 
-/// What some drives leave on the part.
+/// Form error of a set of drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DrivesForm {
     /// Most material above the design, cusps and all.
     pub highest: FormPoint,
-    /// Where it is farthest below the design, or nearest above.
+    /// Position of the lowest or least excess form error.
     pub lowest: FormPoint,
-    /// How far the part is beyond what is not the drives' (mm): above the cusp of the feed and what drives without error leave in that
-    /// cell, or below the design and what they take there.
+    /// Form error beyond that of ideal drives (mm): above the cusp of the feed and the error of ideal drives in that cell, or below the
+    /// design and their cut there.
     pub beyond_mm: f64,
 }
 
@@ -110,11 +109,11 @@ impl fmt::Display for Drives {
     }
 }
 
-/// What somebody who waits is told: each result when it is there.
+/// Intermediate result for progress reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Told {
+pub enum Finding {
     Drives(Drives, DrivesForm),
-    /// Of a gain of X.
+    /// Result for a gain of X.
     Gain(GainTried),
     Flaw(FlawWithout),
 }
@@ -162,7 +161,7 @@ impl<'a> TurningDrives<'a> {
         self.machine
     }
 
-    /// What the drives of a machine leave, which differs from its own in nothing else.
+    /// Form error of a machine that differs only in its drives.
     ///
     /// # Errors
     /// Drives that make no machine, or do not turn the part to its end.
@@ -181,17 +180,17 @@ impl<'a> TurningDrives<'a> {
         DrivesForm { highest: map.highest(), lowest: map.lowest(), beyond_mm }
     }
 
-    /// What ideal drives leave, the machine's own, and its good ones on one axis after the other and on all; those that it has not got are
-    /// passed over.
+    /// Compares ideal drives, the machine's own, and its good drives on single axes and on all; drives that the machine file lacks are
+    /// skipped.
     ///
     /// # Errors
     /// See [`Self::form`].
-    pub fn compare(&self, mut tell: impl FnMut(&Told)) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
+    pub fn compare(&self, mut tell: impl FnMut(&Finding)) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
         let mut found = Vec::new();
         for drives in Drives::ALL {
             let Some(machine) = drives.on(self.machine) else { continue };
             let form = if drives == Drives::Ideal { self.compared(&self.ideal) } else { self.form(&machine)? };
-            tell(&Told::Drives(drives, form));
+            tell(&Finding::Drives(drives, form));
             found.push((drives, form));
         }
         Ok(found)
@@ -208,7 +207,7 @@ pub fn turn(
     description: &MachineDescription,
     grid: PartGrid,
 ) -> Result<(Simulated, TurnedPart), TurningDrivesError> {
-    let mut machine = Machine::new(description.clone(), LastingState::new(description))?;
+    let mut machine = Machine::new(description.clone(), PersistentState::new(description))?;
     machine.load_turned_part(TurnedPart::round(job.name.clone(), grid, job.bar_radius_mm)?, job.part_zero_mm)?;
     let motion = Prepared::new(Motion::Plan(plan.clone()), description)?;
     let mut closed_loop = ClosedLoop::direct(machine);
@@ -220,7 +219,7 @@ pub fn turn(
     Ok((simulated, part))
 }
 
-/// How far a part is off the design of its job, over the length that is turned.
+/// Form error of a part against the design of its job, over the turned length.
 ///
 /// # Errors
 /// A part that has nothing there.

@@ -34,7 +34,7 @@ struct Retreat {
     own: Option<(f64, f64)>,
 }
 
-crate::kept!(Retreat { law, since, own } on {});
+crate::snapshot!(Retreat { law, since, own } on {});
 
 /// A wheelhead that a weight or spring draws back.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -44,7 +44,7 @@ struct Draw {
     end: f64,
 }
 
-crate::kept!(Draw { pull, fastest, end } on {});
+crate::snapshot!(Draw { pull, fastest, end } on {});
 
 /// The wheel on its way off the part: by its drive, or drawn back without power.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -53,10 +53,10 @@ pub(super) struct Retract {
     draw: Option<Draw>,
 }
 
-kept_groups!(Retract { keep_motion(fields: retreat, draw) } on {});
+snapshot_groups!(Retract { keep_motion(fields: retreat, draw) } on {});
 
 impl Retract {
-    pub(super) fn is_under_way(&self) -> bool {
+    pub(super) fn is_active(&self) -> bool {
         self.retreat.is_some()
     }
 

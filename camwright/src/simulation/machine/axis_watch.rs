@@ -18,7 +18,7 @@ pub(super) struct AxisWatch {
     readings: [[i64; 2]; AXIS_COUNT],
 }
 
-kept_groups!(AxisWatch { keep_beyond(fields: beyond), keep_readings(fields: readings) } on { overtravel });
+snapshot_groups!(AxisWatch { keep_beyond(fields: beyond), keep_readings(fields: readings) } on { overtravel });
 
 impl AxisWatch {
     pub(super) fn new(description: &MachineDescription, axes: &[AxisState; AXIS_COUNT]) -> Self {
@@ -71,7 +71,7 @@ impl AxisWatch {
             let [before, last] = self.readings[i];
             self.readings[i] = [last, now];
             let description = &description.axes[i];
-            let most = 2.0 * description.most_acceleration() * state.counts_per_unit * cycle_time_s * cycle_time_s
+            let most = 2.0 * description.maximum_acceleration() * state.counts_per_unit * cycle_time_s * cycle_time_s
                 + JUMP_COUNTS
                 + 4.0 * (description.drive.encoder_step_counts + description.drive.encoder_noise_counts);
             let jump = (now.saturating_sub(last)).saturating_sub(last.saturating_sub(before)).unsigned_abs() as f64;

@@ -1,8 +1,8 @@
-//! What the machine is ordered to do besides setpoints, and why it may refuse a reset.
+//! Commands of the machine besides setpoints, and reasons for refusing a reset.
 
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Input;
-use crate::simulation::work_area::Hindrance;
+use crate::simulation::work_area::AccessRefusal;
 use thiserror::Error;
 
 /// Orders that take effect at the tick they are given to.
@@ -38,7 +38,7 @@ pub enum MachineCommand {
         /// The most (N).
         most_n: i64,
     },
-    /// An alarm that the interpolator found, by its number; what it says about it, the interpolator tells.
+    /// An alarm found by the interpolator, by its number; the interpolator publishes its text.
     Raise { number: u16 },
     /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
     /// touch it.
@@ -48,7 +48,7 @@ pub enum MachineCommand {
     },
 }
 
-crate::kept_cases!(MachineCommand {
+crate::snapshot_cases!(MachineCommand {
     0 SetHome { axis, counts },
     1 WheelStart,
     2 WheelStop,
@@ -78,7 +78,7 @@ pub enum ResetRefused {
     Entered,
     /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.
     #[error("the wheel still turns, and {}", .0.text())]
-    WheelTurns(Hindrance),
+    WheelTurns(AccessRefusal),
     /// An axis is not at rest yet.
     #[error("{} is not at rest yet", .0.joint())]
     Moving(Axis),

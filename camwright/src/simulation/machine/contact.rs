@@ -44,7 +44,7 @@ pub(super) struct Contact {
     gap: Option<GapWatch>,
 }
 
-kept_groups!(Contact {
+snapshot_groups!(Contact {
     keep_force(fields: deflection, force_n, push_n, force_monitor),
     keep_gap(equipment: gap),
 } on {});
@@ -143,7 +143,7 @@ impl Contact {
         let turn = libm::round(TURN_RAD * per_rad);
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
-        let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.most_thrown_mm();
+        let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm();
         if nearest_mm - surface.radius_mm >= lobe.reach_mm() {
             lobe.leave();
             self.separate();

@@ -25,7 +25,7 @@ struct GaugeWatch {
     cut_mm2: [f64; 2],
 }
 
-crate::kept!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
+crate::snapshot!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
 
 /// A gauge and the watch over it.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ pub(super) struct Gauging {
     gauge_watch: GaugeWatch,
 }
 
-kept_groups!(Gauging { keep_gauge(equipment: gauge), keep_watch(fields: gauge_watch) } on {});
+snapshot_groups!(Gauging { keep_gauge(equipment: gauge), keep_watch(fields: gauge_watch) } on {});
 
 impl Gauging {
     pub(super) fn new(description: &MachineDescription) -> Self {

@@ -1,12 +1,12 @@
 //! Switches and marks that the axes pass, and supervision of inputs that contradict each other.
 
-use super::probes::KeyWay;
+use super::probes::Keyway;
 use super::supervision::Supervision;
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::{AXIS_COUNT, Axis, Homing, MachineDescription};
 use crate::machine::setpoint::{Input, Latch};
 use crate::math::fixed_list::FixedList;
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::fault::ORIGIN_TOLERANCE_RAD;
@@ -30,11 +30,11 @@ struct References {
     marks: Option<OriginDetector>,
 }
 
-impl Kept for References {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+impl Snapshot for References {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { switch, marks } = self;
-        fields!(tape: switch);
-        equipment!(tape: marks);
+        fields!(codec: switch);
+        equipment!(codec: marks);
         Ok(())
     }
 }
@@ -66,7 +66,7 @@ struct SwitchWatch {
     first_edge_tick: u64,
 }
 
-crate::kept!(SwitchWatch { wrong_ticks, level, closed_at, edges, first_edge_tick } on {});
+crate::snapshot!(SwitchWatch { wrong_ticks, level, closed_at, edges, first_edge_tick } on {});
 
 /// Levels of the inputs that no axis closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,17 +116,17 @@ pub(super) struct Inputs {
 
 /// Optional equipment of each axis.
 macro_rules! each_equipment {
-    ($tape:ident: $field:ident) => {
+    ($codec:ident: $field:ident) => {
         for (index, $field) in $field.iter_mut().enumerate() {
-            $tape.item(index, |tape| {
-                equipment!(tape: $field);
+            $codec.item(index, |codec| {
+                equipment!(codec: $field);
                 Ok(())
             })?;
         }
     };
 }
 
-kept_groups!(Inputs {
+snapshot_groups!(Inputs {
     keep_switches(fields: origin, stations, asked, shared, switch_watch),
     keep_references(each_equipment: references),
 } on { bounce_ticks });
@@ -198,7 +198,7 @@ impl Inputs {
     }
 
     /// Senses the edges along a servo step.
-    pub(super) fn sense(&mut self, spans: &[Span; AXIS_COUNT], key_way: Option<&KeyWay>, sensing: &mut Sensing<'_>) {
+    pub(super) fn sense(&mut self, spans: &[Span; AXIS_COUNT], key_way: Option<&Keyway>, sensing: &mut Sensing<'_>) {
         let (headstock, table) = (&spans[Axis::C.index()], &spans[Axis::Z.index()]);
         if !headstock.is_still() {
             let edge = self.origin.edge(headstock.from, headstock.to);

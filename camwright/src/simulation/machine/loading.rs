@@ -34,8 +34,8 @@ impl Machine {
 
     /// The part is clamped with its key-way there (rad); 0 if that is not finite. The outlines of its lobes are given as the
     /// part is clamped.
-    pub fn set_key_way(&mut self, key_way_rad: f64) {
-        self.workholding.set_key_way(key_way_rad);
+    pub fn set_keyway(&mut self, key_way_rad: f64) {
+        self.workholding.set_keyway(key_way_rad);
     }
 
     /// Takes the part out.

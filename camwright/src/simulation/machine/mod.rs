@@ -25,7 +25,7 @@ mod workholding;
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
-use crate::machine::persistent_state::{LastingState, Tally};
+use crate::machine::persistent_state::{PersistentState, TravelCount};
 use crate::machine::setpoint::{Input, Setpoint};
 use crate::math::fixed_list::FixedList;
 use crate::math::units::TURN_RAD;
@@ -53,7 +53,7 @@ use workholding::Workholding;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     description: MachineDescription,
-    lasting: LastingState,
+    lasting: PersistentState,
     tick: u64,
     step_s: f64,
     axes: [AxisState; AXIS_COUNT],
@@ -76,7 +76,7 @@ impl Machine {
     ///
     /// # Errors
     /// Figures that do not make a machine.
-    pub fn new(description: MachineDescription, lasting: LastingState) -> Result<Self, DescriptionError> {
+    pub fn new(description: MachineDescription, lasting: PersistentState) -> Result<Self, DescriptionError> {
         description.validate()?;
         if !(lasting.wheel_radius_mm > 0.0 && lasting.wheel_radius_mm.is_finite()) {
             return Err(DescriptionError::NotPositive {
@@ -114,7 +114,7 @@ impl Machine {
 
     /// State that outlives the run.
     #[must_use]
-    pub fn lasting(&self) -> &LastingState {
+    pub fn lasting(&self) -> &PersistentState {
         &self.lasting
     }
 
@@ -130,7 +130,7 @@ impl Machine {
     }
 
     pub fn reset_shift(&mut self) {
-        self.lasting.shift = Tally::default();
+        self.lasting.shift = TravelCount::default();
     }
 
     /// The last tick executed; 0 before the first.
@@ -250,7 +250,7 @@ impl Machine {
         if law.is_none() {
             self.contact.separate();
         }
-        let key_way = self.workholding.key_way(&self.axes[Axis::C.index()], &self.description);
+        let key_way = self.workholding.keyway(&self.axes[Axis::C.index()], &self.description);
         for index in 0..self.description.servo_steps_per_tick {
             let spans = self.servo_step(index);
             self.inputs.sense(
@@ -344,7 +344,7 @@ impl Machine {
 
     fn process_levels(&self) -> ProcessLevels {
         let headstock = &self.axes[Axis::C.index()];
-        let key_way = self.workholding.key_way(headstock, &self.description);
+        let key_way = self.workholding.keyway(headstock, &self.description);
         ProcessLevels {
             steady_force: self.contact.is_force_steady(),
             wheel_contact: self.contact.is_gap_closed(),

@@ -36,7 +36,7 @@ impl Machine {
                 }
                 None => {
                     self.stream.rest();
-                    if self.retract.is_under_way() { self.follow() } else { self.hold() }
+                    if self.retract.is_active() { self.follow() } else { self.hold() }
                 }
             }
             if self.supervision.mode() == Mode::Draining {
@@ -70,7 +70,7 @@ impl Machine {
 
     /// Sends X off the part if it is too near and its drive works.
     fn begin_retreat(&mut self) {
-        if self.retract.is_under_way() || self.power.is_dead(Axis::X) {
+        if self.retract.is_active() || self.power.is_dead(Axis::X) {
             return;
         }
         let Some(near) = self.too_near(self.x_target_mm()) else { return };
@@ -81,7 +81,7 @@ impl Machine {
     /// Follows a setpoint of the stream, beside it where the wheel is on its way off the part.
     fn follow(&mut self) {
         let beside =
-            self.retract.is_under_way().then(|| self.retract.sample(self.tick, self.description.cycle_time_s()).0);
+            self.retract.is_active().then(|| self.retract.sample(self.tick, self.description.cycle_time_s()).0);
         let followed = self.stream.followed();
         let dead = self.power.dead();
         for (i, axis) in self.axes.iter_mut().enumerate().filter(|(i, _)| !dead[*i]) {
@@ -149,7 +149,7 @@ impl Machine {
                 }
             }
         }
-        let rests = self.supervision.mode() == Mode::Halted && !self.retract.is_under_way() && self.is_at_rest();
+        let rests = self.supervision.mode() == Mode::Halted && !self.retract.is_active() && self.is_at_rest();
         if self.power.take_power_off() || (self.supervision.requires_power_off() && rests) {
             self.cut_power();
         }

@@ -19,7 +19,7 @@ pub(super) struct Power {
     drive_faults: [bool; AXIS_COUNT],
 }
 
-kept_groups!(Power {
+snapshot_groups!(Power {
     keep_dead(fields: dead),
     keep_mains(fields: mains_lost, buffered_j),
     keep_orders(fields: drives_ordered, powered, power_off_due, estop, drive_faults),

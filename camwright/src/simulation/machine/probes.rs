@@ -17,7 +17,7 @@ pub(super) struct GapWatch {
     touched: Option<f64>,
 }
 
-crate::kept!(GapWatch { closed, silent_ticks, touched } on { holds_ticks });
+crate::snapshot!(GapWatch { closed, silent_ticks, touched } on { holds_ticks });
 
 impl GapWatch {
     #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
@@ -67,14 +67,14 @@ pub(super) fn engagement_mm(law: Option<&ContactLaw>, removal: Removal, deflecti
 
 /// The key-way of the clamped part and its switch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct KeyWay {
+pub(super) struct Keyway {
     /// Positions of C between which the switch is closed, modulo a turn, and a turn (counts).
     begins: f64,
     ends: f64,
     turn: f64,
 }
 
-impl KeyWay {
+impl Keyway {
     pub(super) fn new(probe: &KeyWayProbe, key_way_rad: f64, rotation_sense: i8, counts_per_rad: f64) -> Self {
         let centre = probe.centre_rad(key_way_rad, rotation_sense) * counts_per_rad;
         let half = 0.5 * probe.width_rad * counts_per_rad;
@@ -111,13 +111,13 @@ fn key_way_edges(begins: f64, ends: f64, turn: f64, from: f64, to: f64) -> [Opti
 mod tests {
     use super::*;
 
-    fn told(edges: [Option<Edge>; 2]) -> alloc::vec::Vec<(bool, f64)> {
+    fn edge_positions(edges: [Option<Edge>; 2]) -> alloc::vec::Vec<(bool, f64)> {
         edges.into_iter().flatten().map(|edge| (edge.rising, edge.position)).collect()
     }
 
     #[test]
     fn a_key_way_has_its_edges_in_both_directions_and_in_every_turn() {
-        let edges = |from, to| told(key_way_edges(-20.0, 30.0, 3600.0, from, to));
+        let edges = |from, to| edge_positions(key_way_edges(-20.0, 30.0, 3600.0, from, to));
         assert_eq!(edges(-30.0, -10.0), [(true, -20.0)]);
         assert_eq!(edges(-10.0, -30.0), [(false, -20.0)]);
         assert_eq!(edges(20.0, 40.0), [(false, 30.0)]);
@@ -127,10 +127,10 @@ mod tests {
         assert_eq!(edges(100.0, 3500.0), []);
     }
 
-    /// Standing on an edge is within the key-way on one side only, so that no edge is told twice or never.
+    /// A position on an edge is within the keyway on one side only, so every edge is reported exactly once.
     #[test]
     fn an_edge_that_a_step_ends_on_is_told_once() {
-        let edges = |from, to| told(key_way_edges(-20.0, 30.0, 3600.0, from, to));
+        let edges = |from, to| edge_positions(key_way_edges(-20.0, 30.0, 3600.0, from, to));
         assert_eq!([edges(-30.0, -20.0), edges(-20.0, -10.0)].concat(), [(true, -20.0)]);
         assert_eq!([edges(-10.0, -20.0), edges(-20.0, -30.0)].concat(), [(false, -20.0)]);
     }

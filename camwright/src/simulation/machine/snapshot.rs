@@ -4,54 +4,54 @@
 
 use super::Machine;
 use crate::machine::alarm::AlarmKind;
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 
 /// Fields, one after the other.
 macro_rules! fields {
-    ($tape:ident: $($field:ident),+ $(,)?) => { $( $tape.field(stringify!($field), |tape| $field.keep(tape))?; )+ };
+    ($codec:ident: $($field:ident),+ $(,)?) => { $( $codec.field(stringify!($field), |codec| $field.snapshot(codec))?; )+ };
 }
 
 /// Optional equipment, present or absent by description.
 macro_rules! equipment {
-    ($tape:ident: $($field:ident),+ $(,)?) => {
-        $( $tape.field(stringify!($field), |tape| $field.as_mut().map_or(Ok(()), |part| part.keep(tape)))?; )+
+    ($codec:ident: $($field:ident),+ $(,)?) => {
+        $( $codec.field(stringify!($field), |codec| $field.as_mut().map_or(Ok(()), |part| part.snapshot(codec)))?; )+
     };
 }
 
 /// Declares the state of a part of the machine: one method for each group of fields that a keyframe holds side by side. Every field
 /// stands in one group or, if the description decides it, behind `on`.
-macro_rules! kept_groups {
+macro_rules! snapshot_groups {
     ($part:ident { $($group:ident($walk:ident: $($field:ident),+)),+ $(,)? } on { $($basis:ident),* $(,)? }) => {
         const _: fn(&$part) = |$part { $($($field: _,)+)+ $($basis: _,)* }| {};
 
         impl $part { $(
             pub(super) fn $group(
                 &mut self,
-                tape: &mut $crate::math::snapshot::Tape<'_>,
-            ) -> Result<(), $crate::math::snapshot::TapeError> {
-                use $crate::math::snapshot::Kept;
+                codec: &mut $crate::math::snapshot::SnapshotCodec<'_>,
+            ) -> Result<(), $crate::math::snapshot::SnapshotError> {
+                use $crate::math::snapshot::Snapshot;
                 let Self { $($field,)+ .. } = self;
-                $walk!(tape: $($field),+);
+                $walk!(codec: $($field),+);
                 Ok(())
             }
         )+ }
     };
 }
 
-impl Kept for AlarmKind {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+impl Snapshot for AlarmKind {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let mut number = self.entry().number;
-        number.keep(tape)?;
-        if tape.is_reading() {
-            *self = AlarmKind::from_number(number).ok_or(TapeError::Impossible("no alarm has this number"))?;
+        number.snapshot(codec)?;
+        if codec.is_reading() {
+            *self = AlarmKind::from_number(number).ok_or(SnapshotError::Impossible("no alarm has this number"))?;
         }
         Ok(())
     }
 }
 
-impl Kept for Machine {
+impl Snapshot for Machine {
     /// A keyframe is read into a machine of the same description.
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self {
             description,
             lasting,
@@ -70,34 +70,34 @@ impl Kept for Machine {
             retract,
             work_area,
         } = self;
-        fields!(tape: tick, lasting, axes);
-        axis_watch.keep_beyond(tape)?;
-        wheel.keep_rotation(tape)?;
-        supervision.keep_mode(tape)?;
-        stream.keep_followed(tape)?;
-        axis_watch.keep_readings(tape)?;
-        workholding.keep_parts(description, tape)?;
-        contact.keep_force(tape)?;
-        workholding.keep_key_way(tape)?;
-        wheel.keep_cut(tape)?;
-        equipment!(tape: work_area);
-        gauging.keep_gauge(tape)?;
-        contact.keep_gap(tape)?;
-        inputs.keep_switches(tape)?;
-        gauging.keep_watch(tape)?;
-        inputs.keep_references(tape)?;
-        retract.keep_motion(tape)?;
-        power.keep_dead(tape)?;
-        supervision.keep_kill(tape)?;
-        power.keep_mains(tape)?;
-        wheel.keep_speed(tape)?;
-        power.keep_orders(tape)?;
-        supervision.keep_alarms(tape)?;
+        fields!(codec: tick, lasting, axes);
+        axis_watch.keep_beyond(codec)?;
+        wheel.keep_rotation(codec)?;
+        supervision.keep_mode(codec)?;
+        stream.keep_followed(codec)?;
+        axis_watch.keep_readings(codec)?;
+        workholding.snapshot_parts(description, codec)?;
+        contact.keep_force(codec)?;
+        workholding.snapshot_keyway(codec)?;
+        wheel.keep_cut(codec)?;
+        equipment!(codec: work_area);
+        gauging.keep_gauge(codec)?;
+        contact.keep_gap(codec)?;
+        inputs.keep_switches(codec)?;
+        gauging.keep_watch(codec)?;
+        inputs.keep_references(codec)?;
+        retract.keep_motion(codec)?;
+        power.keep_dead(codec)?;
+        supervision.keep_kill(codec)?;
+        power.keep_mains(codec)?;
+        wheel.keep_speed(codec)?;
+        power.keep_orders(codec)?;
+        supervision.keep_alarms(codec)?;
         if wheel.ground().is_some_and(|lobe| lobe >= workholding.lobes().len()) {
-            return Err(TapeError::Impossible("there is no such lobe"));
+            return Err(SnapshotError::Impossible("there is no such lobe"));
         }
         if retract.begins_after(*tick) {
-            return Err(TapeError::Impossible("a retreat begins in the future"));
+            return Err(SnapshotError::Impossible("a retreat begins in the future"));
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use crate::machine::alarm::AlarmKind;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::Setpoint;
 use crate::simulation::axis::AxisState;
-use crate::simulation::plausibility::{Implausible, Plausibility};
+use crate::simulation::plausibility::{Plausibility, PlausibilityFault};
 
 /// The last setpoint of the stream and the check of the next one.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +14,7 @@ pub(super) struct Stream {
     followed: Setpoint,
 }
 
-kept_groups!(Stream { keep_followed(fields: followed) } on { plausibility });
+snapshot_groups!(Stream { keep_followed(fields: followed) } on { plausibility });
 
 impl Stream {
     /// A stream that continues from a setpoint.
@@ -61,9 +61,9 @@ impl Stream {
         let last = self.followed;
         if let Some(misfit) = self.plausibility.misfit(&last, setpoint) {
             let kind = match misfit.what {
-                Implausible::Velocity => AlarmKind::SetpointVelocity(misfit.axis),
-                Implausible::Acceleration => AlarmKind::SetpointAcceleration(misfit.axis),
-                Implausible::Jump => AlarmKind::SetpointJump(misfit.axis),
+                PlausibilityFault::Velocity => AlarmKind::SetpointVelocity(misfit.axis),
+                PlausibilityFault::Acceleration => AlarmKind::SetpointAcceleration(misfit.axis),
+                PlausibilityFault::Jump => AlarmKind::SetpointJump(misfit.axis),
             };
             return Some((kind, misfit.value, misfit.bound));
         }

@@ -16,7 +16,7 @@ pub(super) enum Mode {
     Halted,
 }
 
-crate::kept_cases!(Mode { 0 Following, 1 Draining, 2 OwnStop, 3 Halted });
+crate::snapshot_cases!(Mode { 0 Following, 1 Draining, 2 OwnStop, 3 Halted });
 
 /// Alarms and the reaction to them.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +29,7 @@ pub(super) struct Supervision {
     kill_due: [bool; AXIS_COUNT],
 }
 
-kept_groups!(Supervision {
+snapshot_groups!(Supervision {
     keep_mode(fields: mode),
     keep_kill(fields: kill_due),
     keep_alarms(fields: alarms, raised),

@@ -2,7 +2,7 @@
 
 use super::contact::line_rad;
 use crate::machine::description::{AXIS_COUNT, Axis, InsertDescription, MachineDescription};
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::turned_part::{Insert, InsertMove, InsertPose, TurnedPart, TurnedRemoval};
@@ -17,27 +17,27 @@ pub(super) struct Clamped {
 }
 
 /// A part in a chuck: one that is read is made anew.
-pub(super) fn keep_clamped(
+pub(super) fn snapshot_clamped(
     clamped: &mut Option<Clamped>,
     is_lathe: bool,
-    tape: &mut Tape<'_>,
-) -> Result<(), TapeError> {
+    codec: &mut SnapshotCodec<'_>,
+) -> Result<(), SnapshotError> {
     let mut is_there = clamped.is_some();
-    is_there.keep(tape)?;
+    is_there.snapshot(codec)?;
     if is_there && !is_lathe {
-        return Err(TapeError::Impossible("a machine that grinds turns nothing"));
+        return Err(SnapshotError::Impossible("a machine that grinds turns nothing"));
     }
-    if tape.is_reading() {
+    if codec.is_reading() {
         *clamped = None;
         if is_there {
             let mut zero_mm = 0.0;
-            tape.field("zero_mm", |tape| zero_mm.keep(tape))?;
-            *clamped = Some(Clamped { part: tape.field("part", TurnedPart::read)?, zero_mm });
+            codec.field("zero_mm", |codec| zero_mm.snapshot(codec))?;
+            *clamped = Some(Clamped { part: codec.field("part", TurnedPart::read)?, zero_mm });
         }
         return Ok(());
     }
     let Some(Clamped { part, zero_mm }) = clamped else { return Ok(()) };
-    fields!(tape: zero_mm, part);
+    fields!(codec: zero_mm, part);
     Ok(())
 }
 
@@ -83,7 +83,7 @@ impl Clamped {
         }
         let height_mm = insert.height_mm;
         let centre = |r: f64| libm::sqrt((r * r - height_mm * height_mm).max(0.0)) + insert.radius_mm;
-        Some((centre(self.part.raw_reach_mm()), centre(self.part.least_mm())))
+        Some((centre(self.part.raw_reach_mm()), centre(self.part.minimum_mm())))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::supervision::Supervision;
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, WHEEL_TOLERANCE_MM};
-use crate::machine::persistent_state::LastingState;
+use crate::machine::persistent_state::PersistentState;
 use crate::machine::wheel_state::mm_from_nm;
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::AxisState;
@@ -46,7 +46,7 @@ impl Surface {
     }
 
     /// Largest such distance (mm).
-    pub(super) fn most_thrown_mm(&self) -> f64 {
+    pub(super) fn maximum_thrown_mm(&self) -> f64 {
         self.unbalance_mm
     }
 
@@ -74,7 +74,7 @@ pub(super) struct GrindingWheel {
     wheel_late: u32,
 }
 
-kept_groups!(GrindingWheel {
+snapshot_groups!(GrindingWheel {
     keep_rotation(fields: wheel, wheel_phase_rad),
     keep_cut(fields: dressed_zero_mm, since_cut, ground),
     keep_speed(fields: overspeed, wheel_late),
@@ -138,7 +138,7 @@ impl GrindingWheel {
         &mut self,
         allowed: bool,
         description: &MachineDescription,
-        lasting: &LastingState,
+        lasting: &PersistentState,
         mut raise: impl FnMut(AlarmKind, f64, f64),
     ) {
         let radius_mm = lasting.wheel_radius_mm;
@@ -157,7 +157,7 @@ impl GrindingWheel {
     pub(super) fn step(
         &mut self,
         description: &MachineDescription,
-        lasting: &LastingState,
+        lasting: &PersistentState,
         tick: u64,
         supervision: &mut Supervision,
     ) {
@@ -199,7 +199,7 @@ impl GrindingWheel {
     }
 
     /// Measured speed of the wheel (rad/s).
-    pub(super) fn rad_s(&self, lasting: &LastingState) -> f64 {
+    pub(super) fn rad_s(&self, lasting: &PersistentState) -> f64 {
         self.overspeed * self.wheel.rad_s(lasting.wheel_radius_mm)
     }
 
@@ -213,7 +213,7 @@ impl GrindingWheel {
         servo_step: u32,
         step_s: f64,
         description: &MachineDescription,
-        lasting: &LastingState,
+        lasting: &PersistentState,
     ) -> Surface {
         let (grown_mm, dressed_mm) = match description.thermal {
             Some(_) => (lasting.growth_mm, lasting.growth_at_dress_mm),
@@ -232,7 +232,7 @@ impl GrindingWheel {
     }
 
     /// Ends a tick: the wheel has turned on, and warms its head. Its phase is counted from where it began to run up.
-    pub(super) fn turn_on(&mut self, description: &MachineDescription, lasting: &mut LastingState) {
+    pub(super) fn turn_on(&mut self, description: &MachineDescription, lasting: &mut PersistentState) {
         let turned_rad = self.rad_s(lasting) * description.cycle_time_s();
         if turned_rad == 0.0 {
             self.wheel_phase_rad = 0.0;
@@ -251,7 +251,7 @@ impl GrindingWheel {
         lobe: usize,
         removal: Removal,
         description: &MachineDescription,
-        lasting: &mut LastingState,
+        lasting: &mut PersistentState,
     ) {
         if removal.area_mm2 <= 0.0 {
             return;
@@ -273,7 +273,7 @@ impl GrindingWheel {
         radius_nm: i64,
         axes: &[AxisState; AXIS_COUNT],
         description: &MachineDescription,
-        lasting: &mut LastingState,
+        lasting: &mut PersistentState,
     ) -> Result<(), (AlarmKind, f64, f64)> {
         let wheel = description.wheel;
         let radius_mm = mm_from_nm(radius_nm);
@@ -303,7 +303,7 @@ impl GrindingWheel {
 }
 
 /// Compares the mounted wheel with the one that a plan expects; an error is the alarm with its value and bound.
-pub(super) fn expect_wheel(radius_nm: i64, lasting: &LastingState) -> Result<(), (AlarmKind, f64, f64)> {
+pub(super) fn expect_wheel(radius_nm: i64, lasting: &PersistentState) -> Result<(), (AlarmKind, f64, f64)> {
     let (wanted_mm, mounted_mm) = (mm_from_nm(radius_nm), lasting.wheel_radius_mm);
     if (wanted_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM {
         return Err((AlarmKind::OtherWheel, mounted_mm, wanted_mm));

@@ -6,7 +6,7 @@ use crate::machine::alarm::AlarmKind;
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
 use crate::simulation::fault::LoadingFault;
-use crate::simulation::work_area::{Hindrance, LoadingRefused, WorkAreaState};
+use crate::simulation::work_area::{AccessRefusal, LoadingRefused, WorkAreaState};
 
 impl Machine {
     /// State of door, chuck and sensors; `None`: the machine has none.
@@ -83,7 +83,7 @@ impl Machine {
     }
 
     /// Hindrance that keeps axes and wheel from starting.
-    pub(super) fn hindrance(&self) -> Option<Hindrance> {
+    pub(super) fn hindrance(&self) -> Option<AccessRefusal> {
         self.work_area.as_ref().and_then(|area| area.hindrance())
     }
 

@@ -1,10 +1,10 @@
 //! Parts between the centres or in the chuck, and their position relative to the wheel.
 
-use super::probes::KeyWay;
-use super::turning::{Clamped, keep_clamped};
+use super::probes::Keyway;
+use super::turning::{Clamped, snapshot_clamped};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::MachineDescription;
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::simulation::axis::AxisState;
 use crate::simulation::turned_part::{TurnedPart, TurnedPartError};
 use crate::simulation::workpiece::{CutRecord, Lobe, LobeError, Workpiece};
@@ -31,19 +31,21 @@ pub(super) struct Workholding {
 }
 
 impl Workholding {
-    pub(super) fn keep_parts(
+    pub(super) fn snapshot_parts(
         &mut self,
         description: &MachineDescription,
-        tape: &mut Tape<'_>,
-    ) -> Result<(), TapeError> {
+        codec: &mut SnapshotCodec<'_>,
+    ) -> Result<(), SnapshotError> {
         // The key-way follows in a group of its own.
         let Self { part, turned, key_way_rad: _ } = self;
-        tape.field("part", |tape| part.keep(tape, description.stations.len(), || CutRecord::of(description)))?;
-        tape.field("turned", |tape| keep_clamped(turned, description.insert.is_some(), tape))
+        codec.field("part", |codec| {
+            part.snapshot(codec, description.stations.len(), || CutRecord::from_description(description))
+        })?;
+        codec.field("turned", |codec| snapshot_clamped(turned, description.insert.is_some(), codec))
     }
 
-    pub(super) fn keep_key_way(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
-        tape.field("key_way_rad", |tape| self.key_way_rad.keep(tape))
+    pub(super) fn snapshot_keyway(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        codec.field("key_way_rad", |codec| self.key_way_rad.snapshot(codec))
     }
 
     pub(super) fn part(&self) -> &Workpiece {
@@ -75,14 +77,14 @@ impl Workholding {
         self.key_way_rad
     }
 
-    pub(super) fn set_key_way(&mut self, key_way_rad: f64) {
+    pub(super) fn set_keyway(&mut self, key_way_rad: f64) {
         self.key_way_rad = if key_way_rad.is_finite() { key_way_rad } else { 0.0 };
     }
 
     /// The key-way of the part under its switch; `None` without a switch or a part.
-    pub(super) fn key_way(&self, headstock: &AxisState, description: &MachineDescription) -> Option<KeyWay> {
+    pub(super) fn keyway(&self, headstock: &AxisState, description: &MachineDescription) -> Option<Keyway> {
         let probe = description.key_way_probe.filter(|_| self.has_part())?;
-        Some(KeyWay::new(&probe, self.key_way_rad, description.rotation_sense, headstock.counts_per_unit))
+        Some(Keyway::new(&probe, self.key_way_rad, description.rotation_sense, headstock.counts_per_unit))
     }
 
     pub(super) fn clear(&mut self) {
@@ -128,7 +130,7 @@ impl Workholding {
             });
         }
         let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?;
-        if let Some(record) = CutRecord::of(description) {
+        if let Some(record) = CutRecord::from_description(description) {
             lobe.record(record);
         }
         self.part.load(lobe);

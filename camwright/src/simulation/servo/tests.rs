@@ -32,14 +32,14 @@ fn ordinary() -> DriveSettings {
     }
 }
 
-/// Drives an axis over a way (counts over s) with its two derivatives; `see` is told the time, the setpoint and the drive after every step.
+/// Drives an axis along a path (counts over s) with its two derivatives; calls `see` with time, setpoint and drive after every step.
 fn follow(servo: &mut Servo, steps: u32, way: impl Fn(f64) -> [f64; 3], mut see: impl FnMut(f64, f64, &Servo)) {
     for k in 1..=steps {
         let (from, to) = (f64::from(k - 1) * STEP_S, f64::from(k) * STEP_S);
         let [position, velocity, _] = way(to);
         let distance = position - way(from)[0];
         let acceleration = way(0.5 * (from + to))[2];
-        servo.step(Demand { position, distance, velocity, acceleration, disturbance: 0.0 });
+        servo.step(ServoCommand { position, distance, velocity, acceleration, disturbance: 0.0 });
         see(to, position, servo);
     }
 }
@@ -108,7 +108,7 @@ fn an_ideal_drive_is_exactly_where_it_is_told_to_be() {
     let mut servo = servo(DriveSettings::IDEAL);
     for k in 0..10_000_u32 {
         let distance = f64::from((k * 7919) % 1000) - 500.0;
-        let moved = servo.step(Demand { distance, velocity: distance / STEP_S, ..Demand::default() });
+        let moved = servo.step(ServoCommand { distance, velocity: distance / STEP_S, ..ServoCommand::default() });
         assert_eq!((moved.to_bits(), servo.error().to_bits()), (distance.to_bits(), 0.0_f64.to_bits()));
     }
 }
@@ -165,7 +165,7 @@ fn a_lasting_force_leaves_what_the_gains_allow_and_the_integral_nothing() {
     let mut integral = servo(DriveSettings { velocity_integral_s: Some(0.01), ..drive(kv, 1.0, Some(w)) });
     for _ in 0..8000 {
         for servo in [&mut stiff, &mut integral] {
-            servo.step(Demand { disturbance: force, ..Demand::default() });
+            servo.step(ServoCommand { disturbance: force, ..ServoCommand::default() });
         }
     }
     // The axis is pushed ahead of its setpoint.
@@ -301,7 +301,7 @@ fn neither_speed_nor_acceleration_exceeds_what_the_drive_can() {
         servo.disturb(-200.0 * counts);
         let mut before = 0.0;
         for _ in 0..16_000 {
-            servo.step(Demand::default());
+            servo.step(ServoCommand::default());
             let acceleration = (servo.velocity() - before).abs() / STEP_S;
             assert!(servo.velocity().abs() <= axis.limits.velocity * counts * DRIVE_HEADROOM * (1.0 + 1e-3));
             assert!(acceleration <= axis.limits.acceleration * counts * DRIVE_HEADROOM * (1.0 + 1e-9));
@@ -333,7 +333,7 @@ fn without_power_the_axis_brakes_at_its_acceleration_limit() {
     }
 }
 
-/// Of a whole drive nothing differs between two of the same axis, noise included.
+/// Two complete drives of the same axis behave identically, noise included.
 #[test]
 fn a_drive_repeats_itself_bit_for_bit() {
     let run = || {

@@ -1,8 +1,8 @@
-//! How far a turned part is off its design, over azimuth and place: the map, its worst places, and the cusps that the feed leaves.
+//! Form error of a turned part over azimuth and axial position: the map, its extreme positions, and the cusps of the feed.
 
 use super::TurnedPart;
 use crate::cam::surface::SurfacePoint;
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -25,7 +25,7 @@ pub enum FormMapError {
         azimuth_deg: f64,
         /// Place along the part (mm).
         z_mm: f64,
-        /// What it has there (mm).
+        /// Radius there (mm).
         radius_mm: f64,
     },
 }
@@ -148,7 +148,7 @@ impl FormMap {
         self.extreme(|one, best| one > best)
     }
 
-    /// Where it is farthest below the design, or nearest above, the first such place.
+    /// Lowest point relative to the design; the first such point.
     #[must_use]
     pub fn lowest(&self) -> FormPoint {
         self.extreme(|one, best| one < best)
@@ -186,7 +186,7 @@ impl FormMap {
             // Valley to valley: both ends of the stretch belong to it.
             for first in (0..self.places.len() - columns).step_by(columns) {
                 let cells = (first..=first + columns).map(|column| self.deviations[column * self.azimuths + azimuth]);
-                let (least, most) = least_and_most(cells);
+                let (least, most) = minimum_and_maximum(cells);
                 most_mm = most_mm.max(most - least);
                 sum += most - least;
                 count += 1.0;

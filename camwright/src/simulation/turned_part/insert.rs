@@ -1,6 +1,6 @@
 //! The insert as the part sees it, and how it moves.
 
-use crate::math::hermite::{cubic_slope, cubic_way};
+use crate::math::hermite::{cubic_path, cubic_slope};
 
 /// A round insert: its edge is a circle in the rake plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Insert {
     pub height_mm: f64,
 }
 
-/// Where the axes are.
+/// Position of the axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InsertPose {
     /// θ = σ·C: azimuth of the X axis seen from the part (rad).
@@ -57,7 +57,7 @@ impl InsertMove {
         self.from
     }
 
-    /// Where the axes are at share `s` of the step.
+    /// Position of the axes at share `s` of the step.
     #[must_use]
     pub fn at(&self, s: f64) -> InsertPose {
         let [turned, x, z] = self.gone(s);
@@ -67,7 +67,7 @@ impl InsertMove {
 
     /// Way done at share `s`; exactly the whole at 1.
     pub(super) fn gone(&self, s: f64) -> [f64; 3] {
-        core::array::from_fn(|i| cubic_way(s, self.way[i], self.slope_from[i], self.slope_to[i]))
+        core::array::from_fn(|i| cubic_path(s, self.way[i], self.slope_from[i], self.slope_to[i]))
     }
 
     /// The part of it between two shares.

@@ -97,12 +97,12 @@ pub enum TurnedPartError {
     #[error("part {name}: its zero is {part_zero_mm} mm, must be finite")]
     Zero {
         name: String,
-        /// What was given (mm).
+        /// Given value (mm).
         part_zero_mm: f64,
     },
 }
 
-/// Where the cells of a part are: azimuths i·2π/n from the key-way, columns evenly spaced along the axis with one at either end.
+/// Grid of the cells of a part: azimuths i·2π/n from the keyway, columns evenly spaced along the axis with one at either end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartGrid {
     /// Azimuths of a turn.
@@ -140,7 +140,7 @@ impl PartGrid {
         self.azimuths.saturating_mul(self.columns)
     }
 
-    /// Whether a part can have this grid.
+    /// Checks that a part can have this grid.
     ///
     /// # Errors
     /// Too few or too many cells, columns that lie nowhere.
@@ -159,14 +159,14 @@ impl PartGrid {
     }
 }
 
-/// What the insert took away.
+/// Material removed by the insert.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TurnedRemoval {
     /// Volume (mm³).
     pub volume_mm3: f64,
     /// Deepest penetration of the edge, measured along the radius (mm).
     pub depth_mm: f64,
-    /// Where that was: azimuth from the key-way (rad), place along the part (mm).
+    /// Position of the deepest cut: azimuth from the keyway (rad), position along the part (mm).
     pub deepest: Option<(f64, f64)>,
     /// The edge is over the part's axis, where it can cut nothing.
     pub is_over_axis: bool,
@@ -246,7 +246,7 @@ impl TurnedPart {
         &self.name
     }
 
-    /// Where its cells are.
+    /// Grid of its cells.
     #[must_use]
     pub fn grid(&self) -> &PartGrid {
         &self.grid
@@ -279,7 +279,7 @@ impl TurnedPart {
 
     /// Its smallest radius (mm).
     #[must_use]
-    pub fn least_mm(&self) -> f64 {
+    pub fn minimum_mm(&self) -> f64 {
         self.least
     }
 
@@ -289,7 +289,7 @@ impl TurnedPart {
         self.reach
     }
 
-    /// What there is of it (mm³): every cell is the sector of a ring as wide as columns are apart.
+    /// Volume (mm³): every cell is the sector of a ring as wide as the column spacing.
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         self.radii.iter().map(|r| r * r).sum::<f64>() * self.half_sector()

@@ -1,54 +1,54 @@
 //! A turned part in a keyframe: its radii are read as those of a raw part are taken.
 
 use super::{PartGrid, TurnedPart};
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-crate::kept!(PartGrid { azimuths, columns, from_mm, to_mm } on {});
+crate::snapshot!(PartGrid { azimuths, columns, from_mm, to_mm } on {});
 
-fn keep_cells(
-    tape: &mut Tape<'_>,
+fn snapshot_cells(
+    codec: &mut SnapshotCodec<'_>,
     name: &mut String,
     grid: &mut PartGrid,
     radii: &mut Vec<f64>,
-) -> Result<(), TapeError> {
-    tape.field("name", |tape| name.keep(tape))?;
-    tape.field("grid", |tape| grid.keep(tape))?;
-    tape.field("radii", |tape| tape.list_of_numbers(radii, super::MAX_CELLS))
+) -> Result<(), SnapshotError> {
+    codec.field("name", |codec| name.snapshot(codec))?;
+    codec.field("grid", |codec| grid.snapshot(codec))?;
+    codec.field("radii", |codec| codec.list_of_numbers(radii, super::MAX_CELLS))
 }
 
 impl TurnedPart {
-    pub(crate) fn read(tape: &mut Tape<'_>) -> Result<Self, TapeError> {
+    pub(crate) fn read(codec: &mut SnapshotCodec<'_>) -> Result<Self, SnapshotError> {
         let (mut name, mut radii) = (String::new(), Vec::new());
         let mut grid = PartGrid { azimuths: 0, columns: 0, from_mm: 0.0, to_mm: 0.0 };
-        keep_cells(tape, &mut name, &mut grid, &mut radii)?;
+        snapshot_cells(codec, &mut name, &mut grid, &mut radii)?;
         let part = Self::new(name, grid, radii);
-        let mut part = part.map_err(|_| TapeError::Impossible("a turned part that is none"))?;
-        part.keep_rest(tape)?;
+        let mut part = part.map_err(|_| SnapshotError::Impossible("a turned part that is none"))?;
+        part.snapshot_rest(codec)?;
         Ok(part)
     }
 
-    fn keep_rest(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+    fn snapshot_rest(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { raw_reach, least, reach, refresh, changed, grid, .. } = self;
-        tape.field("raw_reach", |tape| raw_reach.keep(tape))?;
-        tape.field("least", |tape| least.keep(tape))?;
-        tape.field("reach", |tape| reach.keep(tape))?;
-        tape.field("refresh", |tape| refresh.keep(tape))?;
-        tape.field("changed", |tape| changed.keep(tape))?;
+        codec.field("raw_reach", |codec| raw_reach.snapshot(codec))?;
+        codec.field("least", |codec| least.snapshot(codec))?;
+        codec.field("reach", |codec| reach.snapshot(codec))?;
+        codec.field("refresh", |codec| refresh.snapshot(codec))?;
+        codec.field("changed", |codec| changed.snapshot(codec))?;
         if refresh.0 >= grid.columns {
-            return Err(TapeError::Impossible("there is no such column"));
+            return Err(SnapshotError::Impossible("there is no such column"));
         }
         Ok(())
     }
 }
 
-impl Kept for TurnedPart {
+impl Snapshot for TurnedPart {
     /// A part that is there; one that is read is made anew.
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { name, grid, radii, .. } = self;
         // What else it has: `cos` and `sin`, which its grid decides.
-        keep_cells(tape, name, grid, radii)?;
-        self.keep_rest(tape)
+        snapshot_cells(codec, name, grid, radii)?;
+        self.snapshot_rest(codec)
     }
 }

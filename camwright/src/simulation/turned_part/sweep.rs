@@ -1,4 +1,4 @@
-//! What the insert's edge takes away on its way.
+//! Material removed by the insert's edge during a step.
 //!
 //! The edge's point at a column is at P = (xₑ, H) in the machine's frame. A line of the grid at azimuth φᵢ seen from there has the
 //! direction a = φᵢ − θ, and
@@ -18,11 +18,11 @@
 use super::{Insert, InsertMove, InsertPose, TurnedPart, TurnedRemoval};
 use crate::math::units::TURN_RAD;
 
-/// How near the line a passing point is found (mm along the arc).
+/// Accuracy of a crossing point (mm along the arc).
 const ARC_MM: f64 = 1.0e-7;
 
-/// A point this near a line at the beginning of a step may have been told on the other side of it at the end of the one before, by
-/// rounding: it passes (mm).
+/// Distance from a line below which a point counts as on it at the start of a step (mm): rounding may have placed it on the other side at
+/// the end of the previous step.
 const ON_LINE_MM: f64 = 1.0e-9;
 
 /// Steps of the search for where a point passes; two or three do, unless an axis turns round in the step.
@@ -98,7 +98,7 @@ impl Sweep<'_> {
         (narrowest, widest)
     }
 
-    /// Where on its way a point at a column passes a line: xₑ there. None where it does not.
+    /// Share of the step at which a point of a column crosses a line: xₑ there. `None` if it does not cross.
     fn passes_at(&self, line: &Line, column_mm: f64) -> Option<f64> {
         let (insert, height) = (self.insert, self.insert.height_mm);
         let edge0 = insert.edge_mm(self.from.x_mm, column_mm - self.from.z_mm);
@@ -262,7 +262,7 @@ impl TurnedPart {
         }
     }
 
-    /// How deep the edge of an insert that stands here is in the part; between two azimuths the radius is straight.
+    /// Depth of the insert's edge in the part at this pose; between two azimuths the radius is linear.
     fn look(&self, insert: &Insert, pose: InsertPose) -> TurnedRemoval {
         let (first, end) = self.columns(pose.z_mm - insert.radius_mm, pose.z_mm + insert.radius_mm);
         let mut removal = TurnedRemoval::default();

@@ -103,8 +103,8 @@ fn a_groove_of_one_turn_has_the_shape_of_the_insert() {
     }
 }
 
-/// Where the section of the rake plane and a circle of radius r about e in the direction 0 is, with the part turned by θ: its point is
-/// e rotated by −θ plus a radius, and of both the one at height H on the outer side. Written as (x, dx/dθ).
+/// Intersection of the rake plane's section with a circle of radius r about e in the direction 0, with the part turned by θ: its point
+/// is e rotated by −θ plus a radius; of the two the one at height H on the outer side. Returned as (x, dx/dθ).
 fn eccentric(r: f64, e: f64, height: f64) -> impl Fn(f64) -> (f64, f64) {
     move |theta| {
         // In the machine's frame the centre is at e (cos θ, −sin θ).
@@ -274,7 +274,7 @@ fn a_smaller_reach_is_known_after_every_column_was_looked_at() {
     (0..11).for_each(|_| part.refresh());
     let most = part.radii_mm().iter().copied().fold(0.0, f64::max);
     assert!(
-        part.reach_mm() < 19.1 && part.reach_mm() >= most && part.raw_reach_mm() >= 20.0 && part.least_mm() >= 19.0,
+        part.reach_mm() < 19.1 && part.reach_mm() >= most && part.raw_reach_mm() >= 20.0 && part.minimum_mm() >= 19.0,
         "{}",
         part.reach_mm()
     );

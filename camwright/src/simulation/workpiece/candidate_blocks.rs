@@ -9,27 +9,27 @@ pub(super) enum Edge {
 
 /// Blocks about the one that the wheel's centre faces: that one, then upwards as far as a part of the largest radius could have them
 /// inside the wheel, then downwards.
-pub(super) struct Near {
+pub(super) struct CandidateBlocks {
     first: usize,
     seen: usize,
-    way: Way,
+    way: SearchDirection,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Way {
+enum SearchDirection {
     Here,
     /// The block that was looked at last.
     Up(usize),
     Down(usize),
 }
 
-impl Near {
+impl CandidateBlocks {
     pub(super) fn new(first: usize) -> Self {
-        Self { first, seen: 0, way: Way::Here }
+        Self { first, seen: 0, way: SearchDirection::Here }
     }
 
-    /// The next block that may be inside the wheel. `look` tells of a block, by its edge nearest to the wheel's centre, whether any part
-    /// could reach there, and whether this block does.
+    /// Returns the next block that may be inside the wheel. `look` returns for a block, by its edge nearest to the wheel's centre,
+    /// whether any block could reach there, and whether this block does.
     pub(super) fn next(&mut self, blocks: usize, look: impl Fn(usize, Edge) -> (bool, bool)) -> Option<usize> {
         loop {
             if self.seen == blocks {
@@ -37,20 +37,20 @@ impl Near {
             }
             // Upwards the near edge of a block is its first azimuth, downwards its last.
             let (block, edge) = match self.way {
-                Way::Here => {
-                    self.way = Way::Up(self.first);
+                SearchDirection::Here => {
+                    self.way = SearchDirection::Up(self.first);
                     self.seen = 1;
                     return Some(self.first);
                 }
-                Way::Up(last) => (if last + 1 == blocks { 0 } else { last + 1 }, Edge::First),
-                Way::Down(last) => (if last == 0 { blocks - 1 } else { last - 1 }, Edge::Last),
+                SearchDirection::Up(last) => (if last + 1 == blocks { 0 } else { last + 1 }, Edge::First),
+                SearchDirection::Down(last) => (if last == 0 { blocks - 1 } else { last - 1 }, Edge::Last),
             };
             let (can, does) = look(block, edge);
             self.way = match (can, self.way) {
-                (true, Way::Down(_)) => Way::Down(block),
-                (true, _) => Way::Up(block),
-                (false, Way::Down(_)) => return None,
-                (false, _) => Way::Down(self.first),
+                (true, SearchDirection::Down(_)) => SearchDirection::Down(block),
+                (true, _) => SearchDirection::Up(block),
+                (false, SearchDirection::Down(_)) => return None,
+                (false, _) => SearchDirection::Down(self.first),
             };
             if can {
                 self.seen += 1;

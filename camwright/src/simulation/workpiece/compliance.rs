@@ -6,11 +6,11 @@
 use super::cut_record::ContactNow;
 use super::{BLOCK, Facing, Lobe, Removal, WheelPosition, largest};
 use crate::machine::contact_law::ContactLaw;
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 
-/// How far wheel and part have given way to each other, and which way.
+/// Deflection of wheel and part against each other, and its direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deflection {
     /// T, along the normal of the contact (mm).
@@ -20,7 +20,7 @@ pub struct Deflection {
     pub normal: (f64, f64),
 }
 
-crate::kept!(Deflection { mm, normal } on {});
+crate::snapshot!(Deflection { mm, normal } on {});
 
 impl Default for Deflection {
     fn default() -> Self {
@@ -60,21 +60,21 @@ impl Met {
     }
 }
 
-impl Kept for Met {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+impl Snapshot for Met {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { radii, block_reach, reach, upto } = self;
-        tape.field("radii", |tape| tape.numbers(radii))?;
-        tape.field("block_reach", |tape| tape.numbers(block_reach))?;
-        tape.field("reach", |tape| reach.keep(tape))?;
-        tape.field("upto", |tape| upto.keep(tape))?;
+        codec.field("radii", |codec| codec.numbers(radii))?;
+        codec.field("block_reach", |codec| codec.numbers(block_reach))?;
+        codec.field("reach", |codec| reach.snapshot(codec))?;
+        codec.field("upto", |codec| upto.snapshot(codec))?;
         match upto {
-            Some(azimuth) if *azimuth >= radii.len() => Err(TapeError::Impossible("there is no such azimuth")),
+            Some(azimuth) if *azimuth >= radii.len() => Err(SnapshotError::Impossible("there is no such azimuth")),
             _ => Ok(()),
         }
     }
 }
 
-/// Where a wheel is deepest in the surface that it meets.
+/// Deepest point of a wheel in the surface.
 struct Touch {
     depth_mm: f64,
     normal: (f64, f64),
@@ -115,7 +115,7 @@ impl Lobe {
             return (self.pass(wheel, cuts), Deflection::default());
         }
         self.bring_up_to(wheel.azimuth_rad);
-        let (position, wheel) = (wheel, Facing::of(wheel));
+        let (position, wheel) = (wheel, Facing::from_wheel(wheel));
         let touch = match self.touch(&wheel.deflected(before)) {
             Some(touch) => Some(Touch { depth_mm: touch.depth_mm + before.mm, ..touch }),
             None => self.touch(&wheel),
@@ -142,7 +142,7 @@ impl Lobe {
         (removal, deflection)
     }
 
-    /// What the wheel has cut is met again by it from where it is opposite the wheel on.
+    /// Updates the surface that the wheel meets again: its own cut, from the azimuth opposite the wheel on.
     fn bring_up_to(&mut self, azimuth_rad: f64) {
         let n = self.radii.len();
         let opposite = self.index_of(azimuth_rad + 0.5 * TURN_RAD);
@@ -174,8 +174,8 @@ impl Lobe {
         }
     }
 
-    /// Where a wheel is deepest in the surface that it meets: the azimuth nearest to its centre, and between its neighbours the top of
-    /// a parabola. None where it does not touch.
+    /// Finds the deepest point of a wheel in the surface: the azimuth nearest to its centre, and between its neighbours the vertex of a
+    /// parabola. `None` without contact.
     fn touch(&self, wheel: &Facing) -> Option<Touch> {
         let (x, radius) = (wheel.centre_mm, wheel.radius_mm);
         let (cos, sin) = wheel.direction;

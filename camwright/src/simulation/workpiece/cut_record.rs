@@ -1,4 +1,4 @@
-//! What the wheel did to every degree of a lobe, at its hardest: how it pressed, power, specific energy, and how hot it was.
+//! Peak process values at every degree of a lobe: force, power, specific energy and temperature.
 //!
 //! The force is that of the contact law. The rest is taken from the cut itself, where it is known what grinding takes: the area that is
 //! gone and the time in which the contact passed a degree give the removal rate Q′, the contact law the depth a, both the footprint speed
@@ -7,28 +7,28 @@
 
 use super::WheelPosition;
 use crate::machine::description::{GrindingProcess, MachineDescription, ReferenceCut};
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 
-/// Parts of a turn that are told apart.
+/// Recorded sectors of a turn.
 pub const DEGREES: usize = 360;
 
 /// A depth below which the wheel rubs (mm): rounding, not a chip.
 const MIN_DEPTH_MM: f64 = 1e-6;
 
-/// What was taken from one degree of a lobe.
+/// Removal at one degree of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CutAt {
     /// Largest power of the wheel's spindle per width (W/mm).
     pub power_w_mm: f64,
     /// Energy per removed volume in that moment (J/mm³).
     pub specific_energy_j_mm3: f64,
-    /// How hot it was at most, by the cut that just does not burn.
+    /// Peak temperature relative to a cut at the burn limit.
     pub burn_index: f64,
 }
 
-crate::kept!(CutAt { power_w_mm, specific_energy_j_mm3, burn_index } on {});
+crate::snapshot!(CutAt { power_w_mm, specific_energy_j_mm3, burn_index } on {});
 
 /// The contact on its way over a degree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -42,7 +42,7 @@ struct Passage {
     centre_mm: f64,
 }
 
-crate::kept!(Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta, centre_mm } on {} holds |passage| {
+crate::snapshot!(Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta, centre_mm } on {} holds |passage| {
     passage.degree < DEGREES => "there is no such degree",
 });
 
@@ -60,14 +60,14 @@ pub struct CutRecord {
     line_rad: Option<f64>,
 }
 
-impl Kept for CutRecord {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+impl Snapshot for CutRecord {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         // How many degrees there are the description decides.
         let Self { process: _, wheel_speed_m_s: _, forces_n, degrees, passage, line_rad } = self;
-        tape.field("forces_n", |tape| tape.numbers(forces_n))?;
-        tape.field("degrees", |tape| degrees.as_mut_slice().keep(tape))?;
-        tape.field("passage", |tape| passage.keep(tape))?;
-        tape.field("line_rad", |tape| line_rad.keep(tape))
+        codec.field("forces_n", |codec| codec.numbers(forces_n))?;
+        codec.field("degrees", |codec| degrees.as_mut_slice().snapshot(codec))?;
+        codec.field("passage", |codec| passage.snapshot(codec))?;
+        codec.field("line_rad", |codec| line_rad.snapshot(codec))
     }
 }
 
@@ -87,7 +87,7 @@ pub(super) struct ContactNow {
 
 impl CutRecord {
     /// An empty one for a lobe on a machine; none where wheel and part do not give way, since the law of that is what a cut is known by.
-    pub(crate) fn of(description: &MachineDescription) -> Option<Self> {
+    pub(crate) fn from_description(description: &MachineDescription) -> Option<Self> {
         description.contact.as_ref()?;
         let process = description.process;
         let degrees = alloc::vec![CutAt::default(); if process.is_some() { DEGREES } else { 0 }];
@@ -95,7 +95,7 @@ impl CutRecord {
         Some(Self { process, wheel_speed_m_s, forces_n, degrees, passage: None, line_rad: None })
     }
 
-    /// What was taken from every degree from the key-way on; empty where nobody says what grinding takes.
+    /// Removal at every degree from the keyway on; empty without process data in the machine file.
     #[must_use]
     pub fn degrees(&self) -> &[CutAt] {
         &self.degrees

@@ -19,7 +19,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-use candidate_blocks::{Edge, Near};
+use candidate_blocks::{CandidateBlocks, Edge};
 pub use compliance::Deflection;
 pub use cut_record::{CutAt, CutRecord, DEGREES};
 
@@ -72,7 +72,7 @@ pub enum LobeError {
 /// Fewest radii of an outline.
 pub const MIN_AZIMUTHS: usize = 16;
 
-/// What the wheel took away.
+/// Material removed by the wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Removal {
     /// Volume per width of the cut (mm³/mm).
@@ -116,13 +116,13 @@ struct Facing {
 }
 
 impl Facing {
-    fn of(wheel: WheelPosition) -> Self {
+    fn from_wheel(wheel: WheelPosition) -> Self {
         let WheelPosition { azimuth_rad, centre_mm, radius_mm } = wheel;
         let (sin, cos) = libm::sincos(azimuth_rad);
         Self { centre_mm, radius_mm, direction: (cos, sin), azimuth_rad }
     }
 
-    /// Whether a point at distance `r` from the axis, in a direction at an angle with this cosine, is inside the wheel.
+    /// Returns whether a point at distance `r` from the axis, in a direction at an angle with this cosine, is inside the wheel.
     fn has(&self, r: f64, cos_delta: f64) -> bool {
         let x = self.centre_mm;
         r * (r - 2.0 * x * cos_delta) + x * x < self.radius_mm * self.radius_mm
@@ -224,7 +224,7 @@ impl Lobe {
         self.record = Some(record);
     }
 
-    /// What the wheel did to every degree of it, if that is kept.
+    /// Process values at every degree, if they are recorded.
     #[must_use]
     pub fn cut_record(&self) -> Option<&CutRecord> {
         self.record.as_ref()
@@ -256,7 +256,7 @@ impl Lobe {
         if wheel.centre_mm <= wheel.radius_mm {
             return Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
         }
-        self.cut(&Facing::of(wheel), cuts)
+        self.cut(&Facing::from_wheel(wheel), cuts)
     }
 
     fn cut(&mut self, wheel: &Facing, cuts: bool) -> Removal {
@@ -273,8 +273,8 @@ impl Lobe {
     }
 
     /// Looks about from the block that the wheel's centre faces.
-    fn near(&self, wheel: &Facing) -> Near {
-        Near::new(self.block_of(wheel.azimuth_rad))
+    fn near(&self, wheel: &Facing) -> CandidateBlocks {
+        CandidateBlocks::new(self.block_of(wheel.azimuth_rad))
     }
 
     /// The azimuth of a block at one of its edges.

@@ -1,7 +1,7 @@
 //! The part in a keyframe: outlines are read as those of a raw part are taken, then what a cut has left besides them.
 
 use super::{CutRecord, Lobe, Workpiece};
-use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -10,68 +10,68 @@ impl Workpiece {
     ///
     /// # Errors
     /// Those of the walk; lobes that cannot be on a machine with so many stations.
-    pub(crate) fn keep(
+    pub(crate) fn snapshot(
         &mut self,
-        tape: &mut Tape<'_>,
+        codec: &mut SnapshotCodec<'_>,
         stations: usize,
         record: impl Fn() -> Option<CutRecord>,
-    ) -> Result<(), TapeError> {
-        let count = tape.count(self.lobes.len(), stations)?;
-        if tape.is_reading() {
+    ) -> Result<(), SnapshotError> {
+        let count = codec.count(self.lobes.len(), stations)?;
+        if codec.is_reading() {
             self.lobes.clear();
             for index in 0..count {
-                self.lobes.push(tape.item(index, |tape| Lobe::read(tape, stations, record()))?);
+                self.lobes.push(codec.item(index, |codec| Lobe::read(codec, stations, record()))?);
             }
             return Ok(());
         }
-        self.lobes.iter_mut().enumerate().try_for_each(|(index, lobe)| tape.item(index, |tape| lobe.keep(tape)))
+        self.lobes.iter_mut().enumerate().try_for_each(|(index, lobe)| codec.item(index, |codec| lobe.snapshot(codec)))
     }
 }
 
-/// What a raw lobe is made from.
-fn keep_outline(
-    tape: &mut Tape<'_>,
+/// Outline of the raw lobe.
+fn snapshot_outline(
+    codec: &mut SnapshotCodec<'_>,
     name: &mut String,
     station: &mut usize,
     width_mm: &mut f64,
     radii: &mut Vec<f64>,
-) -> Result<(), TapeError> {
-    tape.field("name", |tape| name.keep(tape))?;
-    tape.field("station", |tape| station.keep(tape))?;
-    tape.field("width_mm", |tape| width_mm.keep(tape))?;
-    tape.field("radii", |tape| tape.list_of_numbers(radii, usize::MAX))
+) -> Result<(), SnapshotError> {
+    codec.field("name", |codec| name.snapshot(codec))?;
+    codec.field("station", |codec| station.snapshot(codec))?;
+    codec.field("width_mm", |codec| width_mm.snapshot(codec))?;
+    codec.field("radii", |codec| codec.list_of_numbers(radii, usize::MAX))
 }
 
 impl Lobe {
-    fn read(tape: &mut Tape<'_>, stations: usize, record: Option<CutRecord>) -> Result<Self, TapeError> {
+    fn read(codec: &mut SnapshotCodec<'_>, stations: usize, record: Option<CutRecord>) -> Result<Self, SnapshotError> {
         let (mut name, mut station, mut width_mm, mut radii) = (String::new(), 0, 0.0, Vec::new());
-        keep_outline(tape, &mut name, &mut station, &mut width_mm, &mut radii)?;
+        snapshot_outline(codec, &mut name, &mut station, &mut width_mm, &mut radii)?;
         if station >= stations {
-            return Err(TapeError::Impossible("a lobe stands at no station"));
+            return Err(SnapshotError::Impossible("a lobe stands at no station"));
         }
         let lobe = Self::new(name, station, width_mm, radii);
-        let mut lobe = lobe.map_err(|_| TapeError::Impossible("an outline that is none"))?;
+        let mut lobe = lobe.map_err(|_| SnapshotError::Impossible("an outline that is none"))?;
         lobe.record = record;
-        lobe.keep_rest(tape)?;
+        lobe.snapshot_rest(codec)?;
         Ok(lobe)
     }
 
-    fn keep_rest(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+    fn snapshot_rest(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { block_reach, reach, changed, met, record, .. } = self;
-        tape.field("block_reach", |tape| tape.numbers(block_reach))?;
-        tape.field("reach", |tape| reach.keep(tape))?;
-        tape.field("changed", |tape| changed.keep(tape))?;
-        tape.field("met", |tape| met.keep(tape))?;
-        tape.field("record", |tape| record.as_mut().map_or(Ok(()), |record| record.keep(tape)))
+        codec.field("block_reach", |codec| codec.numbers(block_reach))?;
+        codec.field("reach", |codec| reach.snapshot(codec))?;
+        codec.field("changed", |codec| changed.snapshot(codec))?;
+        codec.field("met", |codec| met.snapshot(codec))?;
+        codec.field("record", |codec| record.as_mut().map_or(Ok(()), |record| record.snapshot(codec)))
     }
 }
 
-impl Kept for Lobe {
+impl Snapshot for Lobe {
     /// A lobe that is there; one that is read is made anew.
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { name, station, width_mm, radii, .. } = self;
         // What else it has: `cos` and `sin`, which its number of radii decides.
-        keep_outline(tape, name, station, width_mm, radii)?;
-        self.keep_rest(tape)
+        snapshot_outline(codec, name, station, width_mm, radii)?;
+        self.snapshot_rest(codec)
     }
 }

@@ -17,13 +17,13 @@ pub enum FaceError {
     /// The radius of the face is not a positive number.
     #[error("the face of the mill has a radius of {face_radius_mm} mm; it must be a positive number")]
     BadRadius {
-        /// What was given (mm).
+        /// Given value (mm).
         face_radius_mm: f64,
     },
-    /// What is left on the contour is none.
+    /// The stock left on the contour is not valid.
     #[error("{leaves_mm} mm cannot be left on a contour; it must be 0 or more")]
     BadStock {
-        /// What was given (mm).
+        /// Given value (mm).
         leaves_mm: f64,
     },
     /// The contour has a hollow.
@@ -36,7 +36,7 @@ pub enum FaceError {
         angle_deg: f64,
         /// Curvature there (1/mm).
         curvature_1_mm: f64,
-        /// What it must exceed (1/mm).
+        /// Lower bound, exclusive (1/mm).
         bound_1_mm: f64,
     },
     /// The face does not reach to where it would have to cut.
@@ -63,10 +63,10 @@ pub struct FacePath {
     reach: FaceReach,
 }
 
-/// How far a face has to reach on a contour.
+/// Required reach of a face on a contour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaceReach {
-    /// How far beside its middle it touches at most (mm).
+    /// Maximum distance of the contact from the middle of the face (mm).
     pub beside_mm: f64,
     /// Azimuth of the mill's axis there (rad).
     pub azimuth_rad: f64,
@@ -93,7 +93,7 @@ impl FacePath {
         Ok(Self { path, reach })
     }
 
-    /// Whether a face can make a contour, and how far it has to reach for it.
+    /// Checks that a face can make a contour, and returns the required reach.
     ///
     /// # Errors
     /// A hollow contour, a face that is too small, with figures and place.
@@ -126,7 +126,7 @@ impl FacePath {
         &self.path
     }
 
-    /// How far the face has to reach.
+    /// Required reach of the face.
     #[must_use]
     pub fn reach(&self) -> FaceReach {
         self.reach

@@ -1,4 +1,4 @@
-//! What a milling cutter does while the part turns once: the axes of its carriage over the turned angle, for machines that are not ours.
+//! Motion of a milling cutter over one turn of the part: the axes of its carriage over the turned angle, for foreign machines.
 //!
 //! Angles are azimuths of the cutter's carriage seen from the part (θ = σ·C, with the lobe's phase taken off), so that a path is the part's
 //! and not the machine's; it is closed, and read in the direction of growing θ.
@@ -32,7 +32,7 @@ impl CarriageAxis {
     }
 }
 
-/// What one axis does over a turn.
+/// Travel of one axis over a turn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Travel {
     pub axis: CarriageAxis,
@@ -55,7 +55,7 @@ impl CutterPath {
     /// A contour by the periphery of a cutter whose axis is parallel to the part's, as a wheel of its radius grinds it: X of its centre. What
     /// is to be left on the contour counts as radius of that wheel.
     #[must_use]
-    pub fn of_periphery(path: &ToolPath) -> Self {
+    pub fn from_periphery(path: &ToolPath) -> Self {
         Self::round("contour", path, CarriageAxis::X)
     }
 

@@ -46,7 +46,7 @@ pub struct BarrelCutter {
 /// Places along the roller at which its walls are looked at.
 pub(super) const DEPTHS: u32 = 16;
 
-/// What rounding can make of a zero.
+/// Rounding error of a zero.
 const ROUNDING: f64 = 1e-9;
 
 impl BarrelGroove {
@@ -128,7 +128,7 @@ impl BarrelGroove {
         0.5 * (self.outer_radius_mm + self.floor_radius_mm)
     }
 
-    /// Whether a mill goes into the slot, without its paths.
+    /// Checks that a mill fits into the slot, without computing its paths.
     ///
     /// # Errors
     /// A mill that does not, or is far too small for it.
@@ -213,7 +213,7 @@ impl BarrelGroove {
         (x * z.second / (square * libm::sqrt(square)), twist * twist)
     }
 
-    /// What must be positive for a wall to be regular.
+    /// Expression that must be positive for a regular wall.
     fn regularity(&self, z: &Sample, x: f64, wall: Wall) -> f64 {
         let (curvature, twist) = self.bending(z, x);
         1.0 - wall.side() * self.roller_radius_mm * curvature - twist

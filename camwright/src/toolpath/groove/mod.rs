@@ -86,7 +86,7 @@ pub enum GrooveError {
         what: &'static str,
         /// Its value (mm).
         value: f64,
-        /// What it must be.
+        /// Condition that it violates.
         bound: &'static str,
     },
     /// The pitch curve bends more tightly than the roller is round.
@@ -102,7 +102,7 @@ pub enum GrooveError {
         from_axis_mm: f64,
         /// Radius of curvature of the pitch curve (mm).
         slot_radius_mm: f64,
-        /// What it must exceed (mm): the roller's radius, on a cylinder a little more.
+        /// Lower bound, exclusive (mm): the roller's radius, on a cylinder a little more.
         bound_mm: f64,
     },
     /// The inner wall is no contour.

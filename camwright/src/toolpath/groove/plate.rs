@@ -84,7 +84,7 @@ impl PlateGroove {
         (radius_mm > 0.0).then_some(Extremum { angle_rad: found.angle_rad, value: radius_mm })
     }
 
-    /// Whether a mill goes into the slot, without its paths.
+    /// Checks that a mill fits into the slot, without computing its paths.
     ///
     /// # Errors
     /// A mill that does not, or is far too small for it.

@@ -1,4 +1,4 @@
-//! What a mill leaves on the walls of a barrel groove, or cuts into them: the swept mill against the wall that the roller sweeps.
+//! Error of a mill on the walls of a barrel groove: the swept mill compared with the wall that the roller sweeps.
 //!
 //! A point of the roller's wall is taken to the part, and from there into the frame of the mill at every azimuth at which it can come
 //! near: its distance from the mill's axis, less the mill's radius, is what the mill still has to go, and the least of that is what it
@@ -12,10 +12,10 @@ use crate::math::units::{TURN_RAD, wrap_turn};
 use crate::toolpath::cutter_path::{CarriageAxis, CutterPath};
 use core::f64::consts::FRAC_PI_2;
 
-/// What a mill does to a wall at one place.
+/// Error of a wall at one position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallError {
-    /// What is left along the wall's normal (mm); negative where the mill cuts into the wall.
+    /// Material left along the wall's normal (mm); negative if the mill cuts into the wall.
     pub error_mm: f64,
     /// Distance of the place from the part's axis (mm).
     pub radius_mm: f64,
@@ -26,9 +26,9 @@ pub struct WallError {
 /// The two ends of what a mill does to a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallErrors {
-    /// Where it leaves most.
+    /// Position with most material left.
     pub most: WallError,
-    /// Where it leaves least, or cuts in deepest.
+    /// Position with least material left, or the deepest cut.
     pub least: WallError,
 }
 
@@ -59,8 +59,8 @@ struct Swept<'a> {
 }
 
 impl BarrelGroove {
-    /// What a mill on a path leaves on a wall, or cuts into it, between floor and surface, beyond what it is to leave. What its end leaves
-    /// in the corner of the floor is not looked at.
+    /// Error of a mill on a wall between floor and surface, relative to the intended stock. Material left by its end in the corner of the
+    /// floor is not considered.
     #[must_use]
     pub fn wall_errors(&self, path: &CutterPath, cutter_radius_mm: f64, leaves_mm: f64, wall: Wall) -> WallErrors {
         let wall_radius_mm = self.roller_radius_mm() - leaves_mm;
@@ -102,7 +102,7 @@ impl Swept<'_> {
         self.error(angle, best.0)
     }
 
-    /// What is left of the wall that the roller touches at an azimuth, at a share of its depth.
+    /// Error of the wall that the roller touches at an azimuth, at a share of its depth.
     fn error(&self, angle: f64, share: f64) -> WallError {
         let z = self.groove.lift().sample(angle);
         let x = self.place_along(&z, share);

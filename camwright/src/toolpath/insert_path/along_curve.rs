@@ -142,7 +142,7 @@ impl<'a> Along<'a> {
         Ok(())
     }
 
-    /// Where the centre of an insert stands that touches here.
+    /// Position of the centre of an insert that touches here.
     fn centre(&self, reach: f64) -> [f64; 2] {
         let slope = self.point.by_z;
         let w = libm::sqrt(1.0 + slope * slope);

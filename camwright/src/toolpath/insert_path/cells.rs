@@ -7,7 +7,7 @@
 use super::rates::{AxisLimits, SpeedBound};
 use super::{InsertPath, ZLaw};
 use crate::machine::description::MotionLimits;
-use crate::math::range::{least_and_most, most_of_sum, product, scaled};
+use crate::math::range::{maximum_of_sum, minimum_and_maximum, product, scaled};
 use crate::math::uniform_hermite::UniformHermite;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -30,7 +30,7 @@ pub(super) struct Cells {
     z: Vec<Derivatives>,
 }
 
-/// How the spindle turns over a cell.
+/// Spindle motion over a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Turning {
     /// Time (s).
@@ -52,7 +52,7 @@ impl Turning {
             return None;
         }
         let t = 2.0 * width_rad / (mean + libm::sqrt(root));
-        let of = |values: &[f64]| least_and_most(values.iter().copied());
+        let of = |values: &[f64]| minimum_and_maximum(values.iter().copied());
         let (b1, b2) = (w0 + a0 * t / 3.0, w1 - a1 * t / 3.0);
         let middle = 3.0 * (b2 - b1) / t;
         let speed = of(&[w0, b1, b2, w1]);
@@ -97,8 +97,8 @@ impl Cells {
         })
     }
 
-    /// How many times slower the spindle would have to turn in a cell to keep the limits of slides and spindle, all speeds, accelerations
-    /// and jerks changing alike; and what asks for it.
+    /// Factor by which the spindle must slow down in a cell to keep the limits of slides and spindle, with all speeds, accelerations and
+    /// jerks scaled alike; and the quantity that requires it.
     pub(super) fn slower(
         &self,
         cell: usize,
@@ -118,8 +118,14 @@ impl Cells {
         for (axis, [s1, s2, s3], limits) in [("x_axis", self.x[cell], limits.x), ("z_axis", self.z[cell], limits.z)] {
             let used = [
                 (most(scaled(s1, w)) / limits.velocity, SpeedBound::Velocity(axis)),
-                (most_of_sum([scaled(s2, w2), product(s1, a)]) / limits.acceleration, SpeedBound::Acceleration(axis)),
-                (most_of_sum([scaled(s3, w3), product(s2, wa3), product(s1, j)]) / limits.jerk, SpeedBound::Jerk(axis)),
+                (
+                    maximum_of_sum([scaled(s2, w2), product(s1, a)]) / limits.acceleration,
+                    SpeedBound::Acceleration(axis),
+                ),
+                (
+                    maximum_of_sum([scaled(s3, w3), product(s2, wa3), product(s1, j)]) / limits.jerk,
+                    SpeedBound::Jerk(axis),
+                ),
             ];
             for (worst, used) in worst.iter_mut().zip(used) {
                 if used.0 > worst.0 {

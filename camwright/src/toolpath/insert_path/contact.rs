@@ -1,4 +1,4 @@
-//! Where the insert touches the section.
+//! Contact of the insert with the section.
 
 use super::InsertPathError;
 use super::hollow::{Hollow, Hollows};
@@ -6,7 +6,7 @@ use crate::math::units::deg_from_rad;
 use crate::toolpath::rake_section::{RakeSection, SectionPoint};
 use alloc::vec::Vec;
 
-/// What touches the insert, and where its centre stands.
+/// Contact point of the insert, and position of its centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Contact {
     /// The point of the section.
@@ -15,7 +15,7 @@ pub(super) struct Contact {
     pub(super) x_mm: f64,
     /// 1 − R·curvature: how the centre moves with the contact; 0 where it would stand still.
     pub(super) room: f64,
-    /// Whether it was looked for among all points within reach, because a hollow is near.
+    /// True if the contact was searched among all points within reach, because a hollow is near.
     pub(super) hollow: bool,
     reach_mm: f64,
 }
@@ -61,7 +61,7 @@ const CLOSE: f64 = 1e-7;
 /// Least [`Contact::room`] with which a contact is followed to the next.
 const MIN_ROOM: f64 = 0.02;
 
-/// How far a contact may lie from where the ones before point to (mm) before it is looked for among all.
+/// Maximum distance of a contact from its extrapolation (mm) before all points are searched.
 const JUMP_MM: f64 = 0.05;
 
 /// Points from one edge of the insert to the other among which the highest is looked for.
@@ -242,8 +242,8 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// Where one to six values at equal steps point to, the newest first: the polynomial through them, one step on. Six are exact enough that
-/// a single look at the surface mostly suffices.
+/// Extrapolation weights for one to six values at equal steps, the newest first: the polynomial through them, one step on. Six are so exact
+/// that a single evaluation of the surface mostly suffices.
 const POINTING: [[f64; 6]; 6] = [
     [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     [2.0, -1.0, 0.0, 0.0, 0.0, 0.0],
@@ -264,7 +264,7 @@ pub(super) struct Follow<'a> {
 }
 
 impl Follow<'_> {
-    /// Whether the last contact lies elsewhere than the ones before point to.
+    /// Returns whether the last contact differs from the extrapolation.
     pub(super) fn jumped(&self) -> bool {
         self.jumped
     }

@@ -53,7 +53,7 @@ impl InsertPath {
 
 fn height_mm(point: &SectionPoint, feed: Feed, insert_radius_mm: f64) -> f64 {
     let steep = libm::sqrt(1.0 + point.by_z * point.by_z);
-    // Where the section is as hollow as the insert is round the insert does not touch it: that is told as a hollow, not as a cusp.
+    // The insert does not touch a section as hollow as its own radius: that is reported as a hollow, not as a cusp.
     let open = 1.0 - insert_radius_mm * point.hollow();
     if open < MIN_OPEN {
         return 0.0;

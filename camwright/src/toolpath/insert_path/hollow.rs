@@ -1,4 +1,4 @@
-//! Where a section is hollower than the insert is round.
+//! Hollows of a section with a smaller radius than the insert.
 
 use super::InsertPathError;
 use crate::math::units::{TURN_RAD, wrap_turn};
@@ -15,7 +15,7 @@ pub struct Hollow {
     pub z_mm: f64,
     /// Radius of the hollow (mm).
     pub radius_mm: f64,
-    /// What it would have to exceed: the radius of the insert with its stock (mm).
+    /// Required radius: the radius of the insert with its stock (mm).
     pub bound_mm: f64,
     /// Most that is left in the hollows at that angle, along x (mm).
     pub left_mm: f64,
@@ -80,7 +80,7 @@ impl Hollows {
         self.tightest.map(|(turned, z, curvature)| (turned, z, 1.0 / curvature))
     }
 
-    /// Whether a hollow may be within the insert's reach.
+    /// Returns whether a hollow may be within the insert's reach.
     pub(super) fn within_reach(&self, turned_rad: f64, centre_mm: f64) -> bool {
         if self.tightest.is_none() {
             return false;

@@ -1,4 +1,4 @@
-//! Where the centre of a round insert runs while the part turns: X over the turned angle, along a spiral of many turns.
+//! Path of the centre of a round insert while the part turns: X over the turned angle, along a spiral of many turns.
 //!
 //! ```text
 //!   x      ___ section x(z) at θ        The insert of radius R lies in the rake plane. It touches the section where
@@ -6,9 +6,9 @@
 //!      \_/  (  )  insert                X = x + R cos τ,   z_R = z − R sin τ.
 //! ```
 //!
-//! If the section is nowhere hollower than the insert (curvature below 1/R) there is one contact for each `z_R`, and the insert cuts
-//! nowhere else. Else the centre runs on the envelope X(`z_R`) = max over z of x(z) + √(R² − (z − `z_R`)²), which cuts nothing and leaves
-//! something in the hollow; how much is told.
+//! If the section is nowhere hollower than the insert (curvature below 1/R), there is one contact for each `z_R`, and the insert cuts
+//! nowhere else. Otherwise the centre runs on the envelope X(`z_R`) = max over z of x(z) + √(R² − (z − `z_R`)²), which cuts nothing and
+//! leaves material in the hollow; the amount is reported.
 //!
 //! The path carries X with its exact first and second derivative over θ at equal steps of the turn: X′ = ∂x/∂θ + tan τ·`z_R′`, for the
 //! envelope does not feel how the contact moves, and X″ by one derivative more. Between the knots it is the quintic through them, C².
@@ -35,7 +35,7 @@ pub use spindle::{BoundShare, SpindleLaw};
 
 use crate::cam::surface::Surface;
 use crate::math::hermite::{HermiteError, HermiteSpline, Knot, Sample};
-use crate::math::range::least_and_most;
+use crate::math::range::minimum_and_maximum;
 use crate::math::uniform_hermite::UniformHermite;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use crate::math::work::WorkBudget;
@@ -83,7 +83,7 @@ pub enum InsertPathError {
         z_mm: f64,
         /// Change of X from one angle to the next (mm).
         jump_mm: f64,
-        /// What slopes on both sides allow (mm).
+        /// Value allowed by the slopes on both sides (mm).
         bound_mm: f64,
     },
     /// Steps of the angle that are too long.
@@ -123,9 +123,9 @@ pub enum InsertPathError {
     )]
     ExceedsLimit {
         axis: &'static str,
-        /// Of which quantity, with its unit.
+        /// Quantity with its unit.
         quantity: &'static str,
-        /// What it would need.
+        /// Required value.
         value: f64,
         bound: f64,
         /// Turned angle (deg).
@@ -135,7 +135,7 @@ pub enum InsertPathError {
     },
 }
 
-/// How the insert advances along the part.
+/// Feed of the insert along the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Feed {
     /// Z at constant speed: the same way every turn (mm), and all the time.
@@ -145,16 +145,16 @@ pub enum Feed {
     AlongCurve(f64),
 }
 
-/// What a path is asked to be.
+/// Requested path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathRequest {
     /// Radius of the round insert R (mm).
     pub insert_radius_mm: f64,
     /// Height of the rake plane above the axis (mm): −H for a tool H below centre.
     pub plane_y_mm: f64,
-    /// Where the centre of the insert begins along z (mm); with [`Feed::AlongCurve`] where the contact does.
+    /// Start of the insert's centre along z (mm); with [`Feed::AlongCurve`] start of the contact.
     pub from_mm: f64,
-    /// Where it ends (mm), farther on or farther back.
+    /// End (mm), in either direction.
     pub to_mm: f64,
     pub feed: Feed,
     /// Angles a turn: 180 to 3600, a step of 2° to 0.1°.
@@ -165,12 +165,12 @@ pub struct PathRequest {
     pub stock_mm: f64,
 }
 
-/// How exact a path is, on places between its knots.
+/// Accuracy of a path between its knots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathAccuracy {
     /// Largest difference of X from the exact one midway between knots (mm).
     pub interpolation_error_mm: f64,
-    /// How far the distance of the centre from the section, found by trying all its points, falls below R at most (mm).
+    /// Maximum amount by which the distance of the centre from the section falls below R (mm), found by testing all points.
     pub gouge_mm: f64,
     /// Places that were looked at.
     pub places: u32,
@@ -181,9 +181,9 @@ pub struct PathAccuracy {
 pub enum ZLaw {
     /// At constant speed: from a z (mm) at the path's first angle on, by so much per rad (mm/rad).
     Straight {
-        /// Where it begins (mm).
+        /// Start (mm).
         from_mm: f64,
-        /// How fast (mm/rad).
+        /// Rate (mm/rad).
         per_rad: f64,
     },
     Spline(UniformHermite),
@@ -208,7 +208,7 @@ const LARGEST_INSERT_MM: f64 = 1000.0;
 /// Error of X between knots that is still accepted (mm): what the plan promises of the distance from the section.
 const ALLOWED_ERROR_MM: f64 = 1e-5;
 
-/// What a contact that goes from one flank of a hollow to the other may add to X besides its slopes (mm).
+/// Maximum addition to X, besides its slopes, by a contact that changes the flank of a hollow (mm).
 const CONTINUOUS_MM: f64 = 5e-3;
 
 /// Places at which a path is looked at again.
@@ -337,7 +337,7 @@ impl InsertPath {
         Ok((x, ZLaw::Straight { from_mm: request.from_mm, per_rad }))
     }
 
-    /// What was asked for.
+    /// Requested path.
     #[must_use]
     pub fn request(&self) -> &PathRequest {
         &self.request
@@ -391,7 +391,7 @@ impl InsertPath {
         self.hollow
     }
 
-    /// How exact it is.
+    /// Accuracy of the path.
     #[must_use]
     pub fn accuracy(&self) -> PathAccuracy {
         self.accuracy
@@ -400,10 +400,10 @@ impl InsertPath {
     /// Least and largest X of the insert's centre at the knots (mm).
     #[must_use]
     pub fn x_range_mm(&self) -> (f64, f64) {
-        least_and_most(self.x.knots().iter().map(|[x, ..]| *x))
+        minimum_and_maximum(self.x.knots().iter().map(|[x, ..]| *x))
     }
 
-    /// How far X goes to and fro over the whole spiral (mm).
+    /// Stroke of X over the whole spiral (mm).
     #[must_use]
     pub fn stroke_mm(&self) -> f64 {
         let (low, high) = self.x_range_mm();

@@ -10,24 +10,24 @@ use super::{Feed, InsertPath, InsertPathError, InsertPathKey, PathRequest};
 use crate::cam::surface::Surface;
 use alloc::vec::Vec;
 
-/// What is turned off in how many passes.
+/// Distribution of the stock over passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passes {
     /// Stock on the section before the first pass (mm).
     pub stock_mm: f64,
-    /// What roughing leaves for the last pass (mm).
+    /// Stock of the last pass (mm).
     pub finish_mm: f64,
     /// Most that a roughing pass takes (mm).
     pub deepest_mm: f64,
     pub rough_feed: Feed,
 }
 
-/// What one pass takes off and how it advances.
+/// Depth and feed of one pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassStep {
-    /// What it takes off at most, along the section's normal in the rake plane (mm), besides what the feed before left.
+    /// Maximum depth along the section's normal in the rake plane (mm), in addition to the cusps of the previous feed.
     pub depth_mm: f64,
-    /// What it leaves on the section (mm).
+    /// Stock left on the section (mm).
     pub stock_mm: f64,
     pub feed: Feed,
 }
@@ -35,9 +35,9 @@ pub struct PassStep {
 /// One pass and its path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
-    /// What it takes off, along the section's normal in the rake plane (mm).
+    /// Depth along the section's normal in the rake plane (mm).
     pub depth_mm: f64,
-    /// Where the insert's centre runs.
+    /// Path of the insert's centre.
     pub path: InsertPath,
 }
 
@@ -51,7 +51,7 @@ pub fn cusp_mm(insert_radius_mm: f64, feed_mm: f64) -> f64 {
 }
 
 impl Passes {
-    /// What every pass leaves on the section (mm), the last one nothing: roughing passes of equal depth, no deeper than allowed, then
+    /// Stock that every pass leaves on the section (mm), 0 after the last one: roughing passes of equal depth, no deeper than allowed, then
     /// finishing.
     ///
     /// # Errors

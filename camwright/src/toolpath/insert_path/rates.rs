@@ -1,4 +1,4 @@
-//! What a path asks of the axes, and how fast the spindle may turn.
+//! Demand of a path on the axes, and the fastest speed of the spindle.
 
 use super::{InsertPath, InsertPathError, InsertPathKey, ZLaw};
 use crate::machine::description::MotionLimits;
@@ -22,7 +22,7 @@ pub struct PathRates {
     pub z: Rates,
 }
 
-/// What the axes can do (mm/s, mm/s², mm/s³; the spindle rad/s).
+/// Limits of the axes (mm/s, mm/s², mm/s³; the spindle rad/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisLimits {
     pub x: MotionLimits,
@@ -31,7 +31,7 @@ pub struct AxisLimits {
     pub spindle_rad_s: f64,
 }
 
-/// What holds the speed of the spindle down.
+/// Bound that limits the speed of the spindle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedBound {
     Spindle,
@@ -64,7 +64,7 @@ pub struct SpindleSpeed {
     pub at_rad: f64,
 }
 
-/// What the slides do at a speed of the spindle: mm/s, mm/s², mm/s³ and where (at, rad).
+/// Motion of the slides at a speed of the spindle: mm/s, mm/s², mm/s³ and the angle (rad).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathUse {
     pub x: Rates,
@@ -79,14 +79,14 @@ const FINER: f64 = 8.0;
 const ROUNDING: f64 = 1e-6;
 
 impl Rates {
-    fn of(spline: &UniformHermite) -> Self {
+    fn from_spline(spline: &UniformHermite) -> Self {
         let mut rates = Self::default();
         for left in 0..spline.knots().len() - 1 {
             let [velocity, acceleration, jerk] = spline.bounds(left);
             let at = spline.at(left);
-            rates.velocity.take(velocity, at);
-            rates.acceleration.take(acceleration, at);
-            rates.jerk.take(jerk, at);
+            rates.velocity.add(velocity, at);
+            rates.acceleration.add(acceleration, at);
+            rates.jerk.add(jerk, at);
         }
         rates
     }
@@ -110,9 +110,9 @@ impl InsertPath {
                 let velocity = Extreme { value: per_rad.abs(), at: self.x().start() };
                 Rates { velocity, ..Rates::default() }
             }
-            ZLaw::Spline(spline) => Rates::of(spline),
+            ZLaw::Spline(spline) => Rates::from_spline(spline),
         };
-        PathRates { x: Rates::of(self.x()), z }
+        PathRates { x: Rates::from_spline(self.x()), z }
     }
 
     /// The fastest constant speed of the spindle at which all limits are kept: velocity grows with it, acceleration with its square, jerk
@@ -160,7 +160,7 @@ impl InsertPath {
         Ok(best)
     }
 
-    /// What the slides do at a constant speed of the spindle (rad/s), by the hulls of [`Self::rates`].
+    /// Motion of the slides at a constant speed of the spindle (rad/s), by the hulls of [`Self::rates`].
     #[must_use]
     pub fn at_speed(&self, spindle_rad_s: f64) -> PathUse {
         let rates = self.rates();
@@ -209,8 +209,8 @@ impl InsertPath {
     }
 }
 
-/// Differences of a spline over its whole length. Places are told in knots, where they are exact: far along a path an angle is rounded so
-/// much that third differences would be noise. Values come from the quintic's blending functions, not from its coefficients.
+/// Differences of a spline over its whole length. Positions are given in knots, where they are exact: far along a path an angle is
+/// rounded so much that third differences would be noise. Values come from the quintic's blending functions, not from its coefficients.
 fn walked(spline: &UniformHermite) -> Rates {
     let (knots, h) = (spline.knots(), spline.step());
     let blends: [[f64; 5]; PARTS] = core::array::from_fn(|part| blend(part as f64 / FINER, h));
@@ -235,7 +235,7 @@ fn walked(spline: &UniformHermite) -> Rates {
     Rates { velocity, acceleration, jerk }
 }
 
-/// What the rise, and slope and bend at the left and the right knot, count at `u` in 0..1 of a step `h`.
+/// Weights of the rise, and of slope and bend at the left and the right knot, at `u` in 0..1 of a step `h`.
 fn blend(u: f64, h: f64) -> [f64; 5] {
     let v = 1.0 - u;
     let (u3, v3) = (u * u * u, v * v * v);

@@ -1,4 +1,4 @@
-//! How the spindle turns along a path: from rest to a constant speed and to rest again, so that no slide exceeds a limit meanwhile.
+//! Spindle law along a path: from rest to a constant speed and to rest again, with every slide within its limits.
 //!
 //! While C runs up, X moves with ẋ = X′ω, ẍ = X″ω² + X′ω̇, and the jerk X‴ω³ + 3X″ωω̇ + X′ω̈. With the largest magnitudes of X′, X″ and X‴
 //! of the whole path these are bounds wherever on the path the part stands, so the ramp is proven without walking it. Its speed is
@@ -10,7 +10,7 @@ use crate::math::hermite::{HermiteError, HermiteSpline, Knot};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// How C turns along a path.
+/// Motion of C along a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpindleLaw {
     /// Angle since the path begins over time (rad over s), from rest to rest; it ends where the path does.
@@ -21,13 +21,13 @@ pub struct SpindleLaw {
     pub range_rad_s: (f64, f64),
     /// Time in which it runs up, and in which it comes to rest (s); where they differ the longer one.
     pub ramp_s: f64,
-    /// What holds the speed, by how much of the way in between; of a constant one what holds the fastest.
+    /// Bounds of the speed with their shares of the path; for a constant speed the bound of the fastest.
     pub bounds: Vec<BoundShare>,
     /// The fastest constant speed that the slides and C allow, and what holds it.
     pub fastest: SpindleSpeed,
 }
 
-/// What holds the speed of the spindle, and along which share of the way.
+/// Bound of the spindle speed, and its share of the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundShare {
     pub bound: SpeedBound,
@@ -45,7 +45,7 @@ const SPARE: f64 = 0.999;
 /// Shortest and longest ramp (s).
 const RAMP_S: (f64, f64) = (1e-4, 1e4);
 
-/// How often the speed is lowered for a path that is shorter than its ramps.
+/// Maximum number of speed reductions for a path that is shorter than its ramps.
 const MAX_TRIES: u32 = 200;
 
 impl InsertPath {
@@ -138,12 +138,12 @@ pub(super) fn ramp_s(rad_s: f64, slides: &[[f64; 3]; 2], limits: &AxisLimits, c:
     Some(high)
 }
 
-/// Whether C itself keeps its limits: the acceleration is largest midway, the jerk at both ends.
+/// Returns whether C keeps its limits: the acceleration is largest midway, the jerk at both ends.
 fn keeps(rad_s: f64, ramp_s: f64, c: &MotionLimits) -> bool {
     1.5 * rad_s / ramp_s <= SPARE * c.acceleration && 6.0 * rad_s / (ramp_s * ramp_s) <= SPARE * c.jerk
 }
 
-/// Whether a slide keeps its limits all along the ramp.
+/// Returns whether a slide keeps its limits over the whole ramp.
 fn slide_keeps(&[v, a, j]: &[f64; 3], limits: &MotionLimits, rad_s: f64, ramp_s: f64) -> bool {
     (0..=PLACES).all(|place| {
         let u = f64::from(place) / f64::from(PLACES);

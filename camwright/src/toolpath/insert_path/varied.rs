@@ -18,13 +18,13 @@ use super::spindle::{BoundShare, SpindleLaw, ramp_s};
 use super::{AxisLimits, InsertPath, InsertPathError};
 use crate::machine::description::MotionLimits;
 use crate::math::hermite::{HermiteSpline, Knot};
-use crate::math::windows::{least_around, mean_around};
+use crate::math::windows::{mean_around, minimum_around};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// How far (in cells) each of three means reaches that are tried: the narrower, the sooner a speed is changed, and the harder. A wider one
-/// is taken where a narrower one gains less than a thousandth.
+/// Reach (in cells) of each of the three averages that are tried: a narrower one changes the speed sooner and harder. A wider one is
+/// preferred if a narrower one gains less than a thousandth.
 const REACHES: [usize; 4] = [12, 5, 3, 2];
 const GAIN: f64 = 0.999;
 
@@ -102,7 +102,7 @@ struct Fitted {
     profile: Profile,
 }
 
-/// How C runs up at the begin of a path, or down at its end.
+/// Ramp of C at the start or the end of a path.
 struct Ramp {
     rad_s: f64,
     ramp_s: f64,
@@ -131,7 +131,7 @@ impl<'a> Fit<'a> {
         for node in (0..count).rev() {
             q[node] = q[node].min(q[node + 1] + self.rise);
         }
-        let least = least_around(&q, 3 * reach);
+        let least = minimum_around(&q, 3 * reach);
         let mean = (0..3).fold(least.clone(), |q, _| mean_around(&q, reach));
         // Where the speed is constant it is to the last bit.
         let q: Vec<f64> = mean
@@ -139,10 +139,10 @@ impl<'a> Fit<'a> {
             .zip(least)
             .map(|(q, least)| if (q - least).abs() < 1e-9 * least { least } else { q })
             .collect();
-        self.of(q)
+        self.profile_with(q)
     }
 
-    fn of(&self, q: Vec<f64>) -> Option<Profile> {
+    fn profile_with(&self, q: Vec<f64>) -> Option<Profile> {
         let (count, h) = (q.len() - 1, self.cells.width_rad);
         let slope = |node: usize| if node == 0 || node == count { 0.0 } else { 0.25 * (q[node + 1] - q[node - 1]) / h };
         let acceleration: Vec<f64> = (0..=count).map(slope).collect();

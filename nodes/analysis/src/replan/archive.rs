@@ -14,13 +14,13 @@ use std::path::{Path, PathBuf};
 /// A job as it was planned once.
 #[derive(Debug, Clone)]
 pub struct ArchivedJob {
-    /// What was said of it when it had been planned.
+    /// Status of the job after planning.
     pub status: JobStatus,
     /// The machine as it was then; none where it was not recorded.
     pub machine: Option<DescriptionMessage>,
     /// The files that it names, as far as they were recorded.
     pub files: Vec<NamedFile>,
-    /// The pages of its first plan, each as often as it was told.
+    /// The pages of its first plan, including repetitions.
     pub pages: Vec<PlanPage>,
 }
 

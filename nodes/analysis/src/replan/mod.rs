@@ -12,7 +12,7 @@ mod outcome;
 mod tests;
 
 pub use archive::{ArchivedJob, archived_jobs, bags_in};
-pub use outcome::{Line, Outcome, plan_again};
+pub use outcome::{Line, Outcome, replan};
 
 use camwright_bag::progress;
 use clap::Args;
@@ -31,13 +31,13 @@ pub struct ReplanArgs {
     /// Bags, or folders in which bags lie
     #[arg(required = true, value_name = "BAG")]
     pub bags: Vec<PathBuf>,
-    /// What moves by no more than this is not told (um; at angles urad); a step, a turn or an order more or less is told always
+    /// Smallest reported change (um; at angles urad); a changed number of steps, turns or orders is always reported
     #[arg(long, value_name = "UM", default_value_t = 0.0, value_parser = tolerance)]
     pub tolerance_um: f64,
-    /// What if: sets a key of every job, for example `work_speed_rpm=58`; may be repeated
+    /// Sets a key of every job, for example `work_speed_rpm=58`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// What if: sets a key of every machine, for example `x_axis.max_jerk_mm_s3=500000`; may be repeated
+    /// Sets a key of every machine, for example `x_axis.max_jerk_mm_s3=500000`; may be repeated
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     pub set_machine: Vec<String>,
 }
@@ -54,7 +54,7 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
     for path in &args.bags {
         match bags_in(path) {
             Ok(found) => bags.extend(found),
-            Err(error) => return say_and(&format!("cannot plan again: {error}"), CANNOT),
+            Err(error) => return print_and_exit(&format!("cannot plan again: {error}"), CANNOT),
         }
     }
     // One bag is planned before anybody has seen a bar.
@@ -69,19 +69,19 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
         let archived = match archived_jobs(bag) {
             Ok(archived) if archived.is_empty() => {
                 failed += 1;
-                let _ = say(&format!("{name}: no job was planned in it"));
+                let _ = print(&format!("{name}: no job was planned in it"));
                 continue;
             }
             Ok(archived) => archived,
             Err(error) => {
                 failed += 1;
-                let _ = say(&format!("{name}: {error}"));
+                let _ = print(&format!("{name}: {error}"));
                 continue;
             }
         };
         for job in &archived {
             jobs += 1;
-            let text = match plan_again(job, &args.set, &args.set_machine, args.tolerance_um) {
+            let text = match replan(job, &args.set, &args.set_machine, args.tolerance_um) {
                 Ok(outcome) => {
                     moved += u32::from(outcome.moved());
                     outcome.to_string()
@@ -91,7 +91,7 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
                     format!("cannot be planned again: {reason}")
                 }
             };
-            let _ = say(&format!("{name}: {}: {text}", job.status.job));
+            let _ = print(&format!("{name}: {}: {text}", job.status.job));
         }
         progress.inc(1);
     }
@@ -103,15 +103,18 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
     } else {
         0
     };
-    say_and(&format!("{jobs} jobs of {} bags: {moved} moved, {failed} could not be planned again", bags.len()), code)
+    print_and_exit(
+        &format!("{jobs} jobs of {} bags: {moved} moved, {failed} could not be planned again", bags.len()),
+        code,
+    )
 }
 
-fn say(text: &str) -> io::Result<()> {
+fn print(text: &str) -> io::Result<()> {
     writeln!(io::stdout(), "{text}")
 }
 
-fn say_and(text: &str, code: u8) -> ExitCode {
+fn print_and_exit(text: &str, code: u8) -> ExitCode {
     // Output that went away is no failure of ours.
-    let _ = say(text);
+    let _ = print(text);
     ExitCode::from(code)
 }

@@ -1,10 +1,10 @@
-//! What came of planning an archived job again, in the words and units of the trade.
+//! Result of replanning an archived job, in shop words and units.
 
 use super::archive::ArchivedJob;
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
 use camwright::motion::plan::{Plan, Segment};
-use camwright::planner::plan_difference::{Difference, Moved, PlanDifference, compare};
+use camwright::planner::plan_difference::{Difference, PlanChange, PlanDifference, compare};
 use camwright_files::convert::machine_now::recorded_machine;
 use camwright_files::convert::plan::{phase_name, plan_from_pages};
 use camwright_planning::plan_recorded;
@@ -14,11 +14,11 @@ use std::fmt;
 pub struct Line {
     /// Which step, by its number and what it is for.
     pub step: String,
-    /// What of it, from what to what.
+    /// Changed value, old and new.
     pub text: String,
 }
 
-/// What came of planning a job again.
+/// Result of replanning a job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Hashes of the plan as it was and as it is.
@@ -27,7 +27,7 @@ pub struct Outcome {
     pub is_same: bool,
     /// Predicted durations (s).
     pub duration_s: [f64; 2],
-    /// What moved by more than was allowed.
+    /// Changes beyond the tolerance.
     pub lines: Vec<Line>,
     /// Differences that were no more than was allowed.
     pub within: usize,
@@ -44,12 +44,7 @@ impl Outcome {
 ///
 /// # Errors
 /// Why it cannot be planned or compared, as the end of a sentence.
-pub fn plan_again(
-    job: &ArchivedJob,
-    set: &[String],
-    set_machine: &[String],
-    tolerance_um: f64,
-) -> Result<Outcome, String> {
+pub fn replan(job: &ArchivedJob, set: &[String], set_machine: &[String], tolerance_um: f64) -> Result<Outcome, String> {
     let message = job.machine.as_ref().ok_or("no machine description is recorded")?;
     let machine = recorded_machine(message, set_machine)?;
     let old = job.plan(&machine)?;
@@ -92,7 +87,7 @@ fn name(plan: &Plan, step: usize, segment: &Segment) -> String {
     format!("step {} ({}{lobe})", step + 1, phase_name(segment.phase))
 }
 
-/// What moved; none where it is no more than is allowed.
+/// Text of a change; `None` within the tolerance.
 fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
     let at = found.at_rad.map_or_else(String::new, |at| format!(" at {:.2} deg", deg_from_rad(at)));
     let way = |what: &str| {
@@ -106,21 +101,21 @@ fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
     };
     let told = |what: &str, old: f64, new: f64, unit: &str| Some(format!("{what} {old} -> {new}{unit}{at}"));
     match found.moved {
-        Moved::Target(Axis::C) => turned("goes to another place of c_axis,"),
-        Moved::Target(axis) => way(&format!("goes to another place of {},", axis.joint())),
-        Moved::PathOfX => way("path of x_axis over c_axis moved"),
-        Moved::PathOfZ => way("path of z_axis over c_axis moved"),
-        Moved::Infeed => way("infeed moved"),
-        Moved::Stock => way("material above the contour at its beginning changed"),
-        Moved::Start => turned("begins at another angle,"),
-        Moved::Ratio => Some(format!("way of x_axis per depth changed by {:+.3e}{at}", found.by())),
-        Moved::Turns => told("turns", found.old, found.new, ""),
-        Moved::Speed => {
+        PlanChange::Target(Axis::C) => turned("goes to another place of c_axis,"),
+        PlanChange::Target(axis) => way(&format!("goes to another place of {},", axis.joint())),
+        PlanChange::PathOfX => way("path of x_axis over c_axis moved"),
+        PlanChange::PathOfZ => way("path of z_axis over c_axis moved"),
+        PlanChange::Infeed => way("infeed moved"),
+        PlanChange::Stock => way("material above the contour at its beginning changed"),
+        PlanChange::Start => turned("begins at another angle,"),
+        PlanChange::Ratio => Some(format!("way of x_axis per depth changed by {:+.3e}{at}", found.by())),
+        PlanChange::Turns => told("turns", found.old, found.new, ""),
+        PlanChange::Speed => {
             let rpm = [found.old, found.new].map(rpm_from_rad_s);
             Some(format!("speed of c_axis {:.4} -> {:.4} rpm ({:+.4} rpm){at}", rpm[0], rpm[1], rpm[1] - rpm[0]))
         }
-        Moved::Time => Some(format!("takes {:.3} -> {:.3} s ({:+.3} s)", found.old, found.new, found.by())),
-        Moved::Words => Some("says something else: a limit, an input, an order, or how it is left".to_owned()),
+        PlanChange::Time => Some(format!("takes {:.3} -> {:.3} s ({:+.3} s)", found.old, found.new, found.by())),
+        PlanChange::Words => Some("says something else: a limit, an input, an order, or how it is left".to_owned()),
     }
 }
 

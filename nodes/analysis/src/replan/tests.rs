@@ -1,8 +1,8 @@
 //! A job planned, archived as messages, and planned again with something changed: what moves is known in closed form.
 
 use super::archive::ArchivedJob;
-use super::outcome::{Outcome, plan_again};
-use camwright::machine::persistent_state::LastingState;
+use super::outcome::{Outcome, replan};
+use camwright::machine::persistent_state::PersistentState;
 use camwright_files::convert::machine_description::description_message;
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
@@ -15,7 +15,7 @@ fn archived(job: &str, set: &[&str]) -> ArchivedJob {
     let prepared = prepare_any(job, &set, None).expect("a job that can be made");
     let located = locate("machines", &prepared.machine().name, "yaml", None).expect("its machine");
     let file = machine_file::parse(&located.path, &located.text, &[]).expect("it is well formed");
-    let mut lasting = LastingState::new(&file.description);
+    let mut lasting = PersistentState::new(&file.description);
     if let AnyPrepared::Ground(ground) = &prepared {
         lasting.wheel_radius_mm = ground.wheel_radius_mm;
     }
@@ -30,9 +30,9 @@ fn archived(job: &str, set: &[&str]) -> ArchivedJob {
     ArchivedJob { status, machine, files: prepared.files().to_vec(), pages: prepared.first_pages().to_vec() }
 }
 
-fn again(job: &ArchivedJob, set: &[&str], tolerance_um: f64) -> Outcome {
+fn replanned(job: &ArchivedJob, set: &[&str], tolerance_um: f64) -> Outcome {
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
-    plan_again(job, &set, &[], tolerance_um).expect("it can be planned again")
+    replan(job, &set, &[], tolerance_um).expect("it can be planned again")
 }
 
 /// The texts of what moved in steps of a phase.
@@ -52,26 +52,26 @@ fn number(text: &str, behind: &str) -> f64 {
 fn a_job_that_nothing_changed_is_planned_to_the_bit() {
     for job in ["eccentric", "journal_runout", "turned_cam"] {
         let job = archived(job, &[]);
-        let outcome = again(&job, &[], 0.0);
+        let outcome = replanned(&job, &[], 0.0);
         assert!(outcome.is_same && !outcome.moved(), "{outcome}");
         assert_eq!(outcome.to_string(), format!("the same plan {:.12}", job.status.plan_hash));
     }
 }
 
-/// Of a disc of radius r, eccentric by e, the wheel's axis is sqrt((r + R)^2 - e^2 sin^2) + e cos away: a disc larger by 1 um takes it out by
-/// (r + R) / sqrt((r + R)^2 - e^2 sin^2) um, most at 90 deg, and nothing else of the cut moves.
+/// For a disc of radius r with eccentricity e, the wheel's axis is sqrt((r + R)^2 - e^2 sin^2) + e cos away: a disc larger by 1 um moves it
+/// outwards by (r + R) / sqrt((r + R)^2 - e^2 sin^2) um, most at 90 deg, and nothing else of the cut changes.
 #[test]
 fn a_larger_base_circle_moves_the_path_by_as_much() {
     let job = archived("eccentric", &[]);
-    let outcome = again(&job, &["profiles.eccentric.base_radius_mm=14.801"], 0.0);
+    let outcome = replanned(&job, &["profiles.eccentric.base_radius_mm=14.801"], 0.0);
     let cut = moved(&outcome, "cut of A");
     let path = cut.iter().find(|text| text.starts_with("path of x_axis")).expect("the path moved");
     let (sum, eccentricity) = (19.0_f64 + 15.0, 4.2);
     let most = sum / (sum * sum - eccentricity * eccentricity).sqrt();
     assert!((number(path, "moved by ") - most).abs() < 1e-4 && path.ends_with("at 90.00 deg"), "{path}, but {most}");
     assert!(!cut.iter().any(|text| text.starts_with("begins") || text.starts_with("turns")), "{cut:?}");
-    // What moved by no more than is allowed is counted and not told.
-    let within = again(&job, &["profiles.eccentric.base_radius_mm=14.801"], 1.1);
+    // Changes within the tolerance are counted and not reported.
+    let within = replanned(&job, &["profiles.eccentric.base_radius_mm=14.801"], 1.1);
     assert!(!moved(&within, "cut of A").iter().any(|text| text.starts_with("path")) && within.within > 0, "{within}");
 }
 
@@ -79,24 +79,24 @@ fn a_larger_base_circle_moves_the_path_by_as_much() {
 fn speed_infeed_and_places_are_told_each_for_itself() {
     let job = archived("eccentric", &[]);
     // The infeed is the same but for where within a turn it is rounded to increments: 2 nm.
-    let slower = again(&job, &["work_speed_rpm=30"], 0.01);
+    let slower = replanned(&job, &["work_speed_rpm=30"], 0.01);
     let cut = moved(&slower, "cut of A");
     let speed = cut.iter().find(|text| text.starts_with("speed of c_axis")).expect("C turns more slowly");
     assert!((number(speed, "-> ") - 30.0).abs() < 0.1, "{speed}");
     assert!(!cut.iter().any(|text| text.starts_with("path") || text.starts_with("infeed")), "{cut:?}");
     assert!(slower.duration_s[1] > slower.duration_s[0] + 1.0, "{slower}");
 
-    let home = again(&job, &["home.x_mm=149"], 0.0);
+    let home = replanned(&job, &["home.x_mm=149"], 0.0);
     let back = moved(&home, "return");
     assert!(back.iter().any(|text| text == "goes to another place of x_axis, by -1000.000000 um"), "{home}");
     assert!(moved(&home, "cut of A").is_empty(), "{home}");
 
-    let turned = again(&job, &["lobes.A.phase_deg=5"], 0.0);
+    let turned = replanned(&job, &["lobes.A.phase_deg=5"], 0.0);
     let begins = moved(&turned, "cut of A");
     let angle = begins.iter().find(|text| text.starts_with("begins at another angle")).expect("its phase is another");
     assert!((number(angle, "by ").abs() - 5.0).abs() < 1e-4, "{angle}");
 
-    let longer = again(&job, &["infeed.spark_out_turns=5"], 0.0);
+    let longer = replanned(&job, &["infeed.spark_out_turns=5"], 0.0);
     let turns = moved(&longer, "cut of A");
     assert!(turns.iter().any(|text| text.starts_with("turns ")), "{longer}");
 }
@@ -104,7 +104,7 @@ fn speed_infeed_and_places_are_told_each_for_itself() {
 #[test]
 fn a_spiral_is_compared_over_its_angle() {
     let job = archived("turned_cam", &["turned.to_mm=22"]);
-    let outcome = again(&job, &["part_zero_mm=2.5"], 0.0);
+    let outcome = replanned(&job, &["part_zero_mm=2.5"], 0.0);
     let z = outcome.lines.iter().find(|line| line.text.starts_with("path of z_axis")).expect("the part lies elsewhere");
     assert!((number(&z.text, "moved by ").abs() - 500.0).abs() < 1e-6, "{}", z.text);
     assert!(!outcome.lines.iter().any(|line| line.text.starts_with("path of x_axis")), "{outcome}");
@@ -127,9 +127,9 @@ fn the_files_that_a_job_names_come_from_the_bag() {
     let mut own = archived(&folder.join("own_job.yaml").display().to_string(), &[]);
     std::fs::remove_dir_all(&folder).expect("it was made above");
     assert!(own.files.iter().map(|file| file.name.as_str()).eq(["own_in.csv", "own_ex.csv"]), "{}", own.files.len());
-    assert!(again(&own, &[], 0.0).is_same);
+    assert!(replanned(&own, &[], 0.0).is_same);
     own.files.clear();
-    let reason = plan_again(&own, &[], &[], 0.0).expect_err("its table is nowhere");
+    let reason = replan(&own, &[], &[], 0.0).expect_err("its table is nowhere");
     assert!(reason.contains("the recorded job is refused: ") && reason.contains("own_in.csv"), "{reason}");
 }
 
@@ -138,7 +138,7 @@ fn what_cannot_be_planned_again_says_why() {
     let mut job = archived("eccentric", &[]);
     let refused = |job: &ArchivedJob, set: &[&str]| {
         let set: Vec<String> = set.iter().map(ToString::to_string).collect();
-        plan_again(job, &set, &[], 0.0).expect_err("it cannot be planned")
+        replan(job, &set, &[], 0.0).expect_err("it cannot be planned")
     };
     assert!(
         refused(&job, &["work_speed_rpm=-1"]).contains("the recorded job "),

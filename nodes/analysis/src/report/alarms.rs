@@ -12,7 +12,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     if recorded.alarms.is_empty() {
         out.push_str("<p>None.</p>");
     } else {
-        let row = |told: &super::gather::AlarmTold| {
+        let row = |told: &super::gather::AlarmRecord| {
             let alarm = &told.alarm;
             let severity = match alarm.severity {
                 Alarm::WARNING => "warning",
@@ -48,7 +48,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     out.push_str("</ul></section>\n");
 }
 
-/// What is missing in the bag, a sentence each; that nothing is, too.
+/// Missing data of the bag, a sentence each; also a sentence if nothing is missing.
 fn losses(findings: &Findings<'_>) -> Vec<String> {
     let recorded = findings.recorded;
     let custom = |key: &str| recorded.custom.get(key).map(String::as_str);

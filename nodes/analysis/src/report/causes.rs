@@ -1,7 +1,7 @@
 //! Causes of the worst deviation, in words.
 
 use super::edge::{OfAxis, Split};
-use super::lag::{Lag, Left};
+use super::lag::{Lag, Residual};
 use super::text::{fixed, signed, um};
 use camwright::machine::description::Axis;
 use camwright_msgs::camwright_msgs::msg::TurnedResult;
@@ -27,7 +27,7 @@ pub(super) fn causes_of_turned(part: &TurnedResult, split: Result<&Split, &Strin
         Ok(split) => sources(split),
         Err(reason) => vec![format!("Not known: {reason}.")],
     };
-    let range = |left: &Left| format!("{} to {} µm", signed(left.lowest_um, 2), signed(left.highest_um, 2));
+    let range = |left: &Residual| format!("{} to {} µm", signed(left.lowest_um, 2), signed(left.highest_um, 2));
     let over_c = lag.map_or_else(String::new, |lag| {
         let swing = lag.tool.as_ref().map_or_else(String::new, |tool| format!(", with the structures {}", range(tool)));
         format!("In the last pass X was {} off its path over C by the encoders{swing}. ", range(&lag.encoders))

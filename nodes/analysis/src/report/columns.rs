@@ -22,7 +22,7 @@ impl Columns {
     }
 
     /// Those of some points.
-    pub(super) fn of(from: f64, to: f64, count: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    pub(super) fn from_points(from: f64, to: f64, count: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let mut columns = Self::new(from, to, count);
         points.into_iter().for_each(|(x, y)| columns.add(x, y));
         columns
@@ -83,7 +83,7 @@ mod tests {
             _ => (f64::from(i) * 0.01).sin(),
         };
         let curve: Vec<(f64, f64)> = (0..100_000).map(|i| (f64::from(i), value(i))).collect();
-        let columns = Columns::of(0.0, 1e5, 360, curve.iter().copied());
+        let columns = Columns::from_points(0.0, 1e5, 360, curve.iter().copied());
         let points = columns.points();
         assert!(points.len() <= 720, "{}", points.len());
         assert!(points.contains(&(31_415.0, 9.0)) && points.contains(&(77_777.0, -7.0)));
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_or_no_number_is_left_out() {
-        let columns = Columns::of(0.0, 10.0, 5, [(-1.0, 1.0), (11.0, 1.0), (3.0, f64::NAN), (10.0, 2.0)]);
+        let columns = Columns::from_points(0.0, 10.0, 5, [(-1.0, 1.0), (11.0, 1.0), (3.0, f64::NAN), (10.0, 2.0)]);
         assert_eq!(columns.points(), [(10.0, 2.0)]);
         assert_eq!(columns.middle_at(9.0), Some(2.0));
         assert_eq!(columns.middle_at(1.0), None);

@@ -37,7 +37,7 @@ fn weights(u: f64) -> [f64; 6] {
     })
 }
 
-/// Where the axes were, tick by tick: C, X, Z (rad, mm, mm along the part); no number where it is not recorded.
+/// Positions of the axes, tick by tick: C, X, Z (rad, mm, mm along the part); NaN where they are not recorded.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
     first: u64,
@@ -45,7 +45,7 @@ pub(super) struct Track {
 }
 
 impl Track {
-    fn of(first: u64, last: u64, places: impl Iterator<Item = (u64, [f64; 3])>, zero_mm: f64) -> Self {
+    fn from_positions(first: u64, last: u64, places: impl Iterator<Item = (u64, [f64; 3])>, zero_mm: f64) -> Self {
         let count = usize::try_from(last.saturating_sub(first)).map_or(0, |ticks| ticks.saturating_add(1));
         let mut points = vec![[f64::NAN; 3]; count];
         for (tick, [c, x, z]) in places {
@@ -73,14 +73,14 @@ impl Track {
 
 /// A place of the surface, and the design there.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct EdgePosition {
     pub(super) azimuth_rad: f64,
     pub(super) z_mm: f64,
     pub(super) design: SurfacePoint,
 }
 
-impl Place {
-    /// How far a radius stands above the design, along its normal (µm).
+impl EdgePosition {
+    /// Height of a radius above the design, along its normal (µm).
     fn above_um(&self, radius_mm: f64) -> f64 {
         let across = self.design.by_azimuth / self.design.radius_mm;
         um_from_mm((radius_mm - self.design.radius_mm) / (1.0 + across * across + self.design.by_z.powi(2)).sqrt())
@@ -104,19 +104,19 @@ struct Passing {
 
 impl Edge {
     /// x of the edge's point at the place's column (mm).
-    fn x_mm(&self, place: &Place, [_, x, z]: [f64; 3]) -> Option<f64> {
+    fn x_mm(&self, place: &EdgePosition, [_, x, z]: [f64; 3]) -> Option<f64> {
         let under = self.radius_mm.powi(2) - (place.z_mm - z).powi(2);
         (under >= 0.0).then(|| x - under.sqrt()).filter(|x| *x > 0.0)
     }
 
-    /// How far that point is from the place's azimuth, −π to π.
-    fn short_of(&self, place: &Place, at: [f64; 3]) -> Option<f64> {
+    /// Angle of that point from the position's azimuth, −π to π.
+    fn short_of(&self, place: &EdgePosition, at: [f64; 3]) -> Option<f64> {
         let azimuth = self.sense * at[0] + self.height_mm.atan2(self.x_mm(place, at)?);
         Some(wrap_turn(place.azimuth_rad - azimuth + PI) - PI)
     }
 
-    /// Where the edge passes the azimuth from one tick to the next.
-    fn passing(&self, place: &Place, tick: u64, at: &impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
+    /// Crossing of the azimuth by the edge between two ticks.
+    fn passing(&self, place: &EdgePosition, tick: u64, at: &impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
         let (mut from, mut to) = (tick as f64, tick as f64 + 1.0);
         let short = |time: f64| self.short_of(place, at(time)?);
         let (before, after) = (short(from)?, short(to)?);
@@ -132,14 +132,14 @@ impl Edge {
     }
 
     /// The passing that leaves least of all.
-    fn least(&self, place: &Place, track: &Track) -> Option<Passing> {
+    fn least(&self, place: &EdgePosition, track: &Track) -> Option<Passing> {
         let ticks = track.first..track.first.saturating_add(track.points.len() as u64);
         let all = ticks.filter_map(|tick| self.passing(place, tick, &|time| track.at(time)));
         all.min_by(|a, b| a.radius_mm.total_cmp(&b.radius_mm))
     }
 
     /// The passing nearest to a time, with the axes elsewhere.
-    fn near(&self, place: &Place, time: f64, at: impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
+    fn near(&self, place: &EdgePosition, time: f64, at: impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
         #[allow(clippy::cast_possible_truncation, reason = "a tick of a track")]
         let tick = time.floor() as u64;
         let ticks = tick.saturating_sub(NEAR_TICKS)..=tick.saturating_add(NEAR_TICKS);
@@ -148,7 +148,7 @@ impl Edge {
     }
 }
 
-/// What an axis was off by as the edge came by, and what that left along the normal.
+/// Error of an axis as the edge passed, and the resulting form error along the normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OfAxis {
     pub(super) axis: Axis,
@@ -167,20 +167,20 @@ pub(super) struct Split {
     pub(super) tick: u64,
     pub(super) position: [f64; 3],
     pub(super) axes: [OfAxis; 3],
-    /// What the edge leaves there on the setpoints (µm): the cusp of the feed.
+    /// Form error of the setpoints there (µm): the cusp of the feed.
     pub(super) cusp_um: f64,
-    /// What is not explained (µm).
+    /// Unexplained remainder (µm).
     pub(super) rest_um: f64,
     pub(super) error_um: f64,
 }
 
 impl Split {
-    /// What the lags of all axes left (µm).
+    /// Form error by the lags of all axes (µm).
     pub(super) fn lag_um(&self) -> f64 {
         self.axes.iter().map(|axis| axis.lag_um).sum()
     }
 
-    /// What the swing of all structures left (µm).
+    /// Form error by the oscillation of all structures (µm).
     pub(super) fn swing_um(&self) -> f64 {
         self.axes.iter().map(|axis| axis.swing_um).sum()
     }
@@ -190,7 +190,7 @@ impl Split {
     }
 }
 
-/// The tracks of a pass: as it was told, by the encoders, and where tool and part were.
+/// Tracks of a pass: setpoints, encoder readings, and true positions of tool and part.
 #[derive(Debug, Clone)]
 pub(super) struct Tracks {
     told: Track,
@@ -200,8 +200,8 @@ pub(super) struct Tracks {
 }
 
 impl Tracks {
-    /// Of the ticks of a pass; `zero_mm` is the place along the part at which the insert stands with Z at 0.
-    pub(super) fn of(
+    /// Builds the tracks of a pass from its ticks; `zero_mm` is the position of the insert along the part with Z at 0.
+    pub(super) fn from_recording(
         motion: &Motion,
         pass: &[Sample],
         behind: [Option<Structure>; 3],
@@ -214,18 +214,23 @@ impl Tracks {
         let swing = behind.iter().any(Option::is_some).then(|| swung(pass, behind, cycle_s));
         let ticks = || pass.iter().map(|sample| sample.tick);
         Some(Self {
-            told: Track::of(from, to, told, zero_mm),
-            encoders: Track::of(first, last, pass.iter().map(|sample| (sample.tick, sample.position)), zero_mm),
-            tool: swing.map(|places| Track::of(first, last, ticks().zip(places), zero_mm)),
+            told: Track::from_positions(from, to, told, zero_mm),
+            encoders: Track::from_positions(
+                first,
+                last,
+                pass.iter().map(|sample| (sample.tick, sample.position)),
+                zero_mm,
+            ),
+            tool: swing.map(|places| Track::from_positions(first, last, ticks().zip(places), zero_mm)),
             has_structure: behind.map(|structure| structure.is_some()),
         })
     }
 
-    /// What made the deviation of a place.
+    /// Splits the deviation of a position by cause.
     ///
     /// # Errors
     /// Why that is not known, as the end of a sentence.
-    pub(super) fn split(&self, edge: Edge, place: &Place, error_um: f64) -> Result<Split, String> {
+    pub(super) fn split(&self, edge: Edge, place: &EdgePosition, error_um: f64) -> Result<Split, String> {
         let made = edge.least(place, self.tool.as_ref().unwrap_or(&self.encoders));
         let made = made.ok_or("the insert's edge does not come by there in the recorded ticks of the last pass")?;
         let missing = || String::from("setpoints or samples about the tick that made it are not in the bag");
@@ -264,7 +269,7 @@ impl Tracks {
     }
 }
 
-/// What made the worst place of a turned part.
+/// Causes at the worst position of a turned part.
 ///
 /// # Errors
 /// Why that is not known, as the end of a sentence.
@@ -279,9 +284,9 @@ pub(super) fn worst(
         machine.insert.ok_or("the recorded machine turns with no insert")?;
     let spec = &prepared.job.spec;
     let (azimuth_rad, z_mm) = (wrap_turn(result.form_error_max_azimuth), mm_from_m(result.form_error_max_z));
-    let place = Place { azimuth_rad, z_mm, design: spec.surface.point(azimuth_rad, z_mm) };
+    let place = EdgePosition { azimuth_rad, z_mm, design: spec.surface.point(azimuth_rad, z_mm) };
     let behind = [Axis::C, Axis::X, Axis::Z].map(|axis| machine.axis(axis).drive.structure);
-    let tracks = Tracks::of(motion, pass, behind, machine.cycle_time_s(), spec.part_zero_mm)
+    let tracks = Tracks::from_recording(motion, pass, behind, machine.cycle_time_s(), spec.part_zero_mm)
         .ok_or("the ticks of the last pass are not in the bag")?;
     let edge = Edge { radius_mm, height_mm, sense: f64::from(machine.rotation_sense) };
     tracks.split(edge, &place, um_from_mm(mm_from_m(result.form_error_max)))
@@ -321,7 +326,7 @@ mod tests {
             [self.sense * turned, m_from_mm(x), m_from_mm(z)]
         }
 
-        fn split(&self, height_mm: f64, place: &Place, error_um: f64) -> Split {
+        fn split(&self, height_mm: f64, place: &EdgePosition, error_um: f64) -> Split {
             let setpoints: BTreeMap<u64, [f64; 3]> = (0..1300).map(|tick| (u64::from(tick), self.at(tick))).collect();
             let sample = |tick: u32| {
                 let [c, x, z] = self.at(tick);
@@ -330,7 +335,7 @@ mod tests {
             };
             let samples: Vec<Sample> = (20..1280).map(sample).collect();
             let motion = Motion::made_of(&samples, setpoints);
-            let tracks = Tracks::of(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
+            let tracks = Tracks::from_recording(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
             let edge = Edge { radius_mm: R, height_mm, sense: self.sense };
             tracks.split(edge, place, error_um).expect("the edge comes by")
         }
@@ -361,7 +366,7 @@ mod tests {
             // The insert's centre stands at the place as the edge comes by in the third turn.
             let turned = 2.2 + 2.0 * TURN_RAD;
             let azimuth_rad = wrap_turn(turned + height.atan2(edge));
-            let place = Place { azimuth_rad, z_mm: z_mm(turned / SPEED), design: cylinder(radius) };
+            let place = EdgePosition { azimuth_rad, z_mm: z_mm(turned / SPEED), design: cylinder(radius) };
             let split = pass.split(height, &place, expected);
             is(&split, [0.0, expected, 0.0], 0.0, 1e-4);
             assert!((um_from_mm(split.axes[1].lag) - 3.0).abs() < 1e-6, "{split:?}");
@@ -378,7 +383,7 @@ mod tests {
                 Pass { sense, x_mm: &|turned, _| 20.0 + amplitude * turned.sin() + R, off: [-sense * lag, 0.0, 0.0] };
             let (radius_mm, by_azimuth) = (20.0 + amplitude * azimuth_rad.sin(), amplitude * azimuth_rad.cos());
             let design = SurfacePoint { radius_mm, by_azimuth, ..SurfacePoint::default() };
-            let place = Place { azimuth_rad, z_mm: z_mm((azimuth_rad + TURN_RAD) / SPEED), design };
+            let place = EdgePosition { azimuth_rad, z_mm: z_mm((azimuth_rad + TURN_RAD) / SPEED), design };
             let expected = um_from_mm(by_azimuth * lag) / (1.0 + (by_azimuth / radius_mm).powi(2)).sqrt();
             is(&pass.split(0.0, &place, expected), [expected, 0.0, 0.0], 0.0, 2e-3);
         }
@@ -395,7 +400,7 @@ mod tests {
         let z_mm = z_mm((1.0 + 2.0 * TURN_RAD) / SPEED) + R * normal.sin();
         let design = SurfacePoint { radius_mm: 20.0 + slope * z_mm, by_z: slope, ..SurfacePoint::default() };
         let expected = -um_from_mm(slope * off) * normal.cos();
-        let split = pass.split(0.0, &Place { azimuth_rad: 1.0, z_mm, design }, expected);
+        let split = pass.split(0.0, &EdgePosition { azimuth_rad: 1.0, z_mm, design }, expected);
         is(&split, [0.0, 0.0, expected], 0.0, 5e-3);
     }
 
@@ -405,7 +410,7 @@ mod tests {
         let pass = Pass { sense: 1.0, x_mm: &|_, _| 20.0 + R, off: [0.0; 3] };
         let middle = z_mm((1.0 + 2.5 * TURN_RAD) / SPEED);
         let expected = um_from_mm(FEED * FEED / (8.0 * R));
-        let place = Place { azimuth_rad: 1.0, z_mm: middle, design: cylinder(20.0) };
+        let place = EdgePosition { azimuth_rad: 1.0, z_mm: middle, design: cylinder(20.0) };
         is(&pass.split(0.0, &place, expected), [0.0; 3], expected, 1e-3);
     }
 
@@ -416,9 +421,10 @@ mod tests {
             .map(|tick| Sample { tick: u64::from(tick), position: pass.at(tick), velocity: [0.0; 3], force_x_n: 0.0 })
             .collect();
         let motion = Motion::made_of(&samples, BTreeMap::new());
-        let tracks = Tracks::of(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
+        let tracks = Tracks::from_recording(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
         let edge = Edge { radius_mm: R, height_mm: 0.0, sense: 1.0 };
-        let split = |z_mm: f64| tracks.split(edge, &Place { azimuth_rad: 1.0, z_mm, design: cylinder(20.0) }, 1.0);
+        let split =
+            |z_mm: f64| tracks.split(edge, &EdgePosition { azimuth_rad: 1.0, z_mm, design: cylinder(20.0) }, 1.0);
         let told = |z_mm: f64| split(z_mm).expect_err("it is not known");
         assert!(told(60.0).contains("does not come by"), "{}", told(60.0));
         assert!(told(10.5).contains("setpoints or samples"), "{}", told(10.5));

@@ -2,7 +2,7 @@
 
 use super::edge::Split;
 use super::gather::Recorded;
-use super::job_timeline::Story;
+use super::job_timeline::JobTimeline;
 use super::judge::Verdict;
 use super::lag::Lag;
 use super::motion::Motion;
@@ -11,7 +11,7 @@ use camwright_planning::AnyPrepared;
 /// Content of the page.
 pub(super) struct Findings<'a> {
     pub(super) recorded: &'a Recorded,
-    pub(super) story: &'a Story<'a>,
+    pub(super) story: &'a JobTimeline<'a>,
     pub(super) motion: Option<&'a Motion>,
     /// Errors that the axes leave on each lobe, or on the part.
     pub(super) lags: &'a [Option<Lag>],

@@ -1,4 +1,4 @@
-//! What a bag says of its run, topic by topic; what it does not hold is left empty and never guessed.
+//! Recorded data of a run, topic by topic; missing data stays empty and is never guessed.
 
 use super::error::ReportError;
 use camwright_bag::schema_evolution::{add_empty_lists, lists_since};
@@ -32,7 +32,7 @@ pub(super) struct StoredFile {
 
 /// An alarm from its raising to its reset.
 #[derive(Debug, Clone)]
-pub(super) struct AlarmTold {
+pub(super) struct AlarmRecord {
     pub(super) alarm: Alarm,
     /// Tick of the first list without it.
     pub(super) gone: Option<u64>,
@@ -66,7 +66,7 @@ pub(super) struct Recorded {
     pub(super) pages: Vec<At<PlanPage>>,
     pub(super) states: Vec<At<InterpolatorState>>,
     pub(super) inputs: Vec<At<AppliedInput>>,
-    pub(super) alarms: Vec<AlarmTold>,
+    pub(super) alarms: Vec<AlarmRecord>,
     pub(super) gauge: Vec<At<GaugeReading>>,
     pub(super) maps: Vec<At<FormMap>>,
     pub(super) surface: Vec<At<TurnedPage>>,
@@ -77,7 +77,7 @@ pub(super) struct Recorded {
 }
 
 impl Recorded {
-    pub(super) fn of(bag: &Bag) -> Result<Self, ReportError> {
+    pub(super) fn from_bag(bag: &Bag) -> Result<Self, ReportError> {
         let mut recorded = Self {
             name: name_of(bag.path()),
             files: bag.files().iter().map(|file| stored(&file.path)).collect::<Result<_, _>>()?,
@@ -103,7 +103,7 @@ impl Recorded {
             let seen = &mut highest[message.topic];
             *seen = (seen.0.max(u64::from(message.sequence)), seen.1 + 1);
             if let Some(name) = &names[message.topic] {
-                recorded.take(name, &message);
+                recorded.add_message(name, &message);
             }
         }
         let gaps = bag.topics().iter().zip(&highest);
@@ -114,10 +114,10 @@ impl Recorded {
         Ok(recorded)
     }
 
-    fn take(&mut self, name: &str, message: &Message) {
+    fn add_message(&mut self, name: &str, message: &Message) {
         let outcome = match name {
             "machine/description" => push(&mut self.machines, message),
-            "machine/stream" if self.clock.is_none() => self.take_stream(message),
+            "machine/stream" if self.clock.is_none() => self.add_stream(message),
             "machine/part" => push(&mut self.parts, message),
             "machine/gauge" => push(&mut self.gauge, message),
             "machine/turned_part" => push(&mut self.surface, message),
@@ -130,7 +130,7 @@ impl Recorded {
             "axis_interpolator/inputs" => push(&mut self.inputs, message),
             "run_logger/status" => message_from_sample(&message.data).map(|said| self.recorder = Some(said)),
             "machine/alarms" | "axis_interpolator/alarms" => {
-                message_from_sample(&message.data).map(|list| self.take_alarms(list))
+                message_from_sample(&message.data).map(|list| self.add_alarms(list))
             }
             _ => Ok(()),
         };
@@ -140,7 +140,7 @@ impl Recorded {
         }
     }
 
-    fn take_stream(&mut self, message: &Message) -> Result<(), String> {
+    fn add_stream(&mut self, message: &Message) -> Result<(), String> {
         let stream: MachineStream = message_from_sample(&message.data)?;
         if let Some(machine) = self.machines.first() {
             self.clock =
@@ -149,10 +149,10 @@ impl Recorded {
         Ok(())
     }
 
-    /// What is in the list for the first time was raised; what is not in it any more has gone.
-    fn take_alarms(&mut self, list: MachineAlarms) {
+    /// Records alarms that are new in the list as raised, and missing ones as gone.
+    fn add_alarms(&mut self, list: MachineAlarms) {
         let is = |a: &Alarm, b: &Alarm| (a.number, a.tick, &a.source) == (b.number, b.tick, &b.source);
-        // Both nodes tell what ended a motion: it is one alarm.
+        // Both nodes report the alarm that ended a motion: it is one alarm.
         let of_these = |told: &Alarm, list: &MachineAlarms| list.alarms.iter().any(|alarm| is(alarm, told));
         for told in self.alarms.iter_mut().filter(|told| told.gone.is_none()) {
             if !of_these(&told.alarm, &list) && told.alarm.tick <= list.tick && list.alarms.is_empty() {
@@ -161,7 +161,7 @@ impl Recorded {
         }
         for alarm in list.alarms {
             if !self.alarms.iter().any(|told| is(&told.alarm, &alarm)) {
-                self.alarms.push(AlarmTold { alarm, gone: None });
+                self.alarms.push(AlarmRecord { alarm, gone: None });
             }
         }
     }
@@ -177,7 +177,7 @@ fn push<T: DeserializeOwned>(into: &mut Vec<At<T>>, message: &Message) -> Result
     Ok(())
 }
 
-/// What the topics of the cell begin with: that of the first machine or planner in the bag.
+/// Namespace of the cell's topics: that of the first machine or planner in the bag.
 fn prefix_of(bag: &Bag) -> String {
     let named = ["machine/description", "job_planner/job_status"];
     let of = |ending: &str| {

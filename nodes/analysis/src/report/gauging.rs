@@ -1,4 +1,4 @@
-//! What the gauge read, and how far journals ran out before and after they were corrected.
+//! Gauge readings, and runout of the journals before and after their correction.
 
 use super::chart::{Chart, Curve};
 use super::columns::Columns;
@@ -6,7 +6,7 @@ use super::findings::Findings;
 use super::head::COLUMNS;
 use super::table::table;
 use super::text::{escape, fixed, um};
-use camwright::math::range::least_and_most;
+use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};
 use camwright_files::convert::m_from_mm;
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, LobeResult};
@@ -88,10 +88,11 @@ fn diameter(findings: &Findings<'_>, index: usize, name: &str, readings: &[&Gaug
                 (deg_from_rad(wrap_turn(at)), um(reading.reading))
             })
             .collect();
-        let (least, most) = least_and_most(turn.iter().map(|point| point.1));
+        let (least, most) = minimum_and_maximum(turn.iter().map(|point| point.1));
         let middle = 0.5 * (least + most);
         let size = mm_from_um(middle);
-        let points = Columns::of(0.0, 360.0, COLUMNS, turn.iter().map(|(at, value)| (*at, value - middle))).points();
+        let points =
+            Columns::from_points(0.0, 360.0, COLUMNS, turn.iter().map(|(at, value)| (*at, value - middle))).points();
         (points, size, most - least)
     };
     let curve = |class, when: &str, (points, size, range): (Vec<(f64, f64)>, f64, f64)| Curve {
@@ -115,7 +116,7 @@ fn diameter(findings: &Findings<'_>, index: usize, name: &str, readings: &[&Gaug
 fn outline(findings: &Findings<'_>, name: &str) -> Option<Chart> {
     let result = findings.story.status?.lobes.iter().find(|lobe| lobe.name == name && lobe.runout_before > 0.0)?;
     let part = findings.story.outlines.iter().find(|part| part.name == name && !part.radius.is_empty())?;
-    let (least, most) = least_and_most(part.radius.iter().copied());
+    let (least, most) = minimum_and_maximum(part.radius.iter().copied());
     let middle = 0.5 * (least + most);
     let count = part.radius.len() as f64;
     let points = part.radius.iter().enumerate().map(|(at, r)| (360.0 * at as f64 / count, um(r - middle)));
@@ -126,7 +127,7 @@ fn outline(findings: &Findings<'_>, name: &str) -> Option<Chart> {
             fixed(um(result.runout_before), 2),
             fixed(um(result.runout), 3)
         ),
-        points: Columns::of(0.0, 360.0, COLUMNS, points).points(),
+        points: Columns::from_points(0.0, 360.0, COLUMNS, points).points(),
     };
     Some(Chart {
         curves: vec![curve],

@@ -1,10 +1,10 @@
-//! What is seen first: the verdict, the worst place, what is allowed there, and why; with a picture of each.
+//! Head of the report: the verdict, the worst position, its tolerance and its cause, with a picture of each.
 
 use super::chart::{Chart, Curve, Mark, Size};
 use super::columns::Columns;
 use super::findings::Findings;
 use super::judge::{Tone, Worst};
-use super::lag::Left;
+use super::lag::Residual;
 use super::part_drawing::Section;
 use super::text::{escape, fixed, signed, um};
 use super::turned;
@@ -124,13 +124,13 @@ pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm
     let mut curves = vec![Curve {
         class: "is",
         name: "form error along the normal".into(),
-        points: Columns::of(0.0, 360.0, COLUMNS, errors).points(),
+        points: Columns::from_points(0.0, 360.0, COLUMNS, errors).points(),
     }];
     // Of a cut that was broken off the way out is no error of the part.
     let judged = findings.lags.get(index).filter(|_| !form.form_error.is_empty());
     if let Some(lag) = judged.and_then(Option::as_ref) {
         // The drives ring faster than a column is wide: its middle is what the eye can follow.
-        let curve = |class, name: &str, left: &Left| {
+        let curve = |class, name: &str, left: &Residual| {
             let middle = |degree: u16| Some((f64::from(degree) + 0.5, left.at(f64::from(degree) + 0.5)?));
             Curve { class, name: name.into(), points: (0..360).filter_map(middle).collect() }
         };

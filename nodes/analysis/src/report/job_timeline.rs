@@ -10,7 +10,7 @@ use camwright_msgs::camwright_msgs::msg::{
 
 /// A stretch of time in which one thing was done.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stretch {
+pub(super) struct Period {
     /// Which of the job's plans.
     pub(super) plan: usize,
     /// `PlanSegment::PHASE_*`, 0 where none is named.
@@ -25,7 +25,7 @@ pub(super) struct Stretch {
     pub(super) least_override: f64,
 }
 
-impl Stretch {
+impl Period {
     /// The tool is at work.
     pub(super) fn cuts(&self) -> bool {
         matches!(self.phase, PlanSegment::PHASE_CUT | PlanSegment::PHASE_SPARK_OUT)
@@ -41,21 +41,21 @@ pub(super) struct Ended {
 
 /// The last job of a bag.
 #[derive(Debug)]
-pub(super) struct Story<'a> {
-    /// What was said of it last; none where no planner was heard.
+pub(super) struct JobTimeline<'a> {
+    /// Last status; `None` without messages of a planner.
     pub(super) status: Option<&'a JobStatus>,
     /// Every job that came to an end, in their order.
     pub(super) ended: Vec<Ended>,
-    /// The files that it names, as far as they were told.
+    /// Recorded files that it names.
     pub(super) files: Vec<NamedFile>,
     /// The machine as it was when the job was planned.
     pub(super) machine: Option<&'a MachineDescription>,
     /// Hash and header of its plans in the order in which they were made.
     pub(super) plans: Vec<(String, PlanHeader)>,
-    pub(super) stretches: Vec<Stretch>,
+    pub(super) stretches: Vec<Period>,
     /// First and last tick of its motion.
     pub(super) ticks: Option<(u64, u64)>,
-    /// Forms and outlines of its lobes as they were last told, in the order of machining.
+    /// Latest forms and outlines of its lobes, in the order of machining.
     pub(super) forms: Vec<&'a LobeForm>,
     pub(super) outlines: Vec<&'a PartLobe>,
     pub(super) gauge: Vec<&'a GaugeReading>,
@@ -63,8 +63,8 @@ pub(super) struct Story<'a> {
     pub(super) surface: Vec<&'a TurnedPage>,
 }
 
-impl<'a> Story<'a> {
-    pub(super) fn of(recorded: &'a Recorded) -> Self {
+impl<'a> JobTimeline<'a> {
+    pub(super) fn from_recorded(recorded: &'a Recorded) -> Self {
         let from_ns = begin_ns(&recorded.statuses);
         let status = recorded.statuses.last().map(|at| &at.said).filter(|status| !status.job.is_empty());
         let machine = recorded.machines.iter().rev().find(|at| at.ns <= from_ns).or(recorded.machines.first());
@@ -102,7 +102,7 @@ impl<'a> Story<'a> {
 
     /// The ticks of the last cut of a lobe, from its first infeed to its last turn.
     pub(super) fn last_cut(&self, lobe: usize) -> Option<(u64, u64)> {
-        let of_lobe = |stretch: &&Stretch| stretch.lobe == Some(lobe) && stretch.cuts();
+        let of_lobe = |stretch: &&Period| stretch.lobe == Some(lobe) && stretch.cuts();
         let last = self.stretches.iter().rfind(of_lobe)?;
         let first = self.stretches.iter().filter(of_lobe).find(|s| (s.plan, s.segment) == (last.plan, last.segment))?;
         Some((first.from, last.to))
@@ -110,14 +110,14 @@ impl<'a> Story<'a> {
 
     /// The last tick with infeed of the first cut of a lobe that has one, and the tick at which that cut began.
     pub(super) fn first_infeed(&self, lobe: usize) -> Option<(u64, u64)> {
-        let of_lobe = |stretch: &&Stretch| stretch.lobe == Some(lobe) && stretch.phase == PlanSegment::PHASE_CUT;
+        let of_lobe = |stretch: &&Period| stretch.lobe == Some(lobe) && stretch.phase == PlanSegment::PHASE_CUT;
         let first = self.stretches.iter().find(of_lobe)?;
-        let same = |s: &&Stretch| of_lobe(s) && (s.plan, s.segment) == (first.plan, first.segment);
+        let same = |s: &&Period| of_lobe(s) && (s.plan, s.segment) == (first.plan, first.segment);
         Some((first.from, self.stretches.iter().rfind(same)?.to))
     }
 }
 
-/// When the last job was asked for; everything that is told of it comes later.
+/// Time of the last job's request; everything about that job comes later.
 fn begin_ns(statuses: &[At<JobStatus>]) -> u64 {
     let is_asked = |index: usize| {
         let before = index.checked_sub(1).map(|before| statuses[before].said.state);
@@ -145,7 +145,7 @@ fn ended(statuses: &[At<JobStatus>]) -> Vec<Ended> {
     ended
 }
 
-/// Plans that were told since then; a plan that is told again by name only is found among those told before.
+/// Plans published since then; a plan that is repeated by name only is taken from the earlier ones.
 fn plans(recorded: &Recorded, from_ns: u64, status: Option<&JobStatus>) -> Vec<(String, PlanHeader)> {
     let headers = || recorded.pages.iter().filter_map(|at| Some((at, at.said.header.first()?)));
     let mut plans: Vec<(String, PlanHeader)> = Vec::new();
@@ -163,11 +163,11 @@ fn last_of<'a, T>(told: &'a [At<T>], from_ns: u64, name: impl Fn(&'a T) -> &'a S
     order.iter().filter_map(|wanted| of(wanted).map(|at| &at.said)).collect()
 }
 
-/// What was done from message to message, neighbours of one kind together.
-fn stretches(states: &[At<InterpolatorState>], plans: &[(String, PlanHeader)]) -> Vec<Stretch> {
-    let mut stretches: Vec<Stretch> = Vec::new();
+/// Periods from message to message, with adjacent ones of one kind merged.
+fn stretches(states: &[At<InterpolatorState>], plans: &[(String, PlanHeader)]) -> Vec<Period> {
+    let mut stretches: Vec<Period> = Vec::new();
     // The last job's plans may have been driven before, by a part of the same kind: then its own time is the last.
-    let mut before: Option<Stretch> = None;
+    let mut before: Option<Period> = None;
     for at in states {
         let said = &at.said;
         if let Some(mut open) = before.take() {
@@ -179,7 +179,7 @@ fn stretches(states: &[At<InterpolatorState>], plans: &[(String, PlanHeader)]) -
         if again {
             stretches.clear();
         }
-        before = Some(Stretch {
+        before = Some(Period {
             plan,
             phase: said.phase,
             lobe: usize::try_from(said.lobe).ok(),
@@ -194,7 +194,7 @@ fn stretches(states: &[At<InterpolatorState>], plans: &[(String, PlanHeader)]) -
     stretches
 }
 
-fn add(stretches: &mut Vec<Stretch>, next: Stretch) {
+fn add(stretches: &mut Vec<Period>, next: Period) {
     match stretches.last_mut() {
         Some(last)
             if (last.plan, last.phase, last.lobe, last.segment, last.is_held)

@@ -1,19 +1,19 @@
-//! Whether the part is good, where it is worst, and why, as far as the recorded data say.
+//! Verdict on the part, its worst position and the cause, from the recorded data.
 
 use super::causes::{causes_of, causes_of_turned};
 use super::edge::Split;
 use super::gather::Recorded;
-use super::job_timeline::Story;
-use super::lag::{Lag, Left};
+use super::job_timeline::JobTimeline;
+use super::lag::{Lag, Residual};
 use super::text::{fixed, signed, um};
 use camwright::math::units::{deg_from_rad, wrap_turn};
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, PlanHeader, TurnedResult};
 
-/// What a part is whose form is good and that was ground too hot.
+/// Verdict on a part with good form that was ground too hot.
 pub const BURNT: &str = "NOT GOOD, BURNT";
 
-/// How much the verdict wants to be looked at.
+/// Emphasis of the verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tone {
     Good,
@@ -35,21 +35,21 @@ pub(super) struct Worst {
     pub(super) azimuth_deg: Option<f64>,
 }
 
-/// What is said first.
+/// Verdict of the report.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Verdict {
     pub(super) tone: Tone,
     pub(super) word: &'static str,
     pub(super) reason: String,
     pub(super) worst: Option<Worst>,
-    /// Where the error comes from; the first is the short answer.
+    /// Causes of the error; the first is the short answer.
     pub(super) causes: Vec<String>,
 }
 
 /// Judges the last job; one lag for each lobe, where the ticks are recorded, and of a turned part what made its worst place.
 pub(super) fn judge(
     recorded: &Recorded,
-    story: &Story<'_>,
+    story: &JobTimeline<'_>,
     lags: &[Option<Lag>],
     split: Option<&Result<Split, String>>,
 ) -> Verdict {
@@ -119,19 +119,19 @@ fn burnt_text(lobe: &LobeResult) -> String {
     )
 }
 
-/// What a lobe may be off by (m).
-fn allowed(story: &Story<'_>, name: &str) -> Option<f64> {
+/// Tolerance of a lobe (m).
+fn allowed(story: &JobTimeline<'_>, name: &str) -> Option<f64> {
     story.forms.iter().find(|form| form.name == name).map(|form| form.tolerance)
 }
 
-fn bad_count(status: &JobStatus, story: &Story<'_>) -> usize {
+fn bad_count(status: &JobStatus, story: &JobTimeline<'_>) -> usize {
     let lobe = |l: &&LobeResult| allowed(story, &l.name).is_some_and(|allowed| l.form_error_max.abs() > allowed);
     let turned = |t: &&TurnedResult| t.form_error_max.abs() > t.form_error_allowed;
     status.lobes.iter().filter(lobe).count() + status.turned.iter().filter(turned).count()
 }
 
 /// The place that is worst by what is allowed there.
-fn worst(status: &JobStatus, story: &Story<'_>) -> Option<Worst> {
+fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<Worst> {
     let of_lobe = |lobe: &LobeResult| {
         let form = story.forms.iter().find(|form| form.name == lobe.name)?;
         Some(Worst {
@@ -166,7 +166,7 @@ pub(super) fn farthest_deg(form: &LobeForm) -> Option<f64> {
     Some(360.0 * index as f64 / form.form_error.len() as f64)
 }
 
-fn not_complete(recorded: &Recorded, story: &Story<'_>, status: &JobStatus) -> Verdict {
+fn not_complete(recorded: &Recorded, story: &JobTimeline<'_>, status: &JobStatus) -> Verdict {
     let begin = story.ticks.map_or(0, |(first, _)| first);
     let stopping = recorded.alarms.iter().map(|told| &told.alarm);
     let first = stopping.filter(|alarm| alarm.severity >= Alarm::STOP && alarm.tick >= begin).min_by_key(|a| a.tick);
@@ -188,12 +188,12 @@ fn not_complete(recorded: &Recorded, story: &Story<'_>, status: &JobStatus) -> V
     Verdict { tone: Tone::Wrong, word: "NOT COMPLETE", reason, worst: None, causes }
 }
 
-/// What of the error at the worst place of a lobe which source leaves.
+/// Share of each cause in the error at the worst position of a lobe.
 fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
     let [low, high] = [lag.most().lowest_um, lag.most().highest_um].map(|um| signed(um, 2));
     let range =
         format!("Round all of {} lag and swing of the axes leave {low} to {high} µm in the last turn.", worst.name);
-    let at = |left: &Left| worst.azimuth_deg.and_then(|azimuth| left.at(azimuth));
+    let at = |left: &Residual| worst.azimuth_deg.and_then(|azimuth| left.at(azimuth));
     let Some(drives) = at(&lag.encoders) else { return vec![range] };
     let mut sources = vec![(drives, "the drives' lag behind the path", "lag by the encoders")];
     let tool = lag.tool.as_ref().and_then(at);

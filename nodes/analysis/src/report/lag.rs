@@ -1,4 +1,4 @@
-//! How far the axes were off their path, and what that leaves on the part.
+//! Path errors of the axes, and the resulting form error.
 //!
 //! The setpoints of the ticks are the path x(c). A place of X and C is off it by e = x − x(c): what of the lags of both axes moves the
 //! tool across the path. A grinding wheel touches where its centre's path, x + W over θ, has its normal, which is turned by
@@ -12,14 +12,14 @@ use super::columns::Columns;
 use super::motion::{Motion, Sample};
 use super::text::um;
 use camwright::machine::description::{Axis, MachineDescription, Structure};
-use camwright::math::hermite::{cubic_slope, cubic_way};
-use camwright::math::range::least_and_most;
+use camwright::math::hermite::{cubic_path, cubic_slope};
+use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{deg_from_rad, wrap_turn};
 
 /// Columns over a turn: a degree, so that at every speed in use some tick falls into each.
 const TURN_COLUMNS: usize = 360;
 
-/// So many columns beside an empty one are looked at.
+/// Number of columns considered beside an empty one.
 const NEAR_COLUMNS: u32 = 4;
 
 /// Setpoints looked at before and behind a window, for what lags behind them (ticks).
@@ -28,32 +28,32 @@ pub(super) const MARGIN_TICKS: u64 = 300;
 /// Setpoints on either side of a place that its slope is taken from.
 const SLOPE_POINTS: usize = 4;
 
-/// Of the largest step of C in a tick: where its steps are smaller it all but stands, and X over C is no path.
+/// Share of the largest step of C in a tick below which C counts as standing: X over C is no path there.
 const STANDING_SHARE: f64 = 0.02;
 
 /// Steps within a tick in which a swing is followed: a fourteenth of a radian at 110 Hz and 1 ms.
 const STEPS: u32 = 10;
 
 #[derive(Debug, Clone)]
-pub(super) struct Left {
+pub(super) struct Residual {
     /// Over the azimuth from where C is 0 (deg), along the normal (µm), positive where material is left; empty for an insert.
     pub(super) on_part: Columns,
     pub(super) lowest_um: f64,
     pub(super) highest_um: f64,
 }
 
-/// What the axes leave.
+/// Form error by the axes.
 #[derive(Debug, Clone)]
 pub(super) struct Lag {
-    /// By the encoders: the drives alone.
-    pub(super) encoders: Left,
-    /// Where the tool was, with the structures behind the encoders; none where the machine's description has none.
-    pub(super) tool: Option<Left>,
+    /// Form error by the encoder readings: the drives alone.
+    pub(super) encoders: Residual,
+    /// Form error by the true tool positions, including the structures behind the encoders; `None` without structures in the machine's description.
+    pub(super) tool: Option<Residual>,
 }
 
-/// What is known of the machine besides its ticks.
+/// Machine data besides its ticks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known<'a> {
+pub(super) struct CutContext<'a> {
     pub(super) description: Option<&'a MachineDescription>,
     pub(super) cycle_s: f64,
     pub(super) sense: f64,
@@ -62,31 +62,31 @@ pub(super) struct Known<'a> {
 }
 
 impl Lag {
-    /// What is left by those of a cut's samples from `from` on; those before it let a swing settle.
-    pub(super) fn of(motion: &Motion, cut: &[Sample], from: u64, known: Known<'_>) -> Option<Self> {
-        let path = Path::of(motion, cut)?;
+    /// Form error of a cut's samples from `from` on; earlier samples let an oscillation settle.
+    pub(super) fn from_motion(motion: &Motion, cut: &[Sample], from: u64, known: CutContext<'_>) -> Option<Self> {
+        let path = Path::from_samples(motion, cut)?;
         let at = |sample: &Sample| [sample.position[0], sample.position[1]];
         let places = cut.iter().filter(|sample| sample.tick >= from).map(at);
-        let encoders = Left::of(&path, places, known)?;
+        let encoders = Residual::from_path(&path, places, known)?;
         let structures =
             known.description.map(|description| [Axis::C, Axis::X].map(|axis| description.axis(axis).drive.structure));
         let tool = structures.filter(|both| both.iter().any(Option::is_some)).and_then(|[c, x]| {
             let swung = swung(cut, [c, x, None], known.cycle_s);
             let places = cut.iter().zip(swung).filter(|(sample, _)| sample.tick >= from);
             let places = places.map(|(_, [c, x, _])| [c, x]);
-            Left::of(&path, places, known)
+            Residual::from_path(&path, places, known)
         });
         Some(Self { encoders, tool })
     }
 
     /// All that is known: of the tool, or else of the encoders.
-    pub(super) fn most(&self) -> &Left {
+    pub(super) fn most(&self) -> &Residual {
         self.tool.as_ref().unwrap_or(&self.encoders)
     }
 }
 
-impl Left {
-    fn of(path: &Path, places: impl Iterator<Item = [f64; 2]>, known: Known<'_>) -> Option<Self> {
+impl Residual {
+    fn from_path(path: &Path, places: impl Iterator<Item = [f64; 2]>, known: CutContext<'_>) -> Option<Self> {
         let mut on_part = Columns::new(0.0, 360.0, TURN_COLUMNS);
         let mut all = Vec::new();
         for [c, at_x] in places {
@@ -103,11 +103,11 @@ impl Left {
             on_part.add(deg_from_rad(wrap_turn(contact)), off_um);
             all.push(off_um);
         }
-        let (lowest_um, highest_um) = least_and_most(all.iter().copied());
+        let (lowest_um, highest_um) = minimum_and_maximum(all.iter().copied());
         (!all.is_empty()).then_some(Self { on_part, lowest_um, highest_um })
     }
 
-    /// What is left at an azimuth (deg, µm).
+    /// Form error at an azimuth (deg, µm).
     pub(super) fn at(&self, azimuth_deg: f64) -> Option<f64> {
         let width = 360.0 / TURN_COLUMNS as f64;
         let beside = |away: u32| {
@@ -119,7 +119,7 @@ impl Left {
     }
 }
 
-/// Where what the axes C, X and Z carry was at each tick: behind what the encoders show by the swing of the structures, from none at the first tick.
+/// True positions of the loads of C, X and Z at each tick: encoder readings minus the oscillation of the structures, which starts at zero.
 pub(super) fn swung(samples: &[Sample], structures: [Option<Structure>; 3], cycle_s: f64) -> Vec<[f64; 3]> {
     let mut places: Vec<[f64; 3]> = samples.iter().map(|sample| sample.position).collect();
     for (axis, structure) in structures.into_iter().enumerate() {
@@ -137,7 +137,7 @@ pub(super) fn swung(samples: &[Sample], structures: [Option<Structure>; 3], cycl
             for number in 0..steps {
                 // Where the slide is when the tool is at y: half a step beside would be a lead of its own.
                 let share = f64::from(number) / f64::from(steps);
-                let x = pair[0].position[axis] + cubic_way(share, way, slopes[0], slopes[1]);
+                let x = pair[0].position[axis] + cubic_path(share, way, slopes[0], slopes[1]);
                 let speed = cubic_slope(share, way, slopes[0], slopes[1]) / time;
                 y_speed += step * (w * w * (x - y) + 2.0 * damping * w * (speed - y_speed));
                 y += step * y_speed;
@@ -154,16 +154,16 @@ fn speed_at(samples: &[Sample], at: usize, axis: usize) -> f64 {
     (after.position[axis] - before.position[axis]) / (after.tick - before.tick).max(1) as f64
 }
 
-/// X over C as it was told to the machine, C growing.
+/// Commanded X over C, with C increasing.
 struct Path(Vec<(f64, f64)>);
 
 impl Path {
-    fn of(motion: &Motion, samples: &[Sample]) -> Option<Self> {
+    fn from_samples(motion: &Motion, samples: &[Sample]) -> Option<Self> {
         let (first, last) = (samples.first()?.tick, samples.last()?.tick);
         let range = first.saturating_sub(MARGIN_TICKS)..=last.saturating_add(MARGIN_TICKS);
         let told: Vec<(u64, [f64; 3])> = motion.setpoints.range(range).map(|(tick, point)| (*tick, *point)).collect();
         let step = |pair: &[(u64, [f64; 3])]| pair[1].1[0] - pair[0].1[0];
-        let (_, fastest) = least_and_most(told.windows(2).map(step));
+        let (_, fastest) = minimum_and_maximum(told.windows(2).map(step));
         let mut points: Vec<(f64, f64)> = Vec::new();
         let mut last_tick = 0;
         for pair in told.windows(2).filter(|pair| step(pair) > STANDING_SHARE * fastest) {
@@ -219,8 +219,8 @@ mod tests {
             })
             .collect();
         let motion = Motion::made_of(&samples, setpoints);
-        let known = Known { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel) };
-        let lag = Lag::of(&motion, &samples, 0, known).expect("a lag");
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel) };
+        let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         assert!(lag.tool.is_none(), "nothing is known of a structure");
         for c in [0.5_f64, 1.5, 2.5, 4.0, 5.5] {
             // The normal goes through the disc's centre.
@@ -252,9 +252,9 @@ mod tests {
             })
             .collect();
         let motion = Motion::made_of(&samples, setpoints);
-        let known = Known { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None };
-        let lag = Lag::of(&motion, &samples, 0, known).expect("a lag");
-        let Left { lowest_um, highest_um, .. } = lag.encoders;
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None };
+        let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
+        let Residual { lowest_um, highest_um, .. } = lag.encoders;
         assert!((lowest_um - 3.0).abs() < 1e-6 && (highest_um - 3.0).abs() < 1e-6, "{lowest_um} to {highest_um} um");
     }
 

@@ -111,7 +111,7 @@ fn turn_curve_of(
     of: impl Fn(&Sample) -> f64,
 ) -> Curve {
     let points = turn.iter().map(|sample| (azimuth(findings, sample), of(sample)));
-    Curve { class, name: name.to_owned(), points: Columns::of(0.0, 360.0, COLUMNS, points).points() }
+    Curve { class, name: name.to_owned(), points: Columns::from_points(0.0, 360.0, COLUMNS, points).points() }
 }
 
 fn last_turn<'a>(findings: &Findings<'a>, lobe: usize) -> &'a [Sample] {
@@ -157,7 +157,7 @@ fn planned_turn(
     let curve = turn_curve(prepared, lobe, 0)?;
     let azimuth = |c_deg: f64| deg_from_rad(wrap_turn(findings.sense() * rad_from_deg(c_deg)));
     let points = curve.iter().map(|point| (azimuth(point.c_deg), of(point)));
-    Some(Columns::of(0.0, 360.0, COLUMNS, points).points())
+    Some(Columns::from_points(0.0, 360.0, COLUMNS, points).points())
 }
 
 fn removal_chart(findings: &Findings<'_>, lobe: usize, planned: Option<&Summary>) -> Chart {
@@ -181,12 +181,12 @@ fn force_chart(findings: &Findings<'_>, lobe: usize) -> Chart {
     Chart { curves: vec![with, last], across: LINE, ..Chart::over_azimuth(title) }
 }
 
-/// Force, power and heat over the azimuth at which they were largest, as the machine told them with the part.
+/// Force, power and heat over the azimuth of their maxima, as the machine reported them with the part.
 fn cut_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 3] {
     let of = |values: Option<&Vec<f64>>| -> Vec<(f64, f64)> {
         let values = values.map_or(&[][..], Vec::as_slice);
         let at = |(index, value): (usize, &f64)| ((index as f64 + 0.5) * 360.0 / values.len() as f64, *value);
-        Columns::of(0.0, 360.0, COLUMNS, values.iter().enumerate().map(at)).points()
+        Columns::from_points(0.0, 360.0, COLUMNS, values.iter().enumerate().map(at)).points()
     };
     let curve = |points, name: &str| vec![Curve { class: "is", name: name.into(), points }];
     let largest = "the largest of all turns";
@@ -213,7 +213,7 @@ fn cut_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 3] {
 mod tests {
     use super::*;
 
-    /// The force of every degree is drawn in the middle of it, as large as the machine told it, in N; without it there is no curve.
+    /// The force of every degree is drawn at its middle with the reported value in N; without it there is no curve.
     #[test]
     fn the_force_that_is_drawn_is_that_of_the_message() {
         let normal_force: Vec<f64> = (0..360).map(|degree| f64::from(degree * degree % 97)).collect();

@@ -43,7 +43,7 @@ use edge::Split;
 pub use error::ReportError;
 use findings::Findings;
 use gather::Recorded;
-use job_timeline::Story;
+use job_timeline::JobTimeline;
 pub use judge::{BURNT, burnt};
 use lag::Lag;
 use motion::Motion;
@@ -59,8 +59,8 @@ pub const FILE_NAME: &str = "report.html";
 /// A bag that cannot be read, or that holds no job.
 pub fn html(path: &Path) -> Result<String, ReportError> {
     let bag = Bag::open(path)?;
-    let recorded = Recorded::of(&bag)?;
-    let story = Story::of(&recorded);
+    let recorded = Recorded::from_bag(&bag)?;
+    let story = JobTimeline::from_recorded(&recorded);
     if story.status.is_none() {
         return Err(ReportError::NoJob { path: path.to_owned() });
     }
@@ -71,7 +71,7 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
         .map(|(from, to)| (from.saturating_sub(margin), to.saturating_add(margin)))
         .collect();
     let motion = match story.ticks {
-        Some(ticks) => Motion::of(&bag, &recorded, ticks, &windows)?,
+        Some(ticks) => Motion::from_recorded(&bag, &recorded, ticks, &windows)?,
         None => None,
     };
     let described = replan::described(&story);
@@ -91,10 +91,10 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
     }))
 }
 
-/// What the axes leave in the last turn of a cut, or in the last pass of a part that is turned.
+/// Form error by the axes in the last turn of a cut, or in the last pass of a turned part.
 fn lag_of(
     recorded: &Recorded,
-    story: &Story<'_>,
+    story: &JobTimeline<'_>,
     description: Option<&MachineDescription>,
     motion: &Motion,
     cut: (u64, u64),
@@ -102,18 +102,18 @@ fn lag_of(
     let machine = story.machine?;
     let is_turned = story.forms.is_empty();
     let from = if is_turned { cut.0 } else { motion.last_turn(cut).first()?.tick };
-    let known = lag::Known {
+    let known = lag::CutContext {
         description,
         cycle_s: recorded.cycle_s()?,
         sense: f64::from(machine.rotation_sense),
         wheel_m: (!is_turned).then_some(machine.wheel_radius),
     };
-    Lag::of(motion, motion.within(cut), from, known)
+    Lag::from_motion(motion, motion.within(cut), from, known)
 }
 
-/// What made the worst place of a part that was turned; none where no such part was judged.
+/// Causes at the worst position of a turned part; `None` without a judged turned part.
 fn split_of(
-    story: &Story<'_>,
+    story: &JobTimeline<'_>,
     again: &Result<AnyPrepared, String>,
     motion: Option<&Motion>,
     pass: Option<(u64, u64)>,

@@ -1,4 +1,4 @@
-//! What the axes did tick by tick: all of the job in columns, and the turns that a figure is drawn from as they are.
+//! Motion of the axes: the whole job in columns, and single turns tick by tick for figures.
 
 use super::columns::Columns;
 use super::error::ReportError;
@@ -25,7 +25,7 @@ pub(super) struct Sample {
     pub(super) force_x_n: f64,
 }
 
-/// What was read of the ticks.
+/// Motion read from the ticks.
 #[derive(Debug)]
 pub(super) struct Motion {
     pub(super) samples: Vec<Sample>,
@@ -42,7 +42,7 @@ pub(super) struct Motion {
 
 impl Motion {
     /// Reads the job's ticks; `windows` are first and last ticks of what is kept as it is.
-    pub(super) fn of(
+    pub(super) fn from_recorded(
         bag: &Bag,
         recorded: &Recorded,
         job: (u64, u64),

@@ -1,7 +1,7 @@
 //! A section of the part as it shall be and, magnified, how far it is off.
 
 use super::text::{escape, fixed, signed};
-use camwright::math::range::least_and_most;
+use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, rad_from_deg, um_from_mm};
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ const HALF: f64 = 200.0;
 /// Height of the line of text below it.
 const CAPTION: f64 = 22.0;
 
-/// Where the farthest point of the design lies, and how far from it what is allowed and at most what is off may be drawn.
+/// Drawn radius of the farthest point of the design, and drawn distances of the tolerance and of the largest error.
 const DESIGN: f64 = 132.0;
 const ALLOWED: f64 = 16.0;
 const FARTHEST: f64 = 46.0;
@@ -20,11 +20,11 @@ const FARTHEST: f64 = 46.0;
 pub(super) struct Section {
     /// The design, or what stands for its shape (mm).
     pub(super) radius_mm: Vec<f64>,
-    /// The least and the most that it is off by at each azimuth (µm); both the same where one number is told.
+    /// Minimum and maximum error at each azimuth (µm); equal if a single value is recorded.
     pub(super) lowest_um: Vec<f64>,
     pub(super) highest_um: Vec<f64>,
     pub(super) allowed_um: f64,
-    /// Azimuth of the key-way (deg), where it is told.
+    /// Azimuth of the keyway (deg), if it is recorded.
     pub(super) key_way_deg: Option<f64>,
     /// Azimuth of the worst place (deg) and what it is off by (µm).
     pub(super) worst: Option<(f64, f64)>,
@@ -35,21 +35,21 @@ pub(super) struct Section {
 struct Outline {
     points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
-    /// Where the axis lies: the drawing's middle is the part's.
+    /// Position of the axis: the drawing's middle is the part's.
     axis: [f64; 2],
     /// Pixels for a millimetre.
     per_mm: f64,
 }
 
 impl Outline {
-    fn of(radius_mm: &[f64]) -> Self {
+    fn from_radii(radius_mm: &[f64]) -> Self {
         let count = radius_mm.len();
         let point = |(index, radius): (usize, &f64)| {
             let (sin, cos) = (TURN_RAD * index as f64 / count as f64).sin_cos();
             [radius * cos, -radius * sin]
         };
         let points_mm: Vec<[f64; 2]> = radius_mm.iter().enumerate().map(point).collect();
-        let ranges = [0, 1].map(|side| least_and_most(points_mm.iter().map(|point| point[side])));
+        let ranges = [0, 1].map(|side| minimum_and_maximum(points_mm.iter().map(|point| point[side])));
         let half_mm = ranges.iter().map(|(least, most)| 0.5 * (most - least)).fold(1e-9, f64::max);
         let per_mm = DESIGN / half_mm;
         let axis = ranges.map(|(least, most)| -0.5 * per_mm * (least + most));
@@ -89,7 +89,7 @@ impl Section {
         let errors = self.lowest_um.iter().chain(&self.highest_um).map(|um| um.abs());
         let largest = errors.fold(self.allowed_um, f64::max);
         let scale = (ALLOWED / self.allowed_um.max(1e-9)).min(FARTHEST / largest.max(1e-9));
-        let outline = Outline::of(&self.radius_mm);
+        let outline = Outline::from_radii(&self.radius_mm);
         let mut out = format!(
             "<svg class=\"part\" viewBox=\"-{HALF:.0} -{HALF:.0} {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">",
             2.0 * HALF,
@@ -190,7 +190,7 @@ impl Section {
     }
 }
 
-/// How many times larger than the part an error is drawn, to two figures.
+/// Magnification of the error relative to the part, to two digits.
 fn magnification(per_mm: f64, per_um: f64) -> String {
     let times = um_from_mm(per_um) / per_mm;
     let digits = 10.0_f64.powf(times.max(1.0).log10().floor() - 1.0);

@@ -1,4 +1,4 @@
-//! What the report rests on: job, hashes, versions, files, and the job itself.
+//! Sources of the report: job, hashes, versions, files, and the job itself.
 
 use super::findings::Findings;
 use super::table::table;

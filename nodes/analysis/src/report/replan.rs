@@ -1,17 +1,17 @@
 //! The job planned again from what the bag holds of it: what a plan knows and no message says.
 
-use super::job_timeline::Story;
+use super::job_timeline::JobTimeline;
 use camwright::machine::description::MachineDescription;
 use camwright_files::convert::machine_now::recorded_machine;
 use camwright_planning::{AnyPrepared, NO_JOB_FILE, plan_recorded};
 
 const NO_MACHINE: &str = "no machine description is recorded";
 
-/// What the machine is, by its recorded description.
+/// Machine of the recorded description.
 ///
 /// # Errors
 /// Why it is not known, as the end of a sentence.
-pub(super) fn described(story: &Story<'_>) -> Result<MachineDescription, String> {
+pub(super) fn described(story: &JobTimeline<'_>) -> Result<MachineDescription, String> {
     recorded_machine(story.machine.ok_or(NO_MACHINE)?, &[])
 }
 
@@ -19,7 +19,10 @@ pub(super) fn described(story: &Story<'_>) -> Result<MachineDescription, String>
 ///
 /// # Errors
 /// Why there is none, as the end of a sentence.
-pub(super) fn plan(story: &Story<'_>, described: Result<MachineDescription, String>) -> Result<AnyPrepared, String> {
+pub(super) fn plan(
+    story: &JobTimeline<'_>,
+    described: Result<MachineDescription, String>,
+) -> Result<AnyPrepared, String> {
     let status = story.status.ok_or("no job is recorded")?;
     if status.job_source.is_empty() {
         return Err(NO_JOB_FILE.into());

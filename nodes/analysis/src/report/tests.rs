@@ -50,7 +50,7 @@ fn status(state: u8) -> JobStatus {
     JobStatus { state, job: HOSTILE.into(), message: HOSTILE.into(), ..JobStatus::default() }
 }
 
-/// What stands in a bag stays text, and what does not is said to be missing: a job of which nothing but an alarm is known.
+/// Text of a bag stays text, and missing data is reported: a job of which only an alarm is recorded.
 #[test]
 fn a_hostile_bag_gives_a_page_without_a_script_and_the_same_bag_the_same_bytes() {
     let dir = TempDir::new().expect("a temporary directory");
@@ -122,8 +122,8 @@ fn figure<'a>(page: &'a str, heading: &str) -> &'a str {
     rest.split("</figure>").next().unwrap_or_default()
 }
 
-/// What the machine told of every degree is drawn; a bag that was recorded before it told of the force is read all the same, and says that
-/// it has none.
+/// The recorded values of every degree are drawn; an older bag without the force is read all the same, and the report says that it has
+/// none.
 #[test]
 fn the_force_is_drawn_where_the_bag_has_it_and_missing_where_it_is_older() {
     const PART: &str = "camwright_msgs/msg/PartLobe";

@@ -21,7 +21,7 @@ pub(super) fn signed(value: f64, digits: usize) -> String {
     if value > 0.0 && text.contains(|c: char| ('1'..='9').contains(&c)) { format!("+{text}") } else { text }
 }
 
-/// Text that stands in the page as it is, whatever it holds. Control characters, which HTML may not have, are told by a sign.
+/// Escaped text for the page. A sign replaces control characters, which HTML does not allow.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -2,7 +2,7 @@
 
 use super::chart::{Chart, Curve, Size, Zone};
 use super::findings::Findings;
-use super::job_timeline::Stretch;
+use super::job_timeline::Period;
 use super::table::table;
 use super::text::{escape, fixed};
 use camwright::motion::plan::Phase;
@@ -28,7 +28,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
 }
 
 /// Class of what was done.
-fn class(stretch: &Stretch) -> &'static str {
+fn class(stretch: &Period) -> &'static str {
     if stretch.is_held {
         return "z6";
     }
@@ -138,7 +138,7 @@ fn shares(out: &mut String, findings: &Findings<'_>, whole_s: f64) {
     table(out, &[("lobe", true), ("s", false), ("of which", true)], &lobes.iter().map(row).collect::<Vec<_>>());
 }
 
-/// What set the speed of every cut, and which limits were used most.
+/// Bounds of the speed of every cut, and the most used limits.
 fn limits(out: &mut String, findings: &Findings<'_>) {
     out.push_str("<h3>What limited it</h3>");
     let rows: Vec<Vec<String>> = match findings.again {
@@ -213,7 +213,7 @@ fn turned_row(part: &str, index: usize, pass: &TurnedPassSummary) -> Vec<String>
     ]
 }
 
-/// What an operator did while it ran.
+/// Actions of the operator during the run.
 fn operator(out: &mut String, findings: &Findings<'_>) {
     let Some((first, last)) = findings.story.ticks else { return };
     let what = |input: &AppliedInput| match input.kind {

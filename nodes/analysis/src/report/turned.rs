@@ -140,7 +140,7 @@ fn last_pass(findings: &Findings<'_>) -> (Chart, Chart) {
     let to = samples.last().map_or(1.0, |sample| turns(sample.position[0])).max(1e-6);
     let curve = |name: &str, of: &dyn Fn(&super::motion::Sample) -> f64| {
         let points = samples.iter().map(|sample| (turns(sample.position[0]), of(sample)));
-        vec![Curve { class: "is", name: name.into(), points: Columns::of(0.0, to, COLUMNS, points).points() }]
+        vec![Curve { class: "is", name: name.into(), points: Columns::from_points(0.0, to, COLUMNS, points).points() }]
     };
     let step =
         [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0].into_iter().find(|step| to / step <= 12.0);

@@ -12,7 +12,7 @@ use camwright_msgs::camwright_msgs::msg::TurnedResult;
 use camwright_planning::AnyPrepared;
 use std::fmt::Write as _;
 
-/// What no sensor shows.
+/// Causes that no sensor shows.
 const REST: &str = "insert and part giving way, wear, warmth (the rest)";
 
 /// The worst place by what left it, as a table.
@@ -42,7 +42,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>, part: &TurnedResu
     let dash = || "–".to_owned();
     let whole = |name: String, left_um: f64| vec![name, dash(), signed(left_um, 2), dash(), dash()];
     let names = ["X", "C, by the slope round the part", "Z, by the slope along the part"];
-    let mut rows: Vec<Vec<String>> = [x, c, z].iter().zip(names).map(|(axis, name)| of_axis(name, axis)).collect();
+    let mut rows: Vec<Vec<String>> = [x, c, z].iter().zip(names).map(|(axis, name)| axis_lines(name, axis)).collect();
     rows.push(whole(cusp_name(findings), split.cusp_um));
     rows.push(whole(REST.to_owned(), split.rest_um));
     rows.push(whole("<b>form error there, the sum of all</b>".to_owned(), split.error_um));
@@ -50,7 +50,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>, part: &TurnedResu
     let _infallible = write!(out, "<p class=\"faint\">{}</p>", made(findings, split));
 }
 
-fn of_axis(name: &str, axis: &OfAxis) -> Vec<String> {
+fn axis_lines(name: &str, axis: &OfAxis) -> Vec<String> {
     let unit = |off: f64| match axis.axis {
         Axis::C => format!("{}°", signed(deg_from_rad(off), 4)),
         Axis::X | Axis::Z => format!("{} µm", signed(um_from_mm(off), 2)),

@@ -1,10 +1,10 @@
-//! Where a run that was computed again is another than the one that was recorded.
+//! Difference between a recorded run and its recomputation.
 
 use camwright::machine::description::Axis;
 use camwright_files::convert::um_from_si;
 use std::fmt;
 
-/// What two values are that differ.
+/// Kind of two differing values.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Numbers of an axis or another quantity, with their unit.
@@ -34,7 +34,7 @@ impl Difference {
     }
 
     /// Two numbers, if they differ in a bit.
-    pub(super) fn of_numbers(tick: u64, field: &str, old: f64, new: f64, unit: &'static str) -> Option<Self> {
+    pub(super) fn from_numbers(tick: u64, field: &str, old: f64, new: f64, unit: &'static str) -> Option<Self> {
         let differs = old.to_bits() != new.to_bits();
         differs.then(|| Self { tick, field: field.to_owned(), values: Values::Numbers { old, new, unit } })
     }
@@ -66,7 +66,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// By how much, in the unit that people measure it with.
+/// Size of the difference, in its usual unit.
 fn by(f: &mut fmt::Formatter<'_>, off: f64, unit: &str) -> fmt::Result {
     match unit {
         "m" => write!(f, "{:+.6} um of difference", um_from_si(off)),
@@ -84,10 +84,10 @@ mod tests {
         let counts = Difference::of_counts(1234, "setpoint of x_axis", 100, 103, Some((Axis::X, 1e-8)));
         let text = counts.expect("they differ").to_string();
         assert_eq!(text, "tick 1234: setpoint of x_axis: recorded 100, computed 103, +0.030000 um of difference");
-        let numbers = Difference::of_numbers(7, "position of z_axis", 0.1, 0.1 + 1e-9, "m").expect("they differ");
+        let numbers = Difference::from_numbers(7, "position of z_axis", 0.1, 0.1 + 1e-9, "m").expect("they differ");
         assert!(numbers.to_string().ends_with(" m, +0.001000 um of difference"), "{numbers}");
-        assert_eq!(Difference::of_numbers(7, "effort of z_axis", 2.0, 2.0, "N"), None);
-        assert!(Difference::of_numbers(7, "effort of z_axis", 0.0, -0.0, "N").is_some(), "they differ in a bit");
-        assert_eq!(Difference::of_numbers(7, "gauge", f64::NAN, f64::NAN, "m"), None, "the same bits");
+        assert_eq!(Difference::from_numbers(7, "effort of z_axis", 2.0, 2.0, "N"), None);
+        assert!(Difference::from_numbers(7, "effort of z_axis", 0.0, -0.0, "N").is_some(), "they differ in a bit");
+        assert_eq!(Difference::from_numbers(7, "gauge", f64::NAN, f64::NAN, "m"), None, "the same bits");
     }
 }

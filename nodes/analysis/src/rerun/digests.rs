@@ -10,7 +10,7 @@ use std::path::Path;
 /// The digests of the jobs of a bag: how many ticks of the job are in it, and the digest.
 type Jobs = Vec<Vec<(u64, u64)>>;
 
-/// How the digests of two bags compare.
+/// Comparison of the digests of two bags.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Compared {
     jobs: [usize; 2],
@@ -43,14 +43,14 @@ pub(super) fn compare(one: &Path, other: &Path) -> Result<Compared, RerunError> 
 }
 
 fn jobs(path: &Path) -> Result<Jobs, RerunError> {
-    let recorded = Recorded::of(&Bag::open(path)?, Window::default())?;
+    let recorded = Recorded::from_bag(&Bag::open(path)?, Window::default())?;
     Ok(jobs_of(&recorded.machine_inputs))
 }
 
 fn jobs_of(inputs: &[MachineInput]) -> Jobs {
     let mut jobs: Jobs = Vec::new();
     for input in inputs.iter().filter(|input| input.kind == MachineInput::DIGEST && input.number > 0) {
-        // The first tick of a job tells one.
+        // The first tick of a job has one.
         match jobs.last_mut().filter(|_| input.number > 1) {
             Some(job) => job.push((input.number, input.digest)),
             None => jobs.push(vec![(input.number, input.digest)]),

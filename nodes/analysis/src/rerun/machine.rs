@@ -1,18 +1,18 @@
-//! The machine again: it takes what it was given in the same ticks, and tells the same.
+//! Replay of the machine: it receives the recorded inputs at the same ticks, and must give the same outputs.
 
 use super::difference::Difference;
 use super::error::RerunError;
 use super::keyframes;
 use super::outputs::{Output, difference};
 use super::recorded::Recorded;
-use camwright::math::snapshot::Tape;
+use camwright::math::snapshot::SnapshotCodec;
 use camwright_bag::Bag;
 use camwright_files::convert::keyframes::check;
 use camwright_files::convert::setpoints::ChunkBuffer;
 use camwright_machine_cycle::input_record::kind_name;
 use camwright_machine_cycle::keyframes::FORM as KEYFRAME_FORM;
-use camwright_machine_cycle::output_digest::{Told, of_chunk};
-use camwright_machine_cycle::replay::{MachineAgain, Ticked};
+use camwright_machine_cycle::output_digest::{RangeDigest, chunk_digest};
+use camwright_machine_cycle::replay::{MachineReplay, Ticked};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -26,7 +26,7 @@ const WAITING: usize = 50_000;
 pub(super) struct MachineRun<'a> {
     bag: &'a Bag,
     recorded: &'a Recorded,
-    machine: MachineAgain,
+    machine: MachineReplay,
     next: usize,
     /// The tick after which it began, and the last one.
     begun: u64,
@@ -39,11 +39,11 @@ pub(super) struct MachineRun<'a> {
     /// Those that were sent and not taken yet, by their first tick, with their digests.
     chunks: HashMap<u64, Vec<(u64, ChunkBuffer)>>,
     waiting: VecDeque<(u64, Output)>,
-    /// Digests that the run told, to be compared with those recorded.
-    told: VecDeque<Told>,
+    /// Digests of the replayed run, for the comparison with the recorded ones.
+    told: VecDeque<RangeDigest>,
     pub(super) compared: u64,
     pub(super) keyframes: usize,
-    pub(super) digests: Vec<Told>,
+    pub(super) digests: Vec<RangeDigest>,
     pub(super) last_digest: u64,
 }
 
@@ -57,10 +57,10 @@ impl<'a> MachineRun<'a> {
         let (machine, begun) = match (&recorded.start, recorded.machine_inputs.first()) {
             (Some(head), _) => {
                 let state = keyframes::state(bag, &recorded.topics, head)?;
-                let machine = MachineAgain::from_keyframe(&recorded.machine, head, &state);
+                let machine = MachineReplay::from_keyframe(&recorded.machine, head, &state);
                 (machine.map_err(|error| cannot(format!("the keyframe of tick {}: {error}", head.tick)))?, head.tick)
             }
-            (None, Some(begin)) => (MachineAgain::new(&recorded.machine, begin).map_err(cannot)?, 0),
+            (None, Some(begin)) => (MachineReplay::new(&recorded.machine, begin).map_err(cannot)?, 0),
             (None, None) => return Err(cannot("nothing was recorded of the machine".into())),
         };
         let chunks = recorded.machine_inputs.iter().filter(|input| input.kind == MachineInput::CHUNK);
@@ -92,17 +92,17 @@ impl<'a> MachineRun<'a> {
 
     /// A chunk that was sent.
     pub(super) fn sent(&mut self, chunk: ChunkBuffer) {
-        let digest = of_chunk(&chunk);
+        let digest = chunk_digest(&chunk);
         if self.taken.contains(&(chunk.first_tick, digest)) {
             self.chunks.entry(chunk.first_tick).or_default().push((digest, chunk));
         }
     }
 
-    /// What the machine told of a tick: it is compared as soon as the chunks are in sight that the machine needs to come there.
+    /// Output of a recorded tick: compared as soon as the chunks that the machine needs are available.
     ///
     /// # Errors
     /// The first difference.
-    pub(super) fn told(&mut self, tick: u64, output: Output) -> Result<(), Box<Difference>> {
+    pub(super) fn compare_output(&mut self, tick: u64, output: Output) -> Result<(), Box<Difference>> {
         if tick <= self.begun || tick > self.recorded.last_tick {
             return Ok(());
         }
@@ -144,7 +144,7 @@ impl<'a> MachineRun<'a> {
     /// Runs up to a tick; false: a chunk is not in sight yet without which it cannot.
     fn run_to(&mut self, tick: u64, is_all_in_sight: bool) -> Result<bool, Box<Difference>> {
         while self.tick < tick {
-            if !self.take_inputs(is_all_in_sight)? {
+            if !self.apply_inputs(is_all_in_sight)? {
                 return Ok(false);
             }
             let Some(ticked) = self.machine.tick() else {
@@ -167,7 +167,7 @@ impl<'a> MachineRun<'a> {
             return Ok(());
         };
         self.to_come = rest;
-        // What another form says of a state is not known; what is told twice was compared.
+        // A state of another form cannot be compared; a repeated one has been compared.
         if head.form != KEYFRAME_FORM || head.tick != self.tick {
             return Ok(());
         }
@@ -177,7 +177,7 @@ impl<'a> MachineRun<'a> {
         if check(head, &state) != head.check {
             let recorded = keyframes::state(self.bag, &self.recorded.topics, head);
             let recorded = recorded.map_err(|error| failed(error.to_string()))?;
-            let place = self.machine.follow(&mut Tape::comparing(&recorded)).err();
+            let place = self.machine.follow(&mut SnapshotCodec::comparing(&recorded)).err();
             return Err(failed(place.unwrap_or_else(|| "digest or inputs of it are others".to_owned())));
         }
         self.keyframes += 1;
@@ -185,7 +185,7 @@ impl<'a> MachineRun<'a> {
     }
 
     /// Gives the machine what it was given before the next tick.
-    fn take_inputs(&mut self, is_all_in_sight: bool) -> Result<bool, Box<Difference>> {
+    fn apply_inputs(&mut self, is_all_in_sight: bool) -> Result<bool, Box<Difference>> {
         let recorded = self.recorded;
         while let Some(input) = recorded.machine_inputs.get(self.next).filter(|input| input.tick <= self.tick) {
             if input.kind == MachineInput::DIGEST {
@@ -200,13 +200,13 @@ impl<'a> MachineRun<'a> {
             }
             self.next += 1;
             let chunks = &mut self.chunks;
-            let outcome = self.machine.take(input, |first, digest| chunk(chunks, first, digest));
+            let outcome = self.machine.apply(input, |first, digest| chunk(chunks, first, digest));
             outcome.map_err(|reason| Difference::texts(input.tick, kind_name(input.kind), "an input", reason))?;
         }
         Ok(true)
     }
 
-    /// A digest that was told, against that of the same tick.
+    /// Compares a recorded digest with that of the same tick.
     fn compare_digest(&mut self, input: &MachineInput) -> Result<(), Box<Difference>> {
         let field = "digest of all that the machine put out";
         let text = |ticks: u64, digest: u64| format!("{digest:016x} after {ticks} ticks of a job");

@@ -4,7 +4,7 @@
 //! axis_interpolator/inputs, plans ─► Interpolator ─► chunks ── the same as on machine/setpoints?
 //! machine/inputs, machine/setpoints ─► machine ─► ticks ────── the same as on joint_states, machine/stream, io, gauge, and in the digests?
 //! ```
-//! Interpolator and machine run for themselves, each from what it was given, so that a difference is told where it arises.
+//! Interpolator and machine are replayed separately, each from its own recorded inputs, so a difference is reported at its source.
 
 mod difference;
 mod digests;
@@ -29,7 +29,7 @@ use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use machine::MachineRun;
-use motion::InterpolatorAgain;
+use motion::InterpolatorReplay;
 use outputs::Output;
 use recorded::Recorded;
 use std::io::Write;
@@ -42,7 +42,7 @@ use topics::read;
 const DIFFERS: u8 = 3;
 const CANNOT: u8 = 1;
 
-/// What came of computing a run again.
+/// Result of recomputing a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Version of the program that recorded it, if the bag says so.
@@ -78,7 +78,7 @@ impl Verdict {
         self.changed.is_empty() && self.differences.is_empty()
     }
 
-    /// How many times faster than the machine it was computed.
+    /// Speed of the computation relative to real time.
     #[must_use]
     pub fn speed(&self) -> f64 {
         self.seconds.0 / self.seconds.1.max(1e-9)
@@ -149,7 +149,7 @@ pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
 ///
 /// # Errors
 /// A bag that cannot be read, or that does not hold what it takes.
-pub fn again(path: &Path) -> Result<Verdict, RerunError> {
+pub fn rerun(path: &Path) -> Result<Verdict, RerunError> {
     within(path, Window::default())
 }
 
@@ -160,8 +160,8 @@ pub fn again(path: &Path) -> Result<Verdict, RerunError> {
 pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
     let begun = Instant::now();
     let bag = Bag::open(path)?;
-    let recorded = Recorded::of(&bag, window)?;
-    let mut interpolator = InterpolatorAgain::new(&recorded);
+    let recorded = Recorded::from_bag(&bag, window)?;
+    let mut interpolator = InterpolatorReplay::new(&recorded);
     let mut machine = MachineRun::new(&bag, &recorded)?;
     let differences = compare(&bag, &recorded, &mut interpolator, &mut machine)?;
     let lost = bag.custom_data().get("camwright.lost_total").and_then(|text| text.parse().ok());
@@ -187,7 +187,7 @@ pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
 fn compare(
     bag: &Bag,
     recorded: &Recorded,
-    interpolator: &mut InterpolatorAgain<'_>,
+    interpolator: &mut InterpolatorReplay<'_>,
     machine: &mut MachineRun<'_>,
 ) -> Result<Vec<Difference>, RerunError> {
     let topics = &recorded.topics;
@@ -231,7 +231,7 @@ fn compare(
             None
         };
         if let Some((tick, output)) = output {
-            of_machine = machine.told(tick, output).err().map(|found| *found);
+            of_machine = machine.compare_output(tick, output).err().map(|found| *found);
         }
     }
     if of_machine.is_none() {

@@ -13,21 +13,21 @@ use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint
 
 /// The interpolator, run again.
 #[derive(Debug)]
-pub(super) struct InterpolatorAgain<'a> {
+pub(super) struct InterpolatorReplay<'a> {
     recorded: &'a Recorded,
     interpolator: Interpolator,
     /// The next input that was recorded.
     next: usize,
     /// The next tick of the motion in execution; nothing is executed before the first.
     next_tick: Option<u64>,
-    /// Where motions begin among the inputs, and how many of these lie behind.
+    /// Indices of the inputs that begin motions, and the number already replayed.
     starts: Vec<usize>,
     motions_begun: usize,
     pub(super) setpoints: u64,
     pub(super) motions: u64,
 }
 
-impl<'a> InterpolatorAgain<'a> {
+impl<'a> InterpolatorReplay<'a> {
     pub(super) fn new(recorded: &'a Recorded) -> Self {
         let inputs = recorded.interpolator_inputs.iter().enumerate();
         Self {
@@ -132,7 +132,7 @@ impl<'a> InterpolatorAgain<'a> {
             }
             match applied_input(message, &self.recorded.machine).map_err(unreadable)? {
                 Some(input) => {
-                    requests.extend(self.interpolator.again(tick, &input));
+                    requests.extend(self.interpolator.replay(tick, &input));
                     given.push(input);
                 }
                 None => {
@@ -191,7 +191,7 @@ impl<'a> InterpolatorAgain<'a> {
                 let unit = units[usize::from(*axis != Axis::C)];
                 let field = || format!("{what}: {kind} of {}", axis.joint());
                 if old.to_bits() != new.to_bits() {
-                    return Difference::of_numbers(tick, &field(), *old, *new, unit);
+                    return Difference::from_numbers(tick, &field(), *old, *new, unit);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What the machine told of a tick, compared with what it tells again.
+//! Recorded outputs of a tick, compared with the replayed ones.
 
 use super::difference::Difference;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
@@ -29,7 +29,7 @@ fn size(machine: &MachineDescription, axis: Axis) -> Option<(Axis, f64)> {
     Some((axis, si_from_core(axis, 1.0 / per_unit)))
 }
 
-/// The first difference between what was told of a tick and the tick.
+/// First difference between the recorded and the replayed outputs of a tick.
 pub(super) fn difference(
     output: &Output,
     ticked: &Ticked,
@@ -63,7 +63,7 @@ fn joints(old: &JointState, report: &TickReport, machine: &MachineDescription) -
             let joint = old.name.get(index).map_or("a joint", String::as_str);
             let is_linear = Axis::from_joint(joint).is_some_and(|axis| axis != Axis::C);
             let (field, unit) = (format!("{kind} of {joint}"), units[usize::from(is_linear)]);
-            return Difference::of_numbers(report.tick, &field, old_values[index], new_values[index], unit);
+            return Difference::from_numbers(report.tick, &field, old_values[index], new_values[index], unit);
         }
     }
     None
@@ -85,7 +85,7 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
             .or_else(|| counts("actual position", old.actual_counts[i], own.counts))
             .or_else(|| {
                 let field = format!("measured velocity of {}", axis.joint());
-                Difference::of_numbers(tick, &field, old.actual_velocities[i], speed, unit)
+                Difference::from_numbers(tick, &field, old.actual_velocities[i], speed, unit)
             });
         if found.is_some() {
             return found;
@@ -98,7 +98,7 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
     (!old.is_empty() && old != new).then(|| Difference::texts(tick, "latches", format!("{old:?}"), format!("{new:?}")))
 }
 
-/// What the stream says of motion and alarms.
+/// Motion state and alarms in the stream.
 fn states(old: &MachineStream, ticked: &Ticked) -> Option<Difference> {
     let (tick, motion) = (ticked.report.tick, motion_number(ticked.report.motion));
     let counts = Difference::of_counts(tick, "motion", old.motion.into(), motion.into(), None);
@@ -131,7 +131,7 @@ fn gauge(old: &GaugeReading, report: &TickReport, machine: &MachineDescription) 
     let Some(new) = all.find(|new| new.gauge_angle.to_bits() == old.gauge_angle.to_bits()) else {
         return Some(Difference::texts(report.tick, "machine/gauge", "a reading", "none"));
     };
-    let number = |field: &str, old: f64, new: f64, unit| Difference::of_numbers(report.tick, field, old, new, unit);
+    let number = |field: &str, old: f64, new: f64, unit| Difference::from_numbers(report.tick, field, old, new, unit);
     number("reading of the gauge", old.reading, new.reading, "m")
         .or_else(|| number("spindle angle of the gauge's reading", old.spindle_angle, new.spindle_angle, "rad"))
         .or_else(|| number("wheel position of the gauge's reading", old.wheel_position, new.wheel_position, "m"))

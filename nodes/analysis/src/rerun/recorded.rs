@@ -1,4 +1,4 @@
-//! What a bag holds of a run: the machine, the plans, and everything that machine and interpolator were given.
+//! Content of a recorded run: the machine, the plans, and all inputs of machine and interpolator.
 
 use super::error::RerunError;
 use super::keyframes;
@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// of an hour of 1 ms ticks without losing inputs.
 const MAX_LEAP_TICKS: u64 = 1_000_000;
 
-/// What was recorded of a run.
+/// Recorded run.
 #[derive(Debug)]
 pub(super) struct Recorded {
     pub(super) topics: Topics,
@@ -36,7 +36,7 @@ pub(super) struct Recorded {
     pub(super) keyframes: Vec<MachineKeyframe>,
     /// That from which the run is computed; none: from its beginning.
     pub(super) start: Option<MachineKeyframe>,
-    /// The last tick that is computed: of which the machine told anything, or that was asked for.
+    /// Last tick to compute: the last with any output, or the requested one.
     pub(super) last_tick: u64,
 }
 
@@ -45,7 +45,7 @@ impl Recorded {
     ///
     /// # Errors
     /// A bag that cannot be read, or in which something is missing without which the run cannot be computed.
-    pub(super) fn of(bag: &Bag, window: Window) -> Result<Self, RerunError> {
+    pub(super) fn from_bag(bag: &Bag, window: Window) -> Result<Self, RerunError> {
         let topics = Topics::find(bag)?;
         let mut description: Option<DescriptionMessage> = None;
         let mut machine_inputs: Vec<MachineInput> = Vec::new();
@@ -166,7 +166,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// What is not whole from its beginning may be from a keyframe on.
+    /// Adds the hint that a run without its beginning may be replayed from a keyframe on.
     fn with_hint(&self, error: RerunError) -> RerunError {
         let RerunError::Cannot(reason) = error else { return error };
         let numbers = |from: u64| {

@@ -5,43 +5,43 @@
 //! ```
 //! Only then is the goal accepted and the one before it ended: a goal that cannot be followed disturbs nobody.
 
-use super::wanted::Wanted;
-use crate::engine_messages::{Foresight, Made, ToEngine};
+use super::wanted::RequestedTrajectory;
+use crate::engine_messages::{MotionForecast, PreparedMotion, ToEngine};
 use camwright::machine::description::MachineDescription;
 use camwright_files::convert::time::TickClock;
 use camwright_ros::GoalDecider;
 
 #[derive(Debug)]
 pub(crate) struct Arrival {
-    pub(super) wanted: Wanted,
+    pub(super) wanted: RequestedTrajectory,
     /// Who decides on the goal; `None` for a trajectory of the topic.
     pub(super) decider: Option<GoalDecider>,
-    /// What it is, for who asks who has command.
+    /// Name of the goal, for clients that ask for the holder of command.
     pub(super) name: String,
 }
 
-/// What is to be done with an arrival once the engine has looked ahead.
+/// Next step of an arrival once the engine has looked ahead.
 #[derive(Debug)]
 pub(crate) enum Step {
-    /// Tell the engine; the arrival waits on.
+    /// Sends a message to the engine; the arrival continues to wait.
     Tell(ToEngine),
     /// It waits until the trajectory before it is over.
     Wait,
-    /// It cannot be, with the reason; the engine is told that nothing comes.
+    /// Refuses the trajectory with a reason; the engine drops the arrival.
     Refuse(String),
 }
 
 impl Arrival {
-    /// What comes next, after the engine has said where the axes will be.
-    pub(crate) fn next(&self, foresight: &Foresight, clock: TickClock, machine: &MachineDescription) -> Step {
+    /// Next step, after the engine has forecast the position of the axes.
+    pub(crate) fn next(&self, foresight: &MotionForecast, clock: TickClock, machine: &MachineDescription) -> Step {
         match foresight {
-            Foresight::Over => Step::Wait,
-            Foresight::Disturbed => {
+            MotionForecast::Over => Step::Wait,
+            MotionForecast::Disturbed => {
                 Step::Refuse("the trajectory in execution is held; release the hold or cancel it first".into())
             }
-            Foresight::At(tick, start) => {
+            MotionForecast::At(tick, start) => {
                 let record = self.wanted.record(*tick, clock, start, None);
-                match record.and_then(|record| Made::new(record, None, machine)) {
+                match record.and_then(|record| PreparedMotion::new(record, None, machine)) {
                     Ok(made) => Step::Tell(ToEngine::Splice(made)),
                     Err(reason) => Step::Refuse(reason),
                 }

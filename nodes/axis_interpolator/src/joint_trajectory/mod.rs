@@ -1,13 +1,13 @@
-//! Trajectories of other ROS clients: the action `~/follow_joint_trajectory`, the topic `~/joint_trajectory`, and what tells how they
-//! are followed. As the joint trajectory controller of `ros2_control` does it; where that only says that a tolerance was broken, this says
-//! which joint broke which one, by how much and when, and whatever ends a trajectory stops it on its path within the limits.
+//! Trajectories of other ROS clients: the action `~/follow_joint_trajectory`, the topic `~/joint_trajectory`, and the topics that report
+//! their progress. They behave as in the joint trajectory controller of `ros2_control`. In addition, an error names the joint, the
+//! tolerance, the amount and the time, and every end of a trajectory stops it on its path within the limits.
 
 pub(super) mod arrival;
 pub(super) mod settings;
 pub(super) mod tracking;
 mod wanted;
 
-use super::engine_messages::{Made, ToEngine};
+use super::engine_messages::{PreparedMotion, ToEngine};
 use super::goals::{Goal, by};
 use super::{Shared, lock};
 use arrival::Arrival;
@@ -20,7 +20,7 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use camwright_ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Guid, Qos, RosError, Subscription};
 use settings::Settings;
 use std::sync::Arc;
-use wanted::Wanted;
+use wanted::RequestedTrajectory;
 
 /// Who has command while a trajectory of this kind is executed.
 const OF_A_GOAL: &str = "a joint trajectory";
@@ -48,7 +48,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
 
     fn accepted(&mut self, handle: GoalHandle<FollowJointTrajectory>) {
         // One that took the place of another moves already.
-        let Some(handle) = lock(&self.0.served).take_arrived(handle) else { return };
+        let Some(handle) = lock(&self.0.served).start_arrived(handle) else { return };
         let motion = self.0.wanted_of(handle.goal()).and_then(|wanted| match self.0.obstacle() {
             None => self.0.motion_from_rest(&wanted),
             Some(reason) => Err(reason),
@@ -68,7 +68,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
     }
 }
 
-/// Takes trajectories from the topic, where what is refused is told in the log, and the scaling of their speed.
+/// Subscribes to trajectories on the topic, whose refusals are logged, and to the scaling of their speed.
 pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosError> {
     let this = Arc::clone(shared);
     let trajectories = shared.node.subscribe::<JointTrajectory>(
@@ -78,7 +78,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
             if !this.grant.takes("~/joint_trajectory", &info.writer, &this.node) {
                 return;
             }
-            if let Err(reason) = this.take_from_topic(&message, &info.writer) {
+            if let Err(reason) = this.accept_from_topic(&message, &info.writer) {
                 this.warn_of_refusal(&reason);
             }
         },
@@ -107,15 +107,20 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
 }
 
 impl Shared {
-    fn wanted_of(&self, goal: &FollowJointTrajectoryGoal) -> Result<Wanted, String> {
+    fn wanted_of(&self, goal: &FollowJointTrajectoryGoal) -> Result<RequestedTrajectory, String> {
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
-        Wanted::of_goal(goal, &Settings::of(self.node.parameters()), &machine, self.machine_time_ns())
+        RequestedTrajectory::from_goal(
+            goal,
+            &Settings::from_parameters(self.node.parameters()),
+            &machine,
+            self.machine_time_ns(),
+        )
     }
 
-    fn take_from_topic(&self, message: &JointTrajectory, writer: &Guid) -> Result<(), String> {
+    fn accept_from_topic(&self, message: &JointTrajectory, writer: &Guid) -> Result<(), String> {
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
-        let settings = Settings::of(self.node.parameters());
-        let wanted = Wanted::of_trajectory(message, &settings, &machine, self.machine_time_ns())?;
+        let settings = Settings::from_parameters(self.node.parameters());
+        let wanted = RequestedTrajectory::from_trajectory(message, &settings, &machine, self.machine_time_ns())?;
         let name = by(OF_THE_TOPIC, &self.node.who(writer));
         if self.is_following() {
             self.arrive(Arrival { wanted, decider: None, name });
@@ -127,7 +132,7 @@ impl Shared {
         self.begin_from_topic(&wanted, name)
     }
 
-    fn begin_from_topic(&self, wanted: &Wanted, name: String) -> Result<(), String> {
+    fn begin_from_topic(&self, wanted: &RequestedTrajectory, name: String) -> Result<(), String> {
         let motion = self.motion_from_rest(wanted)?;
         lock(&self.served).begin(Goal::Topic, name, String::new());
         self.begin_made(Ok(motion));
@@ -168,7 +173,7 @@ impl Shared {
         }
     }
 
-    /// What waited is refused.
+    /// Refuses the waiting trajectory.
     pub(super) fn refuse_arrival(&self, reason: &str) {
         let arrival = lock(&self.arrival).take();
         if let Some(reason) = arrival.and_then(|arrival| arrival.refuse(reason)) {
@@ -176,13 +181,13 @@ impl Shared {
         }
     }
 
-    /// What waited has taken the place of the trajectory before it.
+    /// The waiting trajectory has replaced the one before it.
     pub(super) fn arrived(&self, tick: u64) {
         let Some(arrival) = lock(&self.arrival).take() else { return };
         let is_goal = arrival.decider.is_some();
         let name = &arrival.name;
         self.node.logger().info(&format!("{name} takes the place of the one before it at tick {tick}"));
-        lock(&self.served).give_way(is_goal, name, tick);
+        lock(&self.served).yield_to(is_goal, name, tick);
         if let Some(decider) = arrival.decider {
             decider.accept();
         }
@@ -210,7 +215,7 @@ impl Shared {
     }
 
     /// The motion that begins where the axes rest.
-    fn motion_from_rest(&self, wanted: &Wanted) -> Result<Made, String> {
+    fn motion_from_rest(&self, wanted: &RequestedTrajectory) -> Result<PreparedMotion, String> {
         self.hindrance()?;
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
         let clock = self.clock().ok_or("the machine has not been heard of yet")?;
@@ -218,10 +223,10 @@ impl Shared {
         let soonest = self.machine_tick() + u64::from(machine.feedback_delay_ticks);
         let tick = wanted.begins(soonest, clock);
         let starts_at = wanted.has_stamp().then_some(tick);
-        Made::new(wanted.record(tick, clock, &self.rest(&machine), starts_at)?, None, &machine)
+        PreparedMotion::new(wanted.record(tick, clock, &self.rest(&machine), starts_at)?, None, &machine)
     }
 
-    /// Where the axes rest (mm or rad).
+    /// Rest position of the axes (mm or rad).
     fn rest(&self, machine: &MachineDescription) -> Start {
         let counts = *lock(&self.rest_counts);
         let mut rest = [0.0; AXIS_COUNT];

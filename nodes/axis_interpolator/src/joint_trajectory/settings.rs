@@ -6,7 +6,7 @@ use camwright::machine::description::{AXIS_COUNT, Axis};
 use camwright_files::convert::core_from_si;
 use camwright_ros::{Parameter, Parameters};
 
-/// Whether a goal may leave joints out.
+/// Parameter that permits goals without all joints.
 const PARTIAL: &str = "allow_partial_joints_goal";
 const FEEDBACK_RATE: &str = "action_monitor_rate";
 const STATE_RATE: &str = "state_publish_rate";
@@ -53,7 +53,7 @@ pub(crate) fn parameters() -> Vec<Parameter> {
     all
 }
 
-/// What they say now.
+/// Present values of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Settings {
     pub(super) allow_partial: bool,
@@ -66,7 +66,7 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    pub(super) fn of(parameters: &Parameters) -> Self {
+    pub(super) fn from_parameters(parameters: &Parameters) -> Self {
         let some = |value: f64| (value > 0.0).then_some(value);
         let of_axis = |axis: Axis, what: &str| {
             some(core_from_si(axis, parameters.double(&format!("constraints.{}.{what}", axis.joint()))))

@@ -1,4 +1,4 @@
-//! What tells how joint trajectories are followed: feedback of the goal, `~/controller_state`, and `~/query_state`.
+//! Path following of joint trajectories: feedback of the goal, `~/controller_state`, and `~/query_state`.
 
 use crate::engine_messages::Tracking;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -11,7 +11,7 @@ use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::control_msgs::srv::QueryTrajectoryStateResponse;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectoryPoint;
 
-/// The joints of some axes at a tick: what they were told, what was measured, and the difference.
+/// Joints of some axes at a tick: setpoints, measured values, and the difference.
 struct Followed {
     joints: Vec<String>,
     reference: JointTrajectoryPoint,
@@ -20,7 +20,7 @@ struct Followed {
 }
 
 impl Followed {
-    fn of(tracking: &Tracking, axes: &[Axis], machine: &MachineDescription) -> Self {
+    fn from_tracking(tracking: &Tracking, axes: &[Axis], machine: &MachineDescription) -> Self {
         let per_axis = |value: &dyn Fn(Axis) -> f64| -> Vec<f64> { axes.iter().map(|axis| value(*axis)).collect() };
         let (told, measured) = (&tracking.told, &tracking.measured);
         let reference = point(told, axes, machine);
@@ -67,7 +67,7 @@ pub(crate) fn feedback(
     clock: TickClock,
 ) -> FollowJointTrajectoryFeedback {
     let axes: Vec<Axis> = joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
-    let followed = Followed::of(tracking, &axes, machine);
+    let followed = Followed::from_tracking(tracking, &axes, machine);
     let mut message = FollowJointTrajectoryFeedback {
         joint_names: followed.joints,
         desired: followed.reference,
@@ -86,7 +86,7 @@ pub(crate) fn state(
     machine: &MachineDescription,
     clock: TickClock,
 ) -> JointTrajectoryControllerState {
-    let followed = Followed::of(tracking, &Axis::ALL, machine);
+    let followed = Followed::from_tracking(tracking, &Axis::ALL, machine);
     let mut message = JointTrajectoryControllerState {
         joint_names: followed.joints,
         output: followed.reference.clone(),

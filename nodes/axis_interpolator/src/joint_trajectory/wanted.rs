@@ -1,4 +1,4 @@
-//! What a client wants followed: a joint trajectory with its tolerances, read and checked by the rules of
+//! Requested joint trajectory with its tolerances, read and checked by the rules of
 //! `control_msgs/action/FollowJointTrajectory`.
 
 use super::settings::Settings;
@@ -15,7 +15,7 @@ use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint
 
 /// A joint trajectory that may be followed, as far as can be said without knowing where it begins.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Wanted {
+pub(super) struct RequestedTrajectory {
     joints: Vec<Axis>,
     points: Vec<TrajectoryPoint>,
     /// When its time begins (ns); `None`: when it begins.
@@ -24,9 +24,9 @@ pub(super) struct Wanted {
     start_tolerance: StartTolerance,
 }
 
-impl Wanted {
-    /// What a goal of `~/follow_joint_trajectory` wants; `now_ns` is the time of the machine.
-    pub(super) fn of_goal(
+impl RequestedTrajectory {
+    /// Reads a goal of `~/follow_joint_trajectory`; `now_ns` is the time of the machine.
+    pub(super) fn from_goal(
         goal: &FollowJointTrajectoryGoal,
         settings: &Settings,
         machine: &MachineDescription,
@@ -39,7 +39,7 @@ impl Wanted {
         if !goal.component_path_tolerance.is_empty() || !goal.component_goal_tolerance.is_empty() {
             return Err("the machine has no multi-dof joints, whose components could be given tolerances".into());
         }
-        let mut wanted = Self::of_trajectory(&goal.trajectory, settings, machine, now_ns)?;
+        let mut wanted = Self::from_trajectory(&goal.trajectory, settings, machine, now_ns)?;
         tolerances("path_tolerance", &goal.path_tolerance, &mut wanted.tolerances.path)?;
         tolerances("goal_tolerance", &goal.goal_tolerance, &mut wanted.tolerances.goal)?;
         let goal_time_ns = ns_from_duration(&goal.goal_time_tolerance);
@@ -54,8 +54,8 @@ impl Wanted {
         Ok(wanted)
     }
 
-    /// What a trajectory without tolerances of its own wants.
-    pub(super) fn of_trajectory(
+    /// Reads a trajectory without tolerances of its own.
+    pub(super) fn from_trajectory(
         message: &JointTrajectory,
         settings: &Settings,
         machine: &MachineDescription,

@@ -1,4 +1,4 @@
-//! What a bag says of itself, in `metadata.yaml`, in its storage, and in the recorder's own words, against what was seen.
+//! Summaries of a bag in `metadata.yaml`, in its storage and by its recorder, compared with its content.
 
 use super::report::Report;
 use super::walk::Walk;
@@ -12,7 +12,7 @@ const CUSTOM: &str = "custom_data";
 /// Holds all accounts against each other. A bag that is one file has no `metadata.yaml`.
 pub(super) fn agree(walk: &mut Walk, yaml: Option<&BagMetadata>) {
     let mut report = std::mem::take(&mut walk.report);
-    walk.order.tell(&mut report);
+    walk.order.add_to(&mut report);
     // What a file has lost is no fault of the account.
     if let Some(yaml) = yaml.filter(|_| !walk.is_damaged) {
         let before = report.findings.len();
@@ -23,7 +23,7 @@ pub(super) fn agree(walk: &mut Walk, yaml: Option<&BagMetadata>) {
             differences(&mut report, yaml, record);
         }
     }
-    run_as_told(walk, &mut report, yaml);
+    check_recorded_summary(walk, &mut report, yaml);
     walk.report = report;
 }
 
@@ -91,7 +91,7 @@ fn by_file(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
     }
 }
 
-/// What differs between `metadata.yaml` and the last record within the storage, where it is not wrong by what the files hold.
+/// Differences between `metadata.yaml` and the last record within the storage that the content of the files does not decide.
 fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
     let differs = [
         ("message_count", yaml.message_count != record.message_count),
@@ -108,8 +108,8 @@ fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
     }
 }
 
-/// What the recorder itself said about the run.
-fn run_as_told(walk: &Walk, report: &mut Report, yaml: Option<&BagMetadata>) {
+/// Checks the recorder's own summary of the run.
+fn check_recorded_summary(walk: &Walk, report: &mut Report, yaml: Option<&BagMetadata>) {
     let Some(told) = walk.record.as_ref().or(yaml).map(|m| m.custom_data.clone()) else { return };
     let is_ours = told.contains_key(RECORDER_VERSION);
     let lost: u64 = match told.get("camwright.lost_total").map(|lost| lost.parse()) {
@@ -154,11 +154,11 @@ fn latched(walk: &Walk, report: &mut Report) {
     }
 }
 
-/// What the recorder had counted when it last told so: no less can be in the bag, and no more have been lost.
+/// Checks the last counts of the recorder: the bag cannot have fewer messages, and cannot have lost more.
 fn account(walk: &Walk, report: &mut Report, lost: u64) {
     let accounts: Vec<_> =
         walk.topics.iter().filter_map(|(name, topic)| Some((name, topic.account.as_ref()?))).collect();
-    // Two recorders in the graph hear each other, and one that went on in another bag told of that one at first.
+    // Two recorders in the graph receive each other's status, and one that continued in another bag first reported that one.
     let is_of_this = |bag: &str| walk.files.first().is_some_and(|(file, _)| file.starts_with(&format!("{bag}_")));
     let [(name, account)] = accounts[..] else { return };
     if account.bag.is_empty() || !is_of_this(&account.bag) {

@@ -1,4 +1,4 @@
-//! Whether the index of a file leads to what stands in it: chunks, messages within chunks, metadata, the sections of the file.
+//! Check of a file's index against its content: chunks, messages within chunks, metadata, the sections of the file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mcap::records::{ChunkHeader, ChunkIndex, Footer, MessageIndex, Record, op};
 
-use super::report::{Report, Tally};
+use super::report::{FindingCount, Report};
 use crate::BagError;
 use crate::records::open_file;
 use crate::salvage::walk_chunk;
@@ -24,7 +24,7 @@ struct Chunk {
     header: ChunkHeader,
     /// Its first and last log time, where it has messages (ns since 1970).
     range_ns: Option<(u64, u64)>,
-    /// Where the message index of each channel begins, and their length together (B).
+    /// Offset of the message index of each channel, and their total length (B).
     indexes: BTreeMap<u16, u64>,
     index_bytes: u64,
     /// The message indexes do not lead to its messages.
@@ -42,11 +42,11 @@ struct LastChunk {
     told: Entries,
 }
 
-/// What the records of a file are, and where.
+/// Kinds and offsets of the records of a file.
 #[derive(Default)]
 struct Layout {
     chunks: BTreeMap<u64, Chunk>,
-    /// Of metadata: its length and name.
+    /// Length and name of metadata records.
     metadata: BTreeMap<u64, (u64, String)>,
     /// Messages that stand outside of chunks.
     bare: u64,
@@ -62,7 +62,7 @@ struct Layout {
 
 /// Looks at a file whose records can be read; returns whether it has a summary.
 pub(super) fn check(report: &mut Report, path: &Path, place: &str) -> bool {
-    let layout = match Layout::of(path) {
+    let layout = match Layout::from_file(path) {
         Ok(layout) => layout,
         Err(reason) => {
             report.error(place, format!("index: {reason}"));
@@ -81,7 +81,7 @@ pub(super) fn check(report: &mut Report, path: &Path, place: &str) -> bool {
 }
 
 impl Layout {
-    fn of(path: &Path) -> Result<Self, String> {
+    fn from_file(path: &Path) -> Result<Self, String> {
         let told = |error: BagError| error.to_string();
         let mut file = open_file(path).map_err(told)?;
         let end = file.metadata().map_err(|e| told(BagError::io("read", path, e)))?.len();
@@ -107,7 +107,7 @@ impl Layout {
         if opcode == op::CHUNK {
             self.settle(last);
             last.at = Some(at);
-            self.chunks.insert(at, Chunk::of(body, &mut last.messages)?);
+            self.chunks.insert(at, Chunk::from_body(body, &mut last.messages)?);
             return Ok(());
         }
         if opcode == op::MESSAGE {
@@ -151,7 +151,7 @@ impl Layout {
         chunk.is_misled = messages != told;
     }
 
-    /// What the footer says of where the summary stands, and the summary of its parts.
+    /// Checks the offsets of the summary in the footer, and the summary of its sections.
     fn sections(&self, report: &mut Report, place: &str) {
         let Some((footer_at, footer)) = &self.footer else { return report.error(place, "it has no footer") };
         if Some(footer.summary_start) != self.data_end {
@@ -164,13 +164,14 @@ impl Layout {
             report
                 .error(place, format!("the footer says that the summary's offsets begin at {told}, they do at {seen}"));
         }
-        let mut wrong = Tally::default();
+        let mut wrong = FindingCount::default();
         for (opcode, start, length) in &self.offsets {
             if self.groups.get(start) != Some(&(*opcode, *length)) {
                 wrong.note(|| format!("{length} bytes of records {opcode:#04x} from {start} on"));
             }
         }
-        if let Some(text) = wrong.tell_of("offset of the summary leads nowhere", "offsets of the summary lead nowhere")
+        if let Some(text) =
+            wrong.sentence_for("offset of the summary leads nowhere", "offsets of the summary lead nowhere")
         {
             report.error(place, text);
         }
@@ -187,7 +188,7 @@ impl Layout {
         if self.chunk_indexes.is_empty() && with_messages > 0 {
             return report.warning(place, "there is no index of chunks: players read it in file order and cannot seek");
         }
-        let mut wrong = Tally::default();
+        let mut wrong = FindingCount::default();
         let mut told = BTreeSet::new();
         for index in &self.chunk_indexes {
             let at = index.chunk_start_offset;
@@ -200,7 +201,7 @@ impl Layout {
                 wrong.note(|| format!("that of offset {at}: {reason}"));
             }
         }
-        if let Some(text) = wrong.tell_of("index entry of a chunk is wrong", "index entries of chunks are wrong") {
+        if let Some(text) = wrong.sentence_for("index entry of a chunk is wrong", "index entries of chunks are wrong") {
             report.error(place, text);
         }
         let untold = self.chunks.iter().filter(|(at, chunk)| chunk.range_ns.is_some() && !told.contains(at)).count();
@@ -221,12 +222,12 @@ impl Layout {
                 "its chunks have no message index: players read it in file order, and rosbags reads nothing of it";
             return report.error(place, text);
         }
-        let mut wrong = Tally::default();
+        let mut wrong = FindingCount::default();
         for (at, _) in with.iter().chain(&without).filter(|(_, chunk)| chunk.is_misled) {
             wrong.note(|| format!("that of the chunk at {at}"));
         }
         let (one, many) = ("message index leads to other messages", "message indexes lead to other messages");
-        if let Some(text) = wrong.tell_of(one, many) {
+        if let Some(text) = wrong.sentence_for(one, many) {
             report.error(place, text);
         }
     }
@@ -244,7 +245,7 @@ impl Layout {
 
 impl Chunk {
     /// Reads a chunk, and its messages into `messages`.
-    fn of(body: &[u8], messages: &mut Entries) -> Result<Self, String> {
+    fn from_body(body: &[u8], messages: &mut Entries) -> Result<Self, String> {
         let Ok(Record::Chunk { header, .. }) = mcap::parse_record(op::CHUNK, body) else {
             return Err("a chunk whose head cannot be read".into());
         };
@@ -265,7 +266,7 @@ impl Chunk {
         Ok(Self { length, header, range_ns, indexes: BTreeMap::new(), index_bytes: 0, is_misled: false })
     }
 
-    /// What the index says otherwise.
+    /// Returns the field in which the index differs.
     fn differs_from(&self, index: &ChunkIndex) -> Option<&'static str> {
         let header = &self.header;
         let range = self.range_ns.unwrap_or((0, 0));

@@ -2,15 +2,15 @@
 
 use mcap::records::MessageHeader;
 
-use super::report::{Report, Tally};
+use super::report::{FindingCount, Report};
 
-/// What is wrong with log times, with the first message that shows it.
+/// Errors of log times, with the first message that shows each.
 #[derive(Default)]
 pub(super) struct Order {
     last_ns: Option<u64>,
-    at_zero: Tally,
-    equal: Tally,
-    back: Tally,
+    at_zero: FindingCount,
+    equal: FindingCount,
+    back: FindingCount,
 }
 
 impl Order {
@@ -28,15 +28,15 @@ impl Order {
         self.last_ns = Some(t);
     }
 
-    pub(super) fn tell(&self, report: &mut Report) {
+    pub(super) fn add_to(&self, report: &mut Report) {
         const PLACE: &str = "messages";
-        if let Some(text) = self.at_zero.tell("with the log time 0, which viewers refuse") {
+        if let Some(text) = self.at_zero.sentence("with the log time 0, which viewers refuse") {
             report.error(PLACE, text);
         }
-        if let Some(text) = self.equal.tell("with the log time of the one before, which players may reorder") {
+        if let Some(text) = self.equal.sentence("with the log time of the one before, which players may reorder") {
             report.warning(PLACE, text);
         }
-        if let Some(text) = self.back.tell("with a log time before that of the one before") {
+        if let Some(text) = self.back.sentence("with a log time before that of the one before") {
             report.warning(PLACE, text);
         }
     }

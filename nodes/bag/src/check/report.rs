@@ -1,9 +1,9 @@
-//! What a check found, for people and for scripts.
+//! Report of a check, for the operator and for scripts.
 
 use crate::json::quoted;
 use std::path::Path;
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Worth knowing: no reader loses a message by it that knows how to go on, and some can do less with the bag.
@@ -15,11 +15,11 @@ pub enum Severity {
 /// Something found in a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// How bad it is.
+    /// Severity.
     pub severity: Severity,
     /// The file, relative to the bag where it is within.
     pub place: String,
-    /// What was found, with the value and what it should be.
+    /// Text of the finding, with the actual and the expected value.
     pub text: String,
 }
 
@@ -28,15 +28,15 @@ pub(super) fn place_of(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
-/// Findings that are told one by one; a file may have a fault in each of millions of records.
+/// Maximum number of findings in a report; a file may have a fault in each of millions of records.
 const MAX_FINDINGS: usize = 1000;
 
-/// What a check found.
+/// Report of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Report {
     /// In the order they were found.
     pub findings: Vec<Finding>,
-    /// How many there are besides, and the worst of them.
+    /// Number of further findings, and the worst of them.
     pub more: (u64, Option<Severity>),
     pub message_count: u64,
     pub topic_count: usize,
@@ -51,7 +51,12 @@ impl Report {
 
     #[must_use]
     pub fn to_text(&self) -> String {
-        let mut text = String::new();
+        let verdict = match self.worst() {
+            None => "CLEAN",
+            Some(Severity::Warning) => "READABLE, WITH WARNINGS",
+            Some(Severity::Error) => "DAMAGED",
+        };
+        let mut text = format!("{verdict}: {} messages on {} topics\n", self.message_count, self.topic_count);
         for finding in &self.findings {
             let word = match finding.severity {
                 Severity::Warning => "warning",
@@ -62,12 +67,6 @@ impl Report {
         if self.more.0 > 0 {
             text.push_str(&format!("and {} more\n", self.more.0));
         }
-        let verdict = match self.worst() {
-            None => "clean",
-            Some(Severity::Warning) => "readable, with warnings",
-            Some(Severity::Error) => "not in order",
-        };
-        text.push_str(&format!("{} messages on {} topics: {verdict}\n", self.message_count, self.topic_count));
         text
     }
 
@@ -111,12 +110,12 @@ impl Report {
 
 /// The same thing found again and again: how often, and where first. A damaged bag may have it in every message.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct FindingCount {
     count: u64,
     first: String,
 }
 
-impl Tally {
+impl FindingCount {
     pub(super) fn note(&mut self, first: impl FnOnce() -> String) {
         if self.count == 0 {
             self.first = first();
@@ -125,7 +124,7 @@ impl Tally {
     }
 
     /// `1 message what: which`, or `7 messages what, first which`; none where nothing was noted.
-    pub(super) fn tell(&self, what: &str) -> Option<String> {
+    pub(super) fn sentence(&self, what: &str) -> Option<String> {
         match self.count {
             0 => None,
             1 => Some(format!("1 message {what}: {}", self.first)),
@@ -134,7 +133,7 @@ impl Tally {
     }
 
     /// The same of something else than messages, with the words for one and for many.
-    pub(super) fn tell_of(&self, one: &str, many: &str) -> Option<String> {
+    pub(super) fn sentence_for(&self, one: &str, many: &str) -> Option<String> {
         match self.count {
             0 => None,
             1 => Some(format!("1 {one}, {}", self.first)),

@@ -5,17 +5,17 @@ use std::rc::Rc;
 
 use mcap::records::{Channel as ChannelRecord, MessageHeader, SchemaHeader, Statistics};
 
-use super::report::{Report, Tally};
+use super::report::{FindingCount, Report};
 use crate::definition::Definition;
-use crate::numbers::{Numbers, Told};
 use crate::qos::{self, Durability};
+use crate::sequence_check::{Numbers, SequenceCheck};
 use crate::values::{self, Value};
 use crate::well_formed::well_formed;
 
 /// Types whose messages are inputs with a number of their own, counted from 0.
 const INPUTS: [&str; 2] = ["camwright_msgs/msg/MachineInput", "camwright_msgs/msg/AppliedInput"];
 
-/// What one topic has been so far.
+/// State of one topic.
 #[derive(Default)]
 pub(super) struct TopicCheck {
     pub(super) type_name: String,
@@ -26,20 +26,20 @@ pub(super) struct TopicCheck {
     /// The largest number before this file, and whether it came again in it.
     before: u32,
     is_headed: bool,
-    /// Of the file under way: how many numbers were left out, and how many came again where none should.
+    /// In the current file: missing sequence numbers, and unexpected repetitions.
     missing: u64,
     doubled: u64,
-    malformed: Tally,
+    malformed: FindingCount,
     /// The number of the next input, where the topic has inputs, and where some are missing.
     next_input: u64,
-    gaps: Tally,
+    gaps: FindingCount,
     /// Files that do not begin with its last message, though it is latched.
     pub(super) headless: Vec<String>,
     /// The last message, where it is the recorder's own account.
     pub(super) account: Option<Account>,
 }
 
-/// What the recorder had counted when it last told so.
+/// Last counts reported by the recorder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Account {
     /// Name of the bag that it counts.
@@ -51,25 +51,25 @@ pub(super) struct Account {
 impl TopicCheck {
     /// Takes a message; whether it had been in an earlier file.
     pub(super) fn message(&mut self, is_later_file: bool, header: &MessageHeader, data: &[u8]) -> bool {
-        let told = self.numbers.take(header.sequence);
+        let told = self.numbers.check(header.sequence);
         match told {
-            Told::New(missing) => self.missing += u64::from(missing),
-            Told::Missed => self.missing = self.missing.saturating_sub(1),
+            SequenceCheck::New(missing) => self.missing += u64::from(missing),
+            SequenceCheck::Missed => self.missing = self.missing.saturating_sub(1),
             // The head of a later file repeats what is latched.
-            Told::Again if is_later_file => self.is_headed |= header.sequence == self.before,
-            Told::Again => self.doubled += 1,
+            SequenceCheck::Again if is_later_file => self.is_headed |= header.sequence == self.before,
+            SequenceCheck::Again => self.doubled += 1,
         }
         if let Some(definition) = &self.definition
             && let Err(reason) = well_formed(definition, data)
         {
             self.malformed.note(|| format!("number {} at {} ns: {reason}", header.sequence, header.log_time));
-        } else if matches!(told, Told::New(_)) {
+        } else if matches!(told, SequenceCheck::New(_)) {
             self.read_ours(data);
         }
-        told == Told::Again && is_later_file
+        told == SequenceCheck::Again && is_later_file
     }
 
-    /// What is of interest beyond the form: the numbers of inputs, and what the recorder says of itself.
+    /// Reads messages of camwright's own types: the numbers of inputs, and the status of the recorder.
     fn read_ours(&mut self, data: &[u8]) {
         let is_input = INPUTS.contains(&self.type_name.as_str());
         let Some(definition) = self.definition.as_ref().filter(|_| is_input || self.is_account()) else { return };
@@ -96,7 +96,7 @@ impl TopicCheck {
         self.type_name == "camwright_msgs/msg/RecorderStatus"
     }
 
-    /// Tells what the file had of it.
+    /// Reports the content of the topic in a file.
     pub(super) fn close_file(&mut self, report: &mut Report, place: &str, name: &str, is_whole_later_file: bool) {
         let (missing, doubled) = (std::mem::take(&mut self.missing), std::mem::take(&mut self.doubled));
         if missing > 0 {
@@ -105,11 +105,11 @@ impl TopicCheck {
         if doubled > 0 {
             report.warning(place, format!("topic {name}: {doubled} messages have a number that was there before"));
         }
-        if let Some(text) = std::mem::take(&mut self.malformed).tell("that their definition does not decode") {
+        if let Some(text) = std::mem::take(&mut self.malformed).sentence("that their definition does not decode") {
             report.error(place, format!("topic {name}: {text}"));
         }
         if let Some(text) =
-            std::mem::take(&mut self.gaps).tell("behind a gap of inputs, so that the run cannot be computed again")
+            std::mem::take(&mut self.gaps).sentence("behind a gap of inputs, so that the run cannot be computed again")
         {
             report.error(place, format!("topic {name}: {text}"));
         }
@@ -121,12 +121,12 @@ impl TopicCheck {
     }
 }
 
-/// What the file under way says of its types and channels.
+/// Types and channels of the current file.
 #[derive(Default)]
 pub(super) struct FileTopics {
     schemas: BTreeMap<u16, Rc<Schema>>,
     channels: BTreeMap<u16, Channel>,
-    /// Topics and types that have been told.
+    /// Topics and types that have been reported.
     named: BTreeSet<String>,
     types: BTreeSet<String>,
 }
@@ -142,7 +142,7 @@ struct Schema {
     name: String,
     text: String,
     definition: Option<Rc<Definition>>,
-    /// Whether the text has the fields of the type that is known here by this name, and that type's hash.
+    /// True if the text has the fields of the known type with this name, and that type's hash.
     known: Option<(bool, &'static str)>,
 }
 
@@ -276,7 +276,7 @@ impl FileTopics {
         Some(channel.record.topic.clone())
     }
 
-    /// Topics of which the statistics tell another number of messages: that, and the number there is.
+    /// Topics with a wrong message count in the statistics: stated and actual number.
     pub(super) fn counted_otherwise(&self, statistics: &Statistics) -> Vec<(String, u64, u64)> {
         let told = |id: &u16| statistics.channel_message_counts.get(id).copied().unwrap_or(0);
         let all = self.channels.iter().map(|(id, channel)| (channel.record.topic.clone(), told(id), channel.messages));
@@ -284,7 +284,7 @@ impl FileTopics {
     }
 }
 
-/// Whether a type's hash has the right form, and is that of its definition as far as the type is known here.
+/// Checks that a type's hash has the right form, and matches its definition if the type is known.
 fn judge_hash(report: &mut Report, place: &str, topic: &str, told: (&Schema, &str)) {
     let (schema, hash) = told;
     let type_name = &schema.name;

@@ -152,7 +152,7 @@ fn a_bag_without_messages_is_a_bag() {
     assert_eq!(info::BagInfo::read(&path).expect("there is a bag").message_count, 0);
 }
 
-/// What a killed process leaves: everything up to the last flush, a torn tail, and the metadata of the beginning.
+/// A killed process leaves everything up to the last flush, a torn tail, and the metadata of the beginning.
 #[test]
 fn a_recording_that_was_cut_off_reads_up_to_its_last_flush() {
     let dir = TempDir::new().expect("a temporary directory");
@@ -319,7 +319,7 @@ fn what_is_recorded_reaches_the_file_within_the_flush_interval() {
     }
 }
 
-/// Every message of a recovered bag is one of the original's, and what is missing is told.
+/// Every message of a recovered bag is one of the original's, and missing ones are reported.
 fn judge_recovery(original: &[Message], damaged: &Path, into: &Path, what: &str) -> usize {
     let recovery = recover::recover(damaged, into).unwrap_or_else(|error| panic!("{what}: {error}"));
     let found = read_all(&Bag::open(into).expect("it was closed"));

@@ -4,7 +4,7 @@ use crate::convert::machine_report::{input_name, input_named};
 use crate::digest;
 use crate::record_text::record_text;
 use camwright::interpolator::quantity::Quantity;
-use camwright::interpolator::tolerance::{Stretch, ToleranceViolation};
+use camwright::interpolator::tolerance::{MotionPhase, ToleranceViolation};
 use camwright::interpolator::{AppliedInput as Applied, Request};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::setpoint::Latch;
@@ -49,7 +49,7 @@ pub fn message(input: &Applied, machine: &MachineDescription) -> AppliedInput {
                 quantity: broken.quantity.to_string(),
                 error: broken.error,
                 allowed: broken.allowed,
-                at_the_goal: broken.stretch == Stretch::Goal,
+                at_the_goal: broken.stretch == MotionPhase::Goal,
                 time_s: broken.time_s,
             };
             AppliedInput { text: broken.to_string(), content: record_text(&record), ..plain(AppliedInput::TOLERANCE) }
@@ -59,10 +59,10 @@ pub fn message(input: &Applied, machine: &MachineDescription) -> AppliedInput {
     }
 }
 
-/// The input that a message tells; none where it begins a motion.
+/// Input of a message; `None` if it begins a motion.
 ///
 /// # Errors
-/// A message that tells no input.
+/// The message contains no input.
 pub fn input(message: &AppliedInput, machine: &MachineDescription) -> Result<Option<Applied>, String> {
     let request = |request| Ok(Some(Applied::Request(request)));
     match message.kind {
@@ -93,7 +93,7 @@ fn broken(content: &str) -> Result<ToleranceViolation, String> {
     let axis = Axis::from_joint(&record.joint).ok_or_else(|| format!("there is no joint {:?}", record.joint))?;
     let quantity = QUANTITIES.into_iter().find(|quantity| quantity.to_string() == record.quantity);
     let quantity = quantity.ok_or_else(|| format!("{:?} is no quantity", record.quantity))?;
-    let stretch = if record.at_the_goal { Stretch::Goal } else { Stretch::Path };
+    let stretch = if record.at_the_goal { MotionPhase::Goal } else { MotionPhase::Path };
     let BrokenRecord { error, allowed, time_s, .. } = record;
     Ok(ToleranceViolation { axis, quantity, error, allowed, stretch, time_s })
 }
@@ -103,10 +103,10 @@ fn broken(content: &str) -> Result<ToleranceViolation, String> {
 /// # Errors
 /// A message that CDR cannot carry.
 pub fn check(message: &AppliedInput) -> Result<u64, String> {
-    digest::of_message(&AppliedInput { check: 0, ..message.clone() })
+    digest::message_digest(&AppliedInput { check: 0, ..message.clone() })
 }
 
-/// What an input is called in the messages' own words.
+/// Name of a kind of input in messages.
 pub fn kind_name(kind: u8) -> &'static str {
     match kind {
         AppliedInput::START => "START",
@@ -139,7 +139,7 @@ mod tests {
             quantity: Quantity::Velocity,
             error: -0.1 - f64::EPSILON,
             allowed: 1.0 / 3.0,
-            stretch: Stretch::Goal,
+            stretch: MotionPhase::Goal,
             time_s: 5e-324,
         };
         let inputs = [

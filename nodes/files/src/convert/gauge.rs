@@ -1,4 +1,4 @@
-//! What a gauge reads: from the machine's report to the message, and from the message to what journals are measured with.
+//! Gauge readings: from the machine's report to the message, and from the message to the measurement of journals.
 
 use super::{m_from_mm, mm_from_m, si_from_counts};
 use camwright::gauging::gauged::Gauged;

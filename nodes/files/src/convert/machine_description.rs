@@ -3,7 +3,7 @@
 use super::{m_from_mm, si_from_core};
 use crate::machine_file;
 use camwright::machine::description::{Axis, MachineDescription, Scale};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineDescription as DescriptionMessage, StationDescription,
 };
@@ -11,9 +11,9 @@ use camwright_msgs::camwright_msgs::msg::{
 /// Joint name of the wheel spindle.
 pub const WHEEL_JOINT: &str = "wheel_spindle";
 
-/// What a machine of this file says that it is.
+/// Description message of a machine file and its persistent state.
 #[must_use]
-pub fn description_message(file: &machine_file::Machine, lasting: &LastingState) -> DescriptionMessage {
+pub fn description_message(file: &machine_file::Machine, lasting: &PersistentState) -> DescriptionMessage {
     let machine = &file.description;
     DescriptionMessage {
         name: machine.name.clone(),

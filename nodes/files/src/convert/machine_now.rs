@@ -15,7 +15,7 @@ pub struct MachineNow {
     pub wheel: WheelNow,
 }
 
-/// What the file says that a machine's description carries, with `key=value` overrides; whether it has its hash the caller judges.
+/// Machine file of a description message, with `key=value` overrides; the caller checks the hash.
 ///
 /// # Errors
 /// It is no machine file.
@@ -26,7 +26,7 @@ pub fn described_machine(
     machine_file::parse(Path::new("machine/description"), &message.source, overrides).map(|file| file.description)
 }
 
-/// What a machine was by its recorded description, with `key=value` overrides.
+/// Machine of a recorded description, with `key=value` overrides.
 ///
 /// # Errors
 /// Why it is not known, as the end of a sentence.
@@ -42,7 +42,7 @@ pub fn recorded_machine(message: &DescriptionMessage, overrides: &[String]) -> R
     Ok(description)
 }
 
-/// The wheel that a machine's description tells of.
+/// Wheel of a machine's description.
 pub fn wheel_now(message: &DescriptionMessage) -> WheelNow {
     WheelNow {
         radius_mm: mm_from_m(message.wheel_radius),
@@ -57,7 +57,7 @@ impl MachineNow {
     ///
     /// # Errors
     /// Why it is not known, as the end of a sentence.
-    pub fn of(message: &DescriptionMessage) -> Result<Self, String> {
+    pub fn from_message(message: &DescriptionMessage) -> Result<Self, String> {
         Ok(Self { description: recorded_machine(message, &[])?, wheel: wheel_now(message) })
     }
 }

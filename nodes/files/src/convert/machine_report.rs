@@ -24,7 +24,7 @@ pub fn joint_values(machine: &MachineDescription, report: &TickReport) -> JointS
     message
 }
 
-/// What the wheel did to every degree of a lobe over the width that both have in common (mm), as a message has it.
+/// Process values at every degree of a lobe over the common width (mm), as a message.
 pub fn cut_of(cut: &CutRecord, common_mm: f64) -> PartLobe {
     let degrees = cut.degrees();
     PartLobe {

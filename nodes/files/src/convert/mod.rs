@@ -1,4 +1,4 @@
-//! Where mm meets m: the core's values as messages and back. Nothing outside this module multiplies by a thousand.
+//! Conversion between mm and m: the core's values as messages and back. Only this module multiplies by a thousand.
 //!
 //! What is compared exactly travels as counts, or as a position computed from counts; rounding that position to counts
 //! gives the same counts again.

@@ -1,4 +1,4 @@
-//! What a motion was made from, as a text that makes the same motion again, to the bit.
+//! Input of a motion, as a text that reproduces the same motion to the bit.
 //!
 //! It is what the core's functions take that prepare a motion: the goal in the core's units and where the axes rested. So the record of a
 //! motion is short, and there is one way from it to the motion, for the node and for who computes its run again.
@@ -16,7 +16,7 @@ use camwright::motion::plan::Plan;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// What a motion was made from. Lengths are in mm, angles in rad, forces in N.
+/// Input of a motion. Lengths are in mm, angles in rad, forces in N.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MotionRecord {
@@ -42,7 +42,7 @@ pub enum MotionRecord {
     Trajectory(Box<TrajectoryRecord>),
 }
 
-/// Where one axis goes.
+/// Target of one axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MoveRecord {
@@ -240,7 +240,7 @@ impl StartRecord {
         Self { counts: rest.counts, homed: rest.homed, feed_override: rest.feed_override, motion }
     }
 
-    /// What the interpolator brings into the motion, and the motion.
+    /// Start state of the interpolator, and the motion.
     pub fn parts(self) -> (RestState, MotionRecord) {
         let Self { counts, homed, feed_override, motion } = self;
         (RestState { counts, homed, feed_override }, motion)

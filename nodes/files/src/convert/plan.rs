@@ -40,7 +40,7 @@ pub enum PlanPagesError {
     },
 }
 
-/// What goes on the header page besides what the plan knows itself.
+/// Data of the header page that the plan itself lacks.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Provenance {
     /// SHA-256 of the job with everything it names.

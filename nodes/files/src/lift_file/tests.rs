@@ -55,7 +55,7 @@ impl Folder {
         let file: Profile =
             schema::read(&document).map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
         let profile = LiftContext { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
-        read(&file.lift, profile, &mut JobFiles::of(profile.document))
+        read(&file.lift, profile, &mut JobFiles::from_document(profile.document))
             .map_err(|errors| errors.into_iter().map(told).collect())
     }
 }
@@ -104,7 +104,7 @@ fn decimal_commas_are_read_where_they_are_declared() {
     let column = turn(|_, lift| comma(lift, 3));
     let lift = "{table: t.txt, decimal_comma: true, columns: [lift_mm], step_cam_deg: 5}";
     is_the_turn(&read_one("dc1", &column, lift).unwrap(), 1e-3);
-    // Not declared: every row is told, with what to declare.
+    // Without a declaration every row is reported, with the declaration to add.
     let errors = read_one("dcno", &text, "{table: t.txt}").unwrap_err();
     assert_eq!(
         errors[0],
@@ -243,7 +243,7 @@ fn a_half_table_is_mirrored_and_two_are_joined() {
     is_the_lobe(&folder.read(&both).unwrap(), 1e-4);
     let errors = folder.read(&format!("{{opening_table: open.txt, {columns}}}")).unwrap_err();
     assert_eq!(errors, ["job.yaml:1: profile p: opening_table needs a closing_table"]);
-    // A fault in either file is told with its own line.
+    // A fault in either file is reported with its own line.
     let line = |text: &str, index: usize| text.lines().nth(index).expect("a row").to_owned();
     let stray = one.replace(&line(&one, 30), "30.0 3.0000");
     let cut = one.replace(&format!("{}\n", line(&one, 40)), "");

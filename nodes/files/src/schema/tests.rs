@@ -46,7 +46,7 @@ fn every_key_is_described_and_every_number_has_a_range() {
     }
 }
 
-/// What a scalar line of a shipped file becomes, and what its refusal must say.
+/// Broken variants of a scalar line of a shipped file, each with a text of its refusal.
 fn broken(line: &str) -> Vec<(String, &'static str)> {
     let Some((key, value)) = line.split_once(": ") else { return Vec::new() };
     let (indent, name) = key.split_at(key.len() - key.trim_start_matches([' ', '-']).len());

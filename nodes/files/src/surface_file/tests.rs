@@ -72,7 +72,7 @@ fn largest_difference_mm(surface: &Surface) -> f64 {
     })
 }
 
-/// As text, as bytes, in inches and metres, along another axis: the same part.
+/// The same part from text, from bytes, in inches and metres, and along another axis.
 #[test]
 fn a_mesh_is_the_smooth_part_that_it_was_made_of_in_any_unit_and_along_any_axis() {
     let folder = Folder::new("mesh-units");

@@ -6,7 +6,7 @@ use super::drive::Drive;
 use super::hand::Stop;
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 
-/// The first command of a motion was told, and what it asked for came.
+/// Checks that the first command of a motion was acknowledged and executed.
 pub(super) fn acknowledged(bench: &Bench<'_>, drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
     let (input, is_closed) = &bench.input;
     report.kept(20, "the first command of a motion was acknowledged with commands_received 1");

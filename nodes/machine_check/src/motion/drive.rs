@@ -1,8 +1,8 @@
 //! A travel on its way: chunks up to the credit, each with its stop.
 
-use super::super::heard::Heard;
+use super::super::observed::Observed;
 use super::super::report::Report;
-use super::hand::{Hand, PATIENCE, Stop};
+use super::hand::{PATIENCE, Stop, TestMotion};
 use super::travel::{Point, Travel};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
@@ -14,7 +14,7 @@ const AHEAD: u64 = 8;
 
 /// A travel in execution.
 pub(super) struct Drive<'a> {
-    hand: &'a Hand<'a>,
+    hand: &'a TestMotion<'a>,
     pub(super) travel: Travel,
     /// The first tick that was sent.
     pub(super) first_tick: u64,
@@ -30,10 +30,10 @@ impl<'a> Drive<'a> {
     /// Takes command: rest for some ticks, then the travel in the place of the later ones.
     ///
     /// An input that is asked for is asked for by the first command of the motion, in its first tick.
-    pub(super) fn begin(hand: &'a Hand<'a>, travel: Travel, ask: Option<&str>) -> Result<Self, Stop> {
+    pub(super) fn begin(hand: &'a TestMotion<'a>, travel: Travel, ask: Option<&str>) -> Result<Self, Stop> {
         hand.go_on()?;
         let news = hand.fresh_news();
-        // Not a tick that is told anyway: what changes with it must be told at once.
+        // A tick between the regular reports: its changes must be published at once.
         let mut first_tick = news.tick + (hand.facts.delay * 6 / 10).max(1);
         while first_tick.is_multiple_of(hand.facts.period) && hand.facts.period > 1 {
             first_tick += 1;
@@ -115,9 +115,9 @@ impl<'a> Drive<'a> {
         ended
     }
 
-    /// What the machine made of the setpoints, tick by tick: exactly what was sent, and within a count where it had to go between
+    /// Checks the machine's interpretation of the setpoints, tick by tick: exactly the sent values, and within a count between
     /// sparse points.
-    pub(super) fn judge(&self, heard: &Heard, report: &mut Report) {
+    pub(super) fn judge(&self, heard: &Observed, report: &mut Report) {
         let (before, before_stop) = (report.evidence(10), report.evidence(31));
         let dense = self.tick(self.sent);
         let (mut exact, mut between) = (0, 0);

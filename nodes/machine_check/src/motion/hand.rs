@@ -1,6 +1,6 @@
 //! Who sends: the publishers and services of a sender, and waiting for what the machine makes of it.
 
-use super::super::heard::{Ears, Facts, Heard};
+use super::super::observed::{Facts, Observed, Observer};
 use super::travel::stamp;
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest, TriggerResponse};
@@ -9,9 +9,9 @@ use camwright_ros::{Client, Node, Publisher, Qos, RosArgs, RosError, Shutdown, S
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// How long the machine may take to answer, or to come to rest.
+/// Maximum time for the machine to answer, or to come to rest.
 pub(super) const PATIENCE: Duration = Duration::from_secs(20);
-/// How long what must not happen is waited for, in messages of the stream.
+/// Time to wait for a forbidden event, in messages of the stream.
 const MESSAGES: usize = 12;
 
 /// Why a test ended before its end.
@@ -30,20 +30,20 @@ impl From<RosError> for Stop {
 }
 
 /// A second sender, with a participant of its own.
-pub(super) struct Stranger {
+pub(super) struct UnauthorisedClient {
     pub(super) setpoints: Publisher<JointTrajectory>,
     node: Node,
     _spin: SpinThread,
 }
 
-impl Drop for Stranger {
+impl Drop for UnauthorisedClient {
     fn drop(&mut self) {
         self.node.shutdown();
     }
 }
 
-pub(super) struct Hand<'a> {
-    pub(super) ears: &'a Ears,
+pub(super) struct TestMotion<'a> {
+    pub(super) ears: &'a Observer,
     pub(super) facts: &'a Facts,
     pub(super) epoch_ns: i64,
     pub(super) shutdown: &'a Shutdown,
@@ -53,10 +53,10 @@ pub(super) struct Hand<'a> {
     estop: Client<SetBool>,
 }
 
-impl<'a> Hand<'a> {
+impl<'a> TestMotion<'a> {
     pub(super) fn new(
         node: &Node,
-        ears: &'a Ears,
+        ears: &'a Observer,
         facts: &'a Facts,
         epoch_ns: i64,
         shutdown: &'a Shutdown,
@@ -85,7 +85,7 @@ impl<'a> Hand<'a> {
     }
 
     /// A second sender beside this one.
-    pub(super) fn stranger(args: &RosArgs) -> Result<Stranger, Stop> {
+    pub(super) fn stranger(args: &RosArgs) -> Result<UnauthorisedClient, Stop> {
         let node = Node::new(camwright_ros::NodeOptions::new("check_machine_stranger", args))
             .map_err(|error| Stop::Stuck(9, error.to_string()))?;
         let spin = node.spin_in_thread()?;
@@ -93,7 +93,7 @@ impl<'a> Hand<'a> {
         if !setpoints.wait_matched(1, PATIENCE) {
             return Err(Stop::Stuck(9, "the machine does not meet a second sender".into()));
         }
-        Ok(Stranger { setpoints, node, _spin: spin })
+        Ok(UnauthorisedClient { setpoints, node, _spin: spin })
     }
 
     pub(super) fn send(&self, chunk: &JointTrajectory) -> Result<(), Stop> {
@@ -126,11 +126,11 @@ impl<'a> Hand<'a> {
     }
 
     /// The same with everything that was heard.
-    pub(super) fn wait_heard(&self, patience: Duration, mut wanted: impl FnMut(&Heard) -> bool) -> bool {
+    pub(super) fn wait_heard(&self, patience: Duration, mut wanted: impl FnMut(&Observed) -> bool) -> bool {
         self.ears.wait(patience, |heard| wanted(heard).then_some(())).is_some()
     }
 
-    /// Waits until the machine tells that it has come to rest, with an alarm or without.
+    /// Waits until the machine reports that it is at rest, with an alarm or without.
     pub(super) fn rest(&self) -> Result<(), Stop> {
         if self.wait(|news| !is_moving(news)) {
             return Ok(());
@@ -142,7 +142,7 @@ impl<'a> Hand<'a> {
         ))
     }
 
-    /// Waits for some messages of the stream, and tells whether something has happened by then.
+    /// Waits for some messages of the stream, and returns whether the event has happened by then.
     pub(super) fn happens(&self, mut wanted: impl FnMut(&MachineStream) -> bool) -> bool {
         let begin = self.ears.look(|heard| heard.streams.len());
         let mut found = false;

@@ -1,4 +1,4 @@
-//! What only a machine that moves can show: M10 to M14, M20, M21, M30, M31 and M33. Somebody has consented to it.
+//! Clauses that need motion: M10 to M14, M20, M21, M30, M31 and M33. The user has consented to it.
 
 mod commands;
 mod drive;
@@ -7,29 +7,29 @@ mod refusals;
 mod silence;
 mod travel;
 
-use super::heard::{Ears, Facts, Heard};
+use super::observed::{Facts, Observed, Observer};
 use super::report::Report;
 use super::{Moving, Tell};
 use camwright_msgs::camwright_msgs::msg::{MachineDescription, MachineIo, MachineStream};
 use camwright_ros::{Node, RosArgs, Shutdown};
 use drive::Drive;
-use hand::{Hand, PATIENCE, Stop};
+use hand::{PATIENCE, Stop, TestMotion};
 use std::time::Duration;
 use travel::Travel;
 
 /// The shortest feedback delay with which there is room for what is tried here (ticks).
 const MIN_DELAY: u64 = 24;
-/// How long the state of inputs is waited for.
+/// Maximum time for the state of inputs.
 const INPUTS: Duration = Duration::from_secs(5);
 /// Numbers of alarms that are of this program's doing.
 const OWN_ALARMS: [u16; 7] = [1, 80, 81, 82, 83, 84, 85];
 
-/// What the tests work with.
+/// Context of the tests.
 pub(super) struct Bench<'a> {
-    hand: &'a Hand<'a>,
+    hand: &'a TestMotion<'a>,
     description: &'a MachineDescription,
     axis: usize,
-    /// Where the axis stood, and where it is moved to (counts).
+    /// Start and target of the axis (counts).
     home: i64,
     away: i64,
     /// An input to ask for, and whether it is closed.
@@ -49,7 +49,7 @@ impl Bench<'_> {
 }
 
 /// Why nothing may be moved now.
-pub(super) fn obstacle(ears: &Ears) -> Option<String> {
+pub(super) fn obstacle(ears: &Observer) -> Option<String> {
     ears.look(|heard| {
         let news = heard.last()?;
         if !news.holder.is_empty() {
@@ -66,11 +66,11 @@ pub(super) fn obstacle(ears: &Ears) -> Option<String> {
     })
 }
 
-/// Where the axis would be moved to (counts); why it cannot be.
+/// Target of the axis (counts); an error if there is none.
 pub(super) fn target(
     description: &MachineDescription,
     facts: &Facts,
-    heard: &Heard,
+    heard: &Observed,
     moving: &Moving,
 ) -> Result<(usize, i64, i64), String> {
     let axis = facts.joints.iter().position(|joint| *joint == moving.joint);
@@ -99,7 +99,7 @@ pub(super) fn target(
 }
 
 /// An input to ask for: one that is closed, if there is one, else the one that every machine names.
-fn input(heard: &Heard) -> (String, bool) {
+fn input(heard: &Observed) -> (String, bool) {
     let closed = heard.io.last().and_then(|io: &MachineIo| {
         let stations = io.station_switches.iter().zip(&io.station_states);
         let mut all = stations.chain(io.other_inputs.iter().zip(&io.other_states));
@@ -112,7 +112,7 @@ fn input(heard: &Heard) -> (String, bool) {
 /// Moves the axis, again and again, and leaves it where it was.
 pub(super) fn run(
     (node, args, shutdown): (&Node, &RosArgs, &Shutdown),
-    (ears, facts, description): (&Ears, &Facts, &MachineDescription),
+    (ears, facts, description): (&Observer, &Facts, &MachineDescription),
     (axis, home, away): (usize, i64, i64),
     report: &mut Report,
     tell: Tell<'_>,
@@ -121,14 +121,14 @@ pub(super) fn run(
         report.not_seen(10, format!("feedback_delay_ticks is {}, moving needs {MIN_DELAY}", facts.delay));
         return false;
     }
-    let epoch_ns = ears.look(|heard| heard.last().map_or(0, |news| super::heard::ns(&news.epoch)));
-    let hand = match Hand::new(node, ears, facts, epoch_ns, shutdown) {
+    let epoch_ns = ears.look(|heard| heard.last().map_or(0, |news| super::observed::ns(&news.epoch)));
+    let hand = match TestMotion::new(node, ears, facts, epoch_ns, shutdown) {
         Ok(hand) => hand,
         Err(stop) => return ended(Err(stop), report, tell),
     };
-    let is_realtime = |heard: &Heard| heard.last().is_some_and(|news| news.pace == MachineStream::PACE_REALTIME);
+    let is_realtime = |heard: &Observed| heard.last().is_some_and(|news| news.pace == MachineStream::PACE_REALTIME);
     if ears.look(is_realtime) {
-        // Inputs are told when they change, and once a second.
+        // Inputs are published when they change, and once a second.
         hand.wait_heard(INPUTS, |heard| !heard.io.is_empty());
     }
     let (input, is_realtime) = ears.look(|heard| (input(heard), is_realtime(heard)));
@@ -176,7 +176,7 @@ fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Tells why it ended early; whether somebody wanted that.
+/// Reports an early end; returns whether the user requested it.
 fn ended(done: Result<(), Stop>, report: &mut Report, tell: Tell<'_>) -> bool {
     match done {
         Ok(()) => false,
@@ -231,7 +231,7 @@ fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     Ok(())
 }
 
-/// M8: setpoints that wait for their tick are no standstill. M3: what begins is told at its tick.
+/// M8: pending setpoints are no standstill. M3: the start of a motion is reported at its tick.
 fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
     let before = report.evidence(8);
     for said in during.iter().filter(|said| !said.holder.is_empty() && said.tick < drive.tick(drive.travel.ticks)) {
@@ -259,7 +259,7 @@ fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut
 /// M14: chunks of another sender. They say what was sent anyway, so nothing happens if they are taken.
 fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     let hand = bench.hand;
-    let stranger = Hand::stranger(bench.args)?;
+    let stranger = TestMotion::stranger(bench.args)?;
     let mut drive = Drive::begin(hand, bench.travel(), None)?;
     drive.on(drive.travel.ticks / 2)?;
     if drive.sent > 8 && drive.sent < drive.travel.ticks {
@@ -267,7 +267,7 @@ fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     }
     drive.finish()?;
     let first = drive.first_tick;
-    let is_told = |heard: &Heard| {
+    let is_told = |heard: &Observed| {
         heard.streams.iter().rev().take_while(|said| said.tick >= first).any(|said| said.alarms.contains(&83))
     };
     let told = hand.ears.look(is_told) || hand.happens(|said| said.alarms.contains(&83));

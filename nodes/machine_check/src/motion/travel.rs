@@ -1,7 +1,7 @@
-//! The path that an axis is moved on: one polynomial from rest to rest, so that every stop on it is the rest of the path itself, and
-//! whatever the machine makes of its points can be told from the polynomial alone.
+//! Path of the tested axis: one polynomial from rest to rest. Every stop on it is the rest of the path itself, and the polynomial
+//! alone gives the expected interpolation of its points.
 
-use super::super::heard::Facts;
+use super::super::observed::Facts;
 use camwright_msgs::builtin_interfaces::msg::{Duration, Time};
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
@@ -60,7 +60,7 @@ impl Travel {
         Point { counts, velocity: distance * slope / seconds, acceleration: distance * bend / (seconds * seconds) }
     }
 
-    /// Where it ends (counts).
+    /// End position (counts).
     pub(super) fn end(&self) -> Vec<i64> {
         self.point(self.ticks).counts
     }

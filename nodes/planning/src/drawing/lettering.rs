@@ -26,7 +26,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// How a text is written.
+/// Style of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lettering {
     /// Height of a capital.

@@ -241,7 +241,7 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe, outline: &[Point]) {
     drawing.text([x + 4.5, y + 1.0], SMALL, "X →");
 }
 
-/// What the drawing shows, in figures.
+/// Figures of the drawing.
 fn figures(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe) {
     let summary = sheet.summary;
     let largest =

@@ -20,7 +20,7 @@ const NEAR: f64 = 0.25;
 pub(super) const LIMIT: Pen = Pen::dashed(Colour(200, 0, 0), 0.3);
 pub(super) const ALLOWED: Pen = Pen::solid(Colour(200, 0, 0), 0.2);
 
-/// What the speed law allows.
+/// Limit of the speed law.
 const LAW: Pen = Pen::dashed(Colour(0, 114, 178), 0.3);
 
 /// Points of a turn of the path, which has no pass: a tenth of a degree.
@@ -177,7 +177,7 @@ struct Motion<'a> {
     factor: f64,
     of: fn(&TurnPoint) -> f64,
     limit: f64,
-    /// What planning may use, where that is less.
+    /// Planning limit, if it is lower.
     allowed: Option<f64>,
 }
 

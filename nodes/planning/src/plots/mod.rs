@@ -1,4 +1,4 @@
-//! What `camwright plan --plots` draws of every lobe.
+//! Drawings of every lobe by `camwright plan --plots`.
 //!
 //! | name | shows |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! What `camwright post` draws: the cutter along its path, and the segments of which the program makes it.
+//! Drawings of `camwright post`: the cutter along its path, and the segments of its program.
 
 use super::chart::{CURVE_MM, Chart, SMALL};
 use super::contour::View;
@@ -22,7 +22,7 @@ const BEHIND: Colour = Colour(252, 252, 250);
 const KNOT: Pen = Pen::solid(Colour(170, 0, 0), 0.25);
 const CURVE: Pen = Pen::solid(Colour(0, 114, 178), CURVE_MM);
 
-/// Where degrees stand, as a share of how far shape and path reach.
+/// Radius of the degree labels, relative to the reach of shape and path.
 const DEGREES_AT: f64 = 1.06;
 
 /// Cutters that are hinted at along a turn.
@@ -65,7 +65,7 @@ fn begin(to_post: &ToPost<'_>, turn: &PostedTurn, shows: &str) -> Drawing {
     sheet(&title, shows, &made_of, &format!("job {:.16}", to_post.job_hash))
 }
 
-/// Where the centre of a cutter stands on a sheet, by what is programmed.
+/// Position of a cutter's centre on a sheet, from the programmed values.
 struct Places<'a> {
     outline: &'a Outline,
     axes: Vec<CarriageAxis>,
@@ -154,7 +154,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     drawing
 }
 
-/// How far from the axis shape and path reach (mm).
+/// Reach of shape and path from the axis (mm).
 fn reach(outline: &Outline, centres: &[Point]) -> f64 {
     outline.closed.iter().flatten().chain(centres).map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max)
 }

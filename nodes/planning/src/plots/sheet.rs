@@ -136,7 +136,7 @@ fn in_words(name: &str) -> String {
     name.replace("c_axis", "C").replace("x_axis", "X").replace('_', " ").replace("none", "between two bounds")
 }
 
-/// Colours that colour-blind people tell apart too (after Okabe and Ito), dark enough for paper.
+/// Colours that colour-blind people can distinguish (after Okabe and Ito), dark enough for paper.
 pub(super) const fn colour(bound: Option<Bound>) -> Colour {
     match bound {
         None => Colour(165, 165, 165),

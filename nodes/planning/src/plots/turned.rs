@@ -1,4 +1,4 @@
-//! What `camwright plan --plots` draws of a turned part.
+//! Drawings of a turned part by `camwright plan --plots`.
 //!
 //! | name | shows |
 //! |---|---|
@@ -12,7 +12,7 @@ use super::curves::{ALLOWED, LIMIT, frame};
 use super::sheet::{ROOM, legend_entry, sheet};
 use crate::chart::Scale;
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
-use crate::turning::clearance_rows::{ClearanceRow, LeastAngle};
+use crate::turning::clearance_rows::{ClearanceRow, MinimumAngle};
 use crate::turning::prepared::PreparedTurning;
 use crate::turning::summary::TurningSummary;
 use crate::turning::walk::{PassPoint, points};
@@ -207,7 +207,7 @@ impl Turned<'_> {
             clearance.offset_angle_deg
         );
         let mut drawing = self.begin(&shows);
-        let of: [fn(&ClearanceRow) -> LeastAngle; 2] = [|row| row.clearance, |row| row.approach];
+        let of: [fn(&ClearanceRow) -> MinimumAngle; 2] = [|row| row.clearance, |row| row.approach];
         for (row, ((label, least), of)) in (0_u8..).zip(
             [("flank to surface (deg)", &clearance.clearance), ("surface to rake face (deg)", &clearance.approach)]
                 .into_iter()

@@ -15,21 +15,20 @@ use super::super::plots::nc::program_plots;
 use super::request::ToPost;
 use super::summary::{self, ProgramSummary};
 use super::{ground, milled};
-use camwright::gcode::post::{Compared, PostError, PostedTurn, Ran, compare, post};
+use camwright::gcode::post::{Compared, PostError, PostedTurn, ProgramRun, compare, post};
 use camwright::gcode::{Action, NcAxis, Pose, ProgramFile, read};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::any_job::{self, AnyJob};
 use camwright_files::milling_file::MilledJob;
-use camwright_files::{ConfigError, Place};
+use camwright_files::{ConfigError, FileLocation};
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Digits of a hash that people are told.
+/// Displayed digits of a hash.
 const HASH_DIGITS: usize = 16;
 
-/// Makes the program of a job, writes it into a folder with what is known of it, reads it back and compares; `progress` is told of every
-/// file.
+/// Makes the program of a job, writes it into a folder with its summary, reads it back and compares; calls `progress` for every file.
 ///
 /// # Errors
 /// Everything that cannot be made, one sentence with the file and the line that causes it.
@@ -46,7 +45,7 @@ pub fn write_program(
 ///
 /// # Errors
 /// What [`write_program`] says; another number of calls; a rapid that is not clear of the part.
-pub fn compare_program(job: &str, overrides: &[String], driven: &[Ran]) -> Result<Compared, ConfigError> {
+pub fn compare_program(job: &str, overrides: &[String], driven: &[ProgramRun]) -> Result<Compared, ConfigError> {
     with_request(job, overrides, |to_post| {
         let blamed = |error: PostError| to_post.document.error(key(&error), error.to_string());
         let posted = post(&to_post.request).map_err(blamed)?;
@@ -54,7 +53,7 @@ pub fn compare_program(job: &str, overrides: &[String], driven: &[Ran]) -> Resul
     })
 }
 
-/// What there is to be said of a milling job before anything is written.
+/// Report of a milling job before anything is written.
 pub(crate) fn check_milled(path: &Path, job: &MilledJob) -> Report {
     let posted = milled::with_request(job, |to_post| {
         let posted = post(&to_post.request).map_err(|error| to_post.document.error(key(&error), error.to_string()))?;
@@ -127,7 +126,7 @@ fn file_name(name: &str) -> String {
     name.chars().map(fit).collect()
 }
 
-/// What people read first: what it is and what it was made of. Nothing that differs from one day to another.
+/// Header comments: contents and sources of the program. Nothing in them depends on the date.
 fn header(to_post: &ToPost<'_>) -> Vec<String> {
     let (request, settings) = (&to_post.request, &to_post.settings);
     let x = match (settings.x_of_edge, settings.control.format.x_values()) {
@@ -176,21 +175,21 @@ fn key(error: &PostError) -> &'static str {
 }
 
 /// The files as they are on the disk, as a control would drive them.
-fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Result<Vec<Ran>, ConfigError> {
+fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Result<Vec<ProgramRun>, ConfigError> {
     let mut files = Vec::with_capacity(written.len());
     for file in written {
         let path = out.join(&file.name);
         let text = fs::read_to_string(&path)
-            .map_err(|error| ConfigError::at(Place::file(&path), format!("cannot be read back: {error}")))?;
+            .map_err(|error| ConfigError::at(FileLocation::file(&path), format!("cannot be read back: {error}")))?;
         files.push(ProgramFile { name: file.name.clone(), text });
     }
     let control = &to_post.request.control;
     let motion = read(control.dialect, control.format.x_values(), &files)
         .map_err(|error| to_post.document.error("nc", format!("what was written cannot be read back: {error}")))?;
-    let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.of(axis).unwrap_or(f64::NAN));
+    let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
     let ran = motion.done.iter().filter_map(|done| match done.action {
-        Action::Rapid(pose) => Some(Ran { pose: place(pose), time_s: None }),
-        Action::Feed { pose, time_s } => Some(Ran { pose: place(pose), time_s: Some(time_s) }),
+        Action::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
+        Action::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
         _ => None,
     });
     Ok(ran.collect())

@@ -30,12 +30,12 @@ enum Speed {
 }
 
 impl Speed {
-    fn of(plan: &SpeedPlan, start_rad: f64) -> Self {
+    fn from_speed_plan(plan: &SpeedPlan, start_rad: f64) -> Self {
         let (slowest, fastest) = plan.speed_range_rad_s();
         if fastest - slowest < 1e-9 {
             return Self::Constant(fastest);
         }
-        // The cut begins at an angle of its own; the law is told from there on.
+        // The cut begins at an angle of its own; the law starts there.
         let plan = plan.clone();
         Self::Law(Box::new(move |u_rad| plan.speed_in_turn_rad_s(u_rad - start_rad)))
     }
@@ -72,7 +72,7 @@ pub(super) fn with_request<R>(
             phase_rad: planned.design.phase_rad,
             path: &lobe.path,
             stands_mm: station.map(|station| (CarriageAxis::Z, station.position_mm)).into_iter().collect(),
-            clear_mm: lobe.highest_mm + spec.most_stock_mm() + height_mm,
+            clear_mm: lobe.highest_mm + spec.maximum_stock_mm() + height_mm,
             lead: Lead { height_mm, angle_rad: settings.lead_rad, leaves_turning: true },
             passes: passes(prepared, planned, lobe, settings),
         });
@@ -120,7 +120,7 @@ fn spindle_rpm(surface_m_s: f64, radius_mm: f64) -> u32 {
     rpm
 }
 
-/// What no program can do, since it is made beforehand.
+/// Refuses features that need the running machine: a program is made beforehand.
 pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError> {
     let (spec, document) = (&job.spec, &job.document);
     let refusals = [
@@ -140,7 +140,7 @@ pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError
 fn lobes(prepared: &PreparedJob, settings: &NcSettings) -> Vec<Lobe> {
     let sense = f64::from(settings.control.rotation_sense);
     let lobe = |planned: &PlannedLobe| {
-        let mut path = CutterPath::of_periphery(&planned.tool_path);
+        let mut path = CutterPath::from_periphery(&planned.tool_path);
         if settings.x_of_edge {
             path.travels = vec![Travel { axis: CarriageAxis::X, position: planned.tool_path.spline().clone() }];
         }
@@ -148,7 +148,11 @@ fn lobes(prepared: &PreparedJob, settings: &NcSettings) -> Vec<Lobe> {
         let coefficients = path.travels.iter().flat_map(|travel| travel.position.coefficients());
         let highest_mm = coefficients.copied().fold(f64::NEG_INFINITY, f64::max);
         let start_rad = sense * planned.start_rad;
-        Lobe { path, highest_mm, speeds: planned.passes.iter().map(|plan| Speed::of(plan, start_rad)).collect() }
+        Lobe {
+            path,
+            highest_mm,
+            speeds: planned.passes.iter().map(|plan| Speed::from_speed_plan(plan, start_rad)).collect(),
+        }
     };
     prepared.planned.lobes.iter().map(lobe).collect()
 }
@@ -173,7 +177,7 @@ fn passes<'a>(
         let ends_mm = if number + 1 == spec.passes.len() { 0.0 } else { left_mm - pass.total_infeed_mm };
         let deeper =
             (1..=turns).map(|turn| if turn == turns { ends_mm } else { left_mm - f64::from(turn) * per_turn_mm });
-        let deeper = deeper.filter(|leaves_mm| *leaves_mm < spec.most_stock_mm());
+        let deeper = deeper.filter(|leaves_mm| *leaves_mm < spec.maximum_stock_mm());
         let request = |name: String, leaves_mm: Vec<f64>, tolerance_mm: f64| PassRequest {
             name,
             leaves_mm,

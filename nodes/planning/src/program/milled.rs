@@ -18,7 +18,7 @@ use camwright_files::nc_file::NcSettings;
 const OUTLINE_POINTS: u32 = 720;
 
 /// A path with all that its feature needs.
-struct Made {
+struct MilledToolPath {
     name: String,
     phase_rad: f64,
     path: CutterPath,
@@ -42,10 +42,10 @@ pub(super) fn with_request<R>(
     let (mut made, mut notes) = (Vec::new(), Vec::new());
     for (index, pass) in spec.passes.iter().enumerate() {
         for cam in &spec.cams {
-            made.push(of_cam(job, cam, (index, pass))?);
+            made.push(from_cam(job, cam, (index, pass))?);
         }
         for groove in &spec.grooves {
-            made.extend(of_groove(job, groove, (index, pass), &mut notes)?);
+            made.extend(from_groove(job, groove, (index, pass), &mut notes)?);
         }
     }
     let features = made.iter().map(|made| feature(made, spec, settings)).collect();
@@ -74,7 +74,7 @@ pub(super) fn with_request<R>(
     })
 }
 
-fn feature<'a>(made: &'a Made, spec: &MillingJob, settings: &NcSettings) -> FeatureRequest<'a> {
+fn feature<'a>(made: &'a MilledToolPath, spec: &MillingJob, settings: &NcSettings) -> FeatureRequest<'a> {
     let pass = &spec.passes[made.pass];
     FeatureRequest {
         name: made.name.clone(),
@@ -113,7 +113,11 @@ fn outline(at: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
 }
 
 /// A cam: the mill comes onto the blank from outside over an angle, turns, and leaves as it came.
-fn of_cam(job: &MilledJob, cam: &MilledCam, (index, pass): (usize, &MillingPass)) -> Result<Made, ConfigError> {
+fn from_cam(
+    job: &MilledJob,
+    cam: &MilledCam,
+    (index, pass): (usize, &MillingPass),
+) -> Result<MilledToolPath, ConfigError> {
     let (spec, settings) = (&job.spec, &job.nc);
     let refuse = |error: &dyn std::fmt::Display| {
         job.document.error("tool.radius_mm", format!("cam {}, pass {}: {error}", cam.name, pass.name))
@@ -134,7 +138,7 @@ fn of_cam(job: &MilledJob, cam: &MilledCam, (index, pass): (usize, &MillingPass)
     }
     let (low_mm, high_mm) = range_mm(&path, CarriageAxis::X);
     let clear_mm = high_mm.max(blank_mm + reach_mm) + spec.clearance_mm;
-    Ok(Made {
+    Ok(MilledToolPath {
         name: cam.name.clone(),
         phase_rad: cam.phase_rad,
         stands_mm: vec![(CarriageAxis::Z, cam.z_mm)],
@@ -153,12 +157,12 @@ fn of_cam(job: &MilledJob, cam: &MilledCam, (index, pass): (usize, &MillingPass)
 }
 
 /// A groove: every path of it, step by step down, the mill coming down over the turn before.
-fn of_groove(
+fn from_groove(
     job: &MilledJob,
     groove: &MilledGroove,
     (index, pass): (usize, &MillingPass),
     notes: &mut Vec<String>,
-) -> Result<Vec<Made>, ConfigError> {
+) -> Result<Vec<MilledToolPath>, ConfigError> {
     let spec = &job.spec;
     let coverage = if index == 0 { Coverage::Slot } else { Coverage::Walls };
     let paths = spec.tool.groove_paths(groove, pass.leaves_mm, coverage).map_err(|error| {
@@ -192,7 +196,7 @@ fn of_groove(
                 (vec![(CarriageAxis::X, walls.floor_radius_mm())], walls.outer_radius_mm() + spec.clearance_mm, outline)
             }
         };
-        made.push(Made {
+        made.push(MilledToolPath {
             name: if alone { groove.name.clone() } else { format!("{} {}", groove.name, in_letters(&path.name)) },
             phase_rad: groove.phase_rad,
             path,
@@ -226,7 +230,7 @@ fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> Outline {
     Outline { closed, cutter_mm, edge_mm: 0.0, plane: Plane::Developed { radius_mm: mean_mm } }
 }
 
-/// What a mill smaller than the roller leaves on a wall of a groove round a cylinder.
+/// Note on the error that a mill smaller than the roller leaves on a wall of a groove round a cylinder.
 fn wall_note(
     groove: &MilledGroove,
     walls: &BarrelGroove,

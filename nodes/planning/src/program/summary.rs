@@ -1,4 +1,4 @@
-//! What is known of a program, for people and scripts.
+//! Summary of a program, for the operator and for scripts.
 
 use super::request::ToPost;
 use camwright::gcode::ProgramFile;
@@ -20,14 +20,14 @@ pub struct ProgramSummary {
     pub files: Vec<String>,
     /// Blocks of all files.
     pub lines: usize,
-    /// What there is a subprogram for.
+    /// Turns with a subprogram.
     pub turns: Vec<TurnSummary>,
     pub calls: usize,
     /// Time of all feeds (s).
     pub feed_time_s: f64,
-    /// What came back when the files were read again.
+    /// Result of reading the files back.
     pub read_back: ReadBackSummary,
-    /// What is worth knowing about it, in sentences.
+    /// Notes, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -41,7 +41,7 @@ pub struct TurnSummary {
     pub blocks: usize,
     /// Archimedean segments of a turn at full depth.
     pub segments: usize,
-    /// How many theory asks for.
+    /// Theoretical number of segments.
     pub theoretical_segments: f64,
     /// Tolerance that was used (µm).
     pub tolerance_um: f64,

@@ -1,4 +1,4 @@
-//! Where the form error of a turned part comes from: the same job simulated on machines that lack something, or have something better.
+//! Causes of the form error of a turned part: the same job simulated on machines without some effects, or with better drives.
 
 use super::super::causes::{beside_each_other, left_out};
 use super::prepared::PreparedTurning;
@@ -6,10 +6,10 @@ use super::simulate::{simulate_turned_on, turned_form};
 use crate::SimulationFailed;
 use camwright::machine::description::MachineDescription;
 
-/// What a job leaves on a machine that is not its own.
+/// Form error of a job on a different machine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TurnedInstead {
-    /// How that differs: "without servo", "with good drives".
+pub struct OtherLathe {
+    /// Difference: "without servo", "with good drives".
     pub name: String,
     /// Most material above the design, along its normal (mm).
     pub highest_mm: f64,
@@ -19,12 +19,12 @@ pub struct TurnedInstead {
     pub rms_mm: f64,
 }
 
-/// What a job leaves without each effect that its machine has, without all of them, and with the good drives that its machine file
-/// describes. The simulations run beside each other, one thread a processor.
+/// Simulates a job without each effect of its machine, without all of them, and with the good drives of its machine file. The
+/// simulations run in parallel, one thread a processor.
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
-pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<TurnedInstead>, SimulationFailed> {
+pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<OtherLathe>, SimulationFailed> {
     let own = &prepared.machine;
     let lacking = left_out(own).into_iter().map(|effects| {
         let machine = effects.iter().fold(own.clone(), |machine, effect| machine.without(*effect));
@@ -37,7 +37,7 @@ pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<TurnedInstead>, S
         let (_, part) = simulate_turned_on(prepared, machine)?;
         let failed = |reason: String| SimulationFailed { job: prepared.job.spec.name.clone(), reason };
         let form = turned_form(prepared, &part).map_err(|error| failed(error.to_string()))?;
-        Ok(TurnedInstead {
+        Ok(OtherLathe {
             name: name.clone(),
             highest_mm: form.highest().deviation_mm,
             lowest_mm: form.lowest().deviation_mm,

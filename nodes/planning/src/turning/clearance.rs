@@ -7,5 +7,5 @@ use camwright_files::turning_file::TurnedJob;
 /// Clearance of insert and surface of a job, at every height of the insert.
 pub(super) fn clearance_map(job: &TurnedJob, insert: &InsertDescription) -> Result<ClearanceMap, InsertClearanceError> {
     let (from_mm, to_mm) = job.spec.range_mm();
-    ClearanceMap::new(&job.spec.surface, from_mm, to_mm, Flank::of(insert))
+    ClearanceMap::new(&job.spec.surface, from_mm, to_mm, Flank::from_insert(insert))
 }

@@ -14,13 +14,13 @@ const PLACES: u32 = 96;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ClearanceRow {
     pub(crate) turned_deg: f64,
-    pub(crate) clearance: LeastAngle,
-    pub(crate) approach: LeastAngle,
+    pub(crate) clearance: MinimumAngle,
+    pub(crate) approach: MinimumAngle,
 }
 
 /// A least angle with its place, and the azimuth of the part that is cut there.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LeastAngle {
+pub(crate) struct MinimumAngle {
     pub(crate) angle_deg: f64,
     pub(crate) z_mm: f64,
     pub(crate) azimuth_deg: f64,
@@ -29,12 +29,12 @@ pub(crate) struct LeastAngle {
 /// The least angles between insert and surface all round a turn.
 pub(crate) fn clearance_rows(prepared: &PreparedTurning) -> Result<Vec<ClearanceRow>, RakeSectionError> {
     let Some(insert) = &prepared.machine.insert else { return Ok(Vec::new()) };
-    let (relief_rad, spec) = (Flank::of(insert).relief_rad, &prepared.job.spec);
+    let (relief_rad, spec) = (Flank::from_insert(insert).relief_rad, &prepared.job.spec);
     let (from_mm, to_mm) = spec.range_mm();
     let section = RakeSection::new(&spec.surface, insert.height_mm, from_mm, to_mm)?;
     let row = |angle: u32| {
         let turned_rad = TURN_RAD * f64::from(angle) / f64::from(ANGLES);
-        let none = LeastAngle { angle_deg: f64::INFINITY, z_mm: from_mm, azimuth_deg: 0.0 };
+        let none = MinimumAngle { angle_deg: f64::INFINITY, z_mm: from_mm, azimuth_deg: 0.0 };
         let (mut clearance, mut approach) = (none, none);
         for place in 0..=PLACES {
             let z_mm = from_mm + (to_mm - from_mm) * f64::from(place) / f64::from(PLACES);
@@ -46,7 +46,7 @@ pub(crate) fn clearance_rows(prepared: &PreparedTurning) -> Result<Vec<Clearance
             {
                 let angle_deg = deg_from_rad(angle_rad);
                 if angle_deg < least.angle_deg {
-                    *least = LeastAngle { angle_deg, z_mm, azimuth_deg };
+                    *least = MinimumAngle { angle_deg, z_mm, azimuth_deg };
                 }
             }
         }

@@ -10,7 +10,7 @@ use camwright::toolpath::rake_section::RakeSectionError;
 use camwright_files::ConfigError;
 use camwright_files::turning_file::TurnedJob;
 
-/// Where the height of the insert stands in a machine file.
+/// Key of the insert's height in a machine file.
 const HEIGHT: &str = "insert.height_mm";
 
 /// A refusal of the core as one sentence with the file and the line of the key that causes it.
@@ -65,8 +65,8 @@ fn cause(job: &TurnedJob, machine: &MachineDescription, error: &TurningError) ->
     }
 }
 
-/// What puts an axis where it cannot be, beyond these limits or below them: X follows the part and stands clear of the bar, Z is where the
-/// part is clamped.
+/// Key that puts an axis outside its travel, beyond these limits or below them: X follows the part and retracts from the bar, Z is the
+/// position of the clamped part.
 fn axis_cause(job: &TurnedJob, axis: Axis, position_mm: f64, high_mm: f64) -> Cause {
     job_key(match axis {
         Axis::X if position_mm < high_mm => "surface",

@@ -7,7 +7,7 @@
 //! | `clearance.csv` | one per degree of the turned angle | the least angles along the part |
 //! | `surface.csv` | one per place along the part | as `kind: grid` reads it |
 
-use super::clearance_rows::{ClearanceRow, LeastAngle, clearance_rows};
+use super::clearance_rows::{ClearanceRow, MinimumAngle, clearance_rows};
 use super::error_location;
 use super::prepared::PreparedTurning;
 use super::summary::{TurningSummary, turning_summary};
@@ -25,7 +25,7 @@ const AZIMUTHS: u32 = 360;
 const ROW_MM: f64 = 0.1;
 const MAX_ROWS: f64 = 4000.0;
 
-/// Writes everything about a planned turning job into a folder; `progress` is told of every file. Returns what the summary says.
+/// Writes all files of a planned turning job into a folder; calls `progress` for every file. Returns the content of the summary.
 ///
 /// # Errors
 /// A folder or file that cannot be written.
@@ -84,7 +84,7 @@ fn write_clearance(rows: &[ClearanceRow], to: &mut dyn Write) -> io::Result<()> 
         "turned_deg,clearance_deg,clearance_z_mm,clearance_azimuth_deg,approach_deg,approach_z_mm,approach_azimuth_deg"
     )?;
     for ClearanceRow { turned_deg, clearance, approach } in rows {
-        let cells = |least: &LeastAngle| format!("{},{},{}", least.angle_deg, least.z_mm, least.azimuth_deg);
+        let cells = |least: &MinimumAngle| format!("{},{},{}", least.angle_deg, least.z_mm, least.azimuth_deg);
         writeln!(to, "{turned_deg},{},{}", cells(clearance), cells(approach))?;
     }
     Ok(())

@@ -35,7 +35,7 @@ pub(crate) fn check_turned(file: &Path, job: TurnedJob, machine: Option<&Machine
     }
 }
 
-/// How its files were read.
+/// Notes on the reading of its files.
 fn read_notes(job: &TurnedJob) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
     for (profile, lift) in &job.lifts {
@@ -53,7 +53,7 @@ fn mesh_note(mesh: &MeshSummary) -> String {
     )
 }
 
-/// How a mesh was read, and how insert and surface stand to each other, in lines.
+/// Lines on the fidelity of a mesh, and on the clearance of the insert.
 #[must_use]
 pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
     let clearance = &summary.clearance;
@@ -94,7 +94,7 @@ pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
     notes
 }
 
-/// What can be made, and somebody should look at.
+/// Warnings of a feasible job.
 fn warnings(prepared: &PreparedTurning, summary: &TurningSummary) -> Vec<Finding> {
     let document = &prepared.job.document;
     let mut findings = Vec::new();

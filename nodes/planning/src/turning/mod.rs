@@ -16,7 +16,7 @@ mod simulate;
 pub(super) mod summary;
 pub(super) mod walk;
 
-pub use causes::{TurnedInstead, turned_causes};
+pub use causes::{OtherLathe, turned_causes};
 use clearance::clearance_map;
 pub use export::write_turning;
 pub(super) use findings::check_turned;

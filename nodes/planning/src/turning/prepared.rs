@@ -21,7 +21,7 @@ pub struct PreparedTurning {
     pub planned: PlannedTurning,
     /// The machine it was planned for.
     pub machine: MachineDescription,
-    /// What the plan was made from.
+    /// Provenance of the plan.
     pub provenance: Provenance,
     /// The plan as messages, the header first.
     pub pages: Vec<PlanPage>,

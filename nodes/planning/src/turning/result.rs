@@ -28,7 +28,7 @@ pub fn bar(prepared: &PreparedTurning) -> LoadBarRequest {
     }
 }
 
-/// How far the finishing pass advances in a turn (mm).
+/// Feed of the finishing pass per turn (mm).
 fn feed_mm(prepared: &PreparedTurning) -> f64 {
     prepared.planned.passes.last().map_or(0.0, |pass| {
         let (path, at) = (&pass.path, pass.path.x().start());
@@ -45,7 +45,7 @@ pub fn turning_s(prepared: &PreparedTurning) -> f64 {
     ticks * prepared.machine.cycle_time_s()
 }
 
-/// How a part came out, by the map of its form; it took as long as predicted.
+/// Result of a part, from the map of its form; its time equals the prediction.
 #[must_use]
 pub fn turned_result(prepared: &PreparedTurning, form: &FormMap) -> TurnedResult {
     let (highest, lowest) = (form.highest(), form.lowest());
@@ -107,7 +107,8 @@ mod tests {
         plan_turned(*job, None).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// A short piece of the default job: within 2 um and the cusps on an ideal lathe, and worse on its own; what is told is what is there.
+    /// A short piece of the default job: within 2 um and the cusps on an ideal lathe, and worse on its own; the report shows the actual
+    /// error.
     #[test]
     fn a_turned_part_keeps_its_tolerance_on_an_ideal_lathe() {
         let prepared = prepared(&["turned.from_mm=24", "turned.to_mm=22", "form_grid.azimuths=180"]);

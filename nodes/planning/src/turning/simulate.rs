@@ -36,7 +36,7 @@ pub fn simulate_turned_on(
     turn(spec, &Arc::new(plan), description, grid).map_err(|error| failed(error.to_string()))
 }
 
-/// How far a part is off what a job turns, over the length that it turns.
+/// Form error of a part against its job, over the turned length.
 ///
 /// # Errors
 /// A part that is not on the job's grid.

@@ -15,7 +15,7 @@ use camwright::toolpath::insert_path::{BoundShare, Feed};
 use serde::Serialize;
 use std::path::Path;
 
-/// What `summary.json` says about a turning job.
+/// Turning job in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct TurningSummary {
     /// Name of the job.
@@ -42,18 +42,18 @@ pub struct TurningSummary {
     pub bar_radius_mm: f64,
     /// Radius of the insert.
     pub insert_radius_mm: f64,
-    /// How the surface was read, if it is a mesh.
+    /// Fidelity of the surface, if it is a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshSummary>,
-    /// How insert and surface stand to each other.
+    /// Clearance of the insert.
     pub clearance: ClearanceSummary,
-    /// How far the form may be off besides the cusps.
+    /// Form tolerance besides the cusps.
     pub tolerance_um: f64,
     /// The passes in their order.
     pub passes: Vec<TurnedPassSummary>,
 }
 
-/// How a mesh was read.
+/// Fidelity of a mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct MeshSummary {
     pub file: String,
@@ -69,22 +69,22 @@ pub struct MeshSummary {
     pub faces_off_um: f64,
 }
 
-/// How insert and surface stand to each other.
+/// Clearance of the insert on the surface.
 #[derive(Debug, Clone, Serialize)]
 pub struct ClearanceSummary {
     /// H: how far the rake face is below the axis, negative above it.
     pub below_centre_mm: f64,
     /// asin(H / least radius).
     pub offset_angle_deg: f64,
-    /// Whether it is within 40 to 60 degrees, as JP2012-71381A prefers.
+    /// True within 40 to 60 degrees, as JP2012-71381A prefers.
     pub is_offset_preferred: bool,
-    /// Whether it is within 20 to 70 degrees, as it asks for.
+    /// True within 20 to 70 degrees, as it requires.
     pub is_offset_allowed: bool,
     /// Least angle between flank and surface.
     pub clearance: AngleSummary,
     /// Least angle between surface and rake face.
     pub approach: AngleSummary,
-    /// How near the flank comes to the surface below the edge.
+    /// Smallest distance of the flank from the surface below the edge.
     pub flank_distance_mm: f64,
     /// The heights below the axis that work, and the best of them.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -113,21 +113,21 @@ pub struct HeightsSummary {
     pub best_mm: f64,
 }
 
-/// What `summary.json` says about a pass.
+/// Pass in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct TurnedPassSummary {
-    /// What it takes off along the section's normal in the rake plane.
+    /// Depth along the section's normal in the rake plane.
     pub depth_mm: f64,
     pub leaves_mm: f64,
     pub feed_mm: f64,
-    /// What advances evenly: `z`, or the contact along the `curve` of the section.
+    /// Direction of the even feed: `z`, or the contact along the `curve` of the section.
     pub feed_along: &'static str,
     pub turns: f64,
     /// Time of the spiral.
     pub cut_s: f64,
     /// Slowest and fastest speed of the spindle between run-up and run-down.
     pub spindle_rpm: [f64; 2],
-    /// What holds the speed, and along which share of the way.
+    /// Bounds of the speed, and their share of the path.
     pub bounds: Vec<SpindleBoundSummary>,
     /// Least and largest X.
     pub x_mm: [f64; 2],
@@ -144,11 +144,11 @@ pub struct TurnedPassSummary {
     /// The tightest hollow that the insert bridges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hollow: Option<HollowSummary>,
-    /// How far each limit of an axis is used, and where most.
+    /// Utilisation of each axis limit, with its position.
     pub limits: Vec<TurnedLimitSummary>,
 }
 
-/// What holds the speed of the spindle.
+/// Bound of the spindle speed.
 #[derive(Debug, Clone, Serialize)]
 pub struct SpindleBoundSummary {
     pub bound: String,
@@ -174,9 +174,9 @@ pub struct HollowSummary {
     /// Place along the part.
     pub z_mm: f64,
     pub radius_mm: f64,
-    /// What it would have to exceed.
+    /// Required value.
     pub bound_mm: f64,
-    /// What is left in it at most.
+    /// Maximum material left in it.
     pub left_um: f64,
 }
 
@@ -203,7 +203,7 @@ fn turn_deg(turned_rad: f64) -> f64 {
     deg_from_rad(wrap_turn(turned_rad))
 }
 
-/// How a mesh was read, in the units of people.
+/// Fidelity of a mesh, in shop units.
 pub(super) fn mesh_summary(file: &Path, reading: &MeshReading) -> MeshSummary {
     MeshSummary {
         file: file.display().to_string(),
@@ -245,7 +245,7 @@ pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
 
 fn clearance_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> ClearanceSummary {
     let found = &prepared.planned.clearance;
-    let flank = Flank::of(insert);
+    let flank = Flank::from_insert(insert);
     let angle = |at: &AngleAt, least_rad: f64| AngleSummary {
         angle_deg: deg_from_rad(at.angle_rad),
         least_deg: deg_from_rad(least_rad),

@@ -56,7 +56,7 @@ fn every_refusal_names_the_file_and_the_line_of_what_causes_it() {
     }
 }
 
-/// Where nothing is set over the file, the line is told.
+/// Without overrides a refusal names the line of the file.
 #[test]
 fn a_refusal_points_to_the_line_of_the_file_that_was_read() {
     let located = locate("jobs", "turned_cam", "yaml", None).unwrap();
@@ -80,7 +80,7 @@ fn a_refusal_points_to_the_line_of_the_file_that_was_read() {
         let (error, line) = changed(from, to);
         assert_eq!(error.place.file, located.path, "{error}");
         let found = error.place.line.expect("a line");
-        // What is wrong with a lift is told where the lift begins.
+        // An error of a lift is reported at the start of the lift.
         assert!(found == line || (found + 2 >= line && to.starts_with("rise")), "{to}: {error}");
     }
 }

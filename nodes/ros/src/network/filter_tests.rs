@@ -30,7 +30,7 @@ impl Gate {
         Gate { from, to }
     }
 
-    /// Whether a message passes. A message without submessages, which always does, comes behind it.
+    /// Returns whether a message passes. A message without submessages, which always passes, follows it.
     fn passes(&self, message: &[u8]) -> bool {
         self.from.send(message).expect("sent");
         self.from.send(&HEADER).expect("sent");
@@ -173,7 +173,7 @@ fn datagrams_that_bring_rustdds_down_are_dropped_and_honest_ones_pass() {
     }
 }
 
-/// What the filter should say, read with slices instead of jumps; for messages that fit into the walk.
+/// Expected verdict of the filter, computed with slices instead of jumps; for messages that fit into the walk.
 fn expected(message: &[u8]) -> bool {
     let mut rest = &message[20..];
     while !rest.is_empty() {

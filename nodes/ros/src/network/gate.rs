@@ -28,7 +28,7 @@ const LIMIT: usize = 240;
 const FEW: usize = 160;
 const CLOSED: Duration = Duration::from_secs(60);
 
-/// As many as fit into the filter.
+/// Maximum number of admitted sockets: the capacity of the filter.
 const ADMITTED: usize = 60;
 
 /// The octets of a prefix.
@@ -57,7 +57,7 @@ impl Gate {
     }
 
     /// Takes what discovery reports of participants. `admitted` are those that are heard if the gate closes; returns a sentence if it does.
-    pub(crate) fn take(
+    pub(crate) fn admit(
         &mut self,
         event: &DomainParticipantStatusEvent,
         admitted: impl FnOnce() -> BTreeSet<Prefix>,

@@ -64,14 +64,14 @@ pub(super) enum Sources {
     Anybody,
 }
 
-/// How far the program walks.
+/// Extent of the filter program's walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Walk {
     /// Submessages of any kind.
     pub(super) any: usize,
     /// Further submessages that are DATA or interpreter submessages; one of another kind has to be the last.
     pub(super) plain: usize,
-    /// Whether a longer datagram is dropped if it comes from another host.
+    /// True if a longer datagram from another host is dropped.
     pub(super) drop_longer: bool,
 }
 

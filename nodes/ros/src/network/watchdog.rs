@@ -15,10 +15,10 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// The oldest datagram of a socket is read within this time, or nobody reads. A busy computer delays a thread by much less.
 const STANDSTILL: Duration = Duration::from_secs(10);
 
-/// Tells what has happened.
+/// Receiver of the alarm text.
 type Alarm = Box<dyn Fn(&str) + Send>;
 
-struct Patient {
+struct WatchedLoop {
     id: u64,
     vitals: Vitals,
     /// The oldest unread datagram of each socket, and since when.
@@ -27,15 +27,15 @@ struct Patient {
 }
 
 #[derive(Default)]
-struct Ward {
-    patients: Vec<Patient>,
+struct Watched {
+    patients: Vec<WatchedLoop>,
     next_id: u64,
 }
 
-static WARD: Mutex<Ward> = Mutex::new(Ward { patients: Vec::new(), next_id: 0 });
+static WARD: Mutex<Watched> = Mutex::new(Watched { patients: Vec::new(), next_id: 0 });
 static ADMITTED: Condvar = Condvar::new();
 
-fn ward() -> MutexGuard<'static, Ward> {
+fn ward() -> MutexGuard<'static, Watched> {
     WARD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn watch(vitals: Vitals, alarm: impl Fn(&str) + Send + 'static) -> st
     ward.next_id += 1;
     let id = ward.next_id;
     let unread = vitals.readers.iter().map(|_| None).collect();
-    ward.patients.push(Patient { id, vitals, unread, alarm: Box::new(alarm) });
+    ward.patients.push(WatchedLoop { id, vitals, unread, alarm: Box::new(alarm) });
     drop(ward);
     ADMITTED.notify_one();
     Ok(Watch(id))
@@ -95,7 +95,7 @@ fn make_rounds() {
     }
 }
 
-impl Patient {
+impl WatchedLoop {
     fn examine(&mut self, now: Instant) -> Option<String> {
         if let Some(thread) = self.vitals.threads.iter().find(|thread| !is_rustdds(**thread)) {
             return Some(format!("thread {thread} of RustDDS has ended"));

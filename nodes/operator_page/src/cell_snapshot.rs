@@ -12,26 +12,26 @@ const MAX_LOBES: usize = 64;
 
 /// Something that is published again and again, and when it was heard last.
 #[derive(Debug)]
-pub(super) struct Heard<T> {
+pub(super) struct Received<T> {
     pub(super) said: T,
     pub(super) at: Instant,
 }
 
 /// The cell, as far as it was heard.
 #[derive(Debug, Default)]
-pub(super) struct Known {
+pub(super) struct CellSnapshot {
     pub(super) cell: String,
     pub(super) machine: Option<MachineDescription>,
-    pub(super) stream: Option<Heard<MachineStream>>,
+    pub(super) stream: Option<Received<MachineStream>>,
     pub(super) io: Option<MachineIo>,
     pub(super) axes: Option<DynamicJointState>,
     pub(super) machine_alarms: Vec<Alarm>,
-    pub(super) interpolator: Option<Heard<InterpolatorState>>,
+    pub(super) interpolator: Option<Received<InterpolatorState>>,
     pub(super) interpolator_alarms: Vec<Alarm>,
     /// Holder of command over the cell.
     pub(super) lease: Option<CommandHolder>,
     pub(super) job: Option<JobStatus>,
-    pub(super) recorder: Option<Heard<RecorderStatus>>,
+    pub(super) recorder: Option<Received<RecorderStatus>>,
     /// Hash and header of the plan published last.
     pub(super) plan: Option<(String, PlanHeader)>,
     /// Lobes of the job that was planned last, in its order.
@@ -42,14 +42,14 @@ pub(super) struct Known {
     shape_version: u64,
 }
 
-impl Known {
+impl CellSnapshot {
     /// Number that grows with everything that the shape shows.
     pub(super) fn shape_version(&self) -> u64 {
         self.shape_version
     }
 
     /// Adds a design or a form; the first design of another job replaces all before.
-    pub(super) fn take_form(&mut self, form: LobeForm) {
+    pub(super) fn add_form(&mut self, form: LobeForm) {
         self.shape_version += 1;
         let is_new_part = form.form_error.is_empty()
             && self.forms.iter().any(|known| known.name == form.name && !known.form_error.is_empty());
@@ -63,7 +63,7 @@ impl Known {
         }
     }
 
-    pub(super) fn take_outline(&mut self, outline: PartLobe) {
+    pub(super) fn add_outline(&mut self, outline: PartLobe) {
         self.shape_version += 1;
         self.outlines.retain(|known| known.name != outline.name);
         if self.outlines.len() >= MAX_LOBES {
@@ -72,10 +72,10 @@ impl Known {
         self.outlines.push(outline);
     }
 
-    pub(super) fn take_interpolator(&mut self, state: InterpolatorState) {
+    pub(super) fn add_interpolator(&mut self, state: InterpolatorState) {
         let before = self.interpolator.as_ref().map(|heard| heard.said.lobe);
         self.shape_version += u64::from(before != Some(state.lobe));
-        self.interpolator = Some(Heard { said: state, at: Instant::now() });
+        self.interpolator = Some(Received { said: state, at: Instant::now() });
     }
 
     /// Every node of the cell was heard, and the plan in execution.
@@ -87,7 +87,7 @@ impl Known {
     }
 
     /// A page of a plan; the first one has the header.
-    pub(super) fn take_page(&mut self, mut page: PlanPage) {
+    pub(super) fn add_page(&mut self, mut page: PlanPage) {
         if let Some(header) = page.header.pop() {
             self.plan = Some((page.plan_hash, header));
         }

@@ -1,12 +1,12 @@
-//! What outlives a run, as it was when a run began, in a form that reads back to the bit.
+//! Persistent state at the start of a run, in a form that reads back to the bit.
 
-use camwright::machine::persistent_state::{LastingState, Tally};
+use camwright::machine::persistent_state::{PersistentState, TravelCount};
 use serde::{Deserialize, Serialize};
 
 /// All of a machine's lasting state; lengths in mm. Tallies are total, good, bad.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LastingRecord {
+pub struct PersistentRecord {
     wheel_radius_mm: f64,
     wheel_wear_mm: f64,
     growth_mm: f64,
@@ -18,9 +18,9 @@ pub struct LastingRecord {
     shift: [u64; 3],
 }
 
-impl From<&LastingState> for LastingRecord {
-    fn from(state: &LastingState) -> Self {
-        let listed = |tally: &Tally| [tally.total, tally.good, tally.bad];
+impl From<&PersistentState> for PersistentRecord {
+    fn from(state: &PersistentState) -> Self {
+        let listed = |tally: &TravelCount| [tally.total, tally.good, tally.bad];
         Self {
             wheel_radius_mm: state.wheel_radius_mm,
             wheel_wear_mm: state.wheel_wear_mm,
@@ -35,9 +35,9 @@ impl From<&LastingState> for LastingRecord {
     }
 }
 
-impl From<&LastingRecord> for LastingState {
-    fn from(record: &LastingRecord) -> Self {
-        let tally = |[total, good, bad]: [u64; 3]| Tally { total, good, bad };
+impl From<&PersistentRecord> for PersistentState {
+    fn from(record: &PersistentRecord) -> Self {
+        let tally = |[total, good, bad]: [u64; 3]| TravelCount { total, good, bad };
         Self {
             wheel_radius_mm: record.wheel_radius_mm,
             wheel_wear_mm: record.wheel_wear_mm,
@@ -58,8 +58,8 @@ mod tests {
 
     #[test]
     fn what_outlives_a_run_reads_back_to_the_bit() {
-        let tally = |total| Tally { total, good: 1, bad: 2 };
-        let state = LastingState {
+        let tally = |total| TravelCount { total, good: 1, bad: 2 };
+        let state = PersistentState {
             wheel_radius_mm: 59.999_999_999_999_99,
             wheel_wear_mm: 1.0 / 3.0,
             growth_mm: -0.0,
@@ -70,9 +70,9 @@ mod tests {
             life: tally(u64::MAX),
             shift: tally(4),
         };
-        let text = serde_json::to_string(&LastingRecord::from(&state)).expect("numbers");
-        let read: LastingRecord = serde_json::from_str(&text).expect("as it was written");
-        let back = LastingState::from(&read);
+        let text = serde_json::to_string(&PersistentRecord::from(&state)).expect("numbers");
+        let read: PersistentRecord = serde_json::from_str(&text).expect("as it was written");
+        let back = PersistentState::from(&read);
         assert_eq!(back, state);
         assert_eq!(back.growth_mm.to_bits(), state.growth_mm.to_bits());
     }

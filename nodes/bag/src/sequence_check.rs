@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-/// What a number tells.
+/// Result for a sequence number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum SequenceCheck {
     /// The message is new; so many before it are missing.
     New(u32),
     /// The message was missing.
@@ -27,25 +27,26 @@ impl Numbers {
         self.largest
     }
 
-    /// Takes the number of the next message. What may be missing before the first one is not told: a file may begin anywhere.
-    pub(super) fn take(&mut self, number: u32) -> Told {
+    /// Checks the number of the next message. Messages missing before the first one are not reported: a file may begin
+    /// anywhere.
+    pub(super) fn check(&mut self, number: u32) -> SequenceCheck {
         if number > self.largest {
             let before = std::mem::replace(&mut self.largest, number);
             let missing = if before == 0 { 0 } else { number - before - 1 };
             if missing > 0 {
                 self.left_out.insert((before + 1, number - 1));
             }
-            return Told::New(missing);
+            return SequenceCheck::New(missing);
         }
         if number == 0 {
-            return Told::New(0);
+            return SequenceCheck::New(0);
         }
         // Gaps do not overlap, so that only the last one that begins at or before the number can hold it.
         let gap = self.left_out.range(..=(number, u32::MAX)).next_back().copied();
-        let Some((from, to)) = gap.filter(|(_, to)| number <= *to) else { return Told::Again };
+        let Some((from, to)) = gap.filter(|(_, to)| number <= *to) else { return SequenceCheck::Again };
         self.left_out.remove(&(from, to));
         self.left_out.extend([(from, number - 1), (number + 1, to)].iter().filter(|(from, to)| from <= to));
-        Told::Missed
+        SequenceCheck::Missed
     }
 }
 
@@ -56,8 +57,8 @@ mod tests {
     #[test]
     fn gaps_are_told_once_and_what_fills_them_too() {
         let mut numbers = Numbers::default();
-        let told = [5, 6, 10, 8, 8, 7, 9, 6, 11, 0, 0, u32::MAX].map(|number| numbers.take(number));
-        use Told::{Again, Missed, New};
+        let told = [5, 6, 10, 8, 8, 7, 9, 6, 11, 0, 0, u32::MAX].map(|number| numbers.check(number));
+        use SequenceCheck::{Again, Missed, New};
         let expected =
             [New(0), New(0), New(3), Missed, Again, Missed, Missed, Again, New(0), New(0), New(0), New(u32::MAX - 12)];
         assert_eq!(told, expected);

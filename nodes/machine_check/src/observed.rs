@@ -1,4 +1,4 @@
-//! What was heard of a machine, in the order in which it came.
+//! Observed messages of a machine, in the order of arrival.
 
 use camwright_files::convert::counts_per_si;
 use camwright_msgs::Message;
@@ -29,7 +29,7 @@ pub(super) struct Joints {
 
 /// Everything that was heard.
 #[derive(Debug, Default)]
-pub(super) struct Heard {
+pub(super) struct Observed {
     pub(super) description: Option<MachineDescription>,
     /// Hashes of descriptions after the first one that differ from it.
     pub(super) other_hashes: Vec<String>,
@@ -44,12 +44,12 @@ pub(super) struct Heard {
     pub(super) other_names: Option<Vec<String>>,
     pub(super) io: Vec<MachineIo>,
     pub(super) alarms: Vec<MachineAlarms>,
-    /// What diagnostics said was amiss.
+    /// Warnings in diagnostics.
     pub(super) warnings: Vec<String>,
 }
 
-impl Heard {
-    /// What had been heard when there were so many messages of the stream; of the rest everything.
+impl Observed {
+    /// Observations up to this number of stream messages; of the other topics everything.
     pub(super) fn until(&self, streams: usize) -> Self {
         let streams = streams.min(self.streams.len());
         let last = self.streams[..streams].last().map_or(i64::MAX, |said| ns(&said.stamp));
@@ -74,7 +74,7 @@ impl Heard {
     }
 }
 
-/// What the description says, in whole numbers.
+/// Content of the description, in integers.
 #[derive(Debug, Clone)]
 pub(super) struct Facts {
     pub(super) cycle_ns: i64,
@@ -89,7 +89,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    pub(super) fn of(description: &MachineDescription) -> Self {
+    pub(super) fn from_description(description: &MachineDescription) -> Self {
         let delay = u64::from(description.feedback_delay_ticks);
         Self {
             cycle_ns: i64::from(description.cycle_time_ns),
@@ -107,18 +107,18 @@ impl Facts {
     }
 }
 
-/// What was heard so far, shared with the callbacks, and who waits for news of it.
+/// Observations so far, shared with the callbacks, and a condition variable for new ones.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ears(Arc<(Mutex<Heard>, Condvar)>);
+pub(super) struct Observer(Arc<(Mutex<Observed>, Condvar)>);
 
-impl Ears {
+impl Observer {
     /// Looks at what was heard.
-    pub(super) fn look<R>(&self, look: impl FnOnce(&Heard) -> R) -> R {
+    pub(super) fn look<R>(&self, look: impl FnOnce(&Observed) -> R) -> R {
         look(&self.0.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Waits until it is as wanted; `None` after the time.
-    pub(super) fn wait<R>(&self, patience: Duration, mut wanted: impl FnMut(&Heard) -> Option<R>) -> Option<R> {
+    pub(super) fn wait<R>(&self, patience: Duration, mut wanted: impl FnMut(&Observed) -> Option<R>) -> Option<R> {
         let end = Instant::now() + patience;
         let mut heard = self.0.0.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
@@ -133,7 +133,7 @@ impl Ears {
         }
     }
 
-    fn hear(&self, change: impl FnOnce(&mut Heard)) {
+    fn update(&self, change: impl FnOnce(&mut Observed)) {
         change(&mut self.0.0.lock().unwrap_or_else(PoisonError::into_inner));
         self.0.1.notify_all();
     }
@@ -143,10 +143,10 @@ impl Ears {
         node: &Node,
         topic: &str,
         qos: &Qos,
-        take: impl Fn(&mut Heard, M) + Send + 'static,
+        take: impl Fn(&mut Observed, M) + Send + 'static,
     ) -> Result<Subscription, RosError> {
         let ears = self.clone();
-        node.subscribe::<M>(topic, qos, move |said, _| ears.hear(|heard| take(heard, said)))
+        node.subscribe::<M>(topic, qos, move |said, _| ears.update(|heard| take(heard, said)))
     }
 
     /// Subscribes to what a machine says.
@@ -154,7 +154,7 @@ impl Ears {
         let many = Qos::default_topic().keep_last(2000);
         Ok(vec![
             self.topic(node, "machine/description", &Qos::latched(1), describe)?,
-            self.topic(node, "machine/stream", &many, hear_stream)?,
+            self.topic(node, "machine/stream", &many, update_stream)?,
             self.topic(node, "joint_states", &many, join)?,
             self.topic(node, "machine/io", &many, |heard, said| heard.io.push(said))?,
             self.topic(node, "machine/alarms", &Qos::latched(1), |heard, said| heard.alarms.push(said))?,
@@ -166,7 +166,7 @@ impl Ears {
     }
 }
 
-fn hear_stream(heard: &mut Heard, mut said: MachineStream) {
+fn update_stream(heard: &mut Observed, mut said: MachineStream) {
     if said.tick > MAX_TICK {
         heard.beyond = Some(said.tick);
         return;
@@ -176,7 +176,7 @@ fn hear_stream(heard: &mut Heard, mut said: MachineStream) {
     heard.came.push(Instant::now());
 }
 
-fn describe(heard: &mut Heard, said: MachineDescription) {
+fn describe(heard: &mut Observed, said: MachineDescription) {
     match &heard.description {
         Some(first) if first.hash != said.hash => heard.other_hashes.push(said.hash),
         Some(_) => {}
@@ -184,7 +184,7 @@ fn describe(heard: &mut Heard, said: MachineDescription) {
     }
 }
 
-fn join(heard: &mut Heard, said: JointState) {
+fn join(heard: &mut Observed, said: JointState) {
     if heard.joint_names.is_empty() {
         heard.joint_names.clone_from(&said.name);
     } else if heard.joint_names != said.name {

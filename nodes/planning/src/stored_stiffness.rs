@@ -1,4 +1,4 @@
-//! What is kept of a machine's stiffness, laid over the job that is planned next, and what the journals of a part add to it.
+//! Stored stiffness of a machine: applied to the next job, and extended by its journals.
 
 use super::{MeasuredContacts, PreparedJob};
 use camwright::gauging::stiffness::Measured;
@@ -7,28 +7,28 @@ use camwright::job::grinding::{KnownContact, StiffnessSource};
 use camwright::machine::description::MachineDescription;
 use camwright_files::job_file::Job;
 use camwright_files::journal_file::contact_flow;
-use camwright_files::stiffness_file::{KeptPlace, KeptStiffness};
+use camwright_files::stiffness_file::{StoredContact, StoredStiffness};
 
-/// What a job takes of what is kept.
+/// Stored contacts used by a job.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct KeptContacts {
+pub struct StoredContacts {
     /// The override that writes it into the job; nothing for a job that takes nothing.
     pub over: Option<String>,
     /// Why it takes none for a journal that it would take it for.
     pub told: Vec<String>,
 }
 
-/// What a job takes of what is kept for its machine: of a job whose runout is corrected and whose stiffness is not measured, unless it
-/// takes the description's, or says itself what was kept.
+/// Stored contacts for a job: used if its runout is corrected and its stiffness is not measured, unless it uses the description's
+/// stiffness or contains stored values itself.
 #[must_use]
-pub fn kept_contacts(kept: &KeptStiffness, job: &Job, machine: &MachineDescription) -> KeptContacts {
+pub fn kept_contacts(kept: &StoredStiffness, job: &Job, machine: &MachineDescription) -> StoredContacts {
     let takes =
         job.spec.correction.as_ref().is_some_and(|correction| {
             correction.stiffness != StiffnessSource::Nominal && correction.contacts.is_empty()
         });
-    // Of a machine that was never measured there is nothing to tell.
+    // A machine that was never measured has nothing to report.
     if !takes || job.spec.identification.is_some() || kept.places().is_empty() {
-        return KeptContacts::default();
+        return StoredContacts::default();
     }
     let (mut flows, mut told) = (Vec::new(), Vec::new());
     for lobe in &job.spec.lobes {
@@ -41,7 +41,7 @@ pub fn kept_contacts(kept: &KeptStiffness, job: &Job, machine: &MachineDescripti
         }
     }
     let over = (!flows.is_empty()).then(|| format!("runout_correction.contacts=[{}]", flows.join(", ")));
-    KeptContacts { over, told }
+    StoredContacts { over, told }
 }
 
 /// Keeps what was measured on the journals of a part, each in the stead of what was kept for its place; what it keeps of them, in their
@@ -50,12 +50,12 @@ pub fn kept_contacts(kept: &KeptStiffness, job: &Job, machine: &MachineDescripti
 /// # Errors
 /// Numbers that no measurement gives.
 pub fn learn_stiffness(
-    stiffness: &mut KeptStiffness,
+    stiffness: &mut StoredStiffness,
     prepared: &PreparedJob,
     measured: &MeasuredContacts,
-) -> Result<Vec<KeptPlace>, String> {
+) -> Result<Vec<StoredContact>, String> {
     if prepared.job.spec.identification.is_some_and(|identification| identification.afresh) {
-        *stiffness = KeptStiffness::new(&stiffness.machine);
+        *stiffness = StoredStiffness::new(&stiffness.machine);
     }
     stiffness.parts += 1;
     let mut kept = Vec::new();
@@ -66,7 +66,7 @@ pub fn learn_stiffness(
         let (law, known_to, width_mm) = (contact.law, contact.known_to, lobe.design.width_mm);
         let per_width =
             |value: f64, uncertainty: f64| Measured { value: value / width_mm, uncertainty: uncertainty / width_mm };
-        let place = KeptPlace {
+        let place = StoredContact {
             place: StiffnessPlace {
                 z_mm: station.position_mm,
                 machine_n_mm: Measured { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm },
@@ -78,7 +78,7 @@ pub fn learn_stiffness(
             part: stiffness.parts,
             width_mm,
         };
-        stiffness.put(place.clone()).map_err(|error| format!("lobe {}: {error}", lobe.design.name))?;
+        stiffness.insert(place.clone()).map_err(|error| format!("lobe {}: {error}", lobe.design.name))?;
         kept.push(place);
     }
     Ok(kept)
@@ -90,8 +90,8 @@ mod tests {
     use camwright_files::job_file;
     use camwright_files::locate::{Located, locate};
 
-    fn kept(of: &[(f64, f64)]) -> KeptStiffness {
-        let mut kept = KeptStiffness::new("journal_grinder");
+    fn kept(of: &[(f64, f64)]) -> StoredStiffness {
+        let mut kept = StoredStiffness::new("journal_grinder");
         for (z_mm, n_mm) in of {
             let place = StiffnessPlace {
                 z_mm: *z_mm,
@@ -99,14 +99,15 @@ mod tests {
                 grinding_n_mm2: Measured { value: 1400.0, uncertainty: 50.0 },
                 threshold_n_mm: Measured { value: 0.7, uncertainty: 0.2 },
             };
-            kept.put(KeptPlace { place, lobe: "J".into(), job: "j".into(), part: 1, width_mm: 20.0 }).unwrap();
+            kept.insert(StoredContact { place, lobe: "J".into(), job: "j".into(), part: 1, width_mm: 20.0 }).unwrap();
         }
         kept
     }
 
     const UNMEASURED: [&str; 1] = ["identification=null"];
 
-    /// What is kept is written into the job, between the places as well, and the job plans to the same hash from its own text anywhere.
+    /// Stored values are written into the job, interpolated ones as well, and the job plans to the same hash from its own text
+    /// anywhere.
     #[test]
     fn what_is_kept_is_an_input_of_the_plan() {
         let set: Vec<String> = UNMEASURED.map(String::from).into();
@@ -133,16 +134,16 @@ mod tests {
     fn a_journal_outside_what_was_measured_is_told_and_takes_the_description() {
         let set: Vec<String> = UNMEASURED.map(String::from).into();
         let prepared = prepare("journal_runout", &set, None).unwrap();
-        let take = |kept: &KeptStiffness, job: &Job| kept_contacts(kept, job, &prepared.machine);
+        let take = |kept: &StoredStiffness, job: &Job| kept_contacts(kept, job, &prepared.machine);
         let some = take(&kept(&[(80.0, 5000.0), (150.0, 4000.0)]), &prepared.job);
         assert!(some.over.is_some_and(|over| !over.contains("J3")));
         assert!(some.told.len() == 1 && some.told[0].contains("lobe J3") && some.told[0].contains("80 to 150 mm"));
-        assert_eq!(take(&KeptStiffness::new("journal_grinder"), &prepared.job), KeptContacts::default());
+        assert_eq!(take(&StoredStiffness::new("journal_grinder"), &prepared.job), StoredContacts::default());
         let load = |more: &str| job_file::load("journal_runout", &[set[0].clone(), more.to_owned()]).unwrap();
         let all = kept(&[(80.0, 5000.0), (220.0, 6000.0)]);
-        assert_eq!(take(&all, &load("runout_correction.stiffness=nominal")), KeptContacts::default());
+        assert_eq!(take(&all, &load("runout_correction.stiffness=nominal")), StoredContacts::default());
         let measures = job_file::load("journal_runout", &[]).unwrap();
-        assert_eq!(take(&all, &measures), KeptContacts::default(), "it measures itself");
+        assert_eq!(take(&all, &measures), StoredContacts::default(), "it measures itself");
         let insists = ["identification=null".to_owned(), "runout_correction.stiffness=kept".to_owned()];
         let error = prepare("journal_runout", &insists, None).unwrap_err().to_string();
         assert!(error.contains("lobe J1") && error.contains("nothing is kept"), "{error}");
