@@ -5,6 +5,7 @@ mod support;
 
 mod alarm_table;
 mod architecture;
+mod comments;
 mod documents;
 mod installed_package;
 mod messages_on_the_wire;
