@@ -31,7 +31,7 @@
 //! use camwright::cam::{follower::Follower, form::Form, lift::LiftLaw};
 //! use camwright::interpolator::{Motion, Prepared};
 //! use camwright::job::grinding::{HomePosition, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
-//! use camwright::machine::{persistent_state::LastingState, reference::cam_grinder};
+//! use camwright::machine::{persistent_state::PersistentState, reference::cam_grinder};
 //! use camwright::simulation::{Machine, closed_loop::ClosedLoop};
 //!
 //! let profile = ProfileSpec {
@@ -66,7 +66,7 @@
 //! let description = cam_grinder();
 //! let planned = camwright::planner::plan_job(&job, &description, 60.0, None)?;
 //! let design = &planned.lobes[0].design;
-//! let mut machine = Machine::new(description.clone(), LastingState::new(&description))?;
+//! let mut machine = Machine::new(description.clone(), PersistentState::new(&description))?;
 //! machine.load_lobe("E1", "LS1", 15.0, vec![20.0; 3600])?;
 //!
 //! let motion = Prepared::new(Motion::Plan(planned.plan.into()), &description)?;

@@ -1,4 +1,4 @@
-//! Documents name files that exist.
+//! Documents name files that exist, and the book lists every page.
 
 use crate::support::repository;
 use std::path::{Path, PathBuf};
@@ -57,4 +57,20 @@ fn every_file_that_a_document_names_exists() {
     }
     assert!(seen > 150, "only {seen} names were found in {} documents", all.len());
     assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+/// `docs/SUMMARY.md` is the table of contents that mdBook builds the book from.
+#[test]
+fn the_book_lists_every_page_once() {
+    let docs = repository().join("docs");
+    let summary = std::fs::read_to_string(docs.join("SUMMARY.md")).expect("a table of contents");
+    let listed = summary.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let mut listed: Vec<String> = listed.map(str::to_owned).collect();
+    let mut pages = Vec::new();
+    documents(&docs, &mut pages);
+    let relative = |page: &PathBuf| page.strip_prefix(&docs).expect("it lies in docs").to_string_lossy().into_owned();
+    let mut pages: Vec<String> = pages.iter().map(relative).filter(|page| page != "SUMMARY.md").collect();
+    listed.sort();
+    pages.sort();
+    assert_eq!(listed, pages);
 }

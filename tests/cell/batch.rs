@@ -75,7 +75,7 @@ fn a_job_that_does_not_learn_has_nothing_to_forget_and_keeps_nothing() {
     let refused = run(&domain, &folder, "refused", &["--forget-learned"]);
     assert!(!refused.status.success());
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(said.contains("four_lobe_camshaft does not learn (form_compensation)"), "{said}");
+    assert!(said.contains("four_lobe_camshaft does not learn; add the key form_compensation"), "{said}");
     report(&run(&domain, &folder, "plain", &[]));
     assert!(!folder.join("camwright/learned").exists());
 }

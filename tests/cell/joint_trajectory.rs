@@ -275,7 +275,7 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     let second = follower.moving(goal(to("z_axis", 0.32, 60.0)));
     let (status, code, text) = result(&first);
     assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL), "{text}");
-    assert!(text.starts_with("a joint trajectory took its place at tick "), "{text}");
+    assert!(text.starts_with("a joint trajectory replaced it at tick "), "{text}");
     // It never stopped: from when it moved on, no tick at rest.
     let told: Vec<f64> = speeds.try_iter().skip_while(|speed| *speed <= 1e-3).collect();
     let slowest = told.iter().copied().fold(f64::MAX, f64::min);

@@ -299,7 +299,7 @@ fn a_robot_that_dies_outside_is_waited_for_and_one_that_dies_inside_is_an_alarm(
     let loaded = Loaded::start(1.5);
     loaded.robot.be_silent(true);
     loaded.start_run(1);
-    let waiting = loaded.robot.cell("it is missed", |cell| cell.substate.contains("not heard of"));
+    let waiting = loaded.robot.cell("it is missed", |cell| cell.substate.contains("no message on loader/state"));
     assert_eq!(waiting.expect("it waits").state, CellState::SUSPENDED);
     loaded.robot.be_silent(false);
     let request = loaded.robot.enter().expect("it comes back and is let in");

@@ -166,14 +166,14 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
 
     for (goal, words) in [
         (of("y_axis", 0.01, 0.001), "there is no joint \"y_axis\""),
-        (of("z_axis", 9.0, 0.001), "z_axis cannot go at 9000.000 mm/s; it must be above 0 and at most "),
+        (of("z_axis", 9.0, 0.001), "z_axis cannot move at 9000.000 mm/s; the speed must be above 0 and at most "),
         (of("z_axis", 0.01, 9.0), "the target of z_axis is "),
         (
             JogGoal { hold_to_run: 60.0, ..of("z_axis", 0.01, 0.0) },
             "hold_to_run is 60 s; it must be above 0 and at most 2 s",
         ),
         (JogGoal { hold_to_run: -1.0, ..of("z_axis", 0.01, 0.0) }, "z_axis does not move without being held"),
-        (of("c_axis", 10.0, 1.0), "the zero of c_axis is not known: it goes at its search speed of "),
+        (of("c_axis", 10.0, 1.0), "the zero of c_axis is unknown, so its maximum speed is its search speed "),
     ] {
         let (status, refused) = jog(&cell, goal, drop);
         assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));

@@ -129,13 +129,13 @@ fn a_hollow_flank_names_its_lobes_the_largest_wheel_and_where() {
 fn a_job_for_two_wheels_is_refused_with_what_each_lobe_takes() {
     let text = refusal("four_lobe_camshaft", &[HOLLOW, "lobes.E1.wheel_radius_mm=25"]);
     let words = [
-        "the machine has one wheel, of radius 60.000 mm, and the job asks for 25 mm for lobe E1; lobe I1 takes any",
+        "the machine has one wheel, of radius 60.000 mm, and the job needs 25 mm for lobe E1; lobe I1 takes any",
         "lobe E1 takes less than",
-        "make two jobs of it, one for each wheel",
+        "split it into one job per wheel",
     ];
     says(&text, &words);
     let text = refusal("rough_and_finish", &["roughing.0.wheel_radius_mm=100"]);
-    says(&text, &["the job asks for 100 mm for pass rough", "make two jobs of it"]);
+    says(&text, &["the job needs 100 mm for pass rough", "split it into one job per wheel"]);
     planned("rough_and_finish", "same", &["roughing.0.wheel_radius_mm=60"]);
 }
 

@@ -161,7 +161,7 @@ fn a_stranger_changes_no_zero_and_a_holder_works_afterwards() {
     assert_eq!((after.commands_received, after.holder.as_str()), (before.commands_received, ""));
     assert_eq!(stranger.home(), GoalStatus::Unknown, "the goal is rejected");
     let refused = stranger.call::<Trigger>("machine/reset", &TriggerRequest::default());
-    assert!(!refused.success && refused.message.contains("nobody has command"), "{}", refused.message);
+    assert!(!refused.success && refused.message.contains("no client has command"), "{}", refused.message);
     let request = SetParametersRequest { parameters: vec![Parameter { name: "job".into(), ..Parameter::default() }] };
     let refused = stranger.call::<SetParameters>("job_planner/set_parameters", &request);
     assert!(refused.results.len() == 1 && refused.results[0].reason.contains("command"), "{refused:?}");
@@ -352,7 +352,7 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     assert!(stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: true }).success);
     until("the emergency stop is an alarm", || stranger.has_alarm(1));
     let released = stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: false });
-    assert!(!released.success && released.message.contains("nobody has command"), "{}", released.message);
+    assert!(!released.success && released.message.contains("no client has command"), "{}", released.message);
     let command = Command::acquire(&stranger.node, &TakeOptions::new("operator")).expect("command");
     assert!(stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: false }).success);
     until("it is reset", || stranger.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);

@@ -145,7 +145,7 @@ fn of_a_cell_that_is_not_there_status_says_where_it_looked() {
     let output = command.output().expect("it runs");
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0));
-    assert!(told.contains("no machine was heard within 0.3 s") && told.contains("ROS_DOMAIN_ID"), "{told}");
+    assert!(told.contains("no machine found within 0.3 s") && told.contains("ROS_DOMAIN_ID"), "{told}");
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
         "x_axis",
         "command   the test (shared",
         "motion    none, not homed, override 100 %",
-        "recorder  not there",
+        "recorder  none",
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }

@@ -12,3 +12,5 @@ mod parameter_file;
 mod plan_command;
 mod refusals;
 mod schema;
+mod terminal;
+mod tutorials;

@@ -437,12 +437,11 @@ fn a_turned_part_is_drawn_and_told_in_text_and_one_that_cannot_be_made_leaves_no
     let folder = Folder::new("plan-turned-plots");
     let out = folder.join("drawn");
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
-    command.args(["plan", "turned_cam", "--plots", "--set", "spindle={law: varied}", "--out"]).arg(&out);
+    command.args(["plan", "turned_cam", "--details", "--plots", "--set", "spindle={law: varied}", "--out"]).arg(&out);
     let output = command.output().expect("camwright runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    for words in
-        ["0.2 per z", "what holds the spindle's speed", "clearance ", "of x_axis", "heights   from", "plan      "]
+    for words in ["0.2 per z", "limits of the spindle speed", "clearance ", "of x_axis", "heights   from", "plan hash "]
     {
         assert!(text.contains(words), "{words}: {text}");
     }

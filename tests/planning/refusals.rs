@@ -18,7 +18,8 @@ fn params(file: &str) -> String {
 
 /// Exit code and standard error of `camwright check`.
 fn check(path: &Path) -> (i32, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_camwright")).arg("check").arg(path).output().expect("camwright runs");
+    let output = Command::new(env!("CARGO_BIN_EXE_camwright")).args(["check", "--details"]).arg(path).output();
+    let output = output.expect("camwright runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     (output.status.code().unwrap_or(-1), text)
 }

@@ -132,7 +132,7 @@ fn what_makes_no_program_is_refused_with_its_key() {
             eccentric(&["nc.most_blocks_s=20", "nc.widest_tolerance_um=1", "work_speed_rpm=200"]),
         ),
         ("the insert's path of a turning job differs in every turn", refusal("turned_cam", &[])),
-        ("an NC program is made beforehand and cannot (--set runout_correction=null)", refusal("journal_runout", &[])),
+        ("an NC program cannot do this; remove it (--set runout_correction=null)", refusal("journal_runout", &[])),
         ("dresses the wheel", refusal("dressed_batch", &[])),
         ("is a dry run", eccentric(&["dry_run.stand_off_mm=5"])),
     ] {

@@ -158,8 +158,7 @@ impl fmt::Display for Failure {
             Failure::TooLong(Step::OpenDoor, s) => {
                 write!(
                     f,
-                    "the machine was not ready to be loaded within {s} s: the door has to be open, the wheel to stand still and x_axis to be \
-                     in its safe place; after an alarm in a cut it is moved there by hand, with the door closed"
+                    "the machine was not ready to be loaded within {s} s: open the door, stop the wheel and move x_axis to its safe position; after an alarm in a cut close the door and jog it there"
                 )
             }
             Failure::TooLong(Step::Enter, s) => write!(f, "the loader did not enter within {s} s"),
@@ -343,7 +342,7 @@ impl Handshake {
     pub fn chuck_refused(handshake: Option<&Self>, seen: &LoadingInputs) -> Option<&'static str> {
         let inside = seen.loader.is_some_and(|loader| loader.inside) && seen.entered;
         match handshake {
-            None => Some("no loading is asked for"),
+            None => Some("loading is not requested"),
             Some(handshake) if handshake.step != Step::Inside => Some("the loader is not cleared and inside"),
             Some(_) if !inside => Some("the loader is not in the work area"),
             Some(_) => None,

@@ -34,7 +34,7 @@
 //!     .collect();
 //! let positions: Vec<WheelPosition> = (0..720).map(|i| WheelPosition { c_rad: at(i), x_mm: 20.0 }).collect();
 //!
-//! let record = GaugeRecord::of_one(Gauge::diameter(1.5 * PI)?, &readings)?;
+//! let record = GaugeRecord::from_one(Gauge::diameter(1.5 * PI)?, &readings)?;
 //! let part = PartState::measure(&record, WheelLog::new(&positions)?, law, &MeasureSettings::default())?;
 //! let start = Start::AtLeastRadius { from_rad: 4.0 * PI };
 //! let correction = Correction::exact(&part, start, Target::LeastRadius { extra_depth_mm: 0.0 })?;

@@ -119,7 +119,7 @@ impl<'a> GaugeRecord<'a> {
     /// The records of two gauges.
     ///
     /// # Errors
-    /// One gauge; otherwise as [`GaugeRecord::of_one`].
+    /// One gauge; otherwise as [`GaugeRecord::from_one`].
     pub fn from_two(gauge: Gauge, first: &'a [Reading], second: &'a [Reading]) -> Result<Self, RecordError> {
         if !gauge.is_two() {
             return Err(RecordError::Gauges { given: 2, needed: 1 });

@@ -234,7 +234,7 @@ pub struct ForceReading {
 }
 
 /// Mean depth of cut and mean force over the turn that ends at an angle of the headstock (rad): a point for
-/// [`GrindingStiffness::of_feeds`]. Over a whole turn the runout drops out of both.
+/// [`GrindingStiffness::from_feeds`]. Over a whole turn the runout drops out of both.
 ///
 /// # Errors
 /// Depths or forces that do not cover the turn, or forces whose angles do not increase.

@@ -23,7 +23,7 @@ pub enum PrepareError {
         error: PointToPointError,
     },
     /// A cut names splines that the plan has not got.
-    #[error("segment {segment}: a cut names a path, a speed law or an infeed law that the plan has not got")]
+    #[error("segment {segment}: a cut names a path, a speed law or an infeed law that is not in the plan")]
     MissingSpline {
         /// Index of the segment.
         segment: usize,

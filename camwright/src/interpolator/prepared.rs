@@ -265,7 +265,7 @@ impl<'a> PlanWalk<'a> {
         let curves = Curves::from_segment(self.plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
         check_plateau(index, cut, segment, &curves)?;
         if cut.until_steady_n.is_some_and(|most_n| i64::from(most_n) != self.watched_n) {
-            let what = "a cut ends when the force is steady, and the force monitor has not been told what that is";
+            let what = "a cut ends at a steady force, but the force monitor has no threshold";
             return Err(PrepareError::BadCut { segment: index, what });
         }
         check_ends(index, &curves, self.turns_on, self.machine)?;

@@ -50,11 +50,11 @@ pub enum SetupError {
     #[error("the speed factor is {0}; it must be above 0 and at most 1")]
     SpeedFactor(f64),
     /// A speed that an axis has not got (mm/s or rad/s).
-    #[error("{} cannot go at {}; it must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *most))]
+    #[error("{} cannot move at {}; the speed must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *most))]
     Speed { axis: Axis, speed: f64, most: f64 },
     /// A speed at which an axis is not moved whose zero is not known (mm/s or rad/s).
     #[error(
-        "the zero of {} is not known: it goes at its search speed of {} at most, not at {}; home it first",
+        "the zero of {} is unknown, so its maximum speed is its search speed {}, not {}; home it first",
         axis.joint(), speed_text(*axis, *most), speed_text(*axis, *speed)
     )]
     Lost { axis: Axis, speed: f64, most: f64 },
@@ -72,7 +72,7 @@ pub enum SetupError {
     #[error("the machine has no {0}")]
     NoInput(&'static str),
     /// A target where the axis stands already.
-    #[error("{} stands at the target already, or beyond it", .0.joint())]
+    #[error("{} is already at or beyond the target", .0.joint())]
     NoWay(Axis),
     /// A stand-off that is none.
     #[error("the stand-off is {0}; it must be {1}")]
@@ -246,7 +246,7 @@ impl Probe {
             #[allow(clippy::cast_possible_truncation, reason = "checked: at most a million")]
             force_n if force_n > 0.0 && force_n <= 1e6 => Some(libm::ceil(force_n) as i64),
             value => {
-                return Err(SetupError::Bound { what: "the most force (N)", value, allowed: "0 to 1000000" });
+                return Err(SetupError::Bound { what: "the maximum force (N)", value, allowed: "0 to 1000000" });
             }
         };
         let reads = match request.reads {

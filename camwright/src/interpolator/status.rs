@@ -148,7 +148,7 @@ impl fmt::Display for InterpolatorAlarm {
                     Input::SteadyForce => "steady force",
                     Input::Home(_) | Input::Origin | Input::Station(_) => "home switch",
                 };
-                write!(f, "{} searched its whole travel and its {what} was not found", axis.joint())
+                write!(f, "{} searched its whole travel and did not find its {what}", axis.joint())
             }
             InterpolatorAlarm::SoftLimit { axis, counts, bound } => {
                 write!(f, "{} at {counts} counts, the soft limit is {bound}", axis.joint())

@@ -168,7 +168,7 @@ impl JobSpec {
             return Err(JobError::OutOfRange { place, key, value, wanted: "1 to 10000" });
         }
         if machine.contact.is_none() {
-            return refused("nothing gives way on this machine (it has no contact), so there is no force to watch");
+            return refused("this machine has no contact model, so there is no force to monitor");
         }
         if self.correction.is_some() {
             return refused(
@@ -194,7 +194,11 @@ impl JobSpec {
         if correction.mode == Mode::Published && !seen.gauge.fits_published() {
             return Err(JobError::PublishedGauge {
                 machine: machine.name.clone(),
-                gauge: if seen.gauge.is_two() { "two gauges" } else { "a gauge that feels the part give way" },
+                gauge: if seen.gauge.is_two() {
+                    "two gauges"
+                } else {
+                    "a gauge that measures the deflection of the part"
+                },
             });
         }
         if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {

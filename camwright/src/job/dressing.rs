@@ -85,15 +85,13 @@ pub enum DressError {
     /// There is nothing to dress with.
     #[error("machine {machine} has no dresser; a job with dressing needs one")]
     NoDresser { machine: String },
-    #[error("dressing says nothing about when: every_lobes, every_parts or predicted_error_um is needed")]
+    #[error("dressing has no interval: add every_lobes, every_parts or predicted_error_um")]
     NoReason,
     /// A setting is no number above 0.
     #[error("dressing.{key} is {value}; it must be above 0")]
     OutOfRange { key: &'static str, value: f64 },
     /// Wear cannot be predicted.
-    #[error(
-        "dressing.predicted_error_um needs wheel.grinding_ratio of machine {machine}, which says nothing about wear"
-    )]
+    #[error("dressing.predicted_error_um needs wheel.grinding_ratio of machine {machine}, which is missing")]
     NoWear { machine: String },
     /// One lobe wears a freshly dressed wheel too much.
     #[error(
@@ -130,8 +128,7 @@ pub enum DressError {
     },
     /// The wheel is used up.
     #[error(
-        "lobe {lobe}: the dress before it leaves a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is \
-         {least_mm:.4} mm: a new wheel must be mounted"
+        "lobe {lobe}: the dress before it leaves a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {least_mm:.4} mm: mount a new wheel"
     )]
     WornOut {
         lobe: String,

@@ -48,7 +48,7 @@ pub enum JobError {
         least_mm: f64,
     },
     /// Two lobes stand at one station.
-    #[error("lobes {first} and {second} both stand at station {station}; a station holds one lobe")]
+    #[error("lobes {first} and {second} are both at station {station}; a station holds one lobe")]
     SameStation {
         first: String,
         second: String,
@@ -142,12 +142,11 @@ pub enum JobError {
         needed_mm: f64,
     },
     /// The stored stiffness belongs to another job.
-    #[error("runout_correction has a contact of lobe {lobe}, which the job has not")]
+    #[error("runout_correction has a contact of lobe {lobe}, which is not in the job")]
     KeptElsewhere { lobe: String },
     /// The job insists on what is not there.
     #[error(
-        "the runout of lobe {lobe} is to be corrected by the stiffness that is kept for the machine (runout_correction.stiffness: kept), and \
-         nothing is kept for where it stands: measure it (identification), or take what is known (stiffness: best)"
+        "lobe {lobe}: runout_correction.stiffness is kept, but no stiffness is stored for its station; measure it (identification) or use stiffness: best"
     )]
     NothingKept { lobe: String },
     /// The stock cannot be measured.
@@ -183,12 +182,11 @@ pub enum JobError {
     )]
     LearnsAndCorrects,
     /// The learned correction belongs to another job.
-    #[error("form_compensation has learned of lobe {lobe}, which the job has not")]
+    #[error("form_compensation has learned of lobe {lobe}, which is not in the job")]
     LearnedElsewhere { lobe: String },
     /// The learned correction exceeds the present limits of the job.
     #[error(
-        "lobe {lobe}: the learned correction goes to {:.3} um and {:.3} um/deg; form_compensation allows {:.3} um and {:.3} um/deg: \
-         allow more, or learn afresh (form_compensation.afresh)",
+        "lobe {lobe}: the learned correction goes to {:.3} um and {:.3} um/deg; form_compensation allows {:.3} um and {:.3} um/deg; raise these limits, or learn again (form_compensation.afresh)",
         1e3 * .size_mm, um_per_deg(*.slope_mm_rad), 1e3 * .most_mm, um_per_deg(*.most_slope_mm_rad)
     )]
     LearnedTooMuch {

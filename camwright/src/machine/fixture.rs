@@ -60,7 +60,7 @@ impl Dresser {
 
     pub(super) fn validate(&self) -> Result<(), DescriptionError> {
         for (what, value) in [
-            ("place of the dresser along X (mm)", self.x_mm),
+            ("position of the dresser along X (mm)", self.x_mm),
             ("width of the dresser (mm)", self.width_mm),
             ("infeed speed of the dresser (mm/s)", self.infeed_speed_mm_s),
             ("traverse speed of the dresser (mm/s)", self.traverse_speed_mm_s),
@@ -70,7 +70,7 @@ impl Dresser {
                 return Err(DescriptionError::NotPositive { what, value });
             }
         }
-        for (what, value) in [("dwell of the dresser (s)", self.dwell_s), ("place of the dresser (mm)", self.z_mm)] {
+        for (what, value) in [("dwell of the dresser (s)", self.dwell_s), ("position of the dresser (mm)", self.z_mm)] {
             if !value.is_finite() || (what.starts_with("dwell") && value < 0.0) {
                 return Err(DescriptionError::Negative { what, value });
             }

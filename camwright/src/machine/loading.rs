@@ -31,7 +31,7 @@ impl LoadingDescription {
         }
         match self.safe_x_mm.is_finite() {
             true => Ok(()),
-            false => Err(DescriptionError::Negative { what: "safe place of x_axis (mm)", value: self.safe_x_mm }),
+            false => Err(DescriptionError::Negative { what: "safe position of x_axis (mm)", value: self.safe_x_mm }),
         }
     }
 }

@@ -163,7 +163,7 @@ pub fn cubic_path(s: f64, way: f64, slope_from: f64, slope_to: f64) -> f64 {
     slope_from * (s - 2.0 * s2 + s3) + way * (3.0 * s2 - 2.0 * s3) + slope_to * (s3 - s2)
 }
 
-/// The derivative of [`cubic_way`] by the share.
+/// The derivative of [`cubic_path`] by the share.
 #[must_use]
 pub fn cubic_slope(s: f64, way: f64, slope_from: f64, slope_to: f64) -> f64 {
     slope_from * (1.0 - 4.0 * s + 3.0 * s * s) + way * (6.0 * s - 6.0 * s * s) + slope_to * (3.0 * s * s - 2.0 * s)

@@ -32,8 +32,7 @@ pub enum DressNowError {
     TooDeep { depth_mm: f64, wear_mm: f64, allowed_mm: f64 },
     /// The wheel is used up (mm).
     #[error(
-        "the dress would leave a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {least_mm:.4} mm: a new wheel must be \
-         mounted"
+        "the dress would leave a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {least_mm:.4} mm: mount a new wheel"
     )]
     WornOut { radius_mm: f64, least_mm: f64 },
     /// A wheel so small would turn too fast.

@@ -40,8 +40,7 @@ pub enum PlanError {
     },
     /// The learned correction of a lobe gives no path.
     #[error(
-        "lobe {lobe}: corrected by what was learned, up to {:.3} um, it cannot be ground: {source}; learn afresh \
-         (form_compensation.afresh) or within closer bounds",
+        "lobe {lobe}: corrected by what was learned, up to {:.3} um, it cannot be ground: {source}; learn again (form_compensation.afresh) or lower the bounds of form_compensation",
         1e3 * .most_mm
     )]
     Compensated {
@@ -63,8 +62,7 @@ pub enum PlanError {
     },
     /// C turns on, and the wheel finds no way onto the lobe.
     #[error(
-        "lobe {lobe}: with c_axis turning on x_axis finds no way from {clear_x_mm} mm, where it stands between the lobes, onto the \
-         path; with c_between_lobes: stops it needs none"
+        "lobe {lobe}: with c_axis turning on x_axis finds no approach from {clear_x_mm} mm, its position between the lobes, to the path; c_between_lobes: stops needs none"
     )]
     NoArrival {
         lobe: String,
@@ -73,8 +71,7 @@ pub enum PlanError {
     },
     /// A part that needs two wheels is two jobs.
     #[error(
-        "the machine has one wheel, of radius {mounted_mm:.3} mm, and the job asks for {wishes}; {needs}: make two jobs of it, \
-         one for each wheel"
+        "the machine has one wheel, of radius {mounted_mm:.3} mm, and the job needs {wishes}; {needs}: split it into one job per wheel"
     )]
     TwoWheels {
         /// Radius of the wheel mounted (mm).
@@ -304,7 +301,7 @@ impl core::fmt::Display for Needed {
             Self::CorrectionHold => "a hold in the correction",
             Self::DryRunHome => "the home position of the dry run",
             Self::DryRunHold => "a hold of the dry run on the highest point of the path",
-            Self::PastDresser => "the way past the dresser",
+            Self::PastDresser => "the path past the dresser",
             Self::Dresser => "the dresser",
             Self::SearchStart => "the start of the search for the station's switch",
             Self::SearchEnd => "the end of the search for the station's switch",

@@ -80,8 +80,7 @@ impl core::fmt::Display for Skipped {
         let (stock_um, begins_um) = (um_from_mm(self.stock_mm), um_from_mm(self.begins_mm));
         write!(
             f,
-            "lobe {lobe}: {stock_um:.1} um of stock by the gauge; the infeed begins at {begins_um:.1} um, {infeed_turns} turns with infeed and \
-             {spark_out_turns} without are left out"
+            "lobe {lobe}: {stock_um:.1} um of stock by the gauge; the infeed begins at {begins_um:.1} um, {infeed_turns} turns with infeed and {spark_out_turns} without are skipped"
         )
     }
 }

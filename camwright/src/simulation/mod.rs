@@ -10,11 +10,11 @@
 //! ([`turned_part`]). [`closed_loop`] joins interpolator and machine, [`fault_campaign`] injects every fault at many moments of a job.
 //!
 //! ```
-//! use camwright::machine::{persistent_state::LastingState, reference::cam_grinder};
+//! use camwright::machine::{persistent_state::PersistentState, reference::cam_grinder};
 //! use camwright::simulation::Machine;
 //!
 //! let description = cam_grinder();
-//! let mut machine = Machine::new(description.clone(), LastingState::new(&description))?;
+//! let mut machine = Machine::new(description.clone(), PersistentState::new(&description))?;
 //! let report = machine.step(None, &[], &[]);
 //! assert_eq!(report.tick, 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

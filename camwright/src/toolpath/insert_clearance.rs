@@ -29,8 +29,8 @@ named! {
     /// Number that the clearance of an insert depends on.
     InsertClearanceKey {
         Relief = "the relief",
-        MinClearance = "the least clearance",
-        MinApproach = "the least angle to the rake face",
+        MinClearance = "the minimum clearance",
+        MinApproach = "the minimum angle to the rake face",
         Depth = "the depth of the flank",
         Begin = "the z to begin at",
         SurfaceRadius = "a radius of the surface",

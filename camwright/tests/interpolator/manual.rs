@@ -131,11 +131,11 @@ fn an_axis_without_a_zero_goes_slowly_and_beyond_what_would_be_its_limit() {
 fn jogs_that_cannot_be_are_refused_with_what_is_allowed() {
     let cell = cell(&description());
     for (velocity, distance, words) in [
-        (600.0, None, "x_axis cannot go at 600.000 mm/s; it must be above 0 and at most 500.000 mm/s"),
-        (0.0, Some(1.0), "x_axis cannot go at 0.000 mm/s"),
-        (f64::NAN, Some(1.0), "x_axis cannot go at NaN mm/s"),
+        (600.0, None, "x_axis cannot move at 600.000 mm/s; the speed must be above 0 and at most 500.000 mm/s"),
+        (0.0, Some(1.0), "x_axis cannot move at 0.000 mm/s"),
+        (f64::NAN, Some(1.0), "x_axis cannot move at NaN mm/s"),
         (10.0, Some(f64::INFINITY), "the distance of x_axis is not a number"),
-        (10.0, Some(0.0), "x_axis stands at the target already"),
+        (10.0, Some(0.0), "x_axis is already at or beyond the target"),
         (10.0, Some(-60.0), "the target of x_axis is -20.0000 mm, the soft limit is "),
     ] {
         let refused = jog(&cell, Axis::X, velocity, distance).expect_err("it cannot be");

@@ -350,13 +350,13 @@ fn probes_that_cannot_be_are_refused_with_what_is_allowed() {
     assert!(told(&|r| r.speed = 3.0).contains("the wheel would run on by"));
     assert!(told(&|r| r.stand_off = 0.0).contains("the wheel must leave the part"));
     assert!(told(&|r| r.target = 4.0).contains("the soft limit is 5 mm"));
-    assert!(told(&|r| r.target = 30.0).contains("stands at the target already"));
+    assert!(told(&|r| r.target = 30.0).contains("is already at or beyond the target"));
     assert!(told(&|r| r.axis = Axis::C).contains("wheel_contact catches the position of x_axis, not of c_axis"));
     assert!(told(&|r| r.stand_off = 225.0).contains("the stand-off from the start of x_axis is 255"));
     assert!(told(&|r| r.most_force_n = -1.0).contains("it must be 0 to 1000000"));
     assert!(told(&|r| r.reads = Some((20.0, f64::NAN))).contains("largest correction"));
     for speed in [0.0, -1.0, f64::NAN, 501.0] {
-        assert!(told(&|r| r.speed = speed).contains("cannot go at"), "{speed}");
+        assert!(told(&|r| r.speed = speed).contains("cannot move at"), "{speed}");
     }
     let without = MachineDescription { gap_detector: None, ..machine.clone() };
     assert_eq!(refused(&touch(0.1), &without), "the machine has no gap detector");

@@ -54,8 +54,8 @@ fn words_that_are_not_understood() {
     fanuc("G92.1", "4: the word G92.1 is not understood here");
     fanuc("G1 X1. F1.; G0", "4: \";\" is no word that is read here");
     siemens("R1=5", "", "A.MPF, line 2: \"=5\" is no word that is read here");
-    siemens("STOPRE", "", "A.MPF, line 2: subprogram STOPRE is not there");
-    siemens("MSG(1)", "", "A.MPF, line 2: subprogram MSG is not there");
+    siemens("STOPRE", "", "A.MPF, line 2: subprogram STOPRE is missing");
+    siemens("MSG(1)", "", "A.MPF, line 2: subprogram MSG is missing");
     siemens("OTOL=1", "", "A.MPF, line 2: the word OTOL is not understood here");
     siemens("G0 X1 CTOL=1", "", "A.MPF, line 2: the word CTOL=1 is not understood here");
     siemens("DIAMON(1)", "", "A.MPF, line 2: the word DIAMON is not understood here");
@@ -86,16 +86,16 @@ fn what_is_understood_and_must_not_be() {
     linuxcnc("G95", "1: G95: a feed per turn of the cutter says no time; G93 is needed");
     linuxcnc("G41", "1: G41: compensation of the radius is not read; targets are places of the cutter's centre");
     linuxcnc("G55", "1: G55: another zero point than that of G54 is not read");
-    linuxcnc("/G0", "1: /: whether it is executed is decided at the machine");
+    linuxcnc("/G0", "1: /: a switch at the machine decides if it is executed");
     linuxcnc(
         "BEGIN\nG94\nG1 X1 F100",
         "3: G1: what a feed in mm/min means for C differs from control to control; G93 is needed",
     );
     linuxcnc("G64 P0.1 Q0.1", "1: Q: blocks within a tolerance would be replaced by one; only Q0 is read");
     linuxcnc("G64 P-1", "1: the path tolerance: it must be positive");
-    linuxcnc("(py,import os)", "1: the comment (py,…) is executed by the control; what it does is not known here");
-    linuxcnc("; LOGOPEN,x", "1: the comment (LOGOPEN,…) is executed by the control; what it does is not known here");
-    fanuc("M99", "4: a return: nobody called the main program; a control would begin it again or stop");
+    linuxcnc("(py,import os)", "1: the comment (py,…) is executed by the control with unknown effect");
+    linuxcnc("; LOGOPEN,x", "1: the comment (LOGOPEN,…) is executed by the control with unknown effect");
+    fanuc("M99", "4: a return: M99 in a main program that was not called; a control would restart it or stop");
     siemens(
         "DIAMON\nTRANS X=1",
         "",
@@ -117,8 +117,8 @@ fn motions_that_lack_something() {
     linuxcnc("BEGIN\nG52", "2: G52 needs an axis");
     linuxcnc("G4", "1: G4 needs a positive time in seconds");
     linuxcnc("G4 P0", "1: G4 needs a positive time in seconds");
-    linuxcnc("M6", "1: M6 needs a tool: T before it or beside it");
-    linuxcnc("M4", "1: M4 needs a speed: S before it or beside it");
+    linuxcnc("M6", "1: M6 needs a tool: T before it or in the same block");
+    linuxcnc("M4", "1: M4 needs a speed: S before it or in the same block");
     linuxcnc("S0", "1: S0: a spindle speed must be positive");
     linuxcnc("T0", "1: T0: a whole number within 1 to 9999 is needed");
     linuxcnc("T1.5", "1: T1.5: a whole number within 1 to 9999 is needed");
@@ -129,7 +129,7 @@ fn motions_that_lack_something() {
     fanuc("G5.1 Q2", "4: Q2: a whole number within 0 to 1 is needed");
     fanuc("G65", "4: G65 needs P with a program's number");
     fanuc("M98", "4: M98 needs P with a program's number");
-    fanuc("G65 P1 B1.", "4: B needs A beside it");
+    fanuc("G65 P1 B1.", "4: B needs A in the same block");
     siemens("D2", "", "A.MPF, line 2: D2: a whole number within 1 to 1 is needed");
 }
 
@@ -170,10 +170,10 @@ fn comments_must_be_closed() {
 
 #[test]
 fn calls_of_what_is_not_there_or_runs_already() {
-    linuxcnc("o<b> call", "1: subprogram b is not there");
+    linuxcnc("o<b> call", "1: subprogram b is missing");
     linuxcnc("o<b> call 5", "1: \"5\" is no word that is read here");
-    fanuc("M98 P7", "4: subprogram 7 is not there");
-    fanuc("M98 P1", "4: subprogram 1 is not there");
+    fanuc("M98 P7", "4: subprogram 7 is missing");
+    fanuc("M98 P1", "4: subprogram 1 is missing");
     linuxcnc("o<a> sub\no<a> call\no<a> endsub\no<a> call", "2: subprogram a is called while it is running");
     linuxcnc(
         "o<a> sub\no<b> call\no<a> endsub\no<b> sub\no<a> call\no<b> endsub\no<a> call",
@@ -198,7 +198,7 @@ fn calls_of_what_is_not_there_or_runs_already() {
         "PROC SUB_A\nM17\n",
         "A.MPF, line 2: SUB_A is called with 1 parameters, 0 are declared",
     );
-    siemens("EXTERN SUB_B(REAL)", "", "A.MPF, line 2: subprogram SUB_B is not there");
+    siemens("EXTERN SUB_B(REAL)", "", "A.MPF, line 2: subprogram SUB_B is missing");
 }
 
 #[test]

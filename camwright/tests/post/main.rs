@@ -190,10 +190,10 @@ fn numbers_that_make_no_program_are_refused() {
         post(&request).expect_err("refused").to_string()
     };
     for (words, found) in [
-        ("nothing to make: no cam", refused(&|r| r.features.clear())),
+        ("the program is empty: no cam", refused(&|r| r.features.clear())),
         ("A: it has no pass", refused(&|r| r.features[0].passes.clear())),
         ("the rotation sense is 0; it must be 1 or -1", refused(&|r| r.control.rotation_sense = 0)),
-        ("reads in a second is 0; it must be above 0", refused(&|r| r.control.most_blocks_s = 0.0)),
+        ("block rate of the control is 0; it must be above 0", refused(&|r| r.control.most_blocks_s = 0.0)),
         ("path tolerance in mm is -1", refused(&|r| r.control.path_tolerance_mm = Some(-1.0))),
         ("within a turn", refused(&|r| r.features[0].lead.angle_rad = 7.0)),
         ("from which the cutter comes is NaN", refused(&|r| r.features[0].lead.height_mm = f64::NAN)),

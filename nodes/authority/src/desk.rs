@@ -177,7 +177,7 @@ impl CommandServer {
         let (by, machine) = (participant_of(*sender), self.gate.own);
         let Some(role) = Role::named(&request.role) else {
             let shown: String = request.role.chars().take(64).collect();
-            let message = format!("role is {shown:?}, allowed are axis_interpolator and job_planner; ask again");
+            let message = format!("role is {shown:?}; it must be axis_interpolator or job_planner");
             return JoinCommandResponse { success: false, message, machine };
         };
         let (outcome, has_conflict) = {

@@ -208,7 +208,7 @@ impl Lease {
                 member.is_claimed = true;
                 self.claims[role as usize] = Some(now);
                 return Err(format!(
-                    "another participant is the {} and was heard within the last {} s; end it first",
+                    "another participant is the {} and was active within the last {} s; stop it first",
                     role.name(),
                     member.silence.limit_s()
                 ));
@@ -310,7 +310,7 @@ impl Holder {
 pub(super) fn held_text(holder: &str, remaining_s: Option<f64>) -> String {
     match (holder, remaining_s) {
         ("", _) => {
-            "nobody has command: call machine/take_command first (camwright_msgs/srv/TakeCommand), then ask again"
+            "no client has command: call machine/take_command first (camwright_msgs/srv/TakeCommand), then ask again"
                 .to_owned()
         }
         (holder, Some(remaining_s)) => {
@@ -324,7 +324,7 @@ fn duration(lease_s: f64) -> Result<Duration, String> {
     match lease_s {
         0.0 => Ok(Duration::from_secs_f64(USUAL_S)),
         lease_s if lease_s > 0.0 && lease_s <= MAX_LEASE_S => Ok(Duration::from_secs_f64(lease_s)),
-        _ => Err(format!("lease_s is {lease_s}, allowed is 0 (for {USUAL_S} s) to {MAX_LEASE_S}; ask again")),
+        _ => Err(format!("lease_s is {lease_s}; it must be 0 (for {USUAL_S} s) to {MAX_LEASE_S}; ask again")),
     }
 }
 
@@ -332,7 +332,7 @@ fn check_name(name: &str) -> Result<(), String> {
     let is_fine = !name.trim().is_empty() && name.len() <= MAX_NAME && !name.chars().any(char::is_control);
     is_fine.then_some(()).ok_or_else(|| {
         let shown: String = name.chars().take(MAX_NAME).collect();
-        format!("holder is {shown:?}, allowed are 1 to {MAX_NAME} octets without control characters; ask again")
+        format!("holder is {shown:?}; it must have 1 to {MAX_NAME} octets without control characters")
     })
 }
 
@@ -356,7 +356,7 @@ mod tests {
     #[test]
     fn one_holder_at_a_time_until_it_releases_or_its_time_is_over() {
         let (mut lease, begin) = lease();
-        assert!(lease.refusal(ANNA, begin).unwrap().contains("nobody has command"));
+        assert!(lease.refusal(ANNA, begin).unwrap().contains("no client has command"));
         lease.acquire(ANNA, wanted("anna", 0.0), begin).unwrap();
         assert_eq!(lease.refusal(ANNA, begin), None);
         let refused = lease.acquire(BERT, wanted("bert", 5.0), begin + 3 * S).unwrap_err();
@@ -450,10 +450,16 @@ mod tests {
     fn names_and_times_out_of_range_are_refused() {
         let (mut lease, now) = lease();
         for lease_s in [-1.0, f64::NAN, f64::INFINITY, 86_401.0] {
-            assert!(lease.acquire(ANNA, wanted("anna", lease_s), now).unwrap_err().contains("allowed"), "{lease_s}");
+            assert!(
+                lease.acquire(ANNA, wanted("anna", lease_s), now).unwrap_err().contains("it must be 0 "),
+                "{lease_s}"
+            );
         }
         for name in ["", " ", "a\nb", &"x".repeat(65)] {
-            assert!(lease.acquire(ANNA, wanted(name, 1.0), now).unwrap_err().contains("allowed"), "{name:?}");
+            assert!(
+                lease.acquire(ANNA, wanted(name, 1.0), now).unwrap_err().contains("it must have 1 to "),
+                "{name:?}"
+            );
         }
         assert!(lease.holder().is_none());
     }

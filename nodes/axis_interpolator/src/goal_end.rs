@@ -71,7 +71,7 @@ pub(super) fn end_probe(
         Some(Probed::Missed) if goal.goal().may_miss => None,
         Some(Probed::Missed) => Some(format!("{} went to its target and {input} did not {verb}", axis.joint())),
         Some(Probed::AlreadyThere) => Some(format!("{input} does not {verb}: it is so already; nothing moved")),
-        None => Some("the probe did not tell what it found".to_owned()),
+        None => Some("the probe returned no result".to_owned()),
     };
     match failed {
         None => close(goal, outcome, result),
@@ -86,7 +86,7 @@ pub(super) fn end_probe(
 pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: Outcome, was_let_go: bool, result: JogResult) {
     let text = match (outcome, was_let_go) {
         (Outcome::Completed, _) if goal.goal().distance != 0.0 => Some("it has gone its distance"),
-        (Outcome::Completed, _) => Some("it stands at its soft limit"),
+        (Outcome::Completed, _) => Some("it is at its soft limit"),
         (Outcome::Cancelled, true) => Some("it was let go of, and rests"),
         _ => None,
     };

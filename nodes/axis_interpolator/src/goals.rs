@@ -113,7 +113,7 @@ impl Served {
     /// The trajectory in execution gives way to another, of a goal or of the topic.
     pub(super) fn yield_to(&mut self, to_a_goal: bool, name: &str, tick: u64) {
         if let Some(Goal::Trajectory(goal)) = self.goal.take() {
-            let error_string = format!("{name} took its place at tick {tick}");
+            let error_string = format!("{name} replaced it at tick {tick}");
             let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
             goal.abort(FollowJointTrajectoryResult { error_code, error_string });
         }

@@ -50,7 +50,7 @@ impl MachineHealth {
         let gap = std::mem::take(&mut self.longest_gap);
         let (messages, lost) = (std::mem::take(&mut self.messages), std::mem::take(&mut self.lost));
         let (level, message) = match delay {
-            None => (DiagnosticStatus::WARN, "the machine has not been heard of yet".to_owned()),
+            None => (DiagnosticStatus::WARN, "no message from the machine yet".to_owned()),
             Some(_) if messages == 0 => (DiagnosticStatus::ERROR, "the machine has fallen silent".to_owned()),
             Some(_) if lost > 0 => (DiagnosticStatus::WARN, format!("{lost} messages of machine/stream were lost")),
             Some(delay) if self.is_realtime && gap > delay => {
@@ -64,7 +64,7 @@ impl MachineHealth {
             Some(delay) if self.is_realtime && 2 * gap > delay => {
                 (DiagnosticStatus::WARN, format!("machine/stream was silent for {} ms", gap.as_millis()))
             }
-            Some(_) => (DiagnosticStatus::OK, "the machine is heard".to_owned()),
+            Some(_) => (DiagnosticStatus::OK, "the machine is connected".to_owned()),
         };
         let values = [
             ("messages_in_the_last_second", messages.to_string()),

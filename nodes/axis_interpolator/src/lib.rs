@@ -386,7 +386,7 @@ impl Shared {
             return Some(format!("{} has command", served.names().0));
         }
         if lock(&self.cell).is_none() || lock(&self.clock).is_none() {
-            return Some("the machine has not been heard of yet".into());
+            return Some("no message from the machine yet".into());
         }
         drop(served);
         self.silent_machine().or_else(|| self.grant.obstacle())
@@ -404,7 +404,7 @@ impl Shared {
     fn begin(&self, record: MotionRecord, plan: Option<Arc<Plan>>) {
         let job = plan.as_deref().map(JobEnds::from_plan).unwrap_or_default();
         let made = match lock(&self.cell).as_ref() {
-            None => Err("the machine has not been heard of yet".to_owned()),
+            None => Err("no message from the machine yet".to_owned()),
             Some(cell) => PreparedMotion::new(record, plan, &cell.machine),
         };
         self.start(made, job);
@@ -439,7 +439,7 @@ impl Shared {
         match tick.filter(|tick| self.send(ToEngine::Query { tick: *tick })) {
             Some(_) => queries.push_back(responder),
             None => {
-                let message = "the machine has not been heard of yet, or the time is before its first tick".to_owned();
+                let message = "no message from the machine yet, or the time is before its first tick".to_owned();
                 responder.send(&QueryTrajectoryStateResponse { message, ..QueryTrajectoryStateResponse::default() });
             }
         }
@@ -535,7 +535,7 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
             return SetOverrideResponse { success: false, message: format!("override {value}, allowed is 0 to 1") };
         }
         let success = this.request(Request::SetOverride(value));
-        let message = if success { "" } else { "the machine has not been heard of yet" };
+        let message = if success { "" } else { "no message from the machine yet" };
         SetOverrideResponse { success, message: message.to_owned() }
     })?;
     let this = Arc::clone(shared);

@@ -228,7 +228,7 @@ impl Pump {
             Event::LeftOut { lobe, turns } => {
                 self.node
                     .logger()
-                    .info(&format!("the force is steady at tick {tick}: {turns} turns of spark-out are left out"));
+                    .info(&format!("the force is steady at tick {tick}: {turns} spark-out turns are skipped"));
                 self.served().leave_out(lobe, turns);
             }
             Event::Probed(probed) => self.served().probed = Some(probed),

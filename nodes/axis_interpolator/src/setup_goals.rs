@@ -88,7 +88,7 @@ impl ActionHandler<Probe> for ProbeHandler {
 }
 
 pub(super) fn unknown() -> String {
-    "the machine has not been heard of yet".to_owned()
+    "no message from the machine yet".to_owned()
 }
 
 pub(super) fn axis(joint: &str) -> Result<Axis, String> {

@@ -75,7 +75,7 @@ pub struct Topic {
     pub type_hash: String,
     /// The type's definition and those of all types it uses, in the bag's `ros2msg` form.
     pub definition: String,
-    /// Offered QoS, one entry per publisher.
+    /// Offered quality of service, one entry per publisher.
     pub offered_qos: Vec<QosProfile>,
 }
 

@@ -34,7 +34,7 @@ pub struct TopicEntry {
     pub type_name: String,
     /// `RIHS01_…`, empty when unknown.
     pub type_hash: String,
-    /// Offered QoS of each publisher.
+    /// Offered quality of service of each publisher.
     pub offered_qos: Vec<QosProfile>,
     /// Messages in the bag.
     pub message_count: u64,

@@ -83,7 +83,7 @@ vocabulary! {
     }
 }
 
-/// Offered QoS of one publisher.
+/// Offered quality of service of one publisher.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct QosProfile {
     /// Number of samples it keeps; `Unknown` in most bags, since discovery does not carry it.
@@ -107,7 +107,7 @@ pub struct QosProfile {
 }
 
 impl QosProfile {
-    /// QoS of a publisher as discovery shows it, with only reliability and durability set.
+    /// Quality of service of a publisher as discovery shows it, with only reliability and durability set.
     #[must_use]
     pub fn discovered(reliability: Reliability, durability: Durability) -> Self {
         Self {

@@ -7,7 +7,7 @@
 
 use camwright::interpolator::{Motion, Prepared};
 use camwright::machine::description::{GaugeDescription, GaugeKind, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::math::units::um_from_mm;
 use camwright::planner::LobeDesign;
 use camwright::simulation::Machine;
@@ -33,7 +33,7 @@ const GAUGE: GaugeDescription = GaugeDescription {
     seed: 1,
 };
 
-/// What one fault came to.
+/// Result of one fault.
 #[derive(Default)]
 struct Row {
     found: Vec<Finding>,
@@ -41,7 +41,7 @@ struct Row {
 }
 
 fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<ClosedLoop, Box<dyn std::error::Error>> {
-    let lasting = LastingState::new(description).with_wheel(prepared.wheel);
+    let lasting = PersistentState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting)?;
     for index in 0..prepared.planned.lobes.len() {
         let raw = raw_lobe(prepared, index);
@@ -80,7 +80,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
             for case in every_fault(description, frame.station).into_iter().filter(is_meant) {
                 let name = if only.is_some() { format!("{}, buffer of 20 J", case.name) } else { case.name.clone() };
                 let row = rows.entry(name).or_default();
-                match campaign.strike(frame, &case) {
+                match campaign.run_case(frame, &case) {
                     Ok(found) => row.found.push(found),
                     Err(failure) => row.failures.push(format!("tick {}: {failure}", frame.tick)),
                 }

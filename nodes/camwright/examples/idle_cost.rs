@@ -15,7 +15,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// By then the cost of starting is over.
+/// Time after which the cost of starting is over.
 const WARM_UP: Duration = Duration::from_secs(8);
 /// Ticks of /proc a second.
 const TICKS_S: f64 = 100.0;

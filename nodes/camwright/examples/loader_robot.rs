@@ -18,12 +18,12 @@ use camwright_ros::{RosLayer, TimerHandle};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often it says where it is.
+/// Period of its signals.
 const SIGNALS: Duration = Duration::from_millis(100);
-/// How long anybody may take to answer.
+/// Maximum time of an answer.
 const ANSWER: Duration = Duration::from_secs(90);
 
-/// What it hears, and who waits for news of it.
+/// Received messages, and a condition variable for new ones.
 #[derive(Debug, Default)]
 struct Heard {
     cell: Option<CellState>,
@@ -66,17 +66,17 @@ impl Robot {
         let (of_cell, of_loading) = (Arc::clone(&heard), Arc::clone(&heard));
         let latched = Qos::latched(1);
         let cell = node.subscribe("job_planner/cell_state", &latched, move |state: CellState, _| {
-            hear(&of_cell, |heard| heard.cell = Some(state));
+            update(&of_cell, |heard| heard.cell = Some(state));
         })?;
         let loading = node.subscribe("job_planner/loading", &latched, move |state: LoadingState, _| {
-            hear(&of_loading, |heard| heard.loading = Some(state));
+            update(&of_loading, |heard| heard.loading = Some(state));
         })?;
         let state =
             LoaderState { name: "loader".into(), available: true, parts_left: raw_parts, ..LoaderState::default() };
         let signals = Arc::new(Mutex::new(Signals { state, is_silent: false }));
         let publisher = node.publisher("loader/state", &Qos::default_topic())?;
         let (said, says, clock) = (Arc::clone(&signals), publisher.clone(), node.clone());
-        let timer = node.timer(SIGNALS, move || say(&said, &says, &clock));
+        let timer = node.timer(SIGNALS, move || publish(&said, &says, &clock));
         Ok(Self {
             command: node.client("job_planner/cell_command")?,
             open_chuck: node.client("job_planner/open_chuck")?,
@@ -96,7 +96,7 @@ impl Robot {
     /// Changes its signals, and says so at once.
     pub(crate) fn signal(&self, change: impl FnOnce(&mut LoaderState)) {
         change(&mut self.signals.lock().unwrap_or_else(PoisonError::into_inner).state);
-        say(&self.signals, &self.publisher, &self.node);
+        publish(&self.signals, &self.publisher, &self.node);
     }
 
     /// Ceases to say anything, as one that has died; or speaks again.
@@ -244,12 +244,12 @@ impl Robot {
     }
 }
 
-fn hear(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
+fn update(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
     change(&mut heard.0.lock().unwrap_or_else(PoisonError::into_inner));
     heard.1.notify_all();
 }
 
-fn say(signals: &Mutex<Signals>, publisher: &Publisher<LoaderState>, node: &Node) {
+fn publish(signals: &Mutex<Signals>, publisher: &Publisher<LoaderState>, node: &Node) {
     let signals = signals.lock().unwrap_or_else(PoisonError::into_inner);
     if signals.is_silent {
         return;
@@ -269,7 +269,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let overrides: Vec<String> = words.collect();
     let robot = Robot::start(&args, parts)?;
     // Shared: an operator may command beside the robot.
-    let _command = Command::take(&robot.node, &TakeOptions::new("loader robot").shared().of_cell())?;
+    let _command = Command::acquire(&robot.node, &TakeOptions::new("loader robot").shared().of_cell())?;
     robot.start_run(&job, &overrides, parts)?;
     let served = robot.tend()?;
     let end = robot.cell("the end of the run", |cell| cell.state == CellState::COMPLETE)?;

@@ -1,4 +1,4 @@
-//! How fast the machine is simulated: `cargo run --release -p camwright_nodes --example machine_speed [JOB [RUNS]]`.
+//! Simulation speed of the machine: `cargo run --release -p camwright_nodes --example machine_speed [JOB [RUNS]]`.
 //!
 //! Simulates a job (`four_lobe_camshaft`) on one core, interpolator and machine in one loop, as the nodes step them; prints machine
 //! seconds per second of the wall clock: on the machine as it is, and without what leaves errors on the part.

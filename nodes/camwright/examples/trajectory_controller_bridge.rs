@@ -1,10 +1,10 @@
 //! A machine made of a `joint_trajectory_controller` of `ros2_control`, through nothing but the public interfaces of the crate:
 //! `cargo run --release -p camwright_nodes --example trajectory_controller_bridge -- MACHINE_FILE [CONTROLLER]`.
 //!
-//! It takes the place of `machine_sim`: it says what the machine is (`machine/description`), takes `machine/setpoints`, hands them to
-//! `CONTROLLER/joint_trajectory` as a trajectory that replaces the one before, and tells what `CONTROLLER/controller_state` says of the
-//! axes, tick by tick. The controller's stamps are its clock: a tick is told once the controller has told a time after it. The rules of
-//! chunks (M10 to M14) are those of the core's own buffer, so this file says only what a bridge adds.
+//! It replaces `machine_sim`: it publishes the machine's description (`machine/description`), receives `machine/setpoints`, passes them to
+//! `CONTROLLER/joint_trajectory` as a trajectory that replaces the one before, and publishes the axes of `CONTROLLER/controller_state`,
+//! tick by tick. The controller's stamps are its clock: a tick is published once the controller has reported a time after it. The core's
+//! own buffer holds the rules of chunks (M10 to M14), so this file contains only the bridge.
 //!
 //! What it does not do: inputs and their edges (M6, M21: caught in hardware or not at all), a new zero of an axis (M21), wheel, dresser and
 //! force (M22). It refuses those with an alarm of its own. Its emergency stop is a stop on the path. `joint_state_broadcaster` publishes
@@ -13,10 +13,10 @@
 
 use camwright::machine::alarm::{Alarm as Found, AlarmKind, NO_TICK, Severity};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::simulation::buffer::{ChunkError, SetpointBuffer};
-use camwright_authority::{Desk, Open};
+use camwright_authority::{CommandServer, Open};
 use camwright_files::convert::machine_description::description_message;
 use camwright_files::convert::setpoints::{ChunkBuffer, chunk_from_trajectory, joint_names, trajectory_from_chunk};
 use camwright_files::convert::time::{TickClock, ns_from_time};
@@ -41,7 +41,7 @@ const NOT_HERE: u16 = 1000;
 /// Ticks for which an axis must stay at its setpoint to be at rest there, and within how many counts.
 const SETTLED: (u32, u64) = (50, 20);
 
-/// What the controller said of the axes at a time (m, rad, s).
+/// State of the axes in the controller at a time (m, rad, s).
 #[derive(Debug, Clone, Copy, Default)]
 struct Feedback {
     ns: i64,
@@ -88,7 +88,7 @@ pub struct Bridge {
     _spin: SpinThread,
 }
 
-/// What callbacks share: nothing before the controller has spoken.
+/// State shared by callbacks: `None` before the controller's first message.
 #[derive(Debug, Clone)]
 struct Shared {
     node: Node,
@@ -104,7 +104,7 @@ impl Bridge {
     /// DDS that cannot start.
     pub fn start(args: &RosArgs, file: Machine, controller: &str) -> Result<Self, RosError> {
         let node = Node::new(NodeOptions::new("machine_bridge", args))?;
-        let desk = Desk::new(&node, SILENCE)?;
+        let desk = CommandServer::new(&node, SILENCE)?;
         let many = Qos::default_topic().keep_last(2000);
         let outlets = Outlets {
             description: node.publisher("machine/description", &Qos::latched(1))?,
@@ -114,13 +114,13 @@ impl Bridge {
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
             controller: node.publisher(&format!("{controller}/joint_trajectory"), &Qos::default_topic())?,
         };
-        outlets.description.publish(&description_message(&file, &LastingState::new(&file.description)))?;
+        outlets.description.publish(&description_message(&file, &PersistentState::new(&file.description)))?;
         let (file, outlets) = (Arc::new(file), Arc::new(outlets));
         let shared = Shared { node: node.clone(), file, outlets, standing: Arc::default() };
         let (state, chunks, orders) = (shared.clone(), shared.clone(), shared.clone());
         let (of_chunks, of_orders) = (Arc::clone(&desk), Arc::clone(&desk));
         let subscriptions = vec![
-            node.subscribe(&format!("{controller}/controller_state"), &many, move |said, _| state.hear(&said))?,
+            node.subscribe(&format!("{controller}/controller_state"), &many, move |said, _| state.receive(&said))?,
             node.subscribe("machine/setpoints", &many, move |said, info| {
                 if of_chunks.takes_motion("machine/setpoints", &info.writer) {
                     chunks.follow(&said, participant(info.writer));
@@ -171,8 +171,8 @@ impl Shared {
         }
     }
 
-    /// The controller tells where the axes are: every tick up to that time is executed.
-    fn hear(&self, said: &JointTrajectoryControllerState) {
+    /// Executes every tick up to the time of the controller's state.
+    fn receive(&self, said: &JointTrajectoryControllerState) {
         let Some(feedback) = feedback(said) else {
             return self.node.logger().warn(&format!("the controller has joints {:?}", said.joint_names));
         };
@@ -188,13 +188,13 @@ impl Shared {
             if standing.is_stopped() && !stops_before {
                 standing.buffer.close();
             }
-            self.warn(self.tell(standing, &now, news));
+            self.warn(self.publish(standing, &now, news));
         }
         standing.before = feedback;
     }
 
-    /// What a tick tells.
-    fn tell(&self, standing: &mut Standing, now: &Feedback, mut news: MachineStream) -> Result<(), RosError> {
+    /// Publishes a tick.
+    fn publish(&self, standing: &mut Standing, now: &Feedback, mut news: MachineStream) -> Result<(), RosError> {
         let (tick, stamp) = (standing.tick, standing.clock.stamp(standing.tick));
         let mut joints = JointState { name: joint_names(), ..JointState::default() };
         joints.header.stamp = stamp.clone();
@@ -245,7 +245,7 @@ impl Shared {
         if let Some(beyond) = standing.beyond(&chunk) {
             return standing.refuse(beyond);
         }
-        // The controller is further than what it has told.
+        // The controller is ahead of its last message.
         let now = standing.clock.nearest_tick(self.node.now_ns()).unwrap_or(0).max(standing.tick);
         match standing.buffer.accept(&chunk.as_chunk(), now) {
             Ok(()) => {
@@ -351,7 +351,7 @@ impl Standing {
         self.settled >= SETTLED.0
     }
 
-    /// One tick: its setpoint, and what the controller told of that time.
+    /// Executes one tick: its setpoint, and the controller's state at that time.
     fn execute(&mut self, now: &Feedback, node: &Node) -> MachineStream {
         let next = self.tick + 1;
         if self.buffer.is_underrun(next) && !self.is_stopped() {
@@ -378,7 +378,7 @@ impl Standing {
             (false, false) => MachineStream::MOTION_RUNNING,
         };
         if self.is_at_rest() {
-            // At rest an axis is told at its setpoint (M8), within what its drive holds it.
+            // At rest an axis is reported at its setpoint (M8), within the tolerance of its drive.
             actual = self.setpoint.counts;
         }
         MachineStream {
@@ -422,8 +422,8 @@ impl Standing {
         })
     }
 
-    /// What the controller is to follow from here: the present setpoint, all that wait, and the stop. Its spline through place, velocity
-    /// and acceleration is the same quintic that the contract asks for (M10).
+    /// Trajectory for the controller from here: the present setpoint, all pending ones, and the stop. Its spline through position, velocity
+    /// and acceleration is the same quintic that the contract requires (M10).
     fn window(&self, newest: &ChunkBuffer) -> JointTrajectory {
         let last = newest.first_tick + newest.dense.len() as u64 - 1;
         let mut rest = self.setpoint;
@@ -484,7 +484,7 @@ fn feedback(said: &JointTrajectoryControllerState) -> Option<Feedback> {
     Some(feedback)
 }
 
-/// What was between two words of the controller.
+/// Interpolates between two states of the controller.
 fn between(before: &Feedback, after: &Feedback, ns: i64) -> Feedback {
     let share = if after.ns > before.ns { (ns - before.ns) as f64 / (after.ns - before.ns) as f64 } else { 1.0 };
     let share = share.clamp(0.0, 1.0);

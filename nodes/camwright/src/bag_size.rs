@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::persistent_state::LastingState;
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::Machine;
 use camwright_msgs::camwright_msgs::msg::{
     InterpolatorState, MachineInput, MachineKeyframe, MachineStream, RecorderStatus, TopicRecord,
@@ -27,7 +27,7 @@ use camwright_files::convert::setpoints::joint_names;
 use camwright_files::convert::setpoints::{CHUNK_TICKS, STOP_POINTS};
 use camwright_machine_cycle::keyframes::{PERIOD_S as KEYFRAME_PERIOD_S, ticks_between};
 use camwright_machine_cycle::part::clamp_bar;
-use camwright_machine_cycle::replay::MachineAgain;
+use camwright_machine_cycle::replay::MachineReplay;
 use camwright_msgs::cdr::sample_from_message;
 use camwright_planning::{AnyPrepared, bar, with_raw_part};
 use camwright_run_logger::MIN_FREE_MB;
@@ -106,16 +106,16 @@ pub enum Pace {
 impl BagSize {
     /// Of a job that has been planned, run at a pace.
     #[must_use]
-    pub fn of(prepared: &AnyPrepared, pace: Pace) -> Self {
+    pub fn estimate(prepared: &AnyPrepared, pace: Pace) -> Self {
         let (machine, wheel_radius_mm) = match prepared {
             AnyPrepared::Ground(prepared) => (&prepared.machine, prepared.wheel_radius_mm),
             AnyPrepared::Turned(prepared) => (&prepared.machine, 0.0),
         };
-        let mut topics = of_machine(machine, wheel_radius_mm, prepared.duration_s(), pace);
-        topics.push(of_pages("job_planner/plan", prepared.first_pages()));
-        topics.extend(of_keyframes(prepared));
+        let mut topics = machine_topics(machine, wheel_radius_mm, prepared.duration_s(), pace);
+        topics.push(page_topic("job_planner/plan", prepared.first_pages()));
+        topics.extend(keyframe_topic(prepared));
         let files = pages_from_files(prepared.job_hash(), prepared.files());
-        topics.push(of_pages(JOB_FILES, &files));
+        topics.push(page_topic(JOB_FILES, &files));
         topics.extend(QUIET.map(|(topic, type_name)| TopicSize { topic, type_name, messages: 0, bytes: 0 }));
         // Ten times a second the recorder lists all topics.
         let records = topics.iter().map(|t| TopicRecord {
@@ -183,7 +183,7 @@ impl BagSize {
 }
 
 /// What machine and interpolator send.
-fn of_machine(machine: &MachineDescription, wheel_radius_mm: f64, duration_s: f64, pace: Pace) -> Vec<TopicSize> {
+fn machine_topics(machine: &MachineDescription, wheel_radius_mm: f64, duration_s: f64, pace: Pace) -> Vec<TopicSize> {
     let tick_s = machine.cycle_time_s();
     let per_tick = |ticks: u64| count(duration_s, 1.0 / (tick_s * (ticks as f64)));
     let stream_ticks = machine.stream_period_ticks();
@@ -214,14 +214,14 @@ fn of_machine(machine: &MachineDescription, wheel_radius_mm: f64, duration_s: f6
         DynamicJointState { joint_names: joint_names(), interface_values: vec![values; axes], ..Default::default() };
     dynamic.header.frame_id = base;
     topics.push(topic::<DynamicJointState>("dynamic_joint_states", count(duration_s, 50.0), bytes_of(&dynamic)));
-    topics.extend(of_interpolator(duration_s, per_tick(1), stream_ticks, pace));
+    topics.extend(interpolator_topics(duration_s, per_tick(1), stream_ticks, pace));
     if pace == Pace::Fast {
         topics.push(topic::<Clock>("clock", per_tick(10), bytes_of(&Clock::default())));
     }
     topics
 }
 
-fn of_interpolator(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -> Vec<TopicSize> {
+fn interpolator_topics(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -> Vec<TopicSize> {
     let axes = Axis::ALL.len();
     let point = JointTrajectoryPoint {
         positions: vec![0.0; axes],
@@ -265,17 +265,17 @@ fn of_interpolator(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -
 }
 
 /// The states of the machine with its raw part in it.
-fn of_keyframes(prepared: &AnyPrepared) -> Option<TopicSize> {
+fn keyframe_topic(prepared: &AnyPrepared) -> Option<TopicSize> {
     let description = prepared.machine();
     let machine = match prepared {
         AnyPrepared::Ground(prepared) => with_raw_part(prepared, description).ok()?,
         AnyPrepared::Turned(prepared) => {
-            let mut machine = Machine::new(description.clone(), LastingState::new(description)).ok()?;
+            let mut machine = Machine::new(description.clone(), PersistentState::new(description)).ok()?;
             clamp_bar(&mut machine, bar(prepared)).ok()?;
             machine
         }
     };
-    let size = MachineAgain::of(machine).state().ok()?.len();
+    let size = MachineReplay::from_machine(machine).state().ok()?.len();
     let ticks = ticks_between(size, KEYFRAME_PERIOD_S, description.cycle_time_s());
     let pages = page_count(size, BYTES_PER_PAGE);
     let page = MachineKeyframe { data: vec![0; size / pages as usize], ..MachineKeyframe::default() };
@@ -288,7 +288,7 @@ fn topic<T: Message>(topic: &'static str, messages: u64, bytes: u64) -> TopicSiz
 }
 
 /// Pages, with what each takes in the mean.
-fn of_pages<T: Message>(name: &'static str, pages: &[T]) -> TopicSize {
+fn page_topic<T: Message>(name: &'static str, pages: &[T]) -> TopicSize {
     let count = pages.len() as u64;
     topic::<T>(name, count, pages.iter().map(bytes_of).sum::<u64>() / count.max(1))
 }

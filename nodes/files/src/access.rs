@@ -39,7 +39,7 @@ pub fn check(job: &str, overrides: &[String], more: &[PathBuf]) -> Result<(), St
     folders.extend_from_slice(more);
     if let Some(path) = job_path.as_deref().filter(|path| !is_within(path, &folders) && !says_schema(path)) {
         let shown = shown(&path.display().to_string());
-        return Err(format!("job {shown:?} is no job file: it does not say {SCHEMA:?}… in a line of its own"));
+        return Err(format!("job {shown:?} is not a job file: a line with {SCHEMA:?}… is missing"));
     }
     if let Some(folder) = job_path.as_deref().and_then(Path::parent) {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -210,7 +210,7 @@ mod tests {
         std::fs::create_dir_all(&scratch.0).unwrap();
         std::fs::write(scratch.0.join("x.yaml"), "password: s3cret\n").unwrap();
         let refusal = check(&scratch.path("x.yaml"), &[], &[]).expect_err("no job");
-        assert!(refusal.contains("is no job file") && !refusal.contains("s3cret"), "{refusal}");
+        assert!(refusal.contains("is not a job file") && !refusal.contains("s3cret"), "{refusal}");
         assert_eq!(check("four_lobe_camshaft", &[], &[]), Ok(()));
         assert_eq!(check("no_such_job", &[], &[]), Ok(()), "its reader says so");
     }

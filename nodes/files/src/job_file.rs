@@ -317,8 +317,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
                         findings.push(document.error(
                             &format!("profiles.{index}.lift"),
                             format!(
-                                "profile {}: {other} blocks per turn, the first table has {first}; where tables differ, \
-                                 blocks_per_turn must say how many infeed.per_block_um counts",
+                                "profile {}: {other} blocks per turn, the first table has {first}; if tables differ, set blocks_per_turn, which infeed.per_block_um uses",
                                 profile.name
                             ),
                         ));

@@ -213,7 +213,7 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
         errors.extend(profile.refuse(key, format!("{key} is about segments; this lift has none")));
     }
     if file.reading == Some(ReadingFile::CubicSpline) && file.smooth_within_um.is_some() {
-        let message = "a cubic spline goes through every point; smooth_within_um asks for a curve that need not";
+        let message = "a cubic spline passes through every point; remove smooth_within_um, or the cubic spline";
         errors.extend(profile.refuse("smooth_within_um", message));
     }
     let step = match (file.step_cam_deg, file.step_crank_deg) {

@@ -69,13 +69,13 @@ impl ProfileFile {
             return match keys.into_iter().find(|(_, is_given)| *is_given) {
                 None => Ok(own),
                 Some((key, _)) => {
-                    Err((key, format!("{key} is given, and the lift says the contour itself; one of both must go")))
+                    Err((key, format!("{key} is given, but the lift defines the contour itself; remove one of both")))
                 }
             };
         }
         given.ok_or_else(|| {
             let missing = keys.into_iter().find(|(_, is_given)| !is_given).map_or("follower", |(key, _)| key);
-            ("lift", format!("{missing} is missing, without which this lift says no contour"))
+            ("lift", format!("{missing} is missing; this lift needs it to define a contour"))
         })
     }
 }

@@ -40,7 +40,7 @@ impl StartFile {
         };
         let names = || lobes.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>().join(", ");
         found.map(Some).ok_or_else(|| {
-            document.error("start_at", format!("there is no lobe {told:?} to start at; the lobes are {}", names()))
+            document.error("start_at", format!("unknown start lobe {told:?}; the lobes are {}", names()))
         })
     }
 }

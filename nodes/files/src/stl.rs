@@ -68,7 +68,7 @@ fn whole_length(bytes: &[u8]) -> Option<u64> {
 
 fn length_fault(length: usize, wanted: Option<u64>) -> String {
     match wanted {
-        None => format!("it must have at least {HEAD} bytes, it has {length}"),
+        None => format!("it has {length} bytes; the minimum is {HEAD}"),
         Some(wanted) => {
             let count = (wanted - HEAD as u64) / RECORD as u64;
             format!("its head states {count} triangles, which are {wanted} bytes, it has {length}")
@@ -273,8 +273,8 @@ pub(super) mod tests {
         };
         let text = |from: &str, to: &str| text_of(&TWO).replacen(from, to, 1).into_bytes();
         for (bytes, words) in [
-            (Vec::new(), "it must have at least 84 bytes, it has 0"),
-            (cut(binary_of(&TWO), 110), "at least 84 bytes, it has 74"),
+            (Vec::new(), "it has 0 bytes; the minimum is 84"),
+            (cut(binary_of(&TWO), 110), "it has 74 bytes; the minimum is 84"),
             (cut(binary_of(&TWO), 1), "states 2 triangles, which are 184 bytes, it has 183"),
             (with(80, u32::MAX.to_le_bytes()), "states 4294967295 triangles, which are 214748364834 bytes"),
             (binary_of(&[]), "has no triangles"),

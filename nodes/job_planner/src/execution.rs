@@ -193,7 +193,7 @@ impl Execution {
         let sent = self.shared.execute.send_goal(wanted, self.feedback(share), ANSWER);
         let plan = sent.map_err(|error| Failure::still(&error.to_string()))?;
         if !plan.accepted() {
-            return Err(Failure::still("the axis interpolator refused the plan; its log says why"));
+            return Err(Failure::still("the axis interpolator rejected the plan; its log shows the reason"));
         }
         let events = self.events.clone();
         plan.result_with(move |status, result| drop(events.send(Event::Ended(status, result))))

@@ -87,7 +87,7 @@ impl GrindingRun {
                 ));
                 self.stiffness = kept;
             }
-            Err(error) => logger.error(&format!("the stiffness that was measured is not kept: {error}")),
+            Err(error) => logger.error(&format!("the measured stiffness cannot be stored: {error}")),
         }
     }
 

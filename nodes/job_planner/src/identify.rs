@@ -87,7 +87,9 @@ fn get_stiffness(shared: &Shared, request: &GetStiffnessRequest) -> GetStiffness
     let here = lock(&shared.machine).as_ref().map(|now| now.description.name.clone());
     let machine = if request.machine.is_empty() { here } else { Some(request.machine.clone()) };
     let kept = machine
-        .ok_or_else(|| "the machine has not said what it is (topic machine/description)".to_owned())
+        .ok_or_else(|| {
+            "no machine description received (topic machine/description); check that the machine runs".to_owned()
+        })
         .and_then(|machine| shared.stiffness.load(&machine));
     match kept {
         Ok(kept) => GetStiffnessResponse {

@@ -165,7 +165,8 @@ impl Shared {
         there(self.load_lobe.wait_for_service(MEETING))?;
         there(self.execute.wait_for_server(MEETING))?;
         let machine = lock(&self.machine).clone();
-        let machine = machine.ok_or("the machine has not said what it is (topic machine/description)")?;
+        let machine = machine
+            .ok_or("no machine description received (topic machine/description); check that the machine runs")?;
         if let Some(alarm) = self.stopping_alarm() {
             return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
         }

@@ -319,7 +319,7 @@ impl Shared {
         let (level, message) = if !self.active.load(Ordering::Acquire) {
             (DiagnosticStatus::OK, "not active".to_owned())
         } else if lock(&self.machine).is_none() {
-            (DiagnosticStatus::WARN, "the machine has not been heard of yet".to_owned())
+            (DiagnosticStatus::WARN, "no message from the machine yet".to_owned())
         } else {
             (DiagnosticStatus::OK, course)
         };

@@ -92,7 +92,7 @@ impl LobeForms {
 
     fn log_failure(&self, outcome: Result<(), NodeError>) {
         if let Err(error) = outcome {
-            self.node.logger().warn(&format!("what viewers see cannot be published: {error}"));
+            self.node.logger().warn(&format!("the markers for viewers cannot be published: {error}"));
         }
     }
 }

@@ -47,7 +47,7 @@ fn preview_lobe(prepared: &PreparedJob, lobe: &str, points: u32) -> Result<Previ
         wanted => names
             .iter()
             .position(|name| name == wanted)
-            .ok_or_else(|| format!("there is no lobe {wanted}; the job has {}", names.join(", ")))?,
+            .ok_or_else(|| format!("unknown lobe {wanted}; the lobes are {}", names.join(", ")))?,
     };
     let contour = &prepared.planned.lobes[lobe].design.contour;
     let radius = |i: u32| m_from_mm(contour.radius_at(f64::from(i) * TURN_RAD / f64::from(points)));

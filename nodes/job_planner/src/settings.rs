@@ -87,8 +87,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
     );
     parameters.push(
         Parameter::string(LEARNED_DIR, "")
-            .describe("directory of what jobs with form_compensation learned and of the stiffness that was measured; empty: the user's state \
-                 directory; 'none': nowhere, it lasts as long as the node")
+            .describe("directory for learned form compensation and measured stiffness; empty: the user's state directory; 'none': memory only")
             .read_only(),
     );
     parameters.push(
@@ -98,7 +97,9 @@ pub(super) fn parameters() -> Vec<Parameter> {
     );
     parameters.push(
         Parameter::string_array(FILE_FOLDERS, &[])
-            .describe("folders of files that overrides over ROS may name, besides those of the job and of params")
+            .describe(
+                "folders of files that overrides over ROS may name, in addition to those of the job and of params",
+            )
             .read_only(),
     );
     parameters.extend(cell_parameters());
@@ -111,11 +112,11 @@ fn cell_parameters() -> [Parameter; 5] {
         |name: &str, default: f64, text: &str| Parameter::double(name, default).describe(text).range(0.1, 1e5);
     [
         Parameter::integer(CELL_PARTS, 1)
-            .describe("parts of a run where START says none; 0: until it is stopped")
+            .describe("default number of parts for START; 0: until stopped")
             .integer_range(0, 1_000_000),
         seconds(LOADER_TIMEOUT, 1.0, "longest silence of the loader on loader/state (s)"),
         seconds(LOADING_MACHINE, 60.0, "longest time until wheel, axes and door are ready to be loaded (s)"),
-        seconds(LOADING_ENTER, 120.0, "longest time from the leave to enter until the loader is inside (s)"),
+        seconds(LOADING_ENTER, 120.0, "maximum time from permission to entry of the loader (s)"),
         seconds(LOADING_INSIDE, 300.0, "longest time for its work, until the loader has left (s)"),
     ]
 }

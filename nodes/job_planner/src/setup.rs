@@ -189,7 +189,9 @@ impl Work {
 
     fn machine(&self) -> Result<MachineNow, Failed> {
         let machine = lock(&self.shared.machine).clone();
-        machine.ok_or_else(|| "the machine has not said what it is (topic machine/description)".into())
+        machine.ok_or_else(|| {
+            "no machine description received (topic machine/description); check that the machine runs".into()
+        })
     }
 
     fn is_cancelled(&self) -> bool {
@@ -206,7 +208,7 @@ impl Work {
         }
         let goal = client.send_goal(goal, drop, ANSWER)?;
         if !goal.accepted() {
-            return Err("the axis interpolator refused it; its log says why".into());
+            return Err("the axis interpolator rejected it; its log shows the reason".into());
         }
         let (sender, ended) = mpsc::channel();
         goal.result_with(move |status, result| drop(sender.send((status, result))))?;
@@ -247,7 +249,10 @@ impl Work {
     fn clear(&self, machine: &MachineDescription) -> Result<(), Failed> {
         match machine.axis(Axis::X).soft_limits {
             Some((_, high_mm)) => self.go(&[(Axis::X, high_mm)]),
-            None => Err("x_axis has no soft limits, so nobody knows where the wheel is clear of the part".into()),
+            None => Err(
+                "x_axis has no soft limits, so no position clear of the part is known; set them in the machine file"
+                    .into(),
+            ),
         }
     }
 
@@ -263,7 +268,7 @@ impl Work {
         match self.shared.prepare_usual(self.machine()?)? {
             AnyPrepared::Ground(prepared) => Ok(*prepared),
             AnyPrepared::Turned(prepared) => {
-                Err(format!("job {} turns its part; a lobe is asked for", prepared.job.spec.name).into())
+                Err(format!("job {} turns its part and has no lobes", prepared.job.spec.name).into())
             }
         }
     }
@@ -272,7 +277,7 @@ impl Work {
         let now = self.machine()?;
         let depth_mm = if request.depth == 0.0 && now.description.dresser.is_some() {
             let of_job = self.job()?.job.spec.dressing.map(|dressing| dressing.depth_mm);
-            of_job.ok_or("no depth is given, and the job says none (dressing.depth_um)")?
+            of_job.ok_or("no depth is given, and the job has none; give a depth or set dressing.depth_um")?
         } else {
             mm_from_m(request.depth)
         };
@@ -314,14 +319,14 @@ impl Work {
         };
         if request.lobe.is_empty() {
             if given_mm == 0.0 {
-                return Err("where no lobe is named, station and radius say where to touch".into());
+                return Err("without a lobe, station and radius are required".into());
             }
             return Ok((table(&request.station)?, given_mm, given_mm));
         }
         let job = self.job()?;
         let mut designs = job.planned.lobes.iter().map(|lobe| &lobe.design);
         let design = designs.find(|design| design.name == request.lobe).ok_or_else(|| {
-            format!("there is no lobe {}; the job has {}", request.lobe, job.planned.plan.lobes.join(", "))
+            format!("unknown lobe {}; the lobes are {}", request.lobe, job.planned.plan.lobes.join(", "))
         })?;
         if !design.is_round() {
             return Err(
@@ -333,9 +338,9 @@ impl Work {
             return Ok((z_mm, given_mm, given_mm));
         }
         let measured = self.shared.parts.lobe(&request.lobe);
-        let outline = measured.filter(|lobe| !lobe.radius.is_empty()).ok_or_else(|| {
-            format!("lobe {} was not measured, there is no part between the centres; say its radius", request.lobe)
-        })?;
+        let outline = measured
+            .filter(|lobe| !lobe.radius.is_empty())
+            .ok_or_else(|| format!("lobe {} was not measured and no part is clamped; give its radius", request.lobe))?;
         let largest = outline.radius.iter().copied().fold(0.0, f64::max);
         let mean = outline.radius.iter().sum::<f64>() / outline.radius.len() as f64;
         Ok((z_mm, mm_from_m(mean), mm_from_m(largest)))
@@ -433,7 +438,7 @@ impl Work {
         let (width, centre) = (opens - closes, 0.5 * (opens + closes));
         if (width - switch.width_rad).abs() > WIDTH_TOLERANCE * switch.width_rad {
             return Err(format!(
-                "what passed the switch is {:.2} deg wide, the key-way has {:.2} deg: chips, or another part",
+                "the edge pair at the switch is {:.2} deg wide, the key-way has {:.2} deg: remove chips or check the part",
                 deg_from_rad(width),
                 deg_from_rad(switch.width_rad)
             )

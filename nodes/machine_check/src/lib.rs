@@ -54,7 +54,7 @@ pub struct Settings {
 #[derive(Debug, Error)]
 pub enum CheckError {
     /// There is no machine.
-    #[error("no machine was heard within {0} s; look at ROS_DOMAIN_ID and at --namespace")]
+    #[error("no machine found within {0} s; check ROS_DOMAIN_ID and --namespace")]
     Silent(f64),
     /// The machine is in use, or cannot be moved as was asked.
     #[error("nothing is moved: {0}")]

@@ -22,7 +22,7 @@ const CLAUSES: &[Clause] = &[
     (8, "state of motion", "listen while the axes rest; --move to see it change"),
     (9, "types and quality of service", "listen longer"),
     (10, "chunks are followed", "--move an axis"),
-    (11, "a chunk takes the place of what was sent", "--move an axis"),
+    (11, "a chunk replaces the setpoints before it", "--move an axis"),
     (12, "silence is a stop", "--move an axis of a machine at pace realtime"),
     (13, "chunks that are refused", "--move an axis"),
     (14, "who has command", "--move an axis"),

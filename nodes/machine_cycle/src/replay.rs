@@ -47,7 +47,7 @@ pub struct MachineReplay {
 
 impl std::fmt::Debug for MachineReplay {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MachineAgain").field("digest", &self.digest).finish_non_exhaustive()
+        f.debug_struct("MachineReplay").field("digest", &self.digest).finish_non_exhaustive()
     }
 }
 
@@ -116,7 +116,7 @@ impl MachineReplay {
     /// Writes the state down.
     ///
     /// # Errors
-    /// As for [`MachineAgain::follow`].
+    /// As for [`MachineReplay::follow`].
     pub fn state(&mut self) -> Result<Vec<u8>, String> {
         let mut measured = SnapshotCodec::measuring();
         self.follow(&mut measured)?;

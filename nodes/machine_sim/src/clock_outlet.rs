@@ -57,7 +57,7 @@ impl ClockOutlet {
                 "{other} publishes /clock, so this machine does not: nodes that follow simulated time follow that clock \
                  (remap /clock to have one of the cell's own)"
             )),
-            (None, true) => self.node.logger().warn("nobody else publishes /clock any more: this machine does from now on"),
+            (None, true) => self.node.logger().warn("no other node publishes /clock; this machine publishes it from now on"),
             _ => {}
         }
         self.is_silent = ahead.is_some();

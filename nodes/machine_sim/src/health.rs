@@ -168,7 +168,7 @@ fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> Diagn
     let share = least as f64 / ahead as f64;
     // At pace fast ticks wait for their setpoints.
     let level = if pace == Pace::Fast { DiagnosticStatus::OK } else { below(share, LATE) };
-    let message = format!("they came {least} of {ahead} ticks before their use at least");
+    let message = format!("they arrived at least {least} of {ahead} ticks before use");
     let values = [("least_lead_ticks", least.to_string()), ("feedback_delay_ticks", ahead.to_string())];
     diagnostic_status(level, "setpoints", &message, &values)
 }
@@ -179,7 +179,7 @@ fn drives(seen: &LastSeen) -> DiagnosticStatus {
     let most = |shares: &[f64; AXIS_COUNT]| shares.iter().copied().fold(0.0, f64::max);
     let level = above(most(&seen.following).max(most(&seen.force)), NEAR);
     let message = format!(
-        "force up to {} % of what the drives have, following error up to {} % of what trips them",
+        "force up to {} % of the drive limit, following error up to {} % of the alarm limit",
         percent(most(&seen.force)),
         percent(most(&seen.following))
     );

@@ -119,7 +119,7 @@ fn parameters() -> Vec<Parameter> {
             .choices(&["realtime", "fast"])
             .read_only(),
         Parameter::string("state_file", "")
-            .describe("file of what outlives a run; empty: the user's state directory; 'none': nowhere")
+            .describe("file of the persistent machine state; empty: the user's state directory; 'none': no file")
             .read_only(),
         Parameter::double(LOADER_TIMEOUT, 1.0)
             .describe("of a machine with loading: longest silence of the loader on loader/state (s)")
@@ -127,8 +127,7 @@ fn parameters() -> Vec<Parameter> {
             .read_only(),
         Parameter::double(BUFFER, 0.0)
             .describe(
-                "time for which setpoints are sent ahead, over the machine file's feedback_delay_ticks (ms): longer survives a busier \
-                 computer, shorter reacts sooner to feedback; 0: as the machine file says",
+                "time for which setpoints are sent ahead, over the machine file's feedback_delay_ticks (ms): longer tolerates a busier computer, shorter reacts sooner to feedback; 0: as in the machine file",
             )
             .range(0.0, 1000.0)
             .read_only(),

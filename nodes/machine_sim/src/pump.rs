@@ -304,8 +304,7 @@ impl Pump {
         let logger = self.context.node.logger();
         match slip {
             Slip::Stalled(ns) => logger.warn(&format!(
-                "the machine's time is {:.3} s behind the system clock: its cycle was kept waiting, or the clock was set; stamps are \
-                 that much too old until the axes rest (see `cyclic_priority`)",
+                "the machine's time is {:.3} s behind the system clock: its cycle was delayed, or the clock was set; stamps are too old by this time until the axes rest (see `cyclic_priority`)",
                 seconds(ns)
             )),
             Slip::Inactive(ns) => logger.info(&format!("the machine was inactive for {:.3} s", seconds(ns))),

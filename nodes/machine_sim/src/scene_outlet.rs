@@ -241,7 +241,7 @@ impl SceneOutlet {
     /// Says what could not be published.
     pub(super) fn log_failure(&self, outcome: Result<(), RosError>) {
         if let Err(error) = outcome {
-            self.node.logger().warn(&format!("what viewers see cannot be published: {error}"));
+            self.node.logger().warn(&format!("the markers for viewers cannot be published: {error}"));
         }
     }
 }

@@ -107,7 +107,7 @@ fn watch_loader(node: &Node, inlet: &Inlet, timeout: Duration) -> Result<(Subscr
         let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
         if !heard.lost && heard.at.is_some_and(|at| at.elapsed() > timeout) {
             heard.lost = true;
-            logger.log(Level::Warn, &format!("the loader has said nothing for {} s", timeout.as_secs_f64()));
+            logger.log(Level::Warn, &format!("no message from the loader for {} s", timeout.as_secs_f64()));
             way.send(Inbound::Loader { inside: heard.inside, lost: true });
         }
     });

@@ -18,12 +18,9 @@ impl Status {
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut line = |name: &str, text: String| writeln!(f, "{name:<9} {}", text.trim_end());
-        let place = if self.cell.is_empty() { "/" } else { &self.cell };
-        line(
-            "cell",
-            format!("{place}  {}  {:.3} s since the machine's first tick", self.machine, self.machine_time_s),
-        )?;
         line("state", format!("{}  {}", self.state.word, self.state.detail))?;
+        let place = if self.cell.is_empty() { "/" } else { &self.cell };
+        line("cell", format!("{place}  {}  machine time {:.3} s", self.machine, self.machine_time_s))?;
         if let Some(job) = &self.job {
             line("job", format!("{}  {:.1} %, {:.1} s left  {}", job.name, job.percent, job.time_left_s, job.message))?;
         }
@@ -35,14 +32,14 @@ impl fmt::Display for Status {
         }
         for result in &self.results {
             let verdict = if result.is_good { "good" } else { "not good" };
-            let text = format!("{}  {verdict}  {:+.3} um at most", result.name, result.error_um);
-            line("result", format!("{text}, {:.3} um rms, +-{:.1} um allowed", result.rms_um, result.allowed_um))?;
+            let text = format!("{}  {verdict}  largest error {:+.3} um", result.name, result.error_um);
+            line("result", format!("{text}, {:.3} um rms, tolerance {:.1} um", result.rms_um, result.allowed_um))?;
         }
         for AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit } in &self.axes {
             let text = format!("{name:<13} {position:>10.4} {position_unit:<3} {velocity:>10.3} {velocity_unit:<6}");
-            line("axis", format!("{text} {behind:>+9.4} {behind_unit} behind its setpoint"))?;
+            line("axis", format!("{text} lag {behind:>+9.4} {behind_unit}"))?;
         }
-        let holder = if self.lease.is_empty() { "nobody" } else { &self.lease };
+        let holder = if self.lease.is_empty() { "none" } else { &self.lease };
         line("command", holder.to_owned())?;
         let motion = if self.holder.is_empty() { "none" } else { &self.holder };
         let held = if self.is_held { ", held" } else { "" };
@@ -52,10 +49,10 @@ impl fmt::Display for Status {
         if let Some(wheel) = &self.wheel {
             let runs = match wheel.is_running {
                 Some(true) => "runs",
-                Some(false) => "stands",
+                Some(false) => "stopped",
                 None => "speed unknown",
             };
-            line("wheel", format!("{:.4} mm in radius, worn by {:.2} um, {runs}", wheel.radius_mm, wheel.wear_um))?;
+            line("wheel", format!("radius {:.4} mm, wear {:.2} um, {runs}", wheel.radius_mm, wheel.wear_um))?;
         }
         for alarm in &self.alarms {
             let text = format!("{} ({}) of {}: {}", alarm.number, alarm.severity, alarm.source, alarm.text);
@@ -66,7 +63,7 @@ impl fmt::Display for Status {
                 let text = format!("{}  {:.1} MB, {} messages", bag.says, bag.megabytes, bag.written);
                 line("recorder", format!("{text}, {} dropped  {}", bag.dropped, bag.bag))
             }
-            None => line("recorder", "not there".into()),
+            None => line("recorder", "none".into()),
         }
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn state(known: &CellSnapshot, now: Instant) -> StatusLine {
     let is_silent = |at: Instant| now.saturating_duration_since(at) > SILENCE;
     let Some(stream) = known.stream.as_ref().filter(|stream| !is_silent(stream.at)) else {
         let place = if known.cell.is_empty() { "/" } else { &known.cell };
-        return StatusLine::new(Tone::Wrong, "no machine", format!("nothing is heard of a machine in {place}"));
+        return StatusLine::new(Tone::Wrong, "no machine", format!("no message from a machine in {place}"));
     };
     if known.io.as_ref().is_some_and(|io| io.estop) {
         return StatusLine::new(Tone::Wrong, "emergency stop", "release it, then reset");
@@ -63,7 +63,7 @@ pub(super) fn state(known: &CellSnapshot, now: Instant) -> StatusLine {
         return StatusLine::new(Tone::Wrong, &format!("alarm {}", alarm.number), alarm.text.clone());
     }
     let Some(interpolator) = known.interpolator.as_ref().filter(|state| !is_silent(state.at)) else {
-        return StatusLine::new(Tone::Wrong, "no interpolator", "nothing is heard of the axis interpolator");
+        return StatusLine::new(Tone::Wrong, "no interpolator", "no message from the axis interpolator");
     };
     moving(&interpolator.said).or_else(|| job_line(known)).unwrap_or_else(|| {
         let at_rest = stream.said.motion != MachineStream::MOTION_OFF;
@@ -82,7 +82,7 @@ fn moving(state: &InterpolatorState) -> Option<StatusLine> {
             StatusLine::new(Tone::Works, word, detail)
         }
         InterpolatorState::HOLDING => StatusLine::new(Tone::Waits, "holding", "coming to a hold on the path"),
-        InterpolatorState::HELD => StatusLine::new(Tone::Waits, "held", "goes on when the hold is released"),
+        InterpolatorState::HELD => StatusLine::new(Tone::Waits, "held", "continues when the hold is released"),
         InterpolatorState::UNHOLDING => StatusLine::new(Tone::Works, "unholding", "returning to the path"),
         InterpolatorState::STOPPING => StatusLine::new(Tone::Waits, "stopping", "cancelled: coming to rest"),
         InterpolatorState::FAULT => StatusLine::new(Tone::Wrong, "fault", "stopped by an alarm"),
@@ -93,7 +93,7 @@ fn moving(state: &InterpolatorState) -> Option<StatusLine> {
 fn phase_words(phase: Phase) -> (&'static str, &'static str) {
     match phase {
         Phase::Home => ("homing", "looking for the origin"),
-        Phase::Index => ("indexing", "the table goes to the lobe's station"),
+        Phase::Index => ("indexing", "the table moves to the lobe's station"),
         Phase::Cut => ("cutting", "generation with infeed"),
         Phase::SparkOut => ("spark-out", "generation without infeed"),
         other => (phase_name(other), ""),

@@ -44,7 +44,9 @@ pub fn plan_any(job: AnyJob, machine: Option<&MachineNow>) -> Result<AnyPrepared
 #[must_use]
 pub fn is_milled(job: &MilledJob) -> ConfigError {
     let name = &job.spec.name;
-    let message = format!("{name} is milled on a machine that is not ours: camwright post {name} makes its NC program");
+    let message = format!(
+        "{name} is milled on a machine with its own CNC control; `camwright post {name}` writes its NC program"
+    );
     job.document.error("schema", message)
 }
 

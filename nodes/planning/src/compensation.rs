@@ -102,7 +102,7 @@ impl LearnedJob {
             return Err(format!("schema is {:?}, this program reads {SCHEMA:?}", read.schema));
         }
         match read.lobes.iter().find(|lobe| lobe.learning().is_none()) {
-            Some(lobe) => Err(format!("what it says of lobe {} was not learned", lobe.lobe)),
+            Some(lobe) => Err(format!("its correction of lobe {} was not learned", lobe.lobe)),
             None => Ok(read),
         }
     }

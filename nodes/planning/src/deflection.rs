@@ -32,7 +32,7 @@ impl std::fmt::Display for LobeDeflection {
         let percent = 100.0 * self.left_by_a_turn;
         write!(
             f,
-            "by {:.1} um at {:.0} N; a turn without infeed leaves {percent:.0} % of it, the last {:.2} um",
+            "{:.1} um at {:.0} N; a turn without infeed leaves {percent:.0} % of it, the last turn {:.2} um",
             self.largest_um, self.largest_n, self.left_um
         )?;
         if self.turns < self.most_turns {
@@ -91,10 +91,10 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     }
     let remedy = match (1..=MAX_TURNS).find(|more| after(*more) <= tolerance_um) {
         Some(more) => format!("{} leave {:.2} um", turns + more, after(more)),
-        None => String::from("no number of them leaves less: the machine gives way too much"),
+        None => String::from("more turns do not help: the machine is too compliant"),
     };
     Some(format!(
-        "lobe {name}: wheel and part give way to each other, and {turns} spark-out turns leave {:.2} um on it, above the tolerance \
+        "lobe {name}: wheel and part deflect, and {turns} spark-out turns leave {:.2} um on it, above the tolerance \
          of {tolerance_um} um; {remedy}",
         way.left_um
     ))
@@ -126,7 +126,7 @@ mod tests {
         let set = ["infeed.spark_out_turns=5".to_owned()];
         let mut prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
         prepared.machine.contact.as_mut().unwrap().threshold_n_mm = 50.0;
-        assert!(too_little_spark_out(&prepared).unwrap().contains("no number of them"));
+        assert!(too_little_spark_out(&prepared).unwrap().contains("more turns do not help"));
         prepared.machine.contact = None;
         assert_eq!((too_little_spark_out(&prepared), from_lobe(&prepared, 0)), (None, None));
     }

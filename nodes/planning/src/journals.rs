@@ -247,8 +247,7 @@ pub fn for_stock(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedFor
             .map_err(|error| failed(&error))?;
     let told = skipped.iter().map(ToString::to_string).collect();
     let saved = format!(
-        "turns in the air that are left out save {saved_s:.2} s; measuring the stock took {:.2} s, with a margin of {:.1} um for what two \
-         opposed contacts do not see",
+        "skipped turns in the air save {saved_s:.2} s; measuring the stock took {:.2} s, with a margin of {:.1} um for errors that two opposed contacts cannot see",
         measuring.planned.measuring_s,
         job.measure_stock.map_or(0.0, |stock| um_from_mm(stock.margin_mm))
     );

@@ -228,8 +228,7 @@ fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
         Some(wanted) if (wanted - now.wheel.radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
             "wheel_radius_mm",
             format!(
-                "wheel_radius_mm is {wanted}, the wheel mounted on {} has {:.4}; they may differ by at most \
-                 {WHEEL_TOLERANCE_MM}",
+                "wheel_radius_mm is {wanted}, the wheel mounted on {} has {:.4}; the maximum difference is {WHEEL_TOLERANCE_MM}; mount that wheel or change the key",
                 now.description.name, now.wheel.radius_mm
             ),
         )),

@@ -88,14 +88,14 @@ impl fmt::Display for ReadingSummary {
             match x.no_path {
                 None => write!(f, ", X axis {jerk:.0} mm/s3 at {speed} ({percent:.1} % of its limit)")?,
                 Some(_) => {
-                    write!(f, ", no path for the wheel, the lift alone asks for {jerk:.3e} mm/s3 at {speed}")?;
+                    write!(f, ", no path for the wheel, the lift alone needs {jerk:.3e} mm/s3 at {speed}")?;
                 }
             }
         }
         if self.allowed_mm > 0.0 {
             write!(
                 f,
-                ", off the points by {:.3} um at most (at {:.2} deg, {:.3} um allowed), {:.3} um rms",
+                ", largest deviation {:.3} um (at {:.2} deg, limit {:.3} um), {:.3} um rms",
                 um_from_mm(self.max_deviation_mm),
                 self.max_deviation_deg,
                 um_from_mm(self.allowed_mm),

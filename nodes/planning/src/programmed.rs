@@ -18,7 +18,7 @@ pub(super) fn with_program(
     let Some(JobProgram { motion, files }) = &job.program else { return Ok(planned) };
     refuse_what_needs_the_machine(job)?;
     for (is_so, key, what) in [
-        (job.spec.compensation.is_some(), "form_compensation", "corrects form by what its parts have taught"),
+        (job.spec.compensation.is_some(), "form_compensation", "corrects form by learning from its parts"),
         (job.spec.identification.is_some(), "identification", "measures the stiffness of its parts"),
         (job.starts_in_the_middle, "start_at", "begins in its middle"),
     ] {

@@ -36,7 +36,7 @@ pub fn kept_contacts(kept: &StoredStiffness, job: &Job, machine: &MachineDescrip
         match kept.map().law(station.position_mm, lobe.width_mm) {
             Ok(law) => flows.push(contact_flow(&KnownContact { lobe: lobe.name.clone(), law })),
             Err(error) => {
-                told.push(format!("lobe {}: no stiffness is kept for it on {}: {error}", lobe.name, kept.machine));
+                told.push(format!("lobe {}: no stiffness is stored for it on {}: {error}", lobe.name, kept.machine));
             }
         }
     }
@@ -146,6 +146,6 @@ mod tests {
         assert_eq!(take(&all, &measures), StoredContacts::default(), "it measures itself");
         let insists = ["identification=null".to_owned(), "runout_correction.stiffness=kept".to_owned()];
         let error = prepare("journal_runout", &insists, None).unwrap_err().to_string();
-        assert!(error.contains("lobe J1") && error.contains("nothing is kept"), "{error}");
+        assert!(error.contains("lobe J1") && error.contains("no stiffness is stored"), "{error}");
     }
 }

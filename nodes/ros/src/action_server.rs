@@ -68,7 +68,7 @@ pub struct DeferredDecision(Arc<Mutex<PendingDecision>>);
 
 impl fmt::Debug for DeferredDecision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("LaterDecision").finish_non_exhaustive()
+        f.debug_struct("DeferredDecision").finish_non_exhaustive()
     }
 }
 
@@ -122,7 +122,7 @@ impl GoalDecider {
 
 impl Drop for GoalDecider {
     fn drop(&mut self) {
-        self.decide(Err("nobody decided on it".into()));
+        self.decide(Err("no decision was made".into()));
     }
 }
 

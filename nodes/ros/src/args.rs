@@ -148,7 +148,7 @@ impl RosArgs {
                 "OFF" => {
                     return refuse("ROS_AUTOMATIC_DISCOVERY_RANGE", &value, "is not supported here; use LOCALHOST");
                 }
-                _ => return refuse("ROS_AUTOMATIC_DISCOVERY_RANGE", &value, "is none of LOCALHOST, SUBNET"),
+                _ => return refuse("ROS_AUTOMATIC_DISCOVERY_RANGE", &value, "is not LOCALHOST or SUBNET"),
             };
         }
         if let Some(value) = variable("ROS_LOCALHOST_ONLY") {
@@ -194,7 +194,7 @@ impl RosArgs {
                     None => (None, text),
                 };
                 let level = Level::from_name(level)
-                    .ok_or_else(|| malformed(text, "is none of debug, info, warn, error, fatal, unset".into()))?;
+                    .ok_or_else(|| malformed(text, "is not debug, info, warn, error, fatal or unset".into()))?;
                 match logger {
                     None => self.default_level = Some(level),
                     Some("") => return Err(malformed(text, "the name of the logger is empty".into())),
@@ -373,7 +373,7 @@ fn param_rule(text: &str) -> Result<Override, String> {
 fn remap_rule(text: &str) -> Result<RemapRule, String> {
     let (left, to) = text.split_once(":=").ok_or("is not of the form from:=to")?;
     if to.is_empty() {
-        return Err("nothing stands right of ':='".into());
+        return Err("the text right of ':=' is missing".into());
     }
     let urls = [("rostopic://", NameKind::Topic), ("rosservice://", NameKind::Service)];
     let url = |text: &str| urls.iter().find_map(|(url, kind)| Some((*kind, text.strip_prefix(url)?.to_string())));
@@ -391,7 +391,7 @@ fn remap_rule(text: &str) -> Result<RemapRule, String> {
         }
     };
     if from.is_empty() {
-        return Err("nothing stands left of ':='".into());
+        return Err("the text left of ':=' is missing".into());
     }
     let target = match (kind, from.as_str()) {
         (None, "__node" | "__name") => {

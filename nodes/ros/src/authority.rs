@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn a_refusal_carries_its_reason() {
-        let reason = "nobody has command";
+        let reason = "no client has command";
         assert_eq!(refused::<Trigger>(&TriggerRequest::default(), reason).message, reason);
         let response = refused::<FindPhase>(&FindPhaseRequest::default(), reason);
         assert!(!response.success && response.message == reason);

@@ -48,7 +48,7 @@ pub(super) struct FastDdsWorkarounds {
 
 impl fmt::Debug for FastDdsWorkarounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Beside").field("participant", &self.participant).finish_non_exhaustive()
+        f.debug_struct("FastDdsWorkarounds").field("participant", &self.participant).finish_non_exhaustive()
     }
 }
 

@@ -139,7 +139,7 @@ fn parse(text: &str) -> Result<Vec<NodeParameters>, String> {
 /// Goes down the namespaces until `ros__parameters`.
 fn walk(prefix: &str, value: Yaml, found: &mut Vec<NodeParameters>) -> Result<(), String> {
     let Yaml::Map(entries) = value else {
-        return Err(format!("'{prefix}': a value without a node; parameters stand below '{PARAMETERS}'"));
+        return Err(format!("'{prefix}': a value without a node; write parameters below '{PARAMETERS}'"));
     };
     if entries.is_empty() {
         return Err(format!("'{prefix}' is empty"));

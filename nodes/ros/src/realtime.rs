@@ -20,8 +20,7 @@ pub fn parameters() -> [Parameter; 2] {
     [
         Parameter::integer(PRIORITY, 0)
             .describe(
-                "real-time priority (SCHED_FIFO) of the thread that keeps the cycle; the node's other threads have the one below; 0: \
-                 ordinary threads",
+                "real-time priority (SCHED_FIFO) of the cyclic thread; the other threads of the node have one less; 0: ordinary threads",
             )
             .integer_range(0, 99)
             .read_only(),

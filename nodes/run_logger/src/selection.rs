@@ -97,7 +97,7 @@ fn matches(pattern: &[u8], text: &[u8]) -> bool {
     pattern[p..].iter().all(|&b| b == b'*')
 }
 
-/// QoS of a subscription that matches every publisher and misses none of its retained messages: as strong as all of them offer.
+/// Quality of service of a subscription that matches every publisher and misses none of its retained messages: as strong as all of them offer.
 pub(super) fn subscription_qos(offers: &[Qos], depth: u32) -> Qos {
     let mut qos = Qos::default_topic().keep_last(depth);
     if !offers.iter().all(|o| o.reliability == Reliability::Reliable) {
@@ -109,7 +109,7 @@ pub(super) fn subscription_qos(offers: &[Qos], depth: u32) -> Qos {
     qos
 }
 
-/// QoS of a publisher as recorded in a bag.
+/// Quality of service of a publisher as recorded in a bag.
 pub(super) fn recorded_qos(offer: &Qos) -> QosProfile {
     let (history, depth) = match offer.history {
         // Also what a publisher looks like whose discovery does not carry its history.

@@ -237,7 +237,7 @@ fn the_command_says_by_its_exit_code_what_it_found() {
     };
     let (code, out, error) = run(&["--patience", "0.5"]);
     assert_eq!((code, out.as_str()), (Some(3), ""), "{error}");
-    assert!(error.contains("no machine was heard within 0.5 s"), "{error}");
+    assert!(error.contains("no machine found within 0.5 s"), "{error}");
     let machine = machine(&domain, "/cell", "lathe", "fast", &[]);
     let (code, out, error) = run(&["--namespace", "/cell", "--seconds", "1", "--json"]);
     assert_eq!(code, Some(0), "{out}{error}");

@@ -40,7 +40,7 @@ fn a_window_is_the_same(path: &Path, heads: &[MachineKeyframe]) {
     assert!(verdict.is_identical() && verdict.ticks == 700, "{}", verdict.to_text());
     let nothing =
         within(path, Window { from_tick: Some(to), to_tick: Some(from) }).expect_err("it ends before it begins");
-    assert!(nothing.to_string().contains("nothing lies between tick "), "{nothing}");
+    assert!(nothing.to_string().contains("there is no tick between "), "{nothing}");
 }
 
 fn before_the_first_is_the_beginning(path: &Path, heads: &[MachineKeyframe]) {

@@ -47,7 +47,7 @@ fn preempt(peer: &mut Peer) {
     let ended = peer.ask("result", json!({ "goal": first }));
     assert_eq!((&ended["status"], &ended["result"]["error_code"]), (&json!(ABORTED), &json!(-1)), "{ended}");
     let text = ended["result"]["error_string"].as_str().expect("a text");
-    assert!(text.starts_with("a joint trajectory took its place at tick "), "{text}");
+    assert!(text.starts_with("a joint trajectory replaced it at tick "), "{text}");
     let ended = peer.ask("result", json!({ "goal": second }));
     assert_eq!((&ended["status"], &ended["result"]["error_code"]), (&json!(SUCCEEDED), &json!(0)), "{ended}");
 }

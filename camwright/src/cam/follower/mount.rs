@@ -10,7 +10,7 @@
 //!   c² + a² − 2ac cos ψ₀ = (Rb + rr)².
 //! - Face: its normal is N = (sin ψ, σ cos ψ), which is at φ + σ(π/2 − ψ), so ω′ = 1 − σψ′ and ω″ = −σψ″. The plane lies b
 //!   outside the pivot: h = A·N + b = c sin ψ + b, at rest Rb. From h and ω the contact follows as for any envelope of
-//!   lines ([`LocalFrame::of_face`]); along the face, counted from the pivot, it lies at (Q − A)·(arm direction)
+//!   lines ([`LocalFrame::from_face`]); along the face, counted from the pivot, it lies at (Q − A)·(arm direction)
 //!   = c cos ψ + σh′/ω′ = c cos ψ/(1 − σψ′), which is where the common normal passes the instant centre of cam and arm.
 
 use super::frame::{Face, LocalFrame, Trace};

@@ -21,7 +21,7 @@ pub struct MotionSegment {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ProgramError {
     /// No segments, or too many.
-    #[error("a motion program has {count} segments, 1 to {most} are allowed")]
+    #[error("a motion program has {count} segments; 1 to {most} are allowed")]
     SegmentCount { count: usize, most: usize },
     /// A number that is not finite, or an angle that is not positive.
     #[error("segment {segment}: {what} is {value}")]

@@ -63,7 +63,7 @@ fn an_exchange_goes_through_its_steps_and_gives_leave_in_two_of_them_only() {
     );
     assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(Some(LoadingCommand::CloseDoor)));
     assert_eq!(handshake.look(&AFTER_A_PART), Progress::Done);
-    assert_eq!(Handshake::chuck_refused(None, &ROBOT_INSIDE), Some("no loading is asked for"));
+    assert_eq!(Handshake::chuck_refused(None, &ROBOT_INSIDE), Some("loading is not requested"));
 }
 
 #[test]

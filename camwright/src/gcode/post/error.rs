@@ -35,7 +35,7 @@ pub enum PostError {
         /// Allowed values.
         allowed: &'static str,
     },
-    #[error("there is nothing to make: {what}")]
+    #[error("the program is empty: {what}")]
     Nothing { what: String },
     /// The path cannot be cut into pieces.
     #[error(transparent)]
@@ -105,7 +105,7 @@ pub(super) fn check(request: &ProgramRequest<'_>) -> Result<(), PostError> {
     let control = &request.control;
     let positive =
         |what: &str, value: f64| bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0");
-    positive("what the control reads in a second", control.most_blocks_s)?;
+    positive("block rate of the control", control.most_blocks_s)?;
     if let Some(mm) = control.path_tolerance_mm {
         positive("the control's path tolerance in mm", mm)?;
     }

@@ -37,7 +37,7 @@ pub enum ReadFault {
     #[error("the comment is not closed")]
     UnclosedComment,
     /// A comment that the control executes.
-    #[error("the comment ({word},…) is executed by the control; what it does is not known here")]
+    #[error("the comment ({word},…) is executed by the control with unknown effect")]
     ActiveComment { word: String },
     /// Something that is no word.
     #[error("{text:?} is no word that is read here")]
@@ -70,7 +70,7 @@ pub enum ReadFault {
     #[error("{word}: {why}")]
     Refused { word: String, why: &'static str },
     /// A call of something that is not there.
-    #[error("subprogram {name} is not there")]
+    #[error("subprogram {name} is missing")]
     NoSubprogram { name: String },
     /// A subprogram that is there twice.
     #[error("program {name} is there twice")]

@@ -90,7 +90,7 @@ impl<'a> Run<'a> {
                 Flow::Call(name, values) => self.call(&name, values)?,
                 Flow::Return => {
                     if self.stack.len() < 2 {
-                        let why = "nobody called the main program; a control would begin it again or stop";
+                        let why = "M99 in a main program that was not called; a control would restart it or stop";
                         return Err(ReadFault::Refused { word: "a return".into(), why });
                     }
                     self.nothing_follows()?;
@@ -159,7 +159,7 @@ impl<'a> Run<'a> {
         let mut cursor = Cursor::new(self.dialect, &text);
         let Some(first) = cursor.peek() else { return Ok(Flow::Next) };
         if first == b'/' {
-            let why = "whether it is executed is decided at the machine";
+            let why = "a switch at the machine decides if it is executed";
             return Err(ReadFault::Refused { word: "/".into(), why });
         }
         let library = self.library;

@@ -124,14 +124,15 @@ impl State {
         }
         self.selected = block.whole(b'T', 1, 9_999)?.or(self.selected);
         if block.take_code(Group::ToolChange).is_some() {
-            let tool = self.selected.ok_or_else(|| needs("M6", "a tool: T before it or beside it"))?;
+            let tool = self.selected.ok_or_else(|| needs("M6", "a tool: T before it or in the same block"))?;
             self.mounted = Some(tool);
             done(Action::ToolChange(tool));
         }
         match block.take_code(Group::Spindle) {
             Some(50) => done(Action::SpindleOff),
             Some(code) => {
-                let speed = self.speed.ok_or_else(|| needs(&word('M', code), "a speed: S before it or beside it"))?;
+                let speed =
+                    self.speed.ok_or_else(|| needs(&word('M', code), "a speed: S before it or in the same block"))?;
                 let direction = if code == 30 { Direction::Clockwise } else { Direction::Counterclockwise };
                 done(Action::SpindleOn { direction, rpm: speed.value() });
             }
@@ -196,7 +197,7 @@ impl State {
                 let first = block.pointed(self.dialect, b'A')?;
                 let second = block.pointed(self.dialect, b'B')?;
                 if first.is_none() && second.is_some() {
-                    return Err(needs("B", "A beside it"));
+                    return Err(needs("B", "A in the same block"));
                 }
                 return Ok(Flow::Call(format!("{number}"), first.into_iter().chain(second).collect()));
             }

@@ -53,7 +53,7 @@ pub enum SpeedPlanError {
     },
     /// The cut takes longer than any should.
     #[error(
-        "the cut of {turns} turns takes {} h, at most {} h are allowed: a higher work speed, or fewer turns",
+        "the cut of {turns} turns takes {} h, the maximum is {} h: use a higher work speed or fewer turns",
         figures(*.duration_s / 3600.0), figures(*.most_s / 3600.0)
     )]
     TooLong {
@@ -66,7 +66,7 @@ pub enum SpeedPlanError {
     },
     /// A varying speed over so many turns is more than a plan holds.
     #[error(
-        "the speed of {turns} turns has {knots:.0} knots, at most {most:.0} are allowed: fewer turns, or a constant work speed"
+        "the speed of {turns} turns has {knots:.0} knots, at most {most:.0} are allowed: use fewer turns or a constant work speed"
     )]
     TooManyKnots {
         /// Turns of the cut.
@@ -92,7 +92,7 @@ pub enum SpeedPlanError {
     },
     /// X finds no way onto the moving path, or off it.
     #[error(
-        "with C turning at {} rad/s X finds no way between {clear_x_mm} mm, where it rests, and the path; where C stops it needs none",
+        "with C turning at {} rad/s X finds no approach from its rest position {clear_x_mm} mm to the path; with C stopped it needs none",
         figures(*.speed_rad_s)
     )]
     NoLead {

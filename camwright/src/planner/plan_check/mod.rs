@@ -48,7 +48,7 @@ pub struct PlanCheckError {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanFault {
     /// A step of homing, which is no part of a job.
-    #[error("a step of homing stands in the plan of a job")]
+    #[error("the plan of a job contains a homing step")]
     Homing,
     /// It names a spline that the plan does not have.
     #[error("it names a spline that the plan does not have")]

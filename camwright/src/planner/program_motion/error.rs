@@ -38,7 +38,7 @@ pub enum ProgramMotionFault {
         /// Target (mm).
         position_mm: f64,
     },
-    #[error("tool {wanted} is asked for after tool {mounted}; the machine has one tool and changes none")]
+    #[error("tool {wanted} is selected after tool {mounted}; the machine has one tool and changes none")]
     OtherTool {
         /// Requested value.
         wanted: u32,

@@ -125,7 +125,7 @@ impl ProgramSetup {
                 "above 0 and up to a kilometre",
             ),
             (
-                "the place of the program's Z 0 (mm)",
+                "the position of the program's Z 0 (mm)",
                 self.z_zero_mm,
                 self.z_zero_mm.abs() <= FARTHEST,
                 "within a kilometre",

@@ -155,11 +155,11 @@ fn a_part_for_two_wheels_is_refused_with_what_each_lobe_takes() {
         ];
     });
     let text = error.to_string();
-    let begins = "the machine has one wheel, of radius 60.000 mm, and the job asks for 60 mm for lobe I1, 25 mm for lobe E1; \
+    let begins = "the machine has one wheel, of radius 60.000 mm, and the job needs 60 mm for lobe I1, 25 mm for lobe E1; \
                   lobe I1 takes ";
     assert!(text.starts_with(begins), "{text}");
     assert!(text.contains("lobe E1 takes less than") && text.contains("hollow at cam angle"), "{text}");
-    assert!(text.ends_with("make two jobs of it, one for each wheel"), "{text}");
+    assert!(text.ends_with("split it into one job per wheel"), "{text}");
     // The wheel that is mounted may be asked for.
     let mut job = job();
     job.wheels = vec![WheelRequirement { of: Subject::Pass("grind".into()), radius_mm: 60.0 }];

@@ -121,7 +121,7 @@ fn what_cannot_have_been_learned_is_refused() {
         Some(Compensation { spec: CompensationSpec::default(), learned, afresh: false })
     };
     let error = refusal(|job| job.compensation = with("I9", 0.001)).to_string();
-    assert!(error.contains("has learned of lobe I9, which the job has not"), "{error}");
+    assert!(error.contains("has learned of lobe I9, which is not in the job"), "{error}");
     let error = refusal(|job| job.compensation = with("I1", 0.03)).to_string();
     assert!(error.contains("lobe I1: the learned correction goes to 30.000 um"), "{error}");
     let error = refusal(|job| {

@@ -6,7 +6,7 @@ use crate::job::grinding::JobError;
 #[test]
 fn two_lobes_on_one_station_are_refused() {
     let error = refusal(|job| job.lobes[2].station = String::from("LS1"));
-    assert_eq!(error.to_string(), "lobes I1 and I2 both stand at station LS1; a station holds one lobe");
+    assert_eq!(error.to_string(), "lobes I1 and I2 are both at station LS1; a station holds one lobe");
 }
 
 #[test]
@@ -50,12 +50,12 @@ fn cuts_that_take_longer_than_a_day_are_refused() {
         job.passes[0].speed = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 0.01 };
     };
     let text = refusal(slow).to_string();
-    assert!(text.contains("takes 174.88 h, at most 24 h are allowed"), "{text}");
+    assert!(text.contains("takes 174.88 h, the maximum is 24 h"), "{text}");
     let starved = |job: &mut JobSpec| {
         job.passes[0].speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 1e-9, most_rad_s: 10.0 };
     };
     let text = refusal(starved).to_string();
-    assert!(text.contains("h, at most 24 h are allowed"), "{text}");
+    assert!(text.contains("h, the maximum is 24 h"), "{text}");
 }
 
 #[test]

@@ -87,7 +87,7 @@ fn spark_out_by_force_is_refused_where_there_is_none_or_turns_are_counted_on() {
         Err(error @ (JobError::SparkOutByForce { .. } | JobError::OutOfRange { .. })) => alloc::format!("{error}"),
         other => panic!("{other:?}"),
     };
-    assert!(why(&job, &machine()).contains("no force to watch"));
+    assert!(why(&job, &machine()).contains("no force to monitor"));
     assert!(why(&JobSpec { rotary_indexing: true, ..job.clone() }, &soft).contains("rotary indexing"));
     for most_n in [0, 10_001] {
         let (job, soft) = until(Some(most_n), 6);

@@ -28,7 +28,7 @@ use thiserror::Error;
 /// Why nothing can be said about a job's drives.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TurningDrivesError {
-    #[error("the machine grinds with a wheel; what drives leave on a turned part can only be said of a lathe")]
+    #[error("the machine grinds with a wheel; the drives of a turned part need a lathe")]
     NotALathe,
     /// A number out of its range.
     #[error("{what} is {value}, it must be {allowed}")]

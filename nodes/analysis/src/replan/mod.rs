@@ -15,6 +15,7 @@ pub use archive::{ArchivedJob, archived_jobs, bags_in};
 pub use outcome::{Line, Outcome, replan};
 
 use camwright_bag::progress;
+use camwright_bag::terminal::wrapped;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::io::{self, Write};
@@ -25,26 +26,40 @@ use std::process::ExitCode;
 const MOVED: u8 = 3;
 const CANNOT: u8 = 1;
 
+const AFTER_HELP: &str = "\
+Example: camwright replan bags/my_run --set work_speed_rpm=58
+
+Exit codes:
+  0  same plans
+  1  a job cannot be planned again
+  2  wrong arguments
+  3  differences";
+
 /// Arguments of `camwright replan`.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = AFTER_HELP)]
 pub struct ReplanArgs {
-    /// Bags, or folders in which bags lie
+    /// Bags, or folders of bags
     #[arg(required = true, value_name = "BAG")]
     pub bags: Vec<PathBuf>,
     /// Smallest reported change (um; at angles urad); a changed number of steps, turns or orders is always reported
     #[arg(long, value_name = "UM", default_value_t = 0.0, value_parser = tolerance)]
     pub tolerance_um: f64,
-    /// Sets a key of every job, for example `work_speed_rpm=58`; may be repeated
+    /// Set a key of every job, such as `work_speed_rpm=58`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Sets a key of every machine, for example `x_axis.max_jerk_mm_s3=500000`; may be repeated
+    /// Set a key of every machine, such as `x_axis.max_jerk_mm_s3=5e5`; repeatable
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     pub set_machine: Vec<String>,
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| format!("{text} is not a number"))?;
-    if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(format!("{text} um, but it is 0 or more")) }
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(format!("{text} um is negative or not finite; it must be 0 or more"))
+    }
 }
 
 /// Runs `camwright replan`. Exit code 0: nothing moved; 3: something did; 1: a job cannot be planned again.
@@ -63,19 +78,20 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
         several => progress::bar(several as u64, "{bar:40} {pos} of {len} bags (eta {eta}) {msg}"),
     };
     let (mut jobs, mut moved, mut failed) = (0_u32, 0_u32, 0_u32);
+    let mut lines = Vec::new();
     for bag in &bags {
         progress.set_message(bag.display().to_string());
         let name = bag.display();
         let archived = match archived_jobs(bag) {
             Ok(archived) if archived.is_empty() => {
                 failed += 1;
-                let _ = print(&format!("{name}: no job was planned in it"));
+                lines.push(format!("{name}: the bag holds no planned job"));
                 continue;
             }
             Ok(archived) => archived,
             Err(error) => {
                 failed += 1;
-                let _ = print(&format!("{name}: {error}"));
+                lines.push(format!("{name}: {error}"));
                 continue;
             }
         };
@@ -91,7 +107,7 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
                     format!("cannot be planned again: {reason}")
                 }
             };
-            let _ = print(&format!("{name}: {}: {text}", job.status.job));
+            lines.push(format!("{name}: {}: {text}", job.status.job));
         }
         progress.inc(1);
     }
@@ -103,10 +119,14 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
     } else {
         0
     };
-    print_and_exit(
-        &format!("{jobs} jobs of {} bags: {moved} moved, {failed} could not be planned again", bags.len()),
-        code,
-    )
+    let word = match code {
+        0 => "SAME",
+        MOVED => "DIFFERENT",
+        _ => "INCOMPLETE",
+    };
+    let verdict = format!("{word}: {jobs} jobs of {} bags, {moved} different, {failed} not planned again", bags.len());
+    lines.insert(0, verdict);
+    print_and_exit(&wrapped(&lines.join("\n"), 2), code)
 }
 
 fn print(text: &str) -> io::Result<()> {

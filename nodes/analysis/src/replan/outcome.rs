@@ -6,7 +6,7 @@ use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
 use camwright::motion::plan::{Plan, Segment};
 use camwright::planner::plan_difference::{Difference, PlanChange, PlanDifference, compare};
 use camwright_files::convert::machine_now::recorded_machine;
-use camwright_files::convert::plan::{phase_name, plan_from_pages};
+use camwright_files::convert::plan::{hash_with_version, phase_name, plan_from_pages};
 use camwright_planning::plan_recorded;
 use std::fmt;
 
@@ -56,10 +56,11 @@ pub fn replan(job: &ArchivedJob, set: &[String], set_machine: &[String], toleran
     let told = difference.moved.len() + difference.only_old.len() + difference.only_new.len();
     let within = told - lines.len();
     if difference.is_none() && !is_same {
-        let text = "moves alike at all places that were looked at, but its values are others".to_owned();
+        let text = "same motion at all compared points, but other values".to_owned();
         lines.push(Line { step: "the plan".to_owned(), text });
     }
-    let hashes = [job.status.plan_hash.clone(), prepared.plan_hash().to_owned()];
+    let version = job.pages.iter().flat_map(|page| &page.header).next().map_or("", |header| header.version.as_str());
+    let hashes = [job.status.plan_hash.clone(), hash_with_version(prepared.first_pages(), version)];
     Ok(Outcome { hashes, is_same, duration_s: [old.duration_s, new.duration_s], lines, within })
 }
 
@@ -69,7 +70,7 @@ fn lines_of(old: &Plan, new: &Plan, difference: &PlanDifference, tolerance_um: f
         let named = steps.iter().filter_map(|step| Some((*step, plan.segments.get(*step)?)));
         named.map(|(step, segment)| Line { step: name(plan, step, segment), text: text.to_owned() }).collect()
     };
-    lines.extend(only(old, &difference.only_old, "is not there any more"));
+    lines.extend(only(old, &difference.only_old, "was removed"));
     lines.extend(only(new, &difference.only_new, "is new"));
     for found in &difference.moved {
         let Some(segment) = new.segments.get(found.new_step) else { continue };
@@ -101,21 +102,21 @@ fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
     };
     let told = |what: &str, old: f64, new: f64, unit: &str| Some(format!("{what} {old} -> {new}{unit}{at}"));
     match found.moved {
-        PlanChange::Target(Axis::C) => turned("goes to another place of c_axis,"),
-        PlanChange::Target(axis) => way(&format!("goes to another place of {},", axis.joint())),
+        PlanChange::Target(Axis::C) => turned("moves c_axis to another position,"),
+        PlanChange::Target(axis) => way(&format!("moves to another position of {},", axis.joint())),
         PlanChange::PathOfX => way("path of x_axis over c_axis moved"),
         PlanChange::PathOfZ => way("path of z_axis over c_axis moved"),
         PlanChange::Infeed => way("infeed moved"),
         PlanChange::Stock => way("material above the contour at its beginning changed"),
         PlanChange::Start => turned("begins at another angle,"),
-        PlanChange::Ratio => Some(format!("way of x_axis per depth changed by {:+.3e}{at}", found.by())),
+        PlanChange::Ratio => Some(format!("travel of x_axis per depth changed by {:+.3e}{at}", found.by())),
         PlanChange::Turns => told("turns", found.old, found.new, ""),
         PlanChange::Speed => {
             let rpm = [found.old, found.new].map(rpm_from_rad_s);
             Some(format!("speed of c_axis {:.4} -> {:.4} rpm ({:+.4} rpm){at}", rpm[0], rpm[1], rpm[1] - rpm[0]))
         }
         PlanChange::Time => Some(format!("takes {:.3} -> {:.3} s ({:+.3} s)", found.old, found.new, found.by())),
-        PlanChange::Words => Some("says something else: a limit, an input, an order, or how it is left".to_owned()),
+        PlanChange::Words => Some("changed: a limit, an input, an order, or its end".to_owned()),
     }
 }
 

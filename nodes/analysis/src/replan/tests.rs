@@ -88,7 +88,7 @@ fn speed_infeed_and_places_are_told_each_for_itself() {
 
     let home = replanned(&job, &["home.x_mm=149"], 0.0);
     let back = moved(&home, "return");
-    assert!(back.iter().any(|text| text == "goes to another place of x_axis, by -1000.000000 um"), "{home}");
+    assert!(back.iter().any(|text| text == "moves to another position of x_axis, by -1000.000000 um"), "{home}");
     assert!(moved(&home, "cut of A").is_empty(), "{home}");
 
     let turned = replanned(&job, &["lobes.A.phase_deg=5"], 0.0);

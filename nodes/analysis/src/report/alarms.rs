@@ -60,21 +60,21 @@ fn losses(findings: &Findings<'_>) -> Vec<String> {
         }
         Some("recovered") => format!(
             "The bag was recovered from a damaged one: {}.",
-            custom("camwright.recovered").unwrap_or("what was lost is not said")
+            custom("camwright.recovered").unwrap_or("losses are not recorded")
         ),
         Some("open") => "The recording was never closed: it was killed, or still runs.".to_owned(),
         Some(other) => format!("Outcome of the recording: {other}."),
-        None => "The recorder does not say how the recording ended.".to_owned(),
+        None => "The end of the recording is not recorded.".to_owned(),
     });
     if !recorded.is_closed {
-        lines.push("A storage file has no end; what is whole in it was read.".to_owned());
+        lines.push("A storage file has no end; its intact part was read.".to_owned());
     }
     lines.push(match custom("camwright.lost_total") {
         Some("0") => "No message was lost between the network and the file.".to_owned(),
         Some(count) => format!("{count} messages were lost between the network and the file."),
         None => match &recorded.recorder {
-            Some(status) => format!("{} messages had been lost when the recorder last said so.", status.dropped),
-            None => "Whether messages were lost on the way to the file is not recorded.".to_owned(),
+            Some(status) => format!("{} messages were lost by the last status of the recorder.", status.dropped),
+            None => "Lost messages are not recorded.".to_owned(),
         },
     });
     for gap in &recorded.gaps {

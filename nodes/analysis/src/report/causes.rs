@@ -15,7 +15,7 @@ pub(super) fn causes_of(error_um: f64, sources: &[(f64, &str, &str)]) -> Vec<Str
     let first = sources.iter().max_by(|a, b| towards(&a.0).total_cmp(&towards(&b.0)));
     let whole = first.is_some_and(|(share, _, _)| towards(share) >= (1.0 - UNNAMED) * error_um.abs());
     let named = first.map_or("", |(_, name, _)| name);
-    let mostly = format!("{} {named}.", if whole { "Mostly" } else { "Several sources, most of all" });
+    let mostly = format!("{} {named}.", if whole { "Mostly" } else { "Several sources, mainly" });
     let shares: Vec<String> =
         sources.iter().map(|(share, _, name)| format!("{} µm {name}", signed(*share, 2))).collect();
     vec![mostly, format!("At that place: {}.", shares.join(", "))]
@@ -37,7 +37,7 @@ pub(super) fn causes_of_turned(part: &TurnedResult, split: Result<&Split, &Strin
         |_| String::new(),
         |split| format!("Lags of the three axes together leave {} µm there. ", signed(split.lag_um(), 2)),
     );
-    causes.push(format!("{together}{over_c}Feed, insert and design must leave cusps of up to {cusps} µm."));
+    causes.push(format!("{together}{over_c}Feed, insert and design cause cusps of up to {cusps} µm."));
     causes
 }
 
@@ -53,7 +53,7 @@ fn sources(split: &Split) -> Vec<String> {
         sources.push((split.swing_um(), &swings, "swing of the structures"));
     }
     sources.push((split.cusp_um, "the cusp that the feed leaves between two turns", "cusp of the feed"));
-    sources.push((split.rest_um, "what no sensor shows: insert and part giving way, wear, warmth", "the rest"));
+    sources.push((split.rest_um, "effects without a sensor: deflection of insert and part, wear, heat", "the rest"));
     causes_of(split.error_um, &sources)
 }
 

@@ -135,9 +135,9 @@ pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm
             Curve { class, name: name.into(), points: (0..360).filter_map(middle).collect() }
         };
         if let Some(tool) = &lag.tool {
-            curves.push(curve("plan", "what lag and swing of the axes leave", tool));
+            curves.push(curve("plan", "error by lag and swing of the axes", tool));
         }
-        curves.push(curve("other", "what lag alone leaves, by the encoders", &lag.encoders));
+        curves.push(curve("other", "error by lag alone, from the encoders", &lag.encoders));
     }
     let mark = worst.and_then(|worst| {
         let at = (worst.azimuth_deg?, worst.error_um);
@@ -148,6 +148,6 @@ pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm
         mark,
         allowed: Some(um(form.tolerance)),
         has_zero: true,
-        ..Chart::over_azimuth(format!("Lobe {}: form error (µm), shaded what is allowed", form.name))
+        ..Chart::over_azimuth(format!("Lobe {}: form error (µm), tolerance shaded", form.name))
     }
 }

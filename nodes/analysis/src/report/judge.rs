@@ -112,7 +112,7 @@ fn without_part(word: &'static str, reason: String, causes: Vec<String>) -> Verd
 
 fn burnt_text(lobe: &LobeResult) -> String {
     format!(
-        "Lobe {} was hotter than what just does not burn, by a factor of {} at cam angle {}°.",
+        "Lobe {} is burnt: burn index {} (limit 1) at cam angle {}°.",
         lobe.name,
         fixed(lobe.burn_index_max, 2),
         fixed(deg_from_rad(lobe.burn_index_max_angle), 1)
@@ -180,7 +180,7 @@ fn not_complete(recorded: &Recorded, story: &JobTimeline<'_>, status: &JobStatus
             _ => "The recording ends before the job does.".to_owned(),
         },
     };
-    let mut causes: Vec<String> = first.map(|alarm| format!("What to do: {}.", alarm.remedy)).into_iter().collect();
+    let mut causes: Vec<String> = first.map(|alarm| format!("Remedy: {}.", alarm.remedy)).into_iter().collect();
     if !status.message.is_empty() {
         causes.push(status.message.clone());
     }
@@ -191,8 +191,7 @@ fn not_complete(recorded: &Recorded, story: &JobTimeline<'_>, status: &JobStatus
 /// Share of each cause in the error at the worst position of a lobe.
 fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
     let [low, high] = [lag.most().lowest_um, lag.most().highest_um].map(|um| signed(um, 2));
-    let range =
-        format!("Round all of {} lag and swing of the axes leave {low} to {high} µm in the last turn.", worst.name);
+    let range = format!("In the last turn, lag and swing of the axes leave {low} to {high} µm around {}.", worst.name);
     let at = |left: &Residual| worst.azimuth_deg.and_then(|azimuth| left.at(azimuth));
     let Some(drives) = at(&lag.encoders) else { return vec![range] };
     let mut sources = vec![(drives, "the drives' lag behind the path", "lag by the encoders")];
@@ -204,8 +203,8 @@ fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
     let rest = worst.error_um - tool.unwrap_or(drives);
     sources.push((
         rest,
-        "what no sensor shows: wheel and part giving way, wear, warmth",
-        "giving way, wear, warmth (the rest)",
+        "effects without a sensor: deflection of wheel and part, wear, heat",
+        "deflection, wear, heat (the rest)",
     ));
     let mut causes = causes_of(worst.error_um, &sources);
     causes.push(range);

@@ -54,7 +54,7 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
         ("lift p-v µm", false),
         ("turns", false),
         ("time s (late by)", false),
-        ("most power W", false),
+        ("peak power W", false),
         ("there J/mm³", false),
         ("burn index", false),
     ];
@@ -74,7 +74,7 @@ pub(super) fn figures(out: &mut String, findings: &Findings<'_>) {
         if let Some(giving) = planned.as_ref().and_then(|planned| planned.lobes.get(index)?.giving_way.as_ref()) {
             let _infallible = write!(
                 out,
-                "<p class=\"faint\">By the plan wheel and part give way {}.</p>",
+                "<p class=\"faint\">Planned deflection of wheel and part: {}.</p>",
                 escape(&giving.to_string())
             );
         }

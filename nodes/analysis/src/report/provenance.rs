@@ -82,7 +82,7 @@ fn facts(findings: &Findings<'_>) -> Vec<(String, String)> {
         "planned again for this report".to_owned(),
         match findings.again {
             Ok(_) => "yes, to the same plan: Q′, planned speeds and limits are those that were driven".to_owned(),
-            Err(reason) => format!("no: {reason}. What only a plan knows is left out"),
+            Err(reason) => format!("no: {reason}. Data that only a plan holds are missing"),
         },
     ));
     match findings.story.machine {

@@ -20,7 +20,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
             bands(out, findings, whole_s);
             shares(out, findings, whole_s);
         }
-        None => out.push_str("<p class=\"none\">what the interpolator did is not recorded</p>"),
+        None => out.push_str("<p class=\"none\">the motion of the interpolator is not recorded</p>"),
     }
     limits(out, findings);
     operator(out, findings);
@@ -55,7 +55,7 @@ fn bands(out: &mut String, findings: &Findings<'_>, whole_s: f64) {
     let at = |tick: u64| findings.seconds(tick).unwrap_or_default();
     let (left, width) = (58.0, 1132.0);
     let x = |tick: u64| left + width * at(tick) / whole_s;
-    let _infallible = write!(out, "<svg viewBox=\"0 0 1200 62\" role=\"img\" aria-label=\"what was done when\">");
+    let _infallible = write!(out, "<svg viewBox=\"0 0 1200 62\" role=\"img\" aria-label=\"timeline of the job\">");
     for stretch in stretches {
         let (from, to) = (x(stretch.from), x(stretch.to));
         let _infallible = write!(
@@ -161,9 +161,9 @@ fn limits(out: &mut String, findings: &Findings<'_>) {
         ("pass", true),
         ("cut s", false),
         ("C 1/min", false),
-        ("most Q′ mm²/s", false),
-        ("what set the speed, with its share", true),
-        ("limit of an axis used most", true),
+        ("peak Q′ mm²/s", false),
+        ("limits of the speed, with their shares", true),
+        ("highest use of an axis limit", true),
     ];
     table(out, &heads, &rows);
     out.push_str("<p class=\"faint\">From the plan that was driven: the recorded job was planned again and has the recorded plan's hash.</p>");

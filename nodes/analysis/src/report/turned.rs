@@ -33,7 +33,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
         ("rms µm", false),
         ("allowed µm", false),
         ("cusps µm", false),
-        ("cusps that feed and design must leave µm", false),
+        ("cusps of feed and design µm", false),
     ];
     let late = match findings.again {
         Ok(AnyPrepared::Turned(prepared)) => {
@@ -190,7 +190,7 @@ pub(super) fn worst_section(findings: &Findings<'_>, worst: &Worst) -> Option<(S
             label: format!("{} µm at {}", signed(worst.error_um, 2), worst.place),
         }),
         across: "azimuth on the part from its key-way (°)",
-        ..Chart::over_azimuth(format!("Form error round the part near z {z} mm (µm), shaded what is allowed"))
+        ..Chart::over_azimuth(format!("Form error round the part near z {z} mm (µm), tolerance shaded"))
     };
     let section = Section {
         radius_mm,

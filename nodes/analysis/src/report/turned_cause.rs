@@ -13,7 +13,7 @@ use camwright_planning::AnyPrepared;
 use std::fmt::Write as _;
 
 /// Causes that no sensor shows.
-const REST: &str = "insert and part giving way, wear, warmth (the rest)";
+const REST: &str = "deflection of insert and part, wear, heat (the rest)";
 
 /// The worst place by what left it, as a table.
 pub(super) fn write(out: &mut String, findings: &Findings<'_>, part: &TurnedResult) {

@@ -28,10 +28,10 @@ impl Compared {
         let [ours, theirs] = self.jobs;
         match self.first_difference {
             Some((job, same, differs)) => format!(
-                "the other run differs: job {job}: the same up to tick {same} of the job, another by its tick {differs}"
+                "the other run differs: job {job}: the same up to tick {same} of the job, different by tick {differs}"
             ),
             None if ours != theirs => format!("the other run differs: {ours} jobs here, {theirs} there"),
-            None if self.digests == 0 => "neither run has a digest of a job: no job ran".to_owned(),
+            None if self.digests == 0 => "no job to compare: neither run holds a digest of a job".to_owned(),
             None => format!("the other run is the same: {} digests of {ours} jobs", self.digests),
         }
     }
@@ -89,7 +89,7 @@ mod tests {
         let mut other = run.clone();
         other[0][2].1 = 9;
         let text = compare_jobs(&run, &other).to_text();
-        assert!(text.ends_with("job 1: the same up to tick 2000 of the job, another by its tick 2100"), "{text}");
+        assert!(text.ends_with("job 1: the same up to tick 2000 of the job, different by tick 2100"), "{text}");
         assert!(!compare_jobs(&run, &run[..1].to_vec()).is_same(), "a job is missing");
         assert!(!compare_jobs(&Vec::new(), &Vec::new()).is_same(), "nothing was compared");
     }

@@ -15,7 +15,7 @@ pub(super) fn last_before(heads: &[MachineKeyframe], tick: u64) -> Result<&Machi
     let instead = "without --from-tick a run is computed from its beginning";
     let Some(first) = heads.first() else {
         return Err(format!(
-            "it has no keyframe: machine/keyframes was left out, or the machine wrote none (keyframe_period_s); {instead}"
+            "it has no keyframe: machine/keyframes was not recorded, or the machine wrote none (keyframe_period_s); {instead}"
         ));
     };
     let readable = || heads.iter().filter(|head| head.form == KEYFRAME_FORM);

@@ -22,6 +22,7 @@ pub use error::RerunError;
 pub use window::Window;
 
 use camwright_bag::Bag;
+use camwright_bag::terminal::wrapped;
 use camwright_files::convert::setpoints::chunk_from_trajectory;
 use camwright_files::convert::time::ns_from_time;
 use camwright_machine_cycle::input_record::{VERSION, version_of};
@@ -94,30 +95,26 @@ impl Verdict {
                 more => format!(" (and {more} more)"),
             };
             lines.push(format!(
-                "differs: tick {tick}: {input}, is not as it was recorded: its check does not fit{more}"
+                "differs: tick {tick}: {input}, changed since it was recorded: its check sum does not fit{more}"
             ));
         }
         for difference in &self.differences {
             lines.push(format!("differs: {difference}"));
         }
-        let (done, rate) = (if lines.is_empty() { "identical" } else { "up to there" }, self.speed());
+        let (done, rate) = (if lines.is_empty() { "identical" } else { "before that" }, self.speed());
         let (ticks, setpoints, motions) = (self.ticks, self.setpoints, self.motions);
         let (digests, last) = self.digests;
         let from = if self.begun > 0 { format!(" after tick {}", self.begun) } else { String::new() };
-        let last = if digests > 0 { format!(", the last {last:016x}") } else { String::new() };
-        lines.push(format!(
-            "{done}: {ticks} ticks{from}, {setpoints} setpoints of {motions} motions, {} messages, {} keyframes, {digests} digests{last}",
-            self.compared, self.keyframes
-        ));
-        lines.push(format!(
-            "{:.3} s of the machine's time in {:.3} s, {rate:.1} times as fast",
-            self.seconds.0, self.seconds.1
-        ));
+        let last = if digests > 0 { format!(", last digest {last:016x}") } else { String::new() };
+        lines.push(format!("{done}: {ticks} ticks{from} ({:.3} s of machine time)", self.seconds.0));
+        lines.push(format!("compared: {setpoints} setpoints of {motions} motions, {} messages", self.compared));
+        lines.push(format!("          {} keyframes, {digests} digests{last}", self.keyframes));
+        lines.push(format!("computed in {:.3} s, {rate:.1} times as fast", self.seconds.1));
         if let Some(recorded_by) = self.recorded_by.as_ref().filter(|version| *version != VERSION) {
             lines.push(format!("recorded by camwright {recorded_by}, computed by camwright {VERSION}"));
         }
         if self.lost > 0 {
-            lines.push(format!("the recorder has lost {} messages, of which none was an input", self.lost));
+            lines.push(format!("the recorder lost {} messages, none of them an input", self.lost));
         }
         lines.join("\n")
     }
@@ -134,14 +131,14 @@ pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
             let mut same = verdict.is_identical();
             if let Some(compared) = compared {
                 same &= compared.is_same();
-                text = format!("{text}\n{}", compared.to_text());
+                text = format!("{}\n{text}", compared.to_text());
             }
             (text, if same { 0 } else { DIFFERS })
         }
         Err(error) => (format!("cannot replay {}: {error}", bag.display()), CANNOT),
     };
     // Output that went away is no failure of ours.
-    let _ = writeln!(std::io::stdout(), "{text}");
+    let _ = writeln!(std::io::stdout(), "{}", wrapped(&text, 2));
     ExitCode::from(code)
 }
 

@@ -76,8 +76,7 @@ impl Recorded {
                 ticks.push(stream.tick);
             }
         }
-        let description =
-            description.ok_or_else(|| RerunError::Cannot("it does not say what the machine is".into()))?;
+        let description = description.ok_or_else(|| RerunError::Cannot("it holds no machine description".into()))?;
         let machine = recorded_machine(&description, &[]).map_err(RerunError::Cannot)?;
         let last = machine_inputs.last().map_or(0, |input| input.tick);
         let epoch_ns = machine_inputs.first().map_or(0, |input| {
@@ -102,7 +101,7 @@ impl Recorded {
         all.must_not_leap(ticks)?;
         if let Some(start) = all.start.as_ref().filter(|start| start.tick >= all.last_tick) {
             let (start, last) = (start.tick, all.last_tick);
-            return Err(RerunError::Cannot(format!("nothing lies between tick {start} and tick {last}, the last one")));
+            return Err(RerunError::Cannot(format!("there is no tick between {start} and {last}, the last one")));
         }
         Ok(all)
     }
@@ -132,7 +131,7 @@ impl Recorded {
         match self.machine_inputs.first() {
             Some(first) if first.kind == MachineInput::BEGIN || self.start.is_some() => {}
             None if self.start.is_some() => {}
-            _ => return Err(RerunError::Cannot("it does not say how the machine began".into())),
+            _ => return Err(RerunError::Cannot("it holds no initial state of the machine".into())),
         }
         if self.topics.interpolator_inputs.is_some() {
             let of_interpolator = self.interpolator_inputs.iter().map(|input| (input.sequence, input.tick));

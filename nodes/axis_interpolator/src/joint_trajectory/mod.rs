@@ -98,7 +98,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
                 );
                 this.node.warn_once("speed scaling out of 0 to 1 ignored", &text);
             } else if !this.request(Request::SetOverride(factor)) {
-                let text = "speed scaling ignored: the machine has not been heard of yet";
+                let text = "speed scaling ignored: no message from the machine yet";
                 this.node.warn_once(text, text);
             }
         },
@@ -108,7 +108,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
 
 impl Shared {
     fn wanted_of(&self, goal: &FollowJointTrajectoryGoal) -> Result<RequestedTrajectory, String> {
-        let machine = self.machine().ok_or("the machine has not been heard of yet")?;
+        let machine = self.machine().ok_or("no message from the machine yet")?;
         RequestedTrajectory::from_goal(
             goal,
             &Settings::from_parameters(self.node.parameters()),
@@ -118,7 +118,7 @@ impl Shared {
     }
 
     fn accept_from_topic(&self, message: &JointTrajectory, writer: &Guid) -> Result<(), String> {
-        let machine = self.machine().ok_or("the machine has not been heard of yet")?;
+        let machine = self.machine().ok_or("no message from the machine yet")?;
         let settings = Settings::from_parameters(self.node.parameters());
         let wanted = RequestedTrajectory::from_trajectory(message, &settings, &machine, self.machine_time_ns())?;
         let name = by(OF_THE_TOPIC, &self.node.who(writer));
@@ -155,7 +155,7 @@ impl Shared {
         let mut place = lock(&self.arrival);
         let refused = match (place.is_some(), self.clock()) {
             (true, _) => Some((arrival, "another trajectory is about to begin")),
-            (false, None) => Some((arrival, "the machine has not been heard of yet")),
+            (false, None) => Some((arrival, "no message from the machine yet")),
             (false, Some(clock)) => {
                 let soonest = arrival.begins(0, clock);
                 *place = Some(arrival);
@@ -186,7 +186,7 @@ impl Shared {
         let Some(arrival) = lock(&self.arrival).take() else { return };
         let is_goal = arrival.decider.is_some();
         let name = &arrival.name;
-        self.node.logger().info(&format!("{name} takes the place of the one before it at tick {tick}"));
+        self.node.logger().info(&format!("{name} replaces the previous trajectory at tick {tick}"));
         lock(&self.served).yield_to(is_goal, name, tick);
         if let Some(decider) = arrival.decider {
             decider.accept();
@@ -217,8 +217,8 @@ impl Shared {
     /// The motion that begins where the axes rest.
     fn motion_from_rest(&self, wanted: &RequestedTrajectory) -> Result<PreparedMotion, String> {
         self.hindrance()?;
-        let machine = self.machine().ok_or("the machine has not been heard of yet")?;
-        let clock = self.clock().ok_or("the machine has not been heard of yet")?;
+        let machine = self.machine().ok_or("no message from the machine yet")?;
+        let clock = self.clock().ok_or("no message from the machine yet")?;
         // Later than any tick that the engine can begin with at once.
         let soonest = self.machine_tick() + u64::from(machine.feedback_delay_ticks);
         let tick = wanted.begins(soonest, clock);

@@ -25,7 +25,7 @@ pub(crate) fn parameters() -> Vec<Parameter> {
             .describe("feedback of follow_joint_trajectory, in Hz of the machine's time")
             .range(1.0, 1000.0),
         Parameter::double(STATE_RATE, 50.0)
-            .describe("~/controller_state, in Hz of the machine's time; at most as often as machine/stream is published; 0: never")
+            .describe("~/controller_state, in Hz of machine time; at most the rate of machine/stream; 0: never")
             .range(0.0, 1000.0),
         Parameter::double(GOAL_TIME, 0.0)
             .describe("how long after its end a trajectory may take to come within its goal tolerances, in s; 0: as long as it takes")

@@ -1,5 +1,7 @@
 //! `camwright bag info`, `check`, `report`, `recover` and `export`.
 
+use super::help;
+use super::output::wrapped;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,87 +14,104 @@ use camwright_bag::{Bag, Preset, export};
 
 /// Arguments of `camwright bag`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = help::BAG)]
 pub struct BagArgs {
-    /// What to do with the bag
+    /// Subcommand
     #[command(subcommand)]
     pub command: BagCommand,
 }
 
-/// What `camwright bag` does.
+/// Subcommands of `camwright bag`.
 #[derive(Debug, Clone, clap::Subcommand)]
 pub enum BagCommand {
-    /// Topics, counts, times and custom data of a bag
-    Info(BagPath),
-    /// Structure, check sums, order, and agreement with metadata.yaml; exit 0 clean, 1 warnings, 2 errors
+    /// List topics, counts and times of a bag
+    #[command(after_help = help::BAG_INFO)]
+    Info(InfoArgs),
+    /// Check structure, check sums, order and metadata.yaml of a bag
+    #[command(after_help = help::BAG_CHECK)]
     Check(BagPath),
-    /// A page for a browser or for paper: whether the part is good, where it is worst and why; exit 0 written, 1 not
+    /// Write the HTML report of a run: verdict, worst place, cause
+    #[command(after_help = help::BAG_REPORT)]
     Report(ReportArgs),
-    /// A new bag of what is whole in one that was killed or is damaged; exit 0 nothing was lost, 2 something was, 1 there is no new bag
+    /// Write the intact part of a damaged bag to a new bag
+    #[command(after_help = help::BAG_RECOVER)]
     Recover(RecoverArgs),
-    /// Tables (CSV, Parquet) of every topic for pandas and spreadsheets, or a compressed copy of the bag
+    /// Export a bag to CSV or Parquet tables, or compress it
+    #[command(after_help = help::BAG_EXPORT)]
     Export(ExportArgs),
 }
 
-/// What is made of a bag, and where.
+/// Arguments of `camwright bag export`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ExportArgs {
     /// Directory of the bag, or one MCAP file
     pub bag: PathBuf,
-    /// csv, parquet: a table of each topic; zstd and its like: the same bag with compressed chunks
+    /// Format of the export
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub to: Format,
-    /// Directory that is made; left out: beside the bag, under its name with `_csv`, `_parquet`, …
+    /// New directory [default: beside the bag, with `_csv`, `_parquet`, …]
     #[arg(long, value_name = "DIR")]
     pub into: Option<PathBuf>,
-    /// Elements of an array that have a column each; a longer array is one text, in parquet one list
+    /// Longest array that gets a column per element
     #[arg(long, default_value_t = 64, value_name = "N")]
     pub longest: usize,
 }
 
-/// What a bag is made into.
+/// Format of an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
-    /// A table of each topic.
+    /// One CSV table per topic
     Csv,
-    /// A table of each topic, each column with its type.
+    /// One Parquet table per topic, with typed columns
     Parquet,
-    /// The same bag with compressed chunks.
+    /// The same bag with compressed chunks
     Zstd,
-    /// The same, compressed as fast as it can be.
+    /// The same bag, compressed fast
     #[value(name = "zstd_fast")]
     ZstdFast,
-    /// The same, as small as it can be.
+    /// The same bag, compressed small
     #[value(name = "zstd_small")]
     ZstdSmall,
 }
 
-/// What is to be recovered, and where to.
+/// Arguments of `camwright bag recover`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct RecoverArgs {
-    /// Which bag
+    /// The damaged bag
     #[command(flatten)]
     pub bag: BagPath,
-    /// Directory of the new bag; left out: beside the old one, under its name with `_recovered`
+    /// New directory [default: beside the bag, with `_recovered`]
     #[arg(long, value_name = "DIR")]
     pub into: Option<PathBuf>,
 }
 
-/// Which run is reported, and where to.
+/// Arguments of `camwright bag report`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ReportArgs {
     /// Directory of the bag, or one MCAP file
     pub bag: PathBuf,
-    /// The page; left out: `report.html` in the bag's directory
+    /// File of the report [default: `report.html` in the bag's directory]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
 
-/// Which bag, and how to tell about it.
+/// Arguments of `camwright bag info`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct InfoArgs {
+    /// The bag
+    #[command(flatten)]
+    pub bag: BagPath,
+    /// Also list types, files and everything the recorder wrote
+    #[arg(long)]
+    pub details: bool,
+}
+
+/// A bag, and the format of the output.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BagPath {
     /// Directory of the bag, or one MCAP file
     pub bag: PathBuf,
-    /// One JSON object instead of text
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -101,7 +120,7 @@ pub struct BagPath {
 #[must_use]
 pub fn run(args: &BagArgs) -> ExitCode {
     let outcome = match &args.command {
-        BagCommand::Info(path) => info(&path.bag, path.json),
+        BagCommand::Info(args) => info(&args.bag.bag, args.bag.json, args.details),
         BagCommand::Check(path) => check_bag(&path.bag, path.json),
         BagCommand::Export(args) => export_bag(args),
         BagCommand::Recover(RecoverArgs { bag: path, into }) => recover_bag(&path.bag, into.as_deref(), path.json),
@@ -134,9 +153,9 @@ fn report(args: &ReportArgs) -> ExitCode {
     }
 }
 
-fn info(bag: &Path, json: bool) -> Result<(String, u8), camwright_bag::BagError> {
+fn info(bag: &Path, json: bool, details: bool) -> Result<(String, u8), camwright_bag::BagError> {
     let info = BagInfo::read(bag)?;
-    Ok((if json { info.to_json() } else { info.to_text() }, 0))
+    Ok((if json { info.to_json() } else { info.to_text(details) }, 0))
 }
 
 fn check_bag(bag: &Path, json: bool) -> Result<(String, u8), camwright_bag::BagError> {
@@ -146,14 +165,14 @@ fn check_bag(bag: &Path, json: bool) -> Result<(String, u8), camwright_bag::BagE
         Some(Severity::Warning) => 1,
         Some(Severity::Error) => 2,
     };
-    Ok((if json { report.to_json() } else { report.to_text() }, code))
+    Ok((if json { report.to_json() } else { wrapped(&report.to_text(), 2) }, code))
 }
 
 fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<(String, u8), camwright_bag::BagError> {
     let into = into.map_or_else(|| recover::beside(bag), Path::to_owned);
     let recovery = recover::recover(bag, &into)?;
     let code = if recovery.is_whole() { 0 } else { 2 };
-    Ok((if json { recovery.to_json() } else { recovery.to_text() }, code))
+    Ok((if json { recovery.to_json() } else { wrapped(&recovery.to_text(), 2) }, code))
 }
 
 fn export_bag(args: &ExportArgs) -> Result<(String, u8), camwright_bag::BagError> {
@@ -167,13 +186,14 @@ fn export_bag(args: &ExportArgs) -> Result<(String, u8), camwright_bag::BagError
         Format::ZstdFast => copy(Preset::ZstdFast)?,
         Format::ZstdSmall => copy(Preset::ZstdSmall)?,
     };
-    let mut text = String::new();
+    let verdict = if exported.left_out.is_empty() { "EXPORTED" } else { "INCOMPLETE" };
+    let mut text = format!("{verdict}: {} messages, {} files\n", exported.messages, exported.paths.len());
+    for (topic, reason) in &exported.left_out {
+        text.push_str(&wrapped(&format!("not exported: {topic}: {reason}"), 2));
+        text.push('\n');
+    }
     for path in &exported.paths {
         text.push_str(&format!("{}\n", path.display()));
     }
-    for (topic, reason) in &exported.left_out {
-        text.push_str(&format!("left out: {topic}: {reason}\n"));
-    }
-    text.push_str(&format!("{} messages\n", exported.messages));
     Ok((text, u8::from(!exported.left_out.is_empty())))
 }

@@ -1,6 +1,6 @@
-//! `camwright run --parts N`: parts one after the other, their size and form, and what they say about the machine.
+//! `camwright run --parts N`: size and form of every part, and the capability of the machine.
 
-use super::output::say;
+use super::output::{say, wrapped};
 use camwright::cam::capability::Capability;
 use camwright::math::units::um_from_mm;
 use camwright::planner::{LobeDesign, designs};
@@ -13,7 +13,7 @@ use camwright_ros::{Node, Qos, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long the outlines of a finished part may take to arrive.
+/// Maximum time for the outlines of a finished part to arrive.
 const MEASURING: Duration = Duration::from_secs(20);
 
 /// The parts of a batch so far.
@@ -32,7 +32,7 @@ impl Batch {
         let outlines: Arc<Parts> = Arc::default();
         let into = Arc::clone(&outlines);
         let subscription =
-            node.subscribe::<PartLobe>("machine/part", &Qos::latched(32), move |lobe, _| into.take(lobe))?;
+            node.subscribe::<PartLobe>("machine/part", &Qos::latched(32), move |lobe, _| into.add(lobe))?;
         let designs = job_file::load(job, overrides).ok().and_then(|job| designs(&job.spec).ok()).unwrap_or_default();
         Ok(Self { wanted, designs, outlines, parts: Vec::new(), plan_hashes: Vec::new(), _subscription: subscription })
     }
@@ -51,7 +51,7 @@ impl Batch {
         self.parts.len() < self.wanted as usize
     }
 
-    /// Every part that was measured keeps within the tolerance.
+    /// Returns true if every measured part is within the tolerance.
     pub(super) fn is_good(&self) -> bool {
         self.parts.iter().flatten().all(|lobe| lobe.form_mm.abs() <= FORM_TOLERANCE_MM)
     }
@@ -60,31 +60,48 @@ impl Batch {
         planning::capability(&self.parts).unwrap_or_default()
     }
 
-    /// Size and form of every part, and what the batch is capable of.
-    pub(super) fn print(&self) {
-        say!(
-            "size (mean deviation of the base circle, of a journal all round) and form (largest deviation) of each part:"
-        );
-        for (index, part) in self.parts.iter().enumerate() {
-            let lobe = |lobe: &MeasuredLobe| {
-                format!("{} {:+.3} um, {:+.3} um", lobe.name, um_from_mm(lobe.size_mm), um_from_mm(lobe.form_mm))
-            };
-            say!("  part {:<4} {}", index + 1, part.iter().map(lobe).collect::<Vec<_>>().join("; "));
-        }
+    /// The largest form error of the batch, with the number of its part.
+    pub(super) fn worst(&self) -> Option<(usize, &MeasuredLobe)> {
+        let lobes =
+            self.parts.iter().enumerate().flat_map(|(part, lobes)| lobes.iter().map(move |lobe| (part + 1, lobe)));
+        lobes.max_by(|a, b| a.1.form_mm.abs().total_cmp(&b.1.form_mm.abs()))
+    }
+
+    /// Capability of the batch; with `details` size and form of every part.
+    pub(super) fn print(&self, details: bool) {
         let capability = self.capability();
         if !capability.is_empty() {
             say!(
-                "capability of {} parts (tolerance {} um; Cp = (U - L)/(6 s), Cpk = min(U - m, m - L)/(3 s), of form against U alone):",
+                "capability of {} parts (tolerance {} um)\nlobe   size mean         s    Cp    Cpk    form mean         s    Cpk",
                 self.parts.len(),
                 um_from_mm(FORM_TOLERANCE_MM),
             );
         }
         for lobe in capability {
-            say!("  {:<5} size {}; form {}", lobe.name, told(&lobe.size), told(&lobe.form));
+            let index = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+            let [size, form] = [&lobe.size, &lobe.form]
+                .map(|of| format!("{:>+8.3} um {:>6.3} um", um_from_mm(of.mean), um_from_mm(of.deviation)));
+            let (cp, cpk, form_cpk) = (index(lobe.size.cp), index(lobe.size.cpk), index(lobe.form.cpk));
+            say!("{:<5} {size} {cp:>6} {cpk:>6}  {form} {form_cpk:>6}", lobe.name);
+        }
+        if details {
+            self.print_parts();
         }
     }
 
-    /// The same for machines.
+    fn print_parts(&self) {
+        say!("size (mean deviation of the base circle or journal) and largest form error in um:");
+        for (index, part) in self.parts.iter().enumerate() {
+            let lobe = |lobe: &MeasuredLobe| {
+                format!("{} {:+.3}, {:+.3}", lobe.name, um_from_mm(lobe.size_mm), um_from_mm(lobe.form_mm))
+            };
+            let lobes = part.iter().map(lobe).collect::<Vec<_>>().join("; ");
+            say!("{}", wrapped(&format!("  part {:<4} {lobes}", index + 1), 12));
+        }
+        say!("Cp = (U - L)/(6 s), Cpk = min(U - m, m - L)/(3 s); form against U alone");
+    }
+
+    /// The batch as JSON.
     pub(super) fn json(&self) -> serde_json::Value {
         let parts = self.parts.iter().zip(&self.plan_hashes).map(|(part, plan_hash)| {
             let lobe = |lobe: &MeasuredLobe| {
@@ -109,12 +126,4 @@ impl Batch {
             "capability": capability.collect::<Vec<_>>(),
         })
     }
-}
-
-fn told(of: &Capability) -> String {
-    let (mean_um, deviation_um) = (um_from_mm(of.mean), um_from_mm(of.deviation));
-    let index = |name: &str, value: Option<f64>| value.map_or_else(String::new, |value| format!(", {name} {value:.2}"));
-    let indices = format!("{}{}", index("Cp", of.cp), index("Cpk", of.cpk));
-    let indices = if indices.is_empty() { ", the parts do not differ".into() } else { indices };
-    format!("m {mean_um:+.3} um, s {deviation_um:.3} um{indices}")
 }

@@ -1,6 +1,7 @@
-//! `camwright check`: everything that can be said about a job or a lift table before anything moves.
+//! `camwright check`: validates a job or a lift table.
 
-use camwright_files::{ConfigError, Place};
+use super::output::{say, wrapped};
+use camwright_files::{ConfigError, FileLocation};
 use camwright_planning::{self as planning, Finding, Severity};
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -9,44 +10,59 @@ use std::process::ExitCode;
 
 /// Arguments of `camwright check`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = super::help::CHECK)]
 pub(super) struct CheckArgs {
     /// Name or path of a job file or of a lift table
     #[arg(value_name = "JOB|LIFT")]
     file: String,
-    /// Sets a key over the job file, or for a table a key of a profile's `lift`
+    /// Set a key of the job, or for a lift table a key of `lift`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// One JSON object instead of text
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
+    /// Print the readings of lift tables and the clearances of an insert too
+    #[arg(long)]
+    details: bool,
 }
 
-/// Exit code 0: clean; 1: warnings; 2: refused, or not there.
+/// Exit code 0: clean; 1: warnings; 2: rejected or not found.
 pub(super) fn main(args: &CheckArgs) -> ExitCode {
     let (findings, summary, notes, file) = match planning::check(&args.file, &args.set, None) {
         Ok(report) => (report.findings, report.summary, report.notes, report.file.display().to_string()),
         Err(error) => (vec![Finding { severity: Severity::Error, error }], None, Vec::new(), args.file.clone()),
     };
     let worst = findings.iter().map(|finding| finding.severity).max();
+    let verdict = match worst {
+        None => "clean",
+        Some(Severity::Warning) => "warnings",
+        Some(Severity::Error) => "refused",
+    };
     if args.json {
-        let verdict = match worst {
-            None => "clean",
-            Some(Severity::Warning) => "warnings",
-            Some(Severity::Error) => "refused",
-        };
         let findings: Vec<Value> = findings.iter().map(as_json).collect();
         let report =
             json!({ "file": file, "verdict": verdict, "summary": summary, "notes": notes, "findings": findings });
-        let _ = writeln!(io::stdout(), "{report:#}");
+        say!("{report:#}");
     } else {
+        let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
+        let counts = [(count(Severity::Error), "error"), (count(Severity::Warning), "warning")];
+        let counts: Vec<String> = counts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, word)| format!("{count} {word}{}", if *count == 1 { "" } else { "s" }))
+            .collect();
+        let about = if counts.is_empty() { summary.clone().unwrap_or(file) } else { counts.join(", ") };
+        say!("{}", wrapped(&format!("{}: {about}", verdict.to_uppercase()), 2));
         for finding in &findings {
-            let _ = writeln!(io::stderr(), "{finding}");
+            let _reader_is_gone = writeln!(io::stderr(), "{finding}");
         }
-        if let Some(summary) = summary {
-            let _ = writeln!(io::stdout(), "{summary}");
+        if let Some(summary) = summary.filter(|_| !counts.is_empty()) {
+            say!("{}", wrapped(&summary, 2));
         }
-        for note in notes {
-            let _ = writeln!(io::stdout(), "{note}");
+        if args.details {
+            for note in notes {
+                say!("{}", wrapped(&note, 2));
+            }
         }
     }
     ExitCode::from(match worst {
@@ -57,7 +73,7 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
 }
 
 fn as_json(finding: &Finding) -> Value {
-    let ConfigError { place: Place { file, line }, message } = &finding.error;
+    let ConfigError { place: FileLocation { file, line }, message } = &finding.error;
     let file: &Path = file;
     json!({
         "severity": finding.severity.to_string(),

@@ -1,4 +1,4 @@
-//! `camwright check-machine`: whether a machine keeps its contract.
+//! `camwright check-machine`: checks a machine against the machine contract.
 
 use super::output::say;
 use camwright::machine::description::Axis;
@@ -11,38 +11,35 @@ use std::time::Duration;
 
 /// Arguments of `camwright check-machine`.
 ///
-/// Every clause of `nodes/MACHINE_CONTRACT.md` comes out as kept, broken (what, how much, how much is allowed, at which tick) or not seen
-/// (why, and how to see it). Without --move it listens and asks for nothing but a reset of a machine that rests without an alarm. With
-/// --move it takes command, moves one axis to and fro, falls silent, sends what must be refused, presses machine/estop, raises alarms on
-/// purpose and resets them: stand beside the machine. It does not begin while somebody else has command, an axis moves or an alarm is
-/// active; Ctrl-C ends it on the path, at rest.
-///
-/// Exit 0: nothing is broken; 1: something is; 3: no machine is heard; 4: nothing may be moved now; 130: ended by Ctrl-C.
+/// Each clause of `nodes/MACHINE_CONTRACT.md` is reported as kept, broken (value, limit, tick) or not seen (reason, how to see it). Without
+/// --move the check only listens and resets a machine that rests without an alarm. With --move it takes command, moves one axis forth and
+/// back, stops sending, sends invalid setpoints, triggers machine/estop and alarms, and resets them: stay beside the machine. It does not
+/// start while another client has command, an axis moves or an alarm is active. Ctrl-C stops it on the path.
 #[derive(Debug, Clone, Args)]
-#[command(verbatim_doc_comment)]
+#[command(after_help = super::help::CHECK_MACHINE)]
 pub(super) struct CheckMachineArgs {
     /// Namespace of the cell.
     #[arg(long, value_name = "/CELL")]
     namespace: Option<String>,
-    /// The joint that may be moved, for example `z_axis`.
+    /// Joint to move, for example `z_axis`.
     #[arg(long = "move", value_name = "JOINT", requires = "distance", value_parser = joint)]
     joint: Option<Axis>,
-    /// From where it rests (mm, deg); it comes back.
+    /// Distance to move forth and back (mm, deg).
     #[arg(long, value_name = "MM|DEG", allow_hyphen_values = true, requires = "joint", value_parser = distance)]
     distance: Option<f64>,
-    /// How long to listen before anything is tried (s).
+    /// Time to listen before the first test (s).
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     seconds: f64,
-    /// How long a machine may take to be heard (s).
+    /// Time to wait for a machine (s).
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
     patience: f64,
-    /// Print it as JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     json: bool,
 }
 
 fn joint(text: &str) -> Result<Axis, String> {
-    Axis::from_joint(text).ok_or_else(|| format!("there is no joint {text:?}, there are c_axis, x_axis and z_axis"))
+    Axis::from_joint(text).ok_or_else(|| format!("unknown joint {text:?}; joints are c_axis, x_axis and z_axis"))
 }
 
 fn distance(text: &str) -> Result<f64, String> {
@@ -50,13 +47,13 @@ fn distance(text: &str) -> Result<f64, String> {
     if value != 0.0 && value.abs() <= 1000.0 {
         Ok(value)
     } else {
-        Err(format!("{value}, allowed is up to 1000, and not 0"))
+        Err(format!("{value} is outside -1000 to 1000, or 0"))
     }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().map_err(|error| error.to_string())?;
-    if (0.1..=600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s, allowed is 0.1 to 600")) }
+    if (0.1..=600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s is outside 0.1 to 600 s")) }
 }
 
 /// Entry point.
@@ -80,9 +77,9 @@ pub(super) fn main(args: &CheckMachineArgs, ros_args: &RosArgs) -> ExitCode {
         }
     };
     if args.json {
-        tell(&format!("{:#}", checked.report.json()));
+        print(&format!("{:#}", checked.report.json()));
     } else {
-        tell(&checked.report.to_string());
+        print(&checked.report.to_string());
     }
     match (checked.interrupted, checked.report.clauses(Verdict::Broken).is_empty()) {
         (true, _) => ExitCode::from(130),
@@ -91,6 +88,6 @@ pub(super) fn main(args: &CheckMachineArgs, ros_args: &RosArgs) -> ExitCode {
     }
 }
 
-fn tell(text: &str) {
+fn print(text: &str) {
     say!("{text}");
 }

@@ -1,8 +1,9 @@
-//! `camwright drives`: what the drives of a lathe leave on a part, and what they would have to be.
+//! `camwright drives`: form error by each drive of a lathe, and the gain that keeps the tolerance.
 
+use super::output::{say, wrapped};
 use camwright::math::units::{TURN_RAD, mm_from_um, um_from_mm};
 use camwright::simulation::lathe_drives::{
-    Drives, DrivesForm, FeedForward, GainSearch, GainTried, LeastGain, Told, TurningDrives,
+    Drives, DrivesForm, FeedForward, Finding, GainSearch, GainTried, MinimumGain, TurningDrives,
 };
 use camwright_files::any_job::{self, AnyJob};
 use camwright_planning::{self as planning, PreparedTurning};
@@ -12,34 +13,37 @@ use std::process::ExitCode;
 
 /// Arguments of `camwright drives`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = super::help::DRIVES)]
 pub(super) struct DrivesArgs {
-    /// Name or path of a job that turns
+    /// Name or path of a turning job
     #[arg(default_value = "turned_cam")]
     job: String,
-    /// How far the part may be off besides what ideal drives leave
+    /// Maximum form error beyond that of ideal drives (um)
     #[arg(long, value_name = "UM", default_value_t = 2.0)]
     tolerance_um: f64,
-    /// Largest position loop gain of X that is tried
+    /// Maximum position loop gain of X in the search (1/s)
     #[arg(long, value_name = "KV", default_value_t = 2000.0)]
     most_kv_1_s: f64,
-    /// Sets a key of the job, for example `turned.to_mm=20`: a short piece of the part is turned sooner
+    /// Set a key of the job, such as `turned.to_mm=20` for a short piece; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Sets a key of the machine
+    /// Set a key of the machine; repeatable
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
-    /// One JSON object instead of text
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
 }
 
-/// Exit code 0: told; 2: refused, or not turned.
+/// Exit code 0: done; 2: rejected, or not a turning job.
 pub(super) fn main(args: &DrivesArgs) -> ExitCode {
     match drives(args) {
-        Ok(report) => {
-            if args.json {
-                let _ = writeln!(io::stdout(), "{report:#}");
-            }
+        Ok((_, json)) if args.json => {
+            say!("{json:#}");
+            ExitCode::SUCCESS
+        }
+        Ok((text, _)) => {
+            say!("{}", wrapped(text.trim_end(), 2));
             ExitCode::SUCCESS
         }
         Err(message) => {
@@ -52,57 +56,67 @@ pub(super) fn main(args: &DrivesArgs) -> ExitCode {
 fn prepared(args: &DrivesArgs) -> Result<PreparedTurning, String> {
     let job = any_job::load(&args.job, &args.set).map_err(|error| error.to_string())?;
     let AnyJob::Turned(mut job) = job else {
-        return Err(format!("job {} grinds: what its drives leave `camwright run` tells at its end", args.job));
+        return Err(format!("job {} grinds; `camwright run {0} --details` shows what its drives leave", args.job));
     };
     job.machine = job.machine.with_overrides(&args.set_machine).map_err(|error| error.to_string())?;
     planning::plan_turned(*job, None).map_err(|error| error.to_string())
 }
 
-fn drives(args: &DrivesArgs) -> Result<Value, String> {
+/// Simulates all drives and searches the gain of X. Returns the result as text, verdict first, and as JSON.
+fn drives(args: &DrivesArgs) -> Result<(String, Value), String> {
     let prepared = prepared(args)?;
     let (spec, machine) = (&prepared.job.spec, &prepared.machine);
-    // Results come one after the other, some seconds apart: text says each at once, and with --json where people look for progress.
-    let say = |line: &str| {
-        let _ = if args.json { writeln!(io::stderr(), "{line}") } else { writeln!(io::stdout(), "{line}") };
+    // The simulations take some seconds each; the terminal shows which one is done.
+    let mut simulated = 0;
+    let mut text =
+        format!("{}\n{:<40} {:>11} {:>11} {:>11}\n", prepared.summary(), "drives", "highest", "lowest", "excess");
+    let mut record = |text: &mut String, finding: &Finding| {
+        simulated += 1;
+        let _reader_is_gone = write!(io::stderr(), "\r{simulated} simulations done");
+        *text += &finding_text(finding);
     };
-    let told = |told: &Told| say(&told_text(told));
-    say(&prepared.summary());
-    say("off the design: highest, lowest, and how far beyond what ideal drives leave");
     let all = TurningDrives::new(spec, &prepared.planned.plan, machine, prepared.job.grid);
     let all = all.map_err(|error| error.to_string())?;
-    let compared = all.compare(told).map_err(|error| error.to_string())?;
+    let compared = all.compare(|found| record(&mut text, found)).map_err(|error| error.to_string())?;
     let good = compared.iter().find(|(drives, _)| *drives == Drives::Good).map(|(_, form)| um_from_mm(form.beyond_mm));
-    let mut searches = Vec::new();
-    for (feed_forward, name) in [(FeedForward::AsItIs, "as it is"), (FeedForward::Whole, "whole")] {
-        say(&format!("position loop gain of x_axis, velocity loop in the same ratio, feed-forward {name}:"));
-        let search =
-            GainSearch { tolerance_mm: mm_from_um(args.tolerance_um), most_kv_1_s: args.most_kv_1_s, feed_forward };
-        let found = all.least_gain(&search, told).map_err(|error| error.to_string())?;
-        say(&verdict(args.tolerance_um, &found));
-        searches.push(json!({ "feed_forward": name, "result": gain_json(&found) }));
-    }
+    let mut verdicts = Vec::new();
     if let Some(good_um) = good {
-        let keep = if good_um <= args.tolerance_um { "keep" } else { "do not keep" };
-        say(&format!(
-            "the good drives that {} describes {keep} {} um: {good_um:.3} um",
+        let (word, keep) = if good_um <= args.tolerance_um { ("GOOD", "keep") } else { ("NOT GOOD", "exceed") };
+        verdicts.push(format!(
+            "{word}: the good drives of {} {keep} {} um: {good_um:.3} um",
             machine.name, args.tolerance_um
         ));
     }
+    let mut searches = Vec::new();
+    for (feed_forward, name) in [(FeedForward::AsItIs, "as it is"), (FeedForward::Whole, "whole")] {
+        text += &format!("\ngain of x_axis, velocity loop in the same ratio, feed-forward {name}:\n");
+        let search =
+            GainSearch { tolerance_mm: mm_from_um(args.tolerance_um), most_kv_1_s: args.most_kv_1_s, feed_forward };
+        let found = all.minimum_gain(&search, |found| record(&mut text, found)).map_err(|error| error.to_string())?;
+        verdicts.push(format!("feed-forward {name}: {}", verdict(args.tolerance_um, &found)));
+        searches.push(json!({ "feed_forward": name, "result": gain_json(&found) }));
+    }
+    let _reader_is_gone = writeln!(io::stderr());
     let compared: serde_json::Map<String, Value> =
         compared.iter().map(|(drives, form)| (drives.to_string(), form_json(form))).collect();
-    Ok(json!({
+    let json = json!({
         "job": spec.name,
         "machine": machine.name,
         "tolerance_um": args.tolerance_um,
         "drives": compared,
         "gain_of_x": searches,
-    }))
+    });
+    let text = format!(
+        "{}\n\n{text}\nhighest and lowest: form error; excess: beyond the error of ideal drives\n",
+        verdicts.join("\n")
+    );
+    Ok((text, json))
 }
 
 fn form_text(form: &DrivesForm) -> String {
     let [highest, lowest, beyond] =
         [form.highest.deviation_mm, form.lowest.deviation_mm, form.beyond_mm].map(um_from_mm);
-    format!("{highest:+8.3} um {lowest:+8.3} um {beyond:8.3} um")
+    format!("{highest:>+8.3} um {lowest:>+8.3} um {beyond:>8.3} um")
 }
 
 fn loop_text(tried: &GainTried) -> String {
@@ -111,29 +125,29 @@ fn loop_text(tried: &GainTried) -> String {
     format!("Kv {:.1} 1/s, velocity loop {velocity}", tried.kv_1_s)
 }
 
-fn told_text(told: &Told) -> String {
-    match told {
-        Told::Drives(drives, form) => format!("  {:<44} {}", drives.to_string(), form_text(form)),
-        Told::Gain(tried) => {
+fn finding_text(finding: &Finding) -> String {
+    match finding {
+        Finding::Drives(drives, form) => format!("{:<40} {}\n", drives.to_string(), form_text(form)),
+        Finding::Gain(tried) => {
             let form = tried.form.as_ref().map_or_else(|| "the machine stops with an alarm".into(), form_text);
-            format!("  {:<44} {form}", loop_text(tried))
+            format!("{:<40} {form}\n", loop_text(tried))
         }
-        Told::Flaw(without) => format!("  {:<44} {}", format!("without {}", without.of), form_text(&without.form)),
+        Finding::Flaw(without) => format!("{:<40} {}\n", format!("without {}", without.of), form_text(&without.form)),
     }
 }
 
-fn verdict(tolerance_um: f64, found: &LeastGain) -> String {
+fn verdict(tolerance_um: f64, found: &MinimumGain) -> String {
     let beyond_um = |tried: &GainTried| tried.form.map_or(f64::NAN, |form| um_from_mm(form.beyond_mm));
     match found {
-        LeastGain::Found { least, .. } => {
+        MinimumGain::Found { least, .. } => {
             format!("{} keeps {tolerance_um} um: {:.3} um", loop_text(least), beyond_um(least))
         }
-        LeastGain::NotFound { best, most_kv_1_s, flaws, .. } => {
+        MinimumGain::NotFound { best, most_kv_1_s, flaws, .. } => {
             let most = flaws.first().map_or_else(String::new, |without| {
-                format!("; without {} {:.3} um would be left", without.of, um_from_mm(without.form.beyond_mm))
+                format!("; without {} {:.3} um would remain", without.of, um_from_mm(without.form.beyond_mm))
             });
             format!(
-                "no gain up to {most_kv_1_s:.0} 1/s keeps {tolerance_um} um; the best is {}: {:.3} um{most}",
+                "no gain up to {most_kv_1_s:.0} 1/s keeps {tolerance_um} um; best {}: {:.3} um{most}",
                 loop_text(best),
                 beyond_um(best)
             )
@@ -157,13 +171,13 @@ fn tried_json(tried: &GainTried) -> Value {
     })
 }
 
-fn gain_json(found: &LeastGain) -> Value {
+fn gain_json(found: &MinimumGain) -> Value {
     match found {
-        LeastGain::Found { least, tried, .. } => json!({
+        MinimumGain::Found { least, tried, .. } => json!({
             "least": tried_json(least),
             "tried": tried.iter().map(tried_json).collect::<Vec<_>>(),
         }),
-        LeastGain::NotFound { best, tried, flaws, .. } => json!({
+        MinimumGain::NotFound { best, tried, flaws, .. } => json!({
             "best": tried_json(best),
             "tried": tried.iter().map(tried_json).collect::<Vec<_>>(),
             "without": flaws.iter().map(|without| json!({

@@ -7,6 +7,7 @@ mod batch;
 mod check;
 mod check_machine;
 mod drives;
+mod help;
 mod output;
 mod pace;
 mod page;
@@ -29,11 +30,11 @@ use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Grinds parts that are not round: plans, runs, records and replays jobs of a simulated cam grinding cell over ROS 2.
+/// Plan, simulate, record and replay the grinding and turning of parts that are not round.
 ///
-/// Without a command it runs the default job. `--ros-args …` is understood everywhere: remaps, __ns, -p, --params-file.
+/// Without a command the default job runs.
 #[derive(Debug, Parser)]
-#[command(name = "camwright", version, max_term_width = 110)]
+#[command(name = "camwright", version, max_term_width = 80, after_help = help::CAMWRIGHT)]
 struct Cli {
     #[command(subcommand)]
     command: Option<CommandLine>,
@@ -41,37 +42,37 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum CommandLine {
-    /// Run a job on the whole cell, in this process, and leave a bag.
+    /// Run a job on the whole cell and record a bag.
     Run(run::RunArgs),
-    /// Plan a job without ROS and write contour, tool path and speed plan of every lobe, or the insert's path of every pass.
+    /// Plan a job without ROS and write its paths.
     Plan(plan::PlanArgs),
-    /// Make the NC program of a job, for a machine whose control reads G code, and read it back.
+    /// Write the NC program of a job and verify it.
     Post(post::PostArgs),
-    /// Check a job or a lift table: every finding with file, line, value and bound.
+    /// Check a job or a lift table.
     Check(check::CheckArgs),
     /// Print the JSON Schema of job and machine files.
     Schema(schema::SchemaArgs),
-    /// Check a machine against its contract, clause by clause: a drive, a bridge, or the simulated machine.
+    /// Check a running machine against the machine contract.
     CheckMachine(check_machine::CheckMachineArgs),
-    /// Tell what the drives of a lathe leave on a part, and what they would have to be.
+    /// Find the drive gains that a turned part needs.
     Drives(drives::DrivesArgs),
-    /// Set a running cell up: jog, probe, dress, touch off, find the part's phase.
+    /// Set up a running cell: move, jog, probe, dress, touch off.
     Setup(setup::SetupArgs),
     /// Serve the operator page of a running cell.
     Page(page::PageArgs),
-    /// Tell what a running cell does: state, job, axes, who has command, alarms, recorder.
+    /// Show the state of a running cell.
     Status(status::StatusArgs),
     /// Print the URDF of a machine.
     Urdf(urdf::UrdfArgs),
-    /// Look into a bag.
+    /// Inspect, check, repair or export a bag.
     Bag(bag::BagArgs),
-    /// Play a bag to the ROS graph, or compute its run again and compare.
+    /// Play a bag to the ROS graph, or recompute its run and compare.
     Replay(replay::ReplayCommand),
-    /// Plan the jobs of bags again with this program, and list what moved and by how much.
+    /// Plan the recorded jobs of bags again and list differences.
     Replan(camwright_analysis::replan::ReplanArgs),
 }
 
-/// The command of a command line: without one the default job is run, with the defaults of `run`.
+/// Command of a command line; without one `run` with its defaults.
 fn command_of(words: impl Iterator<Item = String>) -> Option<CommandLine> {
     Cli::parse_from(words).command.or_else(|| Cli::parse_from(["camwright", "run"]).command)
 }
@@ -113,7 +114,6 @@ pub fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    /// A single part, whose bag is predicted before there is room for it.
     #[test]
     fn without_a_command_the_defaults_are_those_of_run() {
         let words = |words: &[&str]| command_of(words.iter().map(ToString::to_string).collect::<Vec<_>>().into_iter());

@@ -14,4 +14,5 @@ macro_rules! say {
         $crate::cli::output::write_line(format_args!($($text)*))
     };
 }
+pub(super) use camwright_bag::terminal::wrapped;
 pub(super) use say;

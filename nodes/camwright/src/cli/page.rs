@@ -1,4 +1,4 @@
-//! `camwright page`: the operator page beside a running cell.
+//! `camwright page`: serves the operator page of a running cell.
 
 use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
 use camwright_ros::running::NodeError;
@@ -9,11 +9,12 @@ use std::process::ExitCode;
 
 /// Arguments of `camwright page`.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = super::help::PAGE)]
 pub(super) struct PageArgs {
-    /// Port; 0 takes a free one.
+    /// Port; 0 selects a free port.
     #[arg(long, default_value_t = USUAL_ADDRESS.port())]
     port: u16,
-    /// Address of this computer to serve it at: 0.0.0.0 shows it to everybody who reaches this computer.
+    /// Address to serve at; 0.0.0.0 opens the page to the network.
     #[arg(long, value_name = "ADDRESS", default_value_t = USUAL_ADDRESS.ip())]
     bind: IpAddr,
 }

@@ -1,60 +1,73 @@
-//! `camwright plan`: plans a job without ROS and writes what came out.
+//! `camwright plan`: plans a job without ROS and writes its paths.
 
+use super::output::{say, wrapped};
 use super::plan_turned;
 use crate::bag_size::{BagSize, Pace};
 use camwright_planning::{self as planning, AnyPrepared, BoundSummary, PassSummary, RemovalClass};
 use serde::Serialize;
+use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Most arcs of one bound in the text; `summary.json` has them all.
+/// Maximum number of arcs of one bound in the text; `summary.json` holds all.
 const MAX_ARCS: usize = 6;
 
 /// Arguments of `camwright plan`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = super::help::PLAN)]
 pub(super) struct PlanArgs {
     /// Name or path of a job file
     job: String,
-    /// Folder for `summary.json` and, per lobe, `contour.csv`, `tool_path.csv` and `speed_plan.csv`; of a turned part
-    /// `surface.csv`, `clearance.csv` and, per pass, `insert_path.csv`
+    /// Folder for the files
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Sets a key over the file, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`
+    /// Set a key of the job, such as `lobes.I1.phase_deg=75`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Draws every lobe, as SVG and PNG: contour with wheel and path; X and its derivatives over C; speed, acceleration and
-    /// jerk of C and X with their limits; removal rate with its bound. Colours show what sets the speed. Of a turned part: its
-    /// sections with the insert, X with its limits, clearances
+    /// Draw contours, paths, speeds, limits and removal rates as SVG and PNG
     #[arg(long)]
     plots: bool,
-    /// Writes the summary to stdout as JSON instead of text
+    /// Print the summary as JSON instead of text
     #[arg(long)]
     json: bool,
+    /// Print all results: times, speed limits, removal rates, deflection, lift tables
+    #[arg(long)]
+    details: bool,
 }
 
-/// Exit code 0: planned and written; 2: refused, or not written.
+/// Exit code 0: planned and written; 2: rejected, or not written.
 pub(super) fn main(args: &PlanArgs) -> ExitCode {
-    let progress = |text: &str| drop(writeln!(io::stderr(), "{text}"));
-    progress(&format!("planning {}", args.job));
-    let telling = |path: &Path| progress(&format!("writing {}", path.display()));
+    let files = Cell::new(0_usize);
+    let count = |_: &Path| files.set(files.get() + 1);
     let done = planning::prepare_any(&args.job, &args.set, None).and_then(|prepared| {
-        let recorded = format!("recorded {}\n", BagSize::of(&prepared, Pace::Fast).to_text());
+        let recorded = format!("recorded {}\n", BagSize::estimate(&prepared, Pace::Fast).to_text());
+        let with_details =
+            |text: String, details: String| if args.details { text + &details + &recorded } else { text };
         match prepared {
-            AnyPrepared::Ground(prepared) => planning::write(&prepared, &args.out, args.plots, telling)
-                .map(|summary| if args.json { as_json(&summary) } else { as_text(&summary) + &recorded }),
-            AnyPrepared::Turned(prepared) => planning::write_turning(&prepared, &args.out, args.plots, telling)
-                .map(|summary| if args.json { as_json(&summary) } else { plan_turned::as_text(&summary) + &recorded }),
+            AnyPrepared::Ground(prepared) => {
+                let summary = planning::write(&prepared, &args.out, args.plots, count)?;
+                Ok(if args.json { as_json(&summary) } else { with_details(as_text(&summary), details(&summary)) })
+            }
+            AnyPrepared::Turned(prepared) => {
+                let summary = planning::write_turning(&prepared, &args.out, args.plots, count)?;
+                let (text, details) = (plan_turned::as_text(&summary), plan_turned::details(&summary));
+                Ok(if args.json { as_json(&summary) } else { with_details(text, details) })
+            }
         }
     });
     match done {
+        Ok(text) if args.json => {
+            say!("{text}");
+            ExitCode::SUCCESS
+        }
         Ok(text) => {
-            // A reader that went away (`| head`) is no failure of ours.
-            let _ = writeln!(io::stdout(), "{}", text.trim_end());
+            say!("{}", wrapped(text.trim_end(), 2));
+            say!("files:  {} in {}", files.get(), args.out.display());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            progress(&format!("error: {error}"));
+            let _reader_is_gone = writeln!(io::stderr(), "error: {error}");
             ExitCode::from(2)
         }
     }
@@ -64,53 +77,72 @@ fn as_json(summary: &impl Serialize) -> String {
     serde_json::to_string_pretty(summary).unwrap_or_default()
 }
 
+/// Verdict and one line for each pass of each lobe.
 fn as_text(summary: &planning::Summary) -> String {
     let mut text = format!(
-        "{:<8} {:<8} {:>10} {:<8} {:>6} {:>9} {:>9} {:>13} {:>8} {:>13}  {}\n",
-        "lobe",
-        "station",
-        "start deg",
-        "pass",
-        "turns",
-        "cut s",
-        "Q' mm2/s",
-        "rpm",
-        "turn s",
-        "const. rpm s",
-        "limit used most"
+        "PLANNED: {}, {} lobes, {:.3} s, plan {:.12}\n",
+        summary.job,
+        summary.lobes.len(),
+        summary.duration_s,
+        summary.plan_hash
+    );
+    let width = summary.lobes.iter().map(|lobe| lobe.name.chars().count()).max().unwrap_or(0).max(4);
+    text += &format!(
+        "{:<width$} {:<8} {:>5} {:>8} {:>8} {:>11}  {}\n",
+        "lobe", "pass", "turns", "cut s", "Q' mm2/s", "rpm", "highest limit use"
     );
     for lobe in &summary.lobes {
         for (number, pass) in lobe.passes.iter().enumerate() {
-            let (name, station) = if number == 0 { (&*lobe.name, &*lobe.station) } else { ("", "") };
-            let tightest = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-            let limit = tightest.map_or_else(String::new, |limit| {
-                let percent = 100.0 * limit.ratio;
-                format!("{} of {} at {:.1} deg, {percent:.1} %", limit.quantity, limit.axis, limit.cam_angle_deg)
+            let name = if number == 0 { &*lobe.name } else { "" };
+            let highest = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+            let limit = highest.map_or_else(String::new, |limit| {
+                format!("{:.1} % {} {}", 100.0 * limit.ratio, limit.axis, limit.quantity)
             });
             let [slowest, fastest] = pass.work_speed_rpm;
             text += &format!(
-                "{name:<8} {station:<8} {:>10.3} {:<8} {:>6} {:>9.3} {:>9.3} {:>13} {:>8.3} {:>13}  {limit}\n",
-                lobe.start_deg,
+                "{name:<width$} {:<8} {:>5} {:>8.3} {:>8.3} {:>11}  {limit}\n",
                 pass.name,
                 pass.turns,
                 pass.cut_s,
                 pass.max_removal_mm2_s,
                 format!("{slowest:.1}-{fastest:.1}"),
-                pass.turn_s,
-                pass.constant_speed_turn_s.map_or_else(|| "-".into(), |turn_s| format!("{turn_s:.3}")),
             );
-        }
-    }
-    text += &by_lobes(summary, "Q' mm2/s, share of a turn's time", removal_text);
-    text += &by_lobes(summary, "what sets the speed, share of a turn's time: where, in deg of c_axis", bounds_text);
-    text.push('\n');
-    for lobe in &summary.lobes {
-        if let Some(way) = &lobe.giving_way {
-            text += &format!("{:<8} wheel and part give way {way}\n", lobe.name);
         }
     }
     for dress in &summary.dresses {
         text += &format!("{dress}\n");
+    }
+    text
+}
+
+/// Times, limits, removal rates, deflection and lift tables.
+fn details(summary: &planning::Summary) -> String {
+    let mut text = format!(
+        "\n{:<8} {:<8} {:<8} {:>9} {:>8} {:>13}  {}\n",
+        "lobe", "station", "pass", "start deg", "turn s", "const. rpm s", "limit at"
+    );
+    for lobe in &summary.lobes {
+        for pass in &lobe.passes {
+            let highest = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+            text += &format!(
+                "{:<8} {:<8} {:<8} {:>9.3} {:>8.3} {:>13}  {}\n",
+                lobe.name,
+                lobe.station,
+                pass.name,
+                lobe.start_deg,
+                pass.turn_s,
+                pass.constant_speed_turn_s.map_or_else(|| "-".into(), |turn_s| format!("{turn_s:.3}")),
+                highest.map_or_else(String::new, |limit| format!("{:.1} deg", limit.cam_angle_deg)),
+            );
+        }
+    }
+    text += &by_lobes(summary, "Q' mm2/s, share of a turn's time", removal_text);
+    text += &by_lobes(summary, "limits of the speed, share of a turn's time: C angles (deg)", bounds_text);
+    text.push('\n');
+    for lobe in &summary.lobes {
+        if let Some(deflection) = &lobe.giving_way {
+            text += &format!("deflection {}: {deflection}\n", lobe.name);
+        }
     }
     for lift in &summary.lifts {
         for reading in &lift.readings {
@@ -119,27 +151,24 @@ fn as_text(summary: &planning::Summary) -> String {
     }
     if let Some(saved_s) = summary.saved_by_order_s {
         let names: Vec<&str> = summary.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
+        text += &format!("order {}: saves {saved_s:.3} s of table motion\n", names.join(", "));
+    }
+    if summary.rotary_indexing {
+        text += "time with rotary indexing before each lobe\n";
+    } else {
         text += &format!(
-            "order    {}: {saved_s:.3} s less of the table's ways than in the order written\n",
-            names.join(", ")
+            "with rotary indexing before each lobe: {:.3} s, {:.3} s saved\n",
+            summary.duration_with_indexing_s, summary.saved_s
         );
     }
-    let compared = if summary.rotary_indexing {
-        String::from("with rotary indexing before each lobe")
-    } else {
-        format!(
-            "{:.3} s with rotary indexing before each lobe, {:.3} s saved",
-            summary.duration_with_indexing_s, summary.saved_s
-        )
-    };
-    let compared = compared
-        + &summary.saved_by_turning_on_s.map_or_else(String::new, |saved_s| {
-            format!("; {:.3} s with C stopping between lobes, {saved_s:.3} s saved", summary.duration_s + saved_s)
-        });
-    text + &format!("job      {:.3} s ({compared})\nplan     {}\n", summary.duration_s, summary.plan_hash)
+    if let Some(saved_s) = summary.saved_by_turning_on_s {
+        let stops_s = summary.duration_s + saved_s;
+        text += &format!("with C stopping between lobes: {stops_s:.3} s, {saved_s:.3} s saved\n");
+    }
+    text + &format!("plan hash {}\n", summary.plan_hash)
 }
 
-/// One line for each pass of each lobe under a heading; lobes of which the same is to be said share one.
+/// One line for each pass of each lobe under a heading; lobes with the same text share a line.
 fn by_lobes(summary: &planning::Summary, heading: &str, say: impl Fn(&PassSummary) -> String) -> String {
     let mut lines: Vec<(Vec<&str>, &str, String)> = Vec::new();
     for lobe in &summary.lobes {
@@ -172,7 +201,7 @@ fn removal_text(pass: &PassSummary) -> String {
 /// Every bound with its arcs.
 fn bounds_text(pass: &PassSummary) -> String {
     if pass.speed_law == "constant_work_speed" {
-        return format!("constant work speed of {:.1} rpm all the way round", pass.work_speed_rpm[1]);
+        return format!("constant work speed of {:.1} rpm over the whole turn", pass.work_speed_rpm[1]);
     }
     let bound = |bound: &BoundSummary| {
         let mut arcs: Vec<String> =

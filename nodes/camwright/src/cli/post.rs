@@ -1,18 +1,20 @@
-//! `camwright post`: the NC program of a job, for a machine whose control reads text.
+//! `camwright post`: writes the NC program of a job and verifies it.
 
+use super::output::{say, wrapped};
 use camwright_planning::{self as planning, ProgramSummary};
+use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Arguments of `camwright post`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = super::help::POST)]
 pub(super) struct PostArgs {
-    /// Name or path of a job file; left out where --eccentric says what is made
+    /// Name or path of a job file; not with --eccentric
     #[arg(required_unless_present = "eccentric")]
     job: Option<String>,
-    /// An eccentric disc from three figures: its eccentricity, with --diameter and --tool-radius (the job `eccentric_disc` with
-    /// them)
+    /// Eccentricity of an eccentric disc, with --diameter and --tool-radius (job `eccentric_disc`)
     #[arg(long, value_name = "MM", conflicts_with = "job", requires_all = ["diameter", "tool_radius"], allow_negative_numbers = true)]
     eccentric: Option<f64>,
     /// Diameter of the disc
@@ -21,47 +23,47 @@ pub(super) struct PostArgs {
     /// Radius of the mill
     #[arg(long, value_name = "MM", requires = "eccentric", allow_negative_numbers = true)]
     tool_radius: Option<f64>,
-    /// What the diameter is that of: the disc itself, or the largest one of the part as it turns
+    /// Meaning of the diameter: of the disc, or the largest of the turning part
     #[arg(long, value_name = "WHAT", requires = "eccentric", value_parser = ["disc", "largest"], default_value = "disc")]
     diameter_is: String,
-    /// Folder for the program's files, `summary.json`, and for every cam its segments and drawings (SVG and PNG)
+    /// Folder for program, summary.json, segments and drawings
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Sets a key over the file, for example `nc.control=fanuc` (linuxcnc, fanuc, siemens), `nc.finish_tolerance_um=1` or
-    /// `nc.x_values=diameter`
+    /// Set a key of the job, such as `nc.control=fanuc` (linuxcnc, fanuc, siemens); repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Writes the summary to stdout as JSON instead of text
+    /// Print the summary as JSON instead of text
     #[arg(long)]
     json: bool,
+    /// Print segments and block rates too
+    #[arg(long)]
+    details: bool,
 }
 
-/// Exit code 0: made, written, read back and within its tolerances; 2: refused, or not written.
+/// Exit code 0: written and verified; 2: rejected, or not written.
 pub(super) fn main(args: &PostArgs) -> ExitCode {
-    let progress = |text: &str| drop(writeln!(io::stderr(), "{text}"));
-    let (job, set) = asked(args);
-    progress(&format!("planning {job}"));
-    let telling = |path: &Path| progress(&format!("writing {}", path.display()));
-    match planning::write_program(job, &set, &args.out, telling) {
+    let (job, set) = job_and_overrides(args);
+    let files = Cell::new(0_usize);
+    match planning::write_program(job, &set, &args.out, |_: &Path| files.set(files.get() + 1)) {
+        Ok(summary) if args.json => {
+            say!("{}", serde_json::to_string_pretty(&summary).unwrap_or_default());
+            ExitCode::SUCCESS
+        }
         Ok(summary) => {
-            let text = if args.json {
-                serde_json::to_string_pretty(&summary).unwrap_or_default()
-            } else {
-                as_text(&summary, &args.out)
-            };
-            // A reader that went away (`| head`) is no failure of ours.
-            let _ = writeln!(io::stdout(), "{}", text.trim_end());
+            let text = if args.details { as_text(&summary) + &details(&summary) } else { as_text(&summary) };
+            say!("{}", wrapped(text.trim_end(), 2));
+            say!("files:   {} in {}", files.get(), args.out.display());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            progress(&format!("error: {error}"));
+            let _reader_is_gone = writeln!(io::stderr(), "error: {error}");
             ExitCode::from(2)
         }
     }
 }
 
-/// The job with what is set over it: the eccentric's figures first.
-fn asked(args: &PostArgs) -> (&str, Vec<String>) {
+/// Job and its overrides, the figures of the eccentric first.
+fn job_and_overrides(args: &PostArgs) -> (&str, Vec<String>) {
     let figures = [
         ("profiles.disc.lift.eccentric.eccentricity_mm", args.eccentric),
         ("profiles.disc.lift.eccentric.diameter_mm", args.diameter),
@@ -78,56 +80,57 @@ fn asked(args: &PostArgs) -> (&str, Vec<String>) {
     (args.job.as_deref().unwrap_or("eccentric_disc"), set)
 }
 
-fn as_text(summary: &ProgramSummary, out: &Path) -> String {
-    let width = summary.turns.iter().map(|turn| turn.feature.len()).max().unwrap_or(0).max(3);
+/// Verdict, one line for each pass of each cam, and the notes.
+fn as_text(summary: &ProgramSummary) -> String {
+    let back = &summary.read_back;
     let mut text = format!(
-        "{:<width$} {:<16} {:>5} {:>6} {:>8} {:>7} {:>12} {:>8} {:>14} {:>16} {:>9} {:>8}\n",
-        "cam",
-        "pass",
-        "calls",
-        "blocks",
-        "segments",
-        "theory",
-        "tolerance um",
-        "error um",
-        "at C deg",
-        "velocity mm/s",
-        "blocks/s",
-        "call s"
+        "VERIFIED: largest path error {:.4} um, {:.1} % of its tolerance\n",
+        back.error_um,
+        100.0 * back.share_of_tolerance
+    );
+    let width = summary.turns.iter().map(|turn| turn.feature.len()).max().unwrap_or(0).max(3);
+    text += &format!(
+        "{:<width$} {:<16} {:>5} {:>6} {:>8} {:>12} {:>13} {:>8}\n",
+        "cam", "pass", "calls", "blocks", "error um", "tolerance um", "at C deg", "call s"
     );
     for turn in &summary.turns {
         text += &format!(
-            "{:<width$} {:<16} {:>5} {:>6} {:>8} {:>7.1} {:>12.3} {:>8.4} {:>14} {:>16} {:>9.1} {:>8.3}\n",
+            "{:<width$} {:<16} {:>5} {:>6} {:>8.4} {:>12.3} {:>13} {:>8.3}\n",
             turn.feature,
             turn.pass,
             turn.calls,
             turn.blocks,
-            turn.segments,
-            turn.theoretical_segments,
-            turn.tolerance_um,
             turn.error_um,
+            turn.tolerance_um,
             format!("{:.2} ({})", turn.error_at_deg, turn.error_axis),
-            format!("{:.3} steps", turn.velocity_step_mm_s),
-            turn.blocks_s,
             turn.time_s,
         );
     }
-    let back = &summary.read_back;
-    text += &format!(
-        "\nprogram  {}: {} lines, {} calls, {:.3} s of feeds\nread     back from {}: {} motions, {:.4} um off the paths at most, {:.1} % of the \
-         tolerance, times right to {:.1e} s\n",
+    for note in &summary.notes {
+        text += &format!("note:    {note}\n");
+    }
+    text + &format!(
+        "program: {}: {} lines, {} calls, {:.3} s of feeds\n",
         summary.files.join(", "),
         summary.lines,
         summary.calls,
-        summary.feed_time_s,
-        out.display(),
-        back.moves,
-        back.error_um,
-        100.0 * back.share_of_tolerance,
-        back.time_error_s,
+        summary.feed_time_s
+    )
+}
+
+/// Segments and block rates of each pass, and the comparison with the program as it was read back.
+fn details(summary: &ProgramSummary) -> String {
+    let width = summary.turns.iter().map(|turn| turn.feature.len()).max().unwrap_or(0).max(3);
+    let mut text = format!(
+        "\n{:<width$} {:<16} {:>8} {:>8} {:>22} {:>9}\n",
+        "cam", "pass", "segments", "theory", "velocity step mm/s", "blocks/s"
     );
-    for note in &summary.notes {
-        text += &format!("note     {note}\n");
+    for turn in &summary.turns {
+        text += &format!(
+            "{:<width$} {:<16} {:>8} {:>8.1} {:>22.3} {:>9.1}\n",
+            turn.feature, turn.pass, turn.segments, turn.theoretical_segments, turn.velocity_step_mm_s, turn.blocks_s,
+        );
     }
-    text
+    let back = &summary.read_back;
+    text + &format!("\nread back: {} motions, largest time error {:.1e} s\n", back.moves, back.time_error_s)
 }

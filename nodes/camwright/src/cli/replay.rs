@@ -1,23 +1,24 @@
-//! `camwright replay`: plays a bag to the graph, or computes its run again.
+//! `camwright replay`: plays a bag to the graph, or recomputes its run.
 
 use camwright_analysis::rerun::Window;
 use camwright_ros::RosArgs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// Arguments of `camwright replay`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = super::help::REPLAY)]
 pub(super) struct ReplayCommand {
     #[command(flatten)]
     play: crate::player::ReplayArgs,
-    /// Play nothing, but compute the run again from its inputs and say whether it is the same to the bit; with another bag, whether that
-    /// holds the same jobs too. Exit code 0: the same; 3: not, with the first tick that differs; 1: the bag does not hold what it takes
+    /// Recompute the run from its inputs and compare it bit by bit; with BAG also compare both runs
     #[arg(long, value_name = "BAG", num_args = 0..=1)]
     #[allow(clippy::option_option, reason = "the flag, and its value")]
     against: Option<Option<PathBuf>>,
-    /// With --against: from the middle, from the last keyframe up to this tick of the machine
+    /// With --against: start at the last keyframe before this tick
     #[arg(long, value_name = "TICK", requires = "against")]
     from_tick: Option<u64>,
-    /// With --against: up to this tick of the machine
+    /// With --against: stop at this tick
     #[arg(long, value_name = "TICK", requires = "against")]
     to_tick: Option<u64>,
 }

@@ -16,7 +16,7 @@ use camwright_files::locate::Located;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
-use camwright_planning::{self as planning, AnyPrepared, PreparedJob, PreparedTurning, TurnedInstead};
+use camwright_planning::{self as planning, AnyPrepared, Causes, OtherLathe, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use camwright_threads::supervised;
@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// What the recorder must have found before anything moves.
+/// Topics that the recorder must find before anything moves.
 const GRINDING_RECORD: [&str; 5] =
     ["joint_states", "machine/stream", "machine/setpoints", "machine/part", "job_planner/plan"];
 const TURNING_RECORD: [&str; 6] = [
@@ -40,49 +40,56 @@ const TURNING_RECORD: [&str; 6] = [
 
 /// Arguments of `camwright run`.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = super::help::RUN)]
 pub(super) struct RunArgs {
-    /// Job, by name or path.
+    /// Name or path of the job.
     #[arg(default_value = "four_lobe_camshaft")]
     job: Option<String>,
-    /// Ticks follow the wall clock, or go as fast as they can.
+    /// Run in real time or as fast as possible.
     #[arg(long, value_enum, default_value_t = PaceArg::Fast)]
     pace: PaceArg,
-    /// Directory of the bag, which must not exist; default: bags/<job>_<time>.
+    /// New directory for the bag [default: bags/<job>_<time>].
     #[arg(long, value_name = "DIR")]
     bag: Option<PathBuf>,
-    /// Set a key of the job, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`; may be repeated.
+    /// Set a key of the job, such as `infeed.total_mm=0.72`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Set a key of the machine, for example `x_axis.drive.kv_1_s=150`; may be repeated.
+    /// Set a key of the machine, such as `x_axis.drive.kv_1_s=150`; repeatable.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
-    /// Run the job on nodes that are running already, in other processes.
+    /// Use the nodes of a running cell instead of starting one.
     #[arg(long)]
     attach: bool,
-    /// So many parts of the job, one after the other on one machine.
+    /// Number of parts to grind.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(super) parts: u32,
-    /// The first part is ground as designed, and form compensation begins with it.
+    /// Discard the learned form compensation first.
     #[arg(long)]
     forget_learned: bool,
-    /// Grind the journals as far as the passes go, measure the stiffness of machine and cut on them, and no more
+    /// Only grind the journals and measure the stiffness of machine and cut.
     #[arg(long)]
     identify_only: bool,
-    /// What was measured of the machine's stiffness before is forgotten; for a job that measures it (identification)
+    /// Discard the measured stiffness first; for jobs with `identification`.
     #[arg(long)]
     forget_stiffness: bool,
-    /// Begin with this lobe, by name or number, on the part as it is in the machine of the cell that is attached to.
+    /// Begin with this lobe (name or number) on the part in the machine.
     #[arg(long, value_name = "LOBE", requires = "attach")]
     start_at: Option<String>,
-    /// Find the angle at which the part is clamped, by its key-way, before it is ground.
+    /// Find the phase of the clamped part by its key-way first.
     #[arg(long, conflicts_with_all = ["start_at", "parts"])]
     find_phase: bool,
-    /// Serve the operator page meanwhile, on this port of this computer.
+    /// Serve the operator page on this port of this computer.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8080")]
     page: Option<u16>,
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
+    /// Print all results: times, power, stiffness, runout, causes of the form error.
+    #[arg(long)]
+    details: bool,
+    /// Show the log lines of the nodes; without it only warnings and errors.
+    #[arg(long, short)]
+    verbose: bool,
 }
 
 /// Entry point.
@@ -101,6 +108,8 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let started = Instant::now();
+    let quiet = if args.verbose { ros_args.clone() } else { ros_args.clone().with_quiet_console() };
+    let ros_args = &quiet;
     let shutdown = Shutdown::on_signals()?;
     let mut request = Request::from_args(args)?;
     let page = start_page(args, ros_args)?;
@@ -122,10 +131,10 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
 /// Job, arguments and bag of one run.
 struct Request {
     job: String,
-    /// With the overrides that other arguments stand for.
+    /// Includes the overrides that other arguments stand for.
     args: RunArgs,
     bag: PathBuf,
-    /// None: the planner says why it cannot be read.
+    /// None if it cannot be read; the planner reports the reason.
     read: Option<AnyJob>,
     turns: bool,
 }
@@ -159,19 +168,19 @@ impl Request {
         matches!(&self.read, Some(AnyJob::Ground(job)) if job.spec.dry_run_mm.is_some())
     }
 
-    /// Topics that the recorder must have found before anything moves.
+    /// Topics that the recorder must find before anything moves.
     fn recorded_topics(&self) -> &'static [&'static str] {
         // A turning job on a grinding machine is rejected, and needs no recording.
         let on_lathe = matches!(&self.read, Some(AnyJob::Turned(job)) if job.machine.description.is_lathe());
         if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD }
     }
 
-    /// Prints the size of the bag of a cell of our own; returns the plan that the size follows from.
+    /// Checks the space for the bag of an own cell; returns the plan that the size follows from.
     fn announce_bag(&self) -> Result<Option<AnyPrepared>, NodeError> {
         if self.args.attach {
             return Ok(None);
         }
-        bag_room::announce(self.read.as_ref(), self.args.pace, self.args.parts, &self.bag)
+        bag_room::announce(self.read.as_ref(), self.args.pace, self.args.parts, &self.bag, self.args.verbose)
     }
 
     /// Starts a cell in this process, unless the job is for one that runs already.
@@ -205,13 +214,13 @@ impl Request {
     ) -> ExitCode {
         let Self { job, args, read, .. } = self;
         let Finished { status, result, form_map, .. } = finished;
-        let (predicted_s, causes) = turned_again(read, planned, &args, &result);
+        let (predicted_s, causes) = replanned_turning(read, planned, &args, &result);
         let report =
             TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, page, took };
         if args.json {
             report.print_json();
         } else {
-            report.print();
+            report.print(args.details);
         }
         report.exit_code()
     }
@@ -227,28 +236,30 @@ impl Request {
         let dry_run = self.is_dry_run();
         let Self { job, args, .. } = self;
         let Finished { status, result, batch, planned_as, .. } = finished;
-        let again = || planned_again(&job, planned, &args, planned_as.as_ref());
+        let again = || replanned(&job, planned, &args, planned_as.as_ref());
         let prepared = if result.success && !dry_run { again() } else { None };
-        // A job that only measures leaves no finished part whose errors have causes.
-        let causes = prepared.as_ref().filter(|_| !args.identify_only);
-        let causes = causes.and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
         // Predictions of another plan are not those of this run.
         let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
         let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
         let times = times.unwrap_or_default();
         let identifies = args.identify_only;
-        let report =
+        let causes = Causes::default();
+        let mut report =
             Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, page, took, identifies };
+        // The causes take a simulation each. A job that only measures leaves no finished part whose errors have causes.
+        if !identifies && (args.json || args.details || !report.is_good()) {
+            report.causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
+        }
         if args.json {
             report.print_json();
         } else {
-            report.print();
+            report.print(args.details);
         }
         report.exit_code()
     }
 }
 
-/// Serves the operator page, if it is asked for.
+/// Serves the operator page with `--page`.
 fn start_page(args: &RunArgs, ros_args: &RosArgs) -> Result<Option<OperatorPage>, NodeError> {
     let Some(port) = args.page else { return Ok(None) };
     let page = OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))?;
@@ -256,10 +267,10 @@ fn start_page(args: &RunArgs, ros_args: &RosArgs) -> Result<Option<OperatorPage>
     Ok(Some(page))
 }
 
-/// Takes command, finds the phase of the part if asked, and runs all parts.
+/// Takes command, finds the phase of the part with `--find-phase`, and runs all parts.
 fn run_job(client: &Client, request: &mut Request, shutdown: &Shutdown) -> Result<Finished, NodeError> {
     let command = TakeOptions::new("camwright run").of_cell();
-    let command = Command::take(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
+    let command = Command::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
     if request.args.find_phase {
         let found = client.find_phase(&request.job, &request.args.set)?;
         request.args.set.extend(found);
@@ -274,7 +285,7 @@ fn run_job(client: &Client, request: &mut Request, shutdown: &Shutdown) -> Resul
     outcome.map(|(status, result)| Finished { status, result, batch, planned_as, form_map })
 }
 
-/// The job as it is read here, once it is known to be one that can be asked for; what else is wrong with it the planner says.
+/// Reads the job and rejects arguments that do not fit it. The planner reports other errors of the job.
 fn read_job(job: &str, args: &RunArgs) -> Result<Option<AnyJob>, NodeError> {
     let read = any_job::load(job, &args.set).ok();
     match &read {
@@ -285,18 +296,18 @@ fn read_job(job: &str, args: &RunArgs) -> Result<Option<AnyJob>, NodeError> {
     Ok(read)
 }
 
-/// The report of the run, made from its bag alone; what keeps it from being made is told, and no fault of the run.
+/// Writes the report of the run from its bag. A failure is printed and does not fail the run.
 fn page_of(bag: &Path) -> Option<PathBuf> {
     match report::write(bag, None) {
         Ok(page) => Some(page),
         Err(error) => {
-            eprintln!("camwright run: there is no report: {error}");
+            eprintln!("camwright run: the report cannot be written: {error}");
             None
         }
     }
 }
 
-/// So many parts as are wanted, or until one fails; the outcome is the last one's.
+/// Runs all parts until one fails; the outcome is that of the last part.
 fn run_parts(
     client: &Client,
     job: &str,
@@ -320,32 +331,32 @@ fn run_parts(
     }
 }
 
-/// What a job that grinds cannot be asked for.
+/// Rejects arguments that do not fit a grinding job.
 fn fits_grinding(job: &str, read: &Job, args: &RunArgs) -> Result<(), String> {
     if args.forget_learned && read.spec.compensation.is_none() {
-        return Err(format!("--forget-learned: job {job} does not learn (form_compensation)"));
+        return Err(format!("--forget-learned: job {job} does not learn; add the key form_compensation"));
     }
     if args.parts > 1 && read.spec.dry_run_mm.is_some() {
-        return Err("--parts: a dry run makes no parts".into());
+        return Err("--parts: a dry run makes no parts; remove --parts or dry_run".into());
     }
     if args.forget_stiffness && read.spec.identification.is_none() {
-        return Err(format!("--forget-stiffness: job {job} does not measure it (identification)"));
+        return Err(format!("--forget-stiffness: job {job} does not measure stiffness; add the key identification"));
     }
     Ok(())
 }
 
-/// What a job that turns cannot be asked for.
+/// Rejects arguments that do not fit a turning job.
 fn fits_turning(job: &str, args: &RunArgs) -> Result<(), String> {
     let asked = [
-        ("--parts", args.parts > 1, "the capability of a batch is told of ground lobes"),
-        ("--forget-learned", args.forget_learned, "it does not learn"),
-        ("--identify-only", args.identify_only, "it measures no stiffness"),
-        ("--forget-stiffness", args.forget_stiffness, "it measures no stiffness"),
-        ("--start-at", args.start_at.is_some(), "it has no lobes"),
-        ("--find-phase", args.find_phase, "it begins with a round bar"),
+        ("--parts", args.parts > 1, "capability is defined for ground lobes only"),
+        ("--forget-learned", args.forget_learned, "turning does not learn"),
+        ("--identify-only", args.identify_only, "turning measures no stiffness"),
+        ("--forget-stiffness", args.forget_stiffness, "turning measures no stiffness"),
+        ("--start-at", args.start_at.is_some(), "a turned part has no lobes"),
+        ("--find-phase", args.find_phase, "the raw part is a round bar"),
     ];
     match asked.iter().find(|(_, is_asked, _)| *is_asked) {
-        Some((flag, _, reason)) => Err(format!("{flag}: job {job} turns its part; {reason}")),
+        Some((flag, _, reason)) => Err(format!("{flag} does not apply to turning job {job}: {reason}")),
         None => Ok(()),
     }
 }
@@ -356,9 +367,9 @@ fn default_bag(job: &str) -> PathBuf {
     PathBuf::from("bags").join(format!("{name}_{seconds}"))
 }
 
-/// The same job without ROS, for the machine with its overrides. What it had learned and what was kept for it
-/// stands in what the planner recorded of it.
-fn planned_again(
+/// Plans the job again without ROS, for the machine with its overrides. The recorded job source holds the learned compensation and the
+/// stored correction.
+fn replanned(
     job: &str,
     planned: Option<AnyPrepared>,
     args: &RunArgs,
@@ -381,13 +392,13 @@ fn planned_again(
     }
 }
 
-/// A turning job without ROS, if it plans as it was run: its predicted duration (s), and what it leaves on other machines.
-fn turned_again(
+/// Plans a turning job again without ROS; returns its predicted duration (s) and its form error on other machines if the plan is the same.
+fn replanned_turning(
     read: Option<AnyJob>,
     planned: Option<AnyPrepared>,
     args: &RunArgs,
     result: &RunJobResult,
-) -> (Option<f64>, Vec<TurnedInstead>) {
+) -> (Option<f64>, Vec<OtherLathe>) {
     let again = || -> Option<PreparedTurning> {
         let Some(AnyJob::Turned(mut job)) = read else { return None };
         job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
@@ -404,8 +415,8 @@ fn turned_again(
     }
 }
 
-/// A job planned for its machine; what was planned at the start is taken where it is of the same files and the same machine, and not of the
-/// job before it had learned, before the angle of the part was found, or of the machine without its overrides.
+/// Plans a job for its machine. Reuses the plan of the start if files and machine are the same: no learned part, no found phase and no
+/// override came since.
 fn plan_unless(planned: Option<AnyPrepared>, job: AnyJob) -> Option<AnyPrepared> {
     let (hash, machine) = match &job {
         AnyJob::Ground(job) => (&job.hash, &job.machine.description),
@@ -431,7 +442,7 @@ mod tests {
             other => panic!("{other:?} is not ground"),
         };
         let mut known = planning::plan_any(AnyJob::Ground(read(&[])), None).unwrap();
-        // By which it is known again.
+        // Marks the plan of the start.
         let AnyPrepared::Ground(marked) = &mut known else { panic!("it is ground") };
         marked.pages.clear();
         let is_taken = |job: Box<Job>| {

@@ -1,4 +1,4 @@
-//! `camwright run` as a client of the cell, like any other node.
+//! ROS client of `camwright run`.
 
 use camwright::math::units::deg_from_rad;
 use camwright_bag::progress;
@@ -17,26 +17,26 @@ use std::fmt::Write as _;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long the nodes may take to find each other.
+/// Maximum time for the nodes to find each other.
 const MEETING: Duration = Duration::from_secs(20);
-/// How long a cancelled job may take to come to rest.
+/// Maximum time for a cancelled job to come to rest.
 const STOPPING: Duration = Duration::from_secs(30);
-/// How long the search for the key-way may take at pace realtime.
+/// Maximum time of the key-way search in real time.
 const FINDING: Duration = Duration::from_secs(120);
 
-/// What the client waits for: set by callbacks, watched by the main thread.
+/// Last messages of the cell: written by callbacks, awaited by the main thread.
 #[derive(Debug, Default)]
-struct Heard {
+struct CellState {
     recorder: Option<RecorderStatus>,
     job: Option<JobStatus>,
     form_map: Option<FormMap>,
 }
 
-/// The part of the command that talks to the cell like any other ROS client.
+/// Client node of the cell.
 pub(super) struct Client {
     pub(super) node: Node,
     action: ActionClient<RunJob>,
-    heard: Arc<(Mutex<Heard>, Condvar)>,
+    heard: Arc<(Mutex<CellState>, Condvar)>,
     _spin: SpinThread,
     _subscriptions: Vec<Subscription>,
 }
@@ -44,26 +44,26 @@ pub(super) struct Client {
 impl Client {
     pub(super) fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
         let node = Node::new(NodeOptions::new("camwright", ros_args))?;
-        let heard: Arc<(Mutex<Heard>, Condvar)> = Arc::default();
+        let heard: Arc<(Mutex<CellState>, Condvar)> = Arc::default();
         let for_recorder = Arc::clone(&heard);
         let recorder =
             node.subscribe::<RecorderStatus>("run_logger/status", &Qos::default_topic(), move |message, _| {
-                tell(&for_recorder, |heard| heard.recorder = Some(message));
+                update(&for_recorder, |heard| heard.recorder = Some(message));
             })?;
         let for_job = Arc::clone(&heard);
         let job = node.subscribe::<JobStatus>("job_planner/job_status", &Qos::latched(1), move |message, _| {
-            tell(&for_job, |heard| heard.job = Some(message));
+            update(&for_job, |heard| heard.job = Some(message));
         })?;
         let for_map = Arc::clone(&heard);
         let map = node.subscribe::<FormMap>("job_planner/form_map", &Qos::latched(1), move |message, _| {
-            tell(&for_map, |heard| heard.form_map = Some(message));
+            update(&for_map, |heard| heard.form_map = Some(message));
         })?;
         let action = node.action_client::<RunJob>("job_planner/run_job")?;
         let spin = node.spin_in_thread()?;
         Ok(Self { node, action, heard, _spin: spin, _subscriptions: vec![recorder, job, map] })
     }
 
-    /// Waits until the planner can be asked and, with a recorder of ours, until it records what matters.
+    /// Waits for the planner and, with an own recorder, until it records `recorded`.
     pub(super) fn meet(&self, recorded: Option<&[&str]>, shutdown: &Shutdown) -> Result<(), NodeError> {
         self.action.wait_for_server(MEETING)?;
         for node in ["machine_sim", "axis_interpolator", "job_planner"] {
@@ -86,14 +86,16 @@ impl Client {
             }
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() || shutdown.is_requested() {
-                return Err(NodeError::Parameter(format!("the recorder does not record {missing:?}")));
+                return Err(NodeError::Parameter(format!(
+                    "the recorder does not record {missing:?}; check its topic filter"
+                )));
             }
             let slice = left.min(Duration::from_millis(200));
             heard = changed.wait_timeout(heard, slice).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    /// Waits until a node of the cell is active, which it becomes by itself or by its life cycle manager.
+    /// Waits until a node of the cell is active, by itself or through a life cycle manager.
     fn wait_active(&self, name: &str, shutdown: &Shutdown) -> Result<(), NodeError> {
         let client = self.node.client::<GetState>(&format!("{name}/get_state"))?;
         client.wait_for_service(MEETING)?;
@@ -104,37 +106,37 @@ impl Client {
                 return Ok(());
             }
             if Instant::now() > deadline || shutdown.is_requested() {
-                return Err(NodeError::Parameter(format!("{name} is {}, not active", state.label)));
+                return Err(NodeError::Parameter(format!("node {name} is {}, not active; activate it", state.label)));
             }
-            // Nothing says when a foreign manager acts; asking ten times a second costs nothing.
+            // A foreign manager sends no event; the state is polled.
             let _requested = shutdown.wait_timeout(Duration::from_millis(100));
         }
     }
 
-    /// Puts the raw part of a job in and finds the angle at which it is clamped; what the job must then be told.
+    /// Loads the raw part of a job and finds its phase; returns the overrides for the job.
     pub(super) fn find_phase(&self, job: &str, overrides: &[String]) -> Result<[String; 2], NodeError> {
         let load = self.node.client::<LoadJob>("job_planner/load_job")?;
         load.wait_for_service(MEETING)?;
         let loaded = load.call(&LoadJobRequest { job: job.to_owned(), overrides: overrides.to_vec() }, STOPPING)?;
         if !loaded.success {
-            return Err(NodeError::Parameter(format!("the job is refused, nothing moved: {}", loaded.message)));
+            return Err(NodeError::Parameter(refusal(&loaded.message)));
         }
         let find = self.node.client::<FindPhase>("job_planner/find_phase")?;
         find.wait_for_service(MEETING)?;
         let found = find.call(&FindPhaseRequest { load_part: true, ..FindPhaseRequest::default() }, FINDING)?;
         if !found.success {
-            return Err(NodeError::Parameter(format!("the part's phase was not found: {}", found.message)));
+            return Err(NodeError::Parameter(format!("the phase of the part was not found: {}", found.message)));
         }
         // The part stays as it is.
         Ok([format!("part_phase_deg={:?}", deg_from_rad(found.phase)), "start_at=1".to_owned()])
     }
 
-    /// What the planner said of its job last.
+    /// Last job status of the planner.
     pub(super) fn heard_job(&self) -> Option<JobStatus> {
         self.heard.0.lock().unwrap_or_else(PoisonError::into_inner).job.clone()
     }
 
-    /// Where the part is off that was turned up to a tick, as the planner tells it.
+    /// Form map of the part that was turned up to a tick.
     pub(super) fn form_map(&self, tick: u64) -> Option<FormMap> {
         let deadline = Instant::now() + MEETING;
         let (mutex, changed) = &*self.heard;
@@ -151,7 +153,7 @@ impl Client {
         }
     }
 
-    /// Runs a job to its end, with a bar of its progress; a signal brings it to rest.
+    /// Runs a job to its end with a progress bar; a signal cancels it.
     pub(super) fn run_job(
         &self,
         job: &str,
@@ -167,8 +169,10 @@ impl Client {
             progress.finish_and_clear();
             let (mutex, _) = &*self.heard;
             let reason = mutex.lock().unwrap_or_else(PoisonError::into_inner).job.clone().map(|status| status.message);
-            let reason = reason.filter(|reason| !reason.is_empty()).unwrap_or_else(|| "no reason was given".into());
-            return Err(NodeError::Parameter(format!("the job is refused, nothing moved: {reason}")));
+            let reason = reason
+                .filter(|reason| !reason.is_empty())
+                .unwrap_or_else(|| "the planner gives no reason; its log may show it".into());
+            return Err(NodeError::Parameter(refusal(&reason)));
         }
         let outcome = wait_for_result(&goal, shutdown);
         progress.finish_and_clear();
@@ -198,13 +202,19 @@ fn wait_for_result(goal: &ClientGoal<RunJob>, shutdown: &Shutdown) -> Result<(Go
             goal.cancel_with(|_| {})?;
         }
         if given_up.is_some_and(|end| Instant::now() > end) {
-            return Err(NodeError::Parameter("the cancelled job did not come to rest in time".into()));
+            return Err(NodeError::Parameter("the cancelled job did not come to rest within 30 s".into()));
         }
         result = changed.wait_timeout(result, Duration::from_millis(100)).unwrap_or_else(PoisonError::into_inner).0;
     }
 }
 
-fn tell(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
+/// A rejected job. Messages of the planner begin with the same words already.
+fn refusal(reason: &str) -> String {
+    let reason = reason.strip_prefix("refused, nothing moved: ").unwrap_or(reason);
+    format!("job rejected, nothing moved: {reason}")
+}
+
+fn update(heard: &(Mutex<CellState>, Condvar), change: impl FnOnce(&mut CellState)) {
     change(&mut heard.0.lock().unwrap_or_else(PoisonError::into_inner));
     heard.1.notify_all();
 }

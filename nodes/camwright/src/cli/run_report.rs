@@ -1,10 +1,10 @@
-//! What `camwright run` says at its end.
+//! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
 use super::batch::Batch;
-use super::output::say;
+use super::output::{say, wrapped};
 use camwright::math::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_analysis::report::{BURNT, burnt};
-use camwright_files::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m, um_from_m as um};
+use camwright_files::convert::{j_mm3_from_j_m3, kw_from_w, m_from_mm, mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::LobeResult;
 use camwright_planning::{Causes, FORM_TOLERANCE_MM, TimeCompared};
@@ -13,16 +13,16 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// A stiffness for people (N/µm) from a message (N/m): they differ as µm and m do, the other way round.
+/// Stiffness in N/µm from N/m. The factor is that of µm and m, inverted.
 fn n_um(n_m: f64) -> f64 {
     mm_from_um(m_from_mm(n_m))
 }
 
-/// The state of a goal for people.
+/// State of a goal in words.
 pub(super) const fn status_word(status: GoalStatus) -> &'static str {
     match status {
-        GoalStatus::Unknown => "its end is not known",
-        GoalStatus::Accepted => "accepted, not begun",
+        GoalStatus::Unknown => "unknown end",
+        GoalStatus::Accepted => "accepted, not started",
         GoalStatus::Executing => "still running",
         GoalStatus::Canceling => "being cancelled",
         GoalStatus::Succeeded => "complete",
@@ -40,34 +40,29 @@ pub(super) fn exit_code(status: GoalStatus, is_good: bool) -> ExitCode {
     }
 }
 
-/// A predicted time with what came on top of it.
-fn predicted(time: &TimeCompared) -> String {
-    format!("{:.2} s {:+.2} s", time.predicted_s, time.late_s())
-}
-
-/// The largest form error of each lobe (µm).
+/// Largest form error of each lobe (µm).
 fn errors_um(lobes: &[LobeResult]) -> serde_json::Value {
     lobes.iter().map(|lobe| um(lobe.form_error_max)).collect::<Vec<f64>>().into()
 }
 
-/// What is printed at the end.
+/// Result of a grinding job.
 pub(super) struct Report<'a> {
     pub(super) job: &'a str,
-    /// Nothing was to be cut.
+    /// True for a job without a cut.
     pub(super) dry_run: bool,
     pub(super) status: GoalStatus,
     pub(super) result: &'a RunJobResult,
-    /// Every lobe, the rest, the job; empty where what was predicted is not known here.
+    /// Every lobe, the rest, the job; empty if the predicted times are unknown.
     pub(super) times: Vec<TimeCompared>,
-    /// What the same job leaves on other machines.
+    /// Form errors of the same job on other machines.
     pub(super) causes: Causes,
-    /// All parts, where there were several; everything else is about the last one.
+    /// All parts of a batch; every other field is about the last part.
     pub(super) batch: Option<Batch>,
     pub(super) bag: Option<&'a PathBuf>,
-    /// The page that reports it.
+    /// Path of the report.
     pub(super) page: Option<PathBuf>,
     pub(super) took: Duration,
-    /// Stiffness was measured and no more.
+    /// True if the job only measured stiffness.
     pub(super) identifies: bool,
 }
 
@@ -81,7 +76,7 @@ impl Report<'_> {
     }
 
     /// In tolerance, and not burnt.
-    fn is_good(&self) -> bool {
+    pub(super) fn is_good(&self) -> bool {
         self.has_good_form() && burnt(&self.result.lobes).is_none()
     }
 
@@ -101,58 +96,46 @@ impl Report<'_> {
         exit_code(self.status, self.is_good())
     }
 
-    pub(super) fn print(&self) {
-        self.print_form();
-        self.print_power();
+    /// Prints the verdict, one line a lobe, the files and the next step; with `details` everything else between.
+    pub(super) fn print(&self, details: bool) {
+        say!("{}", wrapped(&self.verdict(), 2));
+        self.print_lobes();
         self.print_stiffness();
-        self.print_runout();
-        self.print_times();
-        self.print_causes();
         if let Some(batch) = &self.batch {
-            batch.print();
+            batch.print(details);
         }
-        self.print_machine_time();
         if !self.result.message.is_empty() {
-            say!("{}", self.result.message);
+            say!("{}", wrapped(&format!("{}: {}", self.job, self.result.message), 2));
         }
-        self.print_files();
-        say!("{}", self.verdict());
+        if details {
+            self.print_details();
+        }
+        if let Some(bag) = self.bag {
+            say!("bag:    {}", bag.display());
+        }
+        if let Some(page) = &self.page {
+            say!("report: {}", page.display());
+        }
+        self.print_next_step(details);
     }
 
     /// Table of the lobes.
-    fn print_form(&self) {
-        if !self.result.lobes.is_empty() {
-            say!(
-                "lobe  station  start      turns   time     predicted         form error max          rms       lift p-v"
-            );
+    fn print_lobes(&self) {
+        let lobes: Vec<&LobeResult> =
+            self.result.lobes.iter().filter(|lobe| !self.identifies || lobe.machine_stiffness <= 0.0).collect();
+        let width = lobes.iter().map(|lobe| lobe.name.chars().count()).max().unwrap_or(0).max(5);
+        if !lobes.is_empty() {
+            say!("{:<width$}  form error max           rms        lift p-v   time     burn index", "lobe");
         }
-        for lobe in &self.result.lobes {
+        for lobe in lobes {
             say!(
-                "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s {:>18}  {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {:>6.3} um",
+                "{:<width$} {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {:>6.3} um  {:>6.2} s  {:>9.2}",
                 lobe.name,
-                lobe.station,
-                deg_from_rad(lobe.start_angle),
-                lobe.turns,
-                lobe.duration,
-                self.time(&lobe.name).map_or_else(String::new, predicted),
                 um(lobe.form_error_max),
                 deg_from_rad(lobe.form_error_max_angle),
                 um(lobe.form_error_rms),
                 um(lobe.lift_error),
-            );
-        }
-    }
-
-    /// Peak power of the wheel and burn index of each lobe.
-    fn print_power(&self) {
-        for lobe in self.result.lobes.iter().filter(|lobe| lobe.power_max > 0.0) {
-            say!(
-                "{:<5} took {:.0} W at most, {:.0} J/mm3, at {:.0} deg; hottest at {:.0} deg, {:.2} of what burns",
-                lobe.name,
-                lobe.power_max,
-                j_mm3_from_j_m3(lobe.specific_energy),
-                deg_from_rad(lobe.power_max_angle),
-                deg_from_rad(lobe.burn_index_max_angle),
+                lobe.duration,
                 lobe.burn_index_max,
             );
         }
@@ -160,10 +143,14 @@ impl Report<'_> {
 
     /// Measured stiffness of machine and cut at each journal.
     fn print_stiffness(&self) {
-        for lobe in self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0) {
+        let journals: Vec<&LobeResult> = self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0).collect();
+        let width = journals.iter().map(|lobe| lobe.name.chars().count()).max().unwrap_or(0).max(7);
+        if !journals.is_empty() {
+            say!("{:<width$}  machine N/um      grinding N/um   threshold N   stiffness ratio", "journal");
+        }
+        for lobe in journals {
             say!(
-                "{:<5} machine {:.3} +- {:.3} N/um, grinding {:.1} +- {:.1} N/um and {:.0} +- {:.0} N to begin, their ratio {:.4} +- {:.4} by the \
-                 decay of the dwell",
+                "{:<width$} {:>6.3} +- {:.3}  {:>6.1} +- {:.1}  {:>6.0} +- {:.0}  {:>8.4} +- {:.4}",
                 lobe.name,
                 n_um(lobe.machine_stiffness),
                 n_um(lobe.machine_stiffness_uncertainty),
@@ -177,11 +164,63 @@ impl Report<'_> {
         }
     }
 
+    fn print_details(&self) {
+        say!("");
+        self.print_times();
+        self.print_power();
+        self.print_runout();
+        self.print_causes();
+        say!("");
+    }
+
+    /// Station, start angle, and actual and predicted time of each lobe and of everything between them.
+    fn print_times(&self) {
+        if !self.times.is_empty() {
+            say!("time               actual   predicted    late   station   start      turns");
+        }
+        for (index, time) in self.times.iter().enumerate() {
+            let lobe = self.result.lobes.get(index).map_or_else(String::new, |lobe| {
+                format!("   {:<8} {:>5.1} deg  {:>5.1}", lobe.station, deg_from_rad(lobe.start_angle), lobe.turns)
+            });
+            say!(
+                "{:<17} {:>6.2} s  {:>8.2} s {:>+6.2} s{lobe}",
+                time.what,
+                time.actual_s,
+                time.predicted_s,
+                time.late_s()
+            );
+        }
+        say!("computing time     {:.1} s", self.took.as_secs_f64());
+    }
+
+    /// Peak power of the wheel and burn index of each lobe.
+    fn print_power(&self) {
+        let lobes: Vec<&LobeResult> = self.result.lobes.iter().filter(|lobe| lobe.power_max > 0.0).collect();
+        if !lobes.is_empty() {
+            say!("\npower   peak             energy       burn index (burnt above 1)");
+        }
+        for lobe in lobes {
+            say!(
+                "{:<5} {:>5.1} kW at {:>3.0} deg  {:>3.0} J/mm3  {:>6.2} at {:>3.0} deg",
+                lobe.name,
+                kw_from_w(lobe.power_max),
+                deg_from_rad(lobe.power_max_angle),
+                j_mm3_from_j_m3(lobe.specific_energy),
+                lobe.burn_index_max,
+                deg_from_rad(lobe.burn_index_max_angle),
+            );
+        }
+    }
+
     /// Runout of each journal before and after its correction.
     fn print_runout(&self) {
-        for lobe in self.result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
+        let journals: Vec<&LobeResult> = self.result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0).collect();
+        if !journals.is_empty() {
+            say!("\nrunout    measured   after the correction turn   spark-out turns it replaces");
+        }
+        for lobe in journals {
             say!(
-                "{:<5} ran out by {:.2} um when it was measured; one turn left {:.3} um, sparking out would have taken {:.0} turns",
+                "{:<5} {:>10.2} um {:>24.3} um {:>29.0}",
                 lobe.name,
                 um(lobe.runout_before),
                 um(lobe.runout),
@@ -190,54 +229,24 @@ impl Report<'_> {
         }
     }
 
-    /// Actual and predicted time of everything between the lobes.
-    fn print_times(&self) {
-        for time in self.times.iter().skip(self.result.lobes.len()) {
-            say!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
-        }
-    }
-
-    /// Machine time, and the time saved over rotary indexing.
-    fn print_machine_time(&self) {
-        let result = self.result;
-        if result.duration > 0.0 {
-            say!(
-                "machine time {:.2} s; with rotary indexing before each lobe {:.2} s, saved {:.2} s; took {:.1} s",
-                result.duration,
-                result.duration_with_indexing,
-                result.duration_with_indexing - result.duration,
-                self.took.as_secs_f64(),
-            );
-        }
-    }
-
-    /// Paths of the bag and the report.
-    fn print_files(&self) {
-        if let Some(bag) = self.bag {
-            say!("bag: {}", bag.display());
-        }
-        if let Some(page) = &self.page {
-            say!("report: {}", page.display());
-        }
-    }
-
     /// Breaks the form error down by cause: errors of the same job with one effect removed, or on a better machine.
     fn print_causes(&self) {
         let line = |name: &str, lobes: &[LobeResult]| {
             let error = |lobe: &LobeResult| {
                 let [max, rms, lift] = [lobe.form_error_max, lobe.form_error_rms, lobe.lift_error].map(um);
-                format!("{} {max:+.3} um ({rms:.3}, {lift:.3})", lobe.name)
+                format!("{} {max:+.3} ({rms:.3}, {lift:.3})", lobe.name)
             };
-            say!("  {name:<34} {}", lobes.iter().map(error).collect::<Vec<_>>().join(", "));
+            say!("  {name}");
+            say!("{}", wrapped(&format!("    {}", lobes.iter().map(error).collect::<Vec<_>>().join(", ")), 4));
         };
         if !self.causes.without.is_empty() {
-            say!("form error max of the same job on a simulated machine without (in brackets rms, and lift p-v):");
+            say!("\nform error max in um (rms, lift p-v) of the same job simulated without:");
         }
         for without in &self.causes.without {
             line(&without.name(), &without.lobes);
         }
         if !self.causes.with.is_empty() {
-            say!("form error max of the same job (in brackets rms, and lift p-v) with:");
+            say!("\nform error max in um (rms, lift p-v) of the same job simulated with:");
             line("ordinary drives", &self.result.lobes);
         }
         for with in &self.causes.with {
@@ -245,32 +254,82 @@ impl Report<'_> {
         }
     }
 
-    fn verdict(&self) -> String {
-        match (self.worst(), self.status) {
-            (Some(_), GoalStatus::Succeeded) if self.identifies => format!(
-                "{}: {}, stiffness at {} of {} journals",
-                if self.is_good() { "MEASURED" } else { "NOT MEASURED" },
-                self.job,
-                self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0).count(),
-                self.result.lobes.len(),
-            ),
-            (Some(worst), GoalStatus::Succeeded) => format!(
-                "{}: {}, worst form error {:.3} um on lobe {} (tolerance {} um)",
-                match (self.has_good_form(), burnt(&self.result.lobes)) {
-                    (true, None) => "GOOD",
-                    (true, Some(_)) => BURNT,
-                    (false, _) => "NOT GOOD",
-                },
-                self.job,
-                um(worst.form_error_max.abs()),
-                worst.name,
-                um_from_mm(FORM_TOLERANCE_MM),
-            ),
-            (None, GoalStatus::Succeeded) if self.dry_run => {
-                format!("DRY RUN COMPLETE: {}, nothing was cut", self.job)
-            }
-            _ => format!("NOT COMPLETE: {}, {}", self.job, status_word(self.status)),
+    /// The effect without which the worst form error is smallest.
+    fn largest_cause(&self) -> Option<String> {
+        let largest = |lobes: &[LobeResult]| lobes.iter().map(|lobe| um(lobe.form_error_max.abs())).fold(0.0, f64::max);
+        let single = self.causes.without.iter().filter(|without| without.effects.len() == 1);
+        let (without, left_um) = single
+            .map(|without| (without, largest(&without.lobes)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, left_um)| *left_um < largest(&self.result.lobes))?;
+        Some(format!("cause:  {}; without it the worst form error is {left_um:.3} um", without.name()))
+    }
+
+    /// The next step after a bad verdict.
+    fn print_next_step(&self, details: bool) {
+        if self.is_good() {
+            return;
         }
+        let see = match (&self.page, details) {
+            (Some(_), _) => "open the report",
+            (None, false) => "run again with --details",
+            (None, true) => "see the alarms in `camwright status`",
+        };
+        let next = if self.status != GoalStatus::Succeeded || !self.result.success {
+            let alarm = if self.result.alarm == 0 { String::new() } else { format!("alarm {}, ", self.result.alarm) };
+            format!("next:   {alarm}{see}; docs/reference/alarms.md lists all alarms with remedies")
+        } else if !self.has_good_form() {
+            if let Some(cause) = self.largest_cause() {
+                say!("{}", wrapped(&cause, 8));
+            }
+            format!("next:   {see} for the causes of the form error")
+        } else {
+            format!("next:   {see}, then reduce the infeed per turn or work_speed_rpm")
+        };
+        say!("{}", wrapped(&next, 8));
+    }
+
+    fn verdict(&self) -> String {
+        if self.status != GoalStatus::Succeeded {
+            return format!("NOT COMPLETE: {}, {}", self.job, status_word(self.status));
+        }
+        let Some(worst) = self.worst() else {
+            return match self.dry_run {
+                true => format!("DRY RUN COMPLETE: {}, nothing was cut", self.job),
+                false => format!("NOT COMPLETE: {}, no lobe was measured", self.job),
+            };
+        };
+        if self.identifies {
+            let measured = self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0).count();
+            let word = if self.is_good() { "MEASURED" } else { "NOT MEASURED" };
+            return format!("{word}: stiffness at {measured} of {} journals", self.result.lobes.len());
+        }
+        let word = match (self.has_good_form(), burnt(&self.result.lobes)) {
+            (true, None) => "GOOD",
+            (true, Some(lobe)) => {
+                return format!(
+                    "{BURNT}: lobe {}, burn index {:.2} at {:.1} deg (limit 1)",
+                    lobe.name,
+                    lobe.burn_index_max,
+                    deg_from_rad(lobe.burn_index_max_angle)
+                );
+            }
+            (false, _) => "NOT GOOD",
+        };
+        let tolerance_um = um_from_mm(FORM_TOLERANCE_MM);
+        if let Some((part, lobe)) = self.batch.as_ref().and_then(Batch::worst) {
+            return format!(
+                "{word}: worst form error {:+.3} um on lobe {} of part {part} (tolerance {tolerance_um} um)",
+                um_from_mm(lobe.form_mm),
+                lobe.name
+            );
+        }
+        format!(
+            "{word}: worst form error {:+.3} um on lobe {} at {:.1} deg (tolerance {tolerance_um} um)",
+            um(worst.form_error_max),
+            worst.name,
+            deg_from_rad(worst.form_error_max_angle),
+        )
     }
 
     pub(super) fn print_json(&self) {

@@ -19,13 +19,14 @@ use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// How long the cell may take to be found, and to decide on a goal.
+/// Maximum time to find the cell and to decide on a goal.
 const MEETING: Duration = Duration::from_secs(20);
-/// How long set-up work may take.
+/// Maximum time of set-up work.
 const WORK: Duration = Duration::from_secs(600);
 
 /// Arguments of `camwright setup`.
 #[derive(Debug, Args)]
+#[command(after_help = super::help::SETUP)]
 pub(super) struct SetupArgs {
     #[command(subcommand)]
     work: WorkArgs,
@@ -33,105 +34,117 @@ pub(super) struct SetupArgs {
 
 #[derive(Debug, Subcommand)]
 enum WorkArgs {
-    /// Move axes to places, or by distances: `x_axis=120 c_axis=-45` (mm, deg).
+    /// Move axes to positions, or by distances.
+    #[command(after_help = super::help::SETUP_MOVE)]
     Move {
-        /// Joint and place, for example `z_axis=80`.
-        #[arg(required = true, value_name = "JOINT=PLACE", allow_hyphen_values = true, value_parser = assignment)]
+        /// Joint and position, for example `z_axis=80` (mm, deg).
+        #[arg(required = true, value_name = "JOINT=POSITION", allow_hyphen_values = true, value_parser = assignment)]
         to: Vec<(Axis, f64)>,
-        /// By so much, from where the axes rest.
+        /// Move by distances from the present positions.
         #[arg(long)]
         by: bool,
-        /// Share of the speed that the axes have.
+        /// Fraction of the maximum speed.
         #[arg(long, value_name = "0..1", default_value_t = 1.0)]
         speed_factor: f64,
     },
-    /// Move one axis by hand: by a distance, or for as long as the command runs.
+    /// Jog one axis, by a distance or until Ctrl-C.
+    #[command(after_help = super::help::SETUP_JOG)]
     Jog {
-        /// The joint, and by how much: `z_axis=-0.5` (mm, deg). Without a distance until Ctrl-C, or to the soft limit.
+        /// Joint and distance: `z_axis=-0.5` (mm, deg). Without a distance: until Ctrl-C or the soft limit.
         #[arg(value_name = "JOINT[=DISTANCE]", value_parser = jogged)]
         axis: (Axis, Option<f64>),
-        /// Speed (mm/s, deg/s); its sign is the direction where there is no distance.
+        /// Speed (mm/s, deg/s); without a distance its sign is the direction.
         #[arg(long, allow_negative_numbers = true)]
         speed: f64,
     },
-    /// Bring the wheel to its speed, or to rest.
+    /// Start or stop the wheel.
+    #[command(after_help = super::help::SETUP_WHEEL)]
     Wheel {
         /// `on` or `off`.
-        #[arg(value_parser = switch)]
+        #[arg(value_parser = switch, action = clap::ArgAction::Set)]
         on: bool,
     },
-    /// Move one axis until an input closes, stop, and stand off.
+    /// Move one axis until an input closes, then retract.
+    #[command(after_help = super::help::SETUP_PROBE)]
     Probe {
-        /// Joint and the farthest place, for example `x_axis=18.5` (mm, deg).
+        /// Joint and end of the search, for example `x_axis=18.5` (mm, deg).
         #[arg(value_name = "JOINT=TARGET", value_parser = assignment)]
         to: (Axis, f64),
-        /// The input: `wheel_contact`, `key_way`, `origin` or the switch of a station.
+        /// Input: `wheel_contact`, `key_way`, `origin` or the switch of a station.
         input: String,
-        /// Until it opens instead.
+        /// Search until the input opens.
         #[arg(long)]
         until_open: bool,
-        /// Speed (mm/s, deg/s); left out: 0.05 mm/s for `wheel_contact`, else the axis' search speed.
+        /// Speed (mm/s, deg/s) [default: 0.05 mm/s for `wheel_contact`, else the search speed of the axis].
         #[arg(long)]
         speed: Option<f64>,
-        /// How far back from the edge the axis stands afterwards (mm, deg).
+        /// Retract from the edge by this distance (mm, deg).
         #[arg(long, default_value_t = 0.0)]
         stand_off: f64,
-        /// `wheel_contact` by the stopped wheel, which may press so hard (N).
+        /// For `wheel_contact`: maximum force of the stopped wheel (N).
         #[arg(long, default_value_t = 0.0)]
         most_force_n: f64,
     },
-    /// Dress the wheel now.
+    /// Dress the wheel.
+    #[command(after_help = super::help::SETUP_DRESS)]
     Dress {
-        /// Taken off the worn wheel's radius (um); left out: as much as the job takes.
+        /// Depth on the radius (um) [default: depth of the job].
         #[arg(long)]
         depth_um: Option<f64>,
     },
-    /// Touch a place of known radius and correct the zero of X.
+    /// Touch a known radius and correct the zero of X.
+    #[command(after_help = super::help::SETUP_TOUCH_OFF)]
     TouchOff {
-        /// A round lobe of the loaded job, as it was measured last.
+        /// Round lobe of the loaded job, with its last measured radius.
         #[arg(long, conflicts_with = "station")]
         lobe: Option<String>,
-        /// The station of another place.
+        /// Station of another round surface.
         #[arg(long, requires = "radius_mm")]
         station: Option<String>,
-        /// Radius there (mm).
+        /// Radius at the station (mm).
         #[arg(long)]
         radius_mm: Option<f64>,
-        /// By how much the zero may be off (um); left out: 200.
+        /// Maximum correction (um) [default: 200].
         #[arg(long)]
         most_correction_um: Option<f64>,
-        /// By the stopped wheel, which may press so hard (N).
+        /// Touch with the stopped wheel, with at most this force (N).
         #[arg(long, default_value_t = 0.0)]
         most_force_n: f64,
-        /// Leave the zero as it is.
+        /// Measure without a correction.
         #[arg(long)]
         only_measure: bool,
     },
-    /// Find the angle at which the part is clamped, by its key-way.
+    /// Find the phase of the clamped part by its key-way.
+    #[command(after_help = super::help::SETUP_FIND_PHASE)]
     FindPhase {
-        /// Put a raw part of the loaded job between the centres first.
+        /// Load a raw part of the loaded job first.
         #[arg(long)]
         load_part: bool,
-        /// Turn nothing, and forget the angle that was found.
+        /// Discard the found phase without motion.
         #[arg(long)]
         forget: bool,
     },
 }
 
-/// `x_axis=12.5`.
+fn unknown_joint(joint: &str) -> String {
+    format!("unknown joint {joint:?}; joints are c_axis, x_axis and z_axis")
+}
+
+/// Parses `x_axis=12.5`.
 fn assignment(text: &str) -> Result<(Axis, f64), String> {
-    let (joint, value) = text.split_once('=').ok_or_else(|| format!("{text:?} is not JOINT=PLACE"))?;
-    let axis = Axis::from_joint(joint).ok_or_else(|| format!("there is no joint {joint:?}"))?;
+    let (joint, value) =
+        text.split_once('=').ok_or_else(|| format!("{text:?} is not JOINT=POSITION, for example z_axis=80"))?;
+    let axis = Axis::from_joint(joint).ok_or_else(|| unknown_joint(joint))?;
     let value = value.parse::<f64>().map_err(|error| format!("{value:?}: {error}"))?;
     Ok((axis, value))
 }
 
-/// `x_axis=12.5` or `x_axis`.
+/// Parses `x_axis=12.5` or `x_axis`.
 fn jogged(text: &str) -> Result<(Axis, Option<f64>), String> {
     if text.contains('=') {
         return assignment(text).map(|(axis, distance)| (axis, Some(distance)));
     }
-    let axis = Axis::from_joint(text).ok_or_else(|| format!("there is no joint {text:?}"))?;
+    let axis = Axis::from_joint(text).ok_or_else(|| unknown_joint(text))?;
     Ok((axis, None))
 }
 
@@ -139,7 +152,7 @@ fn switch(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
         "off" => Ok(false),
-        _ => Err(format!("{text:?} is neither on nor off")),
+        _ => Err(format!("{text:?} is not `on` or `off`")),
     }
 }
 
@@ -148,7 +161,7 @@ pub(super) fn main(args: &SetupArgs, ros_args: &RosArgs) -> ExitCode {
     RosLayer::install();
     match run(&args.work, ros_args) {
         Ok((true, message)) => {
-            tell(&message);
+            print(&message);
             ExitCode::SUCCESS
         }
         Ok((false, message)) => {
@@ -162,7 +175,7 @@ pub(super) fn main(args: &SetupArgs, ros_args: &RosArgs) -> ExitCode {
     }
 }
 
-fn tell(message: &str) {
+fn print(message: &str) {
     say!("{message}");
 }
 
@@ -170,7 +183,7 @@ fn run(work: &WorkArgs, ros_args: &RosArgs) -> Result<(bool, String), NodeError>
     let shutdown = Shutdown::on_signals()?;
     let node = Node::new(NodeOptions::new("camwright_setup", ros_args))?;
     let spin = node.spin_in_thread()?;
-    let outcome = Command::take(&node, &TakeOptions::new("camwright setup"))
+    let outcome = Command::acquire(&node, &TakeOptions::new("camwright setup"))
         .map_err(|error| NodeError::Parameter(error.to_string()))
         .and_then(|command| {
             let outcome = ask(work, &node, &shutdown);
@@ -250,7 +263,7 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
     }
 }
 
-/// Jogs; without a distance the command holds it.
+/// Jogs; without a distance until Ctrl-C.
 fn jog(
     node: &Node,
     axis: Axis,
@@ -259,7 +272,10 @@ fn jog(
     shutdown: &Shutdown,
 ) -> Result<(bool, String), NodeError> {
     if distance == Some(0.0) {
-        return Err(NodeError::Parameter(format!("a jog of {} by nothing", axis.joint())));
+        return Err(NodeError::Parameter(format!(
+            "the jog distance of {} is 0; give a distance other than 0, or none",
+            axis.joint()
+        )));
     }
     let hold = node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic())?;
     let goal = JogGoal {
@@ -273,7 +289,7 @@ fn jog(
         eprintln!("jogging {} until Ctrl-C", axis.joint());
     }
     let (status, result) = goal_of::<Jog>(node, "axis_interpolator/jog", goal, shutdown, || {
-        // Not heard it ends by itself.
+        // Without this message the jog ends.
         let _sent = held && hold.publish(&Empty::default()).is_ok();
     })?;
     let ended_well = status == GoalStatus::Succeeded || (held && status == GoalStatus::Canceled);
@@ -281,7 +297,7 @@ fn jog(
     Ok((ended_well, result.message + &at))
 }
 
-/// A place for people.
+/// Position with its unit.
 fn place(axis: Axis, position: f64) -> String {
     match axis {
         Axis::C => format!("{:.5} deg", deg_from_rad(position)),
@@ -293,7 +309,7 @@ fn m_from_um(um: f64) -> f64 {
     m_from_mm(camwright::math::units::mm_from_um(um))
 }
 
-/// Sends a goal and waits for its end; a signal cancels it. Ten times a second something is done meanwhile.
+/// Sends a goal and waits for its end; a signal cancels it. Calls `meanwhile` ten times a second.
 fn goal_of<A: Action>(
     node: &Node,
     name: &str,
@@ -308,7 +324,7 @@ where
     client.wait_for_server(MEETING)?;
     let goal = client.send_goal(goal, drop, MEETING)?;
     if !goal.accepted() {
-        return Err(NodeError::Parameter("the axis interpolator refused it; its log says why".into()));
+        return Err(NodeError::Parameter("the axis interpolator rejected the goal; its log shows the reason".into()));
     }
     let (sender, ended) = mpsc::channel();
     goal.result_with(move |status, result| drop(sender.send((status, result))))?;

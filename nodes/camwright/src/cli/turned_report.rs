@@ -1,12 +1,12 @@
-//! What `camwright run` says at the end of a job that turns.
+//! Result of `camwright run` for a turning job.
 
-use super::output::say;
+use super::output::{say, wrapped};
 use super::run_report::{exit_code, status_word};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::convert::{mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedResult};
-use camwright_planning::TurnedInstead;
+use camwright_planning::OtherLathe;
 use camwright_ros::GoalStatus;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -14,21 +14,21 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Fields of the map as it is printed, round and along.
-const PRINTED: [usize; 2] = [12, 10];
+/// Fields of the printed map, around and along the part.
+const PRINTED: [usize; 2] = [8, 10];
 
-/// What is printed at the end.
+/// Result of a turning job.
 pub(super) struct TurnedReport<'a> {
     pub(super) job: &'a str,
     pub(super) status: GoalStatus,
     pub(super) result: &'a RunJobResult,
-    /// Predicted duration (s), where what was predicted is known here.
+    /// Predicted duration (s), if known.
     pub(super) predicted_s: Option<f64>,
     pub(super) form_map: Option<FormMap>,
-    /// What the same job leaves on other machines.
-    pub(super) causes: Vec<TurnedInstead>,
+    /// Form errors of the same job on other machines.
+    pub(super) causes: Vec<OtherLathe>,
     pub(super) bag: Option<&'a PathBuf>,
-    /// The page that reports it.
+    /// Path of the report.
     pub(super) page: Option<PathBuf>,
     pub(super) took: Duration,
 }
@@ -48,12 +48,14 @@ impl TurnedReport<'_> {
         exit_code(self.status, self.is_good())
     }
 
-    pub(super) fn print(&self) {
+    /// Prints the verdict, the part, the files and the next step; with `details` the map and the causes of the form error.
+    pub(super) fn print(&self, details: bool) {
         let result = self.result;
+        say!("{}", wrapped(&self.verdict(), 2));
         if let Some(part) = self.part() {
-            say!("part          passes   turns      time    highest     lowest        rms  cusps (theory)");
+            say!("part         passes   turns       time     highest      lowest         rms");
             say!(
-                "{:<12} {:>7} {:>7.1} {:>7.2} s {:>+7.3} um {:>+7.3} um {:>7.3} um  {:.3} um ({:.3} um)",
+                "{:<12} {:>6} {:>7.1} {:>8.2} s {:>+8.3} um {:>+8.3} um {:>8.3} um",
                 part.name,
                 part.passes,
                 part.turns,
@@ -61,53 +63,62 @@ impl TurnedReport<'_> {
                 um(part.form_error_highest),
                 um(part.form_error_lowest),
                 um(part.form_error_rms),
-                um(part.cusp_height),
-                um(part.cusp_height_theory),
             );
         }
-        if let Some(map) = &self.form_map {
-            let text = map_text(map);
-            if !text.is_empty() {
-                say!("{}", text.trim_end());
-            }
-        }
-        if !self.causes.is_empty() {
-            say!("form error of the same part on a simulated machine (highest, lowest, rms):");
-        }
-        for cause in &self.causes {
-            let [highest, lowest, rms] = [cause.highest_mm, cause.lowest_mm, cause.rms_mm].map(um_from_mm);
-            say!("  {:<34} {highest:+.3} um, {lowest:+.3} um, {rms:.3} um", cause.name);
-        }
-        if result.duration > 0.0 {
-            let predicted = self.predicted_s.map_or_else(String::new, |predicted_s| {
-                format!(", predicted {predicted_s:.2} s ({:+.2} s)", result.duration - predicted_s)
-            });
-            say!("machine time {:.2} s{predicted}; took {:.1} s", result.duration, self.took.as_secs_f64());
-        }
         if !result.message.is_empty() {
-            say!("{}", result.message);
+            say!("{}", wrapped(&format!("{}: {}", self.job, result.message), 2));
+        }
+        if details {
+            self.print_details();
         }
         if let Some(bag) = self.bag {
-            say!("bag: {}", bag.display());
+            say!("bag:    {}", bag.display());
         }
         if let Some(page) = &self.page {
             say!("report: {}", page.display());
         }
-        say!("{}", self.verdict());
+        if !self.is_good() {
+            let see = if self.page.is_some() { "open the report" } else { "run again with --details" };
+            say!("next:   {see} for the worst place and its cause");
+        }
+    }
+
+    fn print_details(&self) {
+        say!("");
+        if let Some(part) = self.part() {
+            let allowed = part.form_error_allowed - part.cusp_height_theory;
+            say!(
+                "allowed {:.3} um: tolerance {:.3} um and cusps of the feed {:.3} um\ncusps  {:.3} um",
+                um(part.form_error_allowed),
+                um(allowed),
+                um(part.cusp_height_theory),
+                um(part.cusp_height),
+            );
+        }
+        say!("computing time {:.1} s", self.took.as_secs_f64());
+        let map = self.form_map.as_ref().map(map_text).unwrap_or_default();
+        if !map.is_empty() {
+            say!("\n{}", map.trim_end());
+        }
+        if !self.causes.is_empty() {
+            say!("\nform error of the same job on another simulated machine (highest, lowest, rms):");
+        }
+        for cause in &self.causes {
+            let [highest, lowest, rms] = [cause.highest_mm, cause.lowest_mm, cause.rms_mm].map(um_from_mm);
+            say!("{}", wrapped(&format!("  {:<34} {highest:+.3} um, {lowest:+.3} um, {rms:.3} um", cause.name), 4));
+        }
+        say!("");
     }
 
     fn verdict(&self) -> String {
         match (self.part(), self.status) {
             (Some(part), GoalStatus::Succeeded) => format!(
-                "{}: {}, worst form error {:+.3} um at {:.1} deg, z {:.2} mm (allowed {:.3} um: {:.3} um and the cusps of the feed, {:.3} um)",
+                "{}: worst form error {:+.3} um at {:.1} deg, z {:.2} mm (allowed {:.3} um)",
                 if self.is_good() { "GOOD" } else { "NOT GOOD" },
-                self.job,
                 um(part.form_error_max),
                 deg_from_rad(part.form_error_max_azimuth),
                 mm_from_m(part.form_error_max_z),
                 um(part.form_error_allowed),
-                um(part.form_error_allowed - part.cusp_height_theory),
-                um(part.cusp_height_theory),
             ),
             _ => format!("NOT COMPLETE: {}, {}", self.job, status_word(self.status)),
         }
@@ -163,8 +174,7 @@ fn size(count: u32) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)
 }
 
-/// The deviation farthest from the design in each field of a coarser map (µm), all azimuths of the first column first; none where the
-/// message is no map.
+/// Largest deviation in each field of a coarser map (µm), all azimuths of the first column first; none for an invalid map.
 fn farthest_um(map: &FormMap, azimuths: usize, columns: usize) -> Option<Vec<f64>> {
     let (round, along) = (size(map.azimuths), size(map.columns));
     let cells = round.checked_mul(along)?;
@@ -194,12 +204,11 @@ fn farthest_um(map: &FormMap, azimuths: usize, columns: usize) -> Option<Vec<f64
     Some(fields)
 }
 
-/// The map as a table, z downwards and azimuths to the right.
+/// Map as a table: z downwards, azimuths to the right.
 fn map_text(map: &FormMap) -> String {
     let [azimuths, columns] = [PRINTED[0].min(size(map.azimuths)), PRINTED[1].min(size(map.columns))];
     let Some(fields) = farthest_um(map, azimuths, columns) else { return String::new() };
-    let mut text =
-        String::from("form error farthest from the design (um), over z (mm) and azimuth from (deg):\n              ");
+    let mut text = String::from("largest form error (um) by z (mm) and azimuth from (deg):\n              ");
     for azimuth in 0..azimuths {
         let _infallible = write!(text, "{:>7.0}", 360.0 * azimuth as f64 / azimuths as f64);
     }

@@ -1,4 +1,4 @@
-//! `camwright urdf`: the description of a machine as others draw it, without ROS.
+//! `camwright urdf`: prints the URDF of a machine, without ROS.
 
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
@@ -10,20 +10,21 @@ use std::process::ExitCode;
 
 /// Arguments of `camwright urdf`.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = super::help::URDF)]
 pub(super) struct UrdfArgs {
-    /// Machine, by name or path.
+    /// Name or path of the machine.
     #[arg(default_value = "cam_grinder")]
     machine: String,
-    /// What stands before the names of frames, as `frame_prefix` of a node; empty: the namespace.
+    /// Prefix of frame names, as `frame_prefix` of a node [default: namespace].
     #[arg(long, default_value = "")]
     prefix: String,
     /// Namespace of the cell.
     #[arg(long, default_value = "/")]
     namespace: String,
-    /// Radius of the wheel that is mounted (mm); default: a new one.
+    /// Radius of the mounted wheel (mm) [default: new wheel].
     #[arg(long, value_name = "MM")]
     wheel_radius_mm: Option<f64>,
-    /// Set a key of the machine; may be repeated.
+    /// Set a key of the machine; repeatable.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
 }
@@ -50,7 +51,7 @@ fn urdf(args: &UrdfArgs) -> Result<String, NodeError> {
     let (least_mm, new_mm) = (machine.wheel.min_radius_mm, machine.wheel.new_radius_mm);
     let radius_mm = args.wheel_radius_mm.unwrap_or(new_mm);
     if !(least_mm..=new_mm).contains(&radius_mm) {
-        let message = format!("--wheel-radius-mm is {radius_mm} mm; a wheel has {least_mm} to {new_mm} mm");
+        let message = format!("--wheel-radius-mm {radius_mm} is outside {least_mm} to {new_mm} mm");
         return Err(NodeError::Parameter(message));
     }
     let prefix = scene::prefix(&args.prefix, &args.namespace).map_err(NodeError::Parameter)?;

@@ -25,8 +25,8 @@ use camwright_bag::progress;
 use camwright_bag::{Bag, BagError};
 use camwright_ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
 use camwright_run_logger::{Filter, Selection, regex};
-use playback::{Outlets, Player, Track, Wish};
-use services::Order;
+use playback::{Outlets, PlaybackRequest, Player, Track};
+use services::PlayerCommand;
 
 /// How long no further subscriber may turn up before the first message goes out. A peer that is already running finds a new
 /// publisher within 0.2 s (measured with Fast DDS on one machine).
@@ -39,46 +39,46 @@ const FAREWELL: Duration = Duration::from_millis(300);
 pub struct ReplayArgs {
     /// Directory of the bag, or one MCAP file
     pub bag: PathBuf,
-    /// How many seconds of the bag are played in one second
+    /// Playback rate, relative to the recording
     #[arg(long, short, default_value_t = 1.0, value_parser = positive)]
     pub rate: f64,
-    /// Only these topics; `*` stands for anything
+    /// Play only these topics; `*` matches anything
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
     pub topics: Vec<String>,
-    /// Only topics in whose name this regular expression is found (with --topics: these too)
+    /// Play only topics that match this expression (added to --topics)
     #[arg(long, short = 'e', default_value = "", value_name = "REGEX")]
     pub regex: String,
-    /// Not these topics; `*` stands for anything
+    /// Exclude these topics; `*` matches anything
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
     pub exclude: Vec<String>,
-    /// Not topics in whose name this regular expression is found
+    /// Exclude topics that match this regular expression
     #[arg(long, short = 'x', default_value = "", value_name = "REGEX")]
     pub exclude_regex: String,
-    /// Begin so many seconds after the first message; latched messages before that are played at once
+    /// Start this long after the first message; earlier latched messages are sent at once
     #[arg(long, default_value_t = 0.0, value_parser = not_negative, value_name = "SECONDS")]
     pub start_offset: f64,
-    /// End so many seconds of the bag after the beginning
+    /// Stop after this time of the bag
     #[arg(long, value_parser = not_negative, value_name = "SECONDS")]
     pub playback_duration: Option<f64>,
-    /// End at this moment of the bag (s since 1970)
+    /// Stop at this time of the bag (s since 1970)
     #[arg(long, value_parser = not_negative, value_name = "SECONDS")]
     pub playback_until_sec: Option<f64>,
-    /// Wait so many seconds before the first message
+    /// Wait this long before the first message
     #[arg(long, short = 'd', default_value_t = 0.0, value_parser = not_negative, value_name = "SECONDS")]
     pub delay: f64,
-    /// Begin paused, until the service `~/resume`, `~/play_next` or `~/burst` is called
+    /// Start paused, until `~/resume`, `~/play_next` or `~/burst` is called
     #[arg(long, short = 'p')]
     pub start_paused: bool,
-    /// Begin again at the end, until interrupted
+    /// Repeat until interrupted
     #[arg(long = "loop", short = 'l')]
     pub repeat: bool,
-    /// Stay after the end and after `~/stop`, until `~/play` or Ctrl-C
+    /// Stay after the end and after `~/stop`; `~/play` plays again
     #[arg(long)]
     pub stay: bool,
-    /// Publish the bag's time on /clock, so many times a second, instead of what was recorded there
+    /// Publish the time of the bag on /clock at this rate, instead of the recorded clock
     #[arg(long, value_parser = positive, value_name = "HZ", num_args = 0..=1, default_missing_value = "40")]
     pub clock: Option<f64>,
-    /// Wait at most so many seconds for subscribers before the first message
+    /// Maximum time to wait for subscribers
     #[arg(long, default_value_t = 2.0, value_parser = not_negative, value_name = "SECONDS")]
     pub wait: f64,
 }
@@ -86,11 +86,11 @@ pub struct ReplayArgs {
 fn not_negative(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
     // A billion seconds are 31 years; NaN is in no range.
-    if (0.0..1e9).contains(&value) { Ok(value) } else { Err("it must be a number from 0 on".into()) }
+    if (0.0..1e9).contains(&value) { Ok(value) } else { Err("must be a number from 0 to 1e9".into()) }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    not_negative(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("it must be greater than 0".into()) })
+    not_negative(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be greater than 0".into()) })
 }
 
 /// Why a bag was not played.
@@ -110,7 +110,7 @@ pub enum ReplayError {
         reason: String,
     },
     /// There is nothing to play.
-    #[error("{bag} has no message on the topics asked for")]
+    #[error("{bag} has no message on the selected topics; `camwright bag info` lists its topics")]
     Nothing {
         /// The bag.
         bag: String,
@@ -188,7 +188,7 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
         progress: bar(&wish),
     };
     let services = services::offer(&node, &sender)?;
-    let _end = shutdown.on_request(move || drop(sender.send(Order::End)));
+    let _end = shutdown.on_request(move || drop(sender.send(PlayerCommand::End)));
     wait_for_subscribers(&tracks, Duration::from_secs_f64(args.wait), shutdown);
     let matched_topics = tracks.iter().filter(|t| t.matched() > 0).count();
     let mut player = Player::new(&bag, &tracks, outlets, orders, wish);
@@ -218,11 +218,11 @@ impl ReplayArgs {
     }
 
     /// `times_ns`: of the first and the last message.
-    fn wish(&self, times_ns: (u64, u64)) -> Wish {
+    fn wish(&self, times_ns: (u64, u64)) -> PlaybackRequest {
         let ns = |seconds: f64| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX);
         let start_ns = times_ns.0.saturating_add(ns(self.start_offset));
         let bounds = [self.playback_duration.map(|s| start_ns.saturating_add(ns(s))), self.playback_until_sec.map(ns)];
-        Wish {
+        PlaybackRequest {
             span: (start_ns, bounds.into_iter().flatten().fold(times_ns.1, u64::min)),
             rate: self.rate,
             starts_paused: self.start_paused,
@@ -252,7 +252,7 @@ fn wait_for_subscribers(tracks: &[Track], longest: Duration, shutdown: &Shutdown
 }
 
 /// A bar in milliseconds of the bag.
-fn bar(wish: &Wish) -> ProgressBar {
+fn bar(wish: &PlaybackRequest) -> ProgressBar {
     let milliseconds = wish.span.1.saturating_sub(wish.span.0) / 1_000_000;
     let bar = progress::bar(milliseconds, "{bar:40} {msg} {elapsed_precise} (eta {eta})");
     bar.set_message(format!("playing at {} times", wish.rate));

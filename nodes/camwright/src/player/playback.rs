@@ -13,7 +13,7 @@ use indicatif::ProgressBar;
 
 use super::Played;
 use super::pace::Pace;
-use super::services::Order;
+use super::services::PlayerCommand;
 use camwright_bag::{Bag, BagError, Message, Messages};
 use camwright_ros::{Publisher, RawPublisher, from_time, to_time};
 
@@ -45,7 +45,7 @@ pub(super) struct Outlets {
 
 /// What is to be played, and how.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wish {
+pub(super) struct PlaybackRequest {
     /// From and to (ns since 1970).
     pub(super) span: (u64, u64),
     pub(super) rate: f64,
@@ -61,8 +61,8 @@ pub(super) struct Player<'a> {
     bag: &'a Bag,
     tracks: &'a [Track],
     outlets: Outlets,
-    orders: mpsc::Receiver<Order>,
-    wish: Wish,
+    orders: mpsc::Receiver<PlayerCommand>,
+    wish: PlaybackRequest,
     pace: Pace,
     /// None: the playback is over, or was stopped.
     messages: Option<Messages<'a>>,
@@ -77,8 +77,8 @@ impl<'a> Player<'a> {
         bag: &'a Bag,
         tracks: &'a [Track],
         outlets: Outlets,
-        orders: mpsc::Receiver<Order>,
-        wish: Wish,
+        orders: mpsc::Receiver<PlayerCommand>,
+        wish: PlaybackRequest,
     ) -> Self {
         Self {
             bag,
@@ -103,7 +103,7 @@ impl<'a> Player<'a> {
         }
         loop {
             match self.orders.recv_timeout(self.wait()) {
-                Ok(Order::End) => {
+                Ok(PlayerCommand::End) => {
                     self.played.interrupted = self.messages.is_some();
                     return Ok(());
                 }
@@ -111,7 +111,7 @@ impl<'a> Player<'a> {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
-            self.tell_time();
+            self.publish_time();
             self.play_due()?;
             if self.messages.is_some() && self.next.is_none() {
                 self.end()?;
@@ -222,7 +222,7 @@ impl<'a> Player<'a> {
     }
 
     /// Publishes the bag's time when that is due.
-    fn tell_time(&mut self) {
+    fn publish_time(&mut self) {
         let Some((publisher, period)) = &self.outlets.clock else { return };
         let now = Instant::now();
         if now < self.next_clock {
@@ -249,23 +249,23 @@ impl<'a> Player<'a> {
         Ok(count)
     }
 
-    fn obey(&mut self, order: Order) -> Result<(), BagError> {
+    fn obey(&mut self, order: PlayerCommand) -> Result<(), BagError> {
         let now = Instant::now();
         match order {
-            Order::End => {}
-            Order::Stop(to) => {
+            PlayerCommand::End => {}
+            PlayerCommand::Stop(to) => {
                 (self.messages, self.next) = (None, None);
                 to.send(&StopResponse::default());
             }
-            Order::Pause(to) => {
+            PlayerCommand::Pause(to) => {
                 self.pace.pause(now);
                 to.send(&PauseResponse::default());
             }
-            Order::Resume(to) => {
+            PlayerCommand::Resume(to) => {
                 self.pace.resume(now);
                 to.send(&ResumeResponse::default());
             }
-            Order::TogglePaused(to) => {
+            PlayerCommand::TogglePaused(to) => {
                 if self.pace.is_paused() {
                     self.pace.resume(now);
                 } else {
@@ -273,21 +273,21 @@ impl<'a> Player<'a> {
                 }
                 to.send(&TogglePausedResponse::default());
             }
-            Order::IsPaused(to) => to.send(&IsPausedResponse { paused: self.pace.is_paused() }),
-            Order::GetRate(to) => to.send(&GetRateResponse { rate: self.pace.rate() }),
-            Order::SetRate(rate, to) => {
+            PlayerCommand::IsPaused(to) => to.send(&IsPausedResponse { paused: self.pace.is_paused() }),
+            PlayerCommand::GetRate(to) => to.send(&GetRateResponse { rate: self.pace.rate() }),
+            PlayerCommand::SetRate(rate, to) => {
                 let success = rate > 0.0 && rate.is_finite();
                 if success {
                     self.pace.set_rate(now, rate);
                 }
                 to.send(&SetRateResponse { success });
             }
-            Order::PlayNext(to) => to.send(&PlayNextResponse { success: self.step(1)? == 1 }),
-            Order::Burst(most, to) => {
+            PlayerCommand::PlayNext(to) => to.send(&PlayNextResponse { success: self.step(1)? == 1 }),
+            PlayerCommand::Burst(most, to) => {
                 let most = if most == 0 { u64::MAX } else { most };
                 to.send(&BurstResponse { actually_burst: self.step(most)? });
             }
-            Order::Seek(to_ns, to) => {
+            PlayerCommand::Seek(to_ns, to) => {
                 let (from, until) = self.wish.span;
                 let wanted =
                     u64::try_from(to_ns).ok().filter(|ns| self.messages.is_some() && (from..=until).contains(ns));
@@ -296,7 +296,7 @@ impl<'a> Player<'a> {
                 }
                 to.send(&SeekResponse { success: wanted.is_some() });
             }
-            Order::Play(request, to) => {
+            PlayerCommand::Play(request, to) => {
                 let success = self.messages.is_none();
                 if success {
                     self.play(&request)?;

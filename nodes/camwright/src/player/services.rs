@@ -11,7 +11,7 @@ use camwright_ros::{Node, Responder, RosError, ServiceHandle, from_time};
 
 /// What the player is asked, and whom it answers.
 #[derive(Debug)]
-pub(super) enum Order {
+pub(super) enum PlayerCommand {
     /// The process is to end.
     End,
     Stop(Responder<Stop>),
@@ -30,19 +30,19 @@ pub(super) enum Order {
 }
 
 /// Offers the services of rosbag2's player under the node's name.
-pub(super) fn offer(node: &Node, orders: &mpsc::Sender<Order>) -> Result<Vec<ServiceHandle>, RosError> {
+pub(super) fn offer(node: &Node, orders: &mpsc::Sender<PlayerCommand>) -> Result<Vec<ServiceHandle>, RosError> {
     Ok(vec![
-        passed(node, "~/stop", orders, |_, to| Order::Stop(to))?,
-        passed(node, "~/pause", orders, |_, to| Order::Pause(to))?,
-        passed(node, "~/resume", orders, |_, to| Order::Resume(to))?,
-        passed(node, "~/toggle_paused", orders, |_, to| Order::TogglePaused(to))?,
-        passed(node, "~/is_paused", orders, |_, to| Order::IsPaused(to))?,
-        passed(node, "~/get_rate", orders, |_, to| Order::GetRate(to))?,
-        passed::<SetRate>(node, "~/set_rate", orders, |wanted, to| Order::SetRate(wanted.rate, to))?,
-        passed(node, "~/play_next", orders, |_, to| Order::PlayNext(to))?,
-        passed::<Burst>(node, "~/burst", orders, |wanted, to| Order::Burst(wanted.num_messages, to))?,
-        passed::<Seek>(node, "~/seek", orders, |wanted, to| Order::Seek(from_time(&wanted.time), to))?,
-        passed(node, "~/play", orders, Order::Play)?,
+        passed(node, "~/stop", orders, |_, to| PlayerCommand::Stop(to))?,
+        passed(node, "~/pause", orders, |_, to| PlayerCommand::Pause(to))?,
+        passed(node, "~/resume", orders, |_, to| PlayerCommand::Resume(to))?,
+        passed(node, "~/toggle_paused", orders, |_, to| PlayerCommand::TogglePaused(to))?,
+        passed(node, "~/is_paused", orders, |_, to| PlayerCommand::IsPaused(to))?,
+        passed(node, "~/get_rate", orders, |_, to| PlayerCommand::GetRate(to))?,
+        passed::<SetRate>(node, "~/set_rate", orders, |wanted, to| PlayerCommand::SetRate(wanted.rate, to))?,
+        passed(node, "~/play_next", orders, |_, to| PlayerCommand::PlayNext(to))?,
+        passed::<Burst>(node, "~/burst", orders, |wanted, to| PlayerCommand::Burst(wanted.num_messages, to))?,
+        passed::<Seek>(node, "~/seek", orders, |wanted, to| PlayerCommand::Seek(from_time(&wanted.time), to))?,
+        passed(node, "~/play", orders, PlayerCommand::Play)?,
     ])
 }
 
@@ -50,8 +50,8 @@ pub(super) fn offer(node: &Node, orders: &mpsc::Sender<Order>) -> Result<Vec<Ser
 fn passed<S: Service>(
     node: &Node,
     name: &str,
-    orders: &mpsc::Sender<Order>,
-    order: fn(S::Request, Responder<S>) -> Order,
+    orders: &mpsc::Sender<PlayerCommand>,
+    order: fn(S::Request, Responder<S>) -> PlayerCommand,
 ) -> Result<ServiceHandle, RosError> {
     let orders = orders.clone();
     node.service_deferred::<S>(name, move |request, to| drop(orders.send(order(request, to))))

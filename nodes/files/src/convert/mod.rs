@@ -126,6 +126,12 @@ pub fn j_mm3_from_j_m3(j_m3: f64) -> f64 {
     j_m3 / 1e9
 }
 
+/// Power: W to kW.
+#[must_use]
+pub fn kw_from_w(w: f64) -> f64 {
+    w / 1e3
+}
+
 /// A fault's value in the core's unit: offsets of slides come in metres.
 #[must_use]
 pub fn fault_value(target: &str, value: f64) -> f64 {

@@ -113,6 +113,16 @@ fn content_hash(pages: &[PlanPage]) -> String {
     hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// Hash of a plan if a program of another version had written it: the header names the version, and the hash covers the header.
+#[must_use]
+pub fn hash_with_version(pages: &[PlanPage], version: &str) -> String {
+    let mut pages = pages.to_vec();
+    for header in pages.iter_mut().flat_map(|page| &mut page.header) {
+        version.clone_into(&mut header.version);
+    }
+    content_hash(&pages)
+}
+
 /// The plan that pages carry, in any order of arrival.
 ///
 /// # Errors

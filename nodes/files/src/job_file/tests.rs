@@ -41,7 +41,7 @@ fn of_two_divisions(more: &str) -> Result<Job, Vec<String>> {
 fn tables_of_different_division_need_the_blocks_of_the_infeed() {
     let found = of_two_divisions("").err().unwrap();
     assert_eq!(found.len(), 1, "{found:?}");
-    let said = "profile exhaust: 1800 blocks per turn, the first table has 3600; where tables differ, blocks_per_turn must say";
+    let said = "profile exhaust: 1800 blocks per turn, the first table has 3600; if tables differ, set blocks_per_turn";
     assert!(found[0].contains("job.yaml:") && found[0].contains(said), "{found:?}");
 
     let job = of_two_divisions("blocks_per_turn: 3600\n").unwrap();
@@ -88,7 +88,10 @@ fn a_job_may_begin_with_any_lobe_by_name_or_number() {
     }
     for start in ["E9", "5"] {
         let refused = lobes(start).expect_err("no such lobe");
-        assert!(refused.contains("to start at; the lobes are I1, E1, I2, E2"), "{refused}");
+        assert!(
+            refused.contains("unknown start lobe ") && refused.contains("; the lobes are I1, E1, I2, E2"),
+            "{refused}"
+        );
     }
 }
 

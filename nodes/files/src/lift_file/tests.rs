@@ -334,7 +334,7 @@ fn keys_that_contradict_each_other_are_refused() {
         ("{table: t.txt, half_table: t.txt}", "exactly one of"),
         ("{eccentric: {eccentricity_mm: 2}, reading: smoothest}", "reading is about a table"),
         ("{table: t.txt, start_deg: 5}", "start_deg is about segments"),
-        ("{table: t.txt, reading: cubic_spline, smooth_within_um: 5}", "goes through every point"),
+        ("{table: t.txt, reading: cubic_spline, smooth_within_um: 5}", "passes through every point"),
         ("{table: t.txt, step_cam_deg: 5, step_crank_deg: 5}", "cam and in crank degrees"),
         ("{table: t.txt, step_crank_deg: 5, angle: cam}", "cam and in crank degrees"),
         ("{table: t.txt, smooth_within_um: -1}", "lift.smooth_within_um is -1; it must be 0.000001 to 10000"),

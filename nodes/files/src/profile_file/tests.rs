@@ -119,7 +119,9 @@ fn an_eccentric_that_is_none_is_refused() {
         let said = refusal(&format!("{given}, {disc}"));
         assert_eq!(
             said,
-            format!("job.yaml:2: profile p: {key} is given, and the lift says the contour itself; one of both must go")
+            format!(
+                "job.yaml:2: profile p: {key} is given, but the lift defines the contour itself; remove one of both"
+            )
         );
     }
 }
@@ -129,7 +131,7 @@ fn a_lift_needs_what_it_is_a_lift_of() {
     let round = "lift: {round: true}";
     assert!(
         refusal(&format!("base_radius_mm: 10, {round}"))
-            .contains("follower is missing, without which this lift says no contour")
+            .contains("follower is missing; this lift needs it to define a contour")
     );
     assert!(refusal(&format!("follower: {{kind: flat}}, {round}")).contains("base_radius_mm is missing"));
     assert!(
@@ -249,7 +251,7 @@ fn a_table_of_radii_is_the_contour() {
         }
     }
     let said = folder.read("base_radius_mm: 10, lift: {table: r.csv}").unwrap_err();
-    assert!(said[0].contains("base_radius_mm is given, and the lift says the contour itself"), "{said:?}");
+    assert!(said[0].contains("base_radius_mm is given, but the lift defines the contour itself"), "{said:?}");
 }
 
 /// Points of that disc, evenly round its own middle.

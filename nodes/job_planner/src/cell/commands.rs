@@ -62,8 +62,11 @@ impl CellController {
                 shared.cancel();
             }
             Command::Abort => {
-                self.reason =
-                    Reason { text: "ABORT was said".into(), alarm: 0, remedy: "CLEAR when the cell is at rest".into() };
+                self.reason = Reason {
+                    text: "ABORT was requested".into(),
+                    alarm: 0,
+                    remedy: "CLEAR when the cell is at rest".into(),
+                };
                 self.needs_clear = true;
                 self.end_run(shared);
                 shared.cancel();
@@ -74,7 +77,7 @@ impl CellController {
                 self.reason = Reason::new("SUSPEND was said");
             }
             Command::Clear if self.is_inside() => {
-                return Err("the reset was refused: somebody is in the work area".into());
+                return Err("the reset was rejected: a person is in the work area; clear it first".into());
             }
             Command::Unsuspend if self.cause == Some(Cause::Loading) => {
                 return Err(format!("the cell waits for the loader, not for a command: {}", self.substate));
@@ -106,13 +109,13 @@ impl CellController {
         }
         let moving = self.motion.as_ref().filter(|motion| motion.state != InterpolatorState::IDLE);
         if moving.is_some() {
-            return Err("START is not taken while the axes move for somebody else".into());
+            return Err("START is rejected while another client moves the axes".into());
         }
         if let Some(alarm) = shared.stopping_alarm() {
             return Err(format!("alarm {} needs CLEAR: {}; {}", alarm.number, alarm.text, alarm.remedy));
         }
         if self.is_inside() {
-            return Err("START is not taken with somebody in the work area".into());
+            return Err("START is rejected while a person is in the work area".into());
         }
         let is_automatic = self.unit.mode() == Mode::Automatic;
         if let Some(area) = self.area.as_ref().filter(|_| !is_automatic) {
@@ -120,7 +123,7 @@ impl CellController {
                 return Err(format!("nothing may start: {}", area.message));
             }
             if !area.part_present {
-                return Err("there is no part in the chuck: in semi-automatic mode it is put in by hand".into());
+                return Err("no part in the chuck; in semi-automatic mode load it by hand".into());
             }
         }
         let usual = u32::try_from(shared.node.parameters().integer(settings::CELL_PARTS)).unwrap_or(0);

@@ -290,14 +290,14 @@ impl CellController {
             // A job that is being planned, or whose part is put in, is held once it moves.
             (true, _) => self.devices.ask(DeviceRequest::Hold(true)),
             (false, _) if !inside => self.complete(shared),
-            (false, _) => self.substate = "the loader is inside and ends what it does".into(),
+            (false, _) => self.substate = "the loader is inside and finishes its work".into(),
         }
     }
 
     fn release_feed(&mut self, shared: &Shared, busy: bool) {
         match (busy, self.motion_state()) {
             (true, InterpolatorState::HELD | InterpolatorState::HOLDING) => {
-                self.devices.ask(DeviceRequest::Hold(false))
+                self.devices.ask(DeviceRequest::Hold(false));
             }
             (true, InterpolatorState::UNHOLDING) => {}
             _ => {

@@ -1,7 +1,7 @@
 //! The cell as a unit of PackML: what it is doing, who may make it do what, parts one after the other with the robot that loads them.
 //!
 //! ```text
-//!  services, topics, jobs ──► mailbox ──► cell thread: Brain ──► ~/cell_state, ~/loading
+//!  services, topics, jobs ──► mailbox ──► cell thread: CellController ──► ~/cell_state, ~/loading
 //!                                            │  commands.rs    what is asked of the cell
 //!                                            │  production.rs  parts, and the handshake between them
 //!                                            └► door, chuck, feed hold, reset, jobs: by services and goals like everybody else's
@@ -118,7 +118,9 @@ impl Cell {
     /// Waits until the interpolator takes plans: nodes that were started together find each other in any order.
     pub(super) fn wait_for_interpolator(&self, timeout: Duration) -> Result<(), &'static str> {
         wait_for(&self.interpolator_told, &self.told, timeout, |is_told| {
-            is_told.then_some(()).ok_or("the axis interpolator has not told its state: does it hear the machine?")
+            is_told
+                .then_some(())
+                .ok_or("no state from the axis interpolator yet; check that it runs and reaches the machine")
         })
     }
 

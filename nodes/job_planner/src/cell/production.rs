@@ -156,7 +156,7 @@ impl CellController {
             Progress::Waiting(wait) => {
                 let fault = self.loader.as_ref().map_or("", |(loader, _)| loader.fault.as_str());
                 self.substate = match wait {
-                    Wait::Silent => "waiting for the loader: it is not heard of on loader/state".to_owned(),
+                    Wait::Silent => "waiting for the loader: no message on loader/state".to_owned(),
                     Wait::Unavailable => "waiting for the loader: it is not available".to_owned(),
                     Wait::Fault => format!("waiting for the loader: {fault}"),
                 };
@@ -182,7 +182,7 @@ impl CellController {
             }
             Progress::Uncleared => {
                 self.reason = Reason {
-                    text: "the loader entered the work area without leave".into(),
+                    text: "the loader entered the work area without permission".into(),
                     alarm: 0,
                     remedy: "bring the loader out of the work area, then CLEAR".into(),
                 };
@@ -229,7 +229,7 @@ impl CellController {
         self.reason = Reason {
             text: format!("the job of the next part is refused: {reason}"),
             alarm: 0,
-            remedy: "remove what the reason names, then UNHOLD to try again, or STOP".into(),
+            remedy: "remove the cause, then UNHOLD to try again, or STOP".into(),
         };
         self.substate.clone_from(&self.reason.text);
         self.command(shared, Command::Hold);

@@ -80,7 +80,7 @@ pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
 /// Speed, acceleration and jerk of C.
 pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
     let shows = format!(
-        "C axis over one turn of {:.3} s: speed, acceleration and jerk; colours say what sets the speed",
+        "C axis over one turn of {:.3} s: speed, acceleration and jerk; colours show the limit of the speed",
         cut.turn.turn_s
     );
     let mut drawing = sheet.begin(Some(&cut.summary.name), &shows);
@@ -119,7 +119,7 @@ pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
 /// Speed, acceleration and jerk of X.
 pub(super) fn x_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
     let shows = format!(
-        "X axis over one turn of {:.3} s with infeed: speed, acceleration and jerk; colours say what sets the speed of C",
+        "X axis over one turn of {:.3} s with infeed: speed, acceleration and jerk; colours show the limit of the speed of C",
         cut.turn.turn_s
     );
     let mut drawing = sheet.begin(Some(&cut.summary.name), &shows);

@@ -156,7 +156,7 @@ impl Turned<'_> {
         let turn: Vec<PassPoint> =
             points(self.pass).filter(|point| (first..=first + TURN_RAD).contains(&point.turned_rad)).collect();
         let shows = format!(
-            "X axis over the turn of the last pass that asks most of it, z {:.2} mm; {:.2} % of what planning may use",
+            "X axis over the turn of the last pass with the highest use, z {:.2} mm; {:.2} % of the planning limit",
             path.z_at(worst.1).value,
             100.0 * worst.0
         );
@@ -203,7 +203,7 @@ impl Turned<'_> {
     fn clearance(&self, rows: &[ClearanceRow]) -> Drawing {
         let clearance = &self.summary.clearance;
         let shows = format!(
-            "angles between insert and surface over a turn, each the least along the part; offset angle {:.2}°",
+            "angles between insert and surface over a turn, minimum along the part; offset angle {:.2}°",
             clearance.offset_angle_deg
         );
         let mut drawing = self.begin(&shows);

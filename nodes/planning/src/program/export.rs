@@ -185,7 +185,7 @@ fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Resul
     }
     let control = &to_post.request.control;
     let motion = read(control.dialect, control.format.x_values(), &files)
-        .map_err(|error| to_post.document.error("nc", format!("what was written cannot be read back: {error}")))?;
+        .map_err(|error| to_post.document.error("nc", format!("the written program cannot be read back: {error}")))?;
     let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
     let ran = motion.done.iter().filter_map(|done| match done.action {
         Action::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),

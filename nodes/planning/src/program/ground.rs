@@ -124,14 +124,16 @@ fn spindle_rpm(surface_m_s: f64, radius_mm: f64) -> u32 {
 pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError> {
     let (spec, document) = (&job.spec, &job.document);
     let refusals = [
-        (spec.correction.is_some(), "runout_correction", "corrects runout by what a gauge reads while it runs"),
+        (spec.correction.is_some(), "runout_correction", "corrects runout by a gauge during the run"),
         (spec.measure_stock.is_some(), "measure_stock", "measures the stock before it cuts"),
         (spec.dry_run_mm.is_some(), "dry_run", "is a dry run"),
         (spec.dressing.is_some(), "dressing", "dresses the wheel, after which every path is another"),
     ];
     match refusals.into_iter().find(|(is_so, ..)| *is_so) {
-        Some((_, key, what)) => Err(document
-            .error(key, format!("the job {what}; an NC program is made beforehand and cannot (--set {key}=null)"))),
+        Some((_, key, what)) => {
+            Err(document
+                .error(key, format!("the job {what}; an NC program cannot do this; remove it (--set {key}=null)")))
+        }
         None => Ok(()),
     }
 }

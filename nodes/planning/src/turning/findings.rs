@@ -66,7 +66,7 @@ pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
     let mut notes: Vec<String> = summary.mesh.iter().map(mesh_note).collect();
     notes.extend([
         format!(
-            "clearance {:.2} deg at C {:.1} deg, z {:.3} mm, at least {} are asked for; {:.2} deg to the rake face at C {:.1} deg, z {:.3} \
+            "clearance {:.2} deg at C {:.1} deg, z {:.3} mm, minimum {}; {:.2} deg to the rake face at C {:.1} deg, z {:.3} \
              mm, at least {}",
             clearance.clearance.angle_deg,
             clearance.clearance.c_deg,

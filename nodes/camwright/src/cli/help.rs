@@ -1,0 +1,172 @@
+//! Examples and exit codes at the end of each command's help.
+
+pub(super) const CAMWRIGHT: &str = "\
+Examples:
+  camwright                         run the default job
+  camwright check my_job.yaml       validate a job
+  camwright run --help              help of a command
+
+ROS arguments work with every command, after --ros-args:
+  camwright status --ros-args -r __ns:=/cell_2
+
+Exit codes: 0 done, 2 wrong arguments, others by command (see its help)";
+
+pub(super) const RUN: &str = "\
+Examples:
+  camwright run four_lobe_camshaft --details
+  camwright run my_job.yaml --set work_speed_rpm=58 --bag bags/slow
+
+Exit codes:
+  0    complete and within tolerance, or dry run complete
+  1    not started or rejected
+  2    wrong arguments
+  3    cancelled or ended by an alarm
+  4    out of tolerance or burnt
+  70   DDS failed in this process
+  101  a thread of the program panicked";
+
+pub(super) const PLAN: &str = "\
+Example: camwright plan four_lobe_camshaft --out plan --plots
+
+Files: summary.json; per lobe contour.csv, tool_path.csv, speed_plan.csv; for a
+turned part surface.csv, clearance.csv and per pass insert_path.csv
+
+Exit codes: 0 planned and written, 2 rejected or not written";
+
+pub(super) const POST: &str = "\
+Examples:
+  camwright post four_lobe_camshaft --out nc --set nc.control=fanuc
+  camwright post --eccentric 4.2 --diameter 38 --tool-radius 15 --out nc
+
+Exit codes: 0 written and verified, 2 rejected or not written";
+
+pub(super) const CHECK: &str = "\
+Example: camwright check four_lobe_camshaft
+
+Exit codes: 0 clean, 1 warnings, 2 rejected or not found";
+
+pub(super) const CHECK_MACHINE: &str = "\
+Examples:
+  camwright check-machine
+  camwright check-machine --move z_axis --distance 2
+
+Exit codes:
+  0    no clause is broken
+  1    a clause is broken
+  2    wrong arguments
+  3    no machine found
+  4    the machine must not be moved now
+  130  interrupted by Ctrl-C";
+
+pub(super) const DRIVES: &str = "\
+Example: camwright drives turned_cam --set turned.to_mm=20 --tolerance-um 2
+
+Exit codes: 0 done, 2 rejected, or not a turning job";
+
+pub(super) const SETUP: &str = "\
+Examples:
+  camwright setup move x_axis=120 c_axis=-45
+  camwright setup find-phase --load-part
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_MOVE: &str = "\
+Examples:
+  camwright setup move x_axis=120 c_axis=-45
+  camwright setup move --by z_axis=-0.5 --speed-factor 0.1
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_JOG: &str = "\
+Examples:
+  camwright setup jog z_axis=-0.5 --speed 2
+  camwright setup jog x_axis --speed -1
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_WHEEL: &str = "\
+Example: camwright setup wheel on
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_PROBE: &str = "\
+Example: camwright setup probe x_axis=18.5 wheel_contact --stand-off 0.1
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_DRESS: &str = "\
+Example: camwright setup dress --depth-um 20
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_TOUCH_OFF: &str = "\
+Examples:
+  camwright setup touch-off --lobe J1
+  camwright setup touch-off --station LS1 --radius-mm 20
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const SETUP_FIND_PHASE: &str = "\
+Example: camwright setup find-phase --load-part
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
+pub(super) const PAGE: &str = "\
+Example: camwright page --port 8080
+
+Exit codes: 0 ended by Ctrl-C, 1 not started, 2 wrong arguments";
+
+pub(super) const STATUS: &str = "\
+Examples:
+  camwright status
+  camwright status --json --ros-args -r __ns:=/cell_2
+
+Exit codes: 0 no alarm, 1 no cell found, 2 wrong arguments, 3 alarm to reset";
+
+pub(super) const URDF: &str = "\
+Example: camwright urdf cam_grinder > cam_grinder.urdf
+
+Exit codes: 0 printed, 1 rejected, 2 wrong arguments";
+
+pub(super) const BAG: &str = "\
+Examples:
+  camwright bag info bags/my_run
+  camwright bag check bags/my_run
+
+Exit codes: by command, see `camwright bag COMMAND --help`";
+
+pub(super) const BAG_INFO: &str = "\
+Example: camwright bag info bags/my_run --details
+
+Exit codes: 0 printed, 2 no readable bag";
+
+pub(super) const BAG_CHECK: &str = "\
+Example: camwright bag check bags/my_run
+
+Exit codes: 0 clean, 1 warnings, 2 errors or no readable bag";
+
+pub(super) const BAG_REPORT: &str = "\
+Example: camwright bag report bags/my_run --out my_run.html
+
+Exit codes: 0 written, 1 not written, 2 wrong arguments";
+
+pub(super) const BAG_RECOVER: &str = "\
+Example: camwright bag recover bags/my_run --into bags/my_run_2
+
+Exit codes: 0 nothing lost, 1 no new bag, 2 something lost or wrong arguments";
+
+pub(super) const BAG_EXPORT: &str = "\
+Examples:
+  camwright bag export bags/my_run --to parquet
+  camwright bag export bags/my_run --to zstd_small --into small
+
+Exit codes: 0 exported, 1 some topics not exported, 2 no readable bag";
+
+pub(super) const REPLAY: &str = "\
+Examples:
+  camwright replay bags/my_run --rate 2
+  camwright replay bags/my_run --against
+  camwright replay bags/my_run --against bags/other_run
+
+Exit codes of playing: 0 played or interrupted, 2 not played
+Exit codes of --against: 0 identical, 1 cannot be computed, 3 different";

@@ -1,0 +1,114 @@
+//! Results on a terminal: 80 columns, verdict on the first line, and the log lines of the nodes only with `-v`.
+
+use crate::support;
+
+use std::process::{Command, Output};
+use support::{Domain, Folder};
+
+/// A four-lobe job with little to remove.
+const SHORT: [&str; 4] = ["--set", "infeed.total_mm=0.072", "--set", "stock_mm=0.06"];
+
+/// Runs camwright in a folder, so that its paths are short.
+fn camwright(folder: &Folder, domain: &Domain, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.current_dir(folder.path()).env("ROS_DOMAIN_ID", domain.id().to_string());
+    command.env("XDG_STATE_HOME", folder.path()).args(words).output().expect("camwright runs")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Checks exit code, verdict and width of a result.
+fn fits(output: &Output, code: i32, verdict: &str) {
+    let (text, errors) = (stdout(output), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{text}{errors}");
+    assert!(text.starts_with(verdict), "{verdict}: {text}");
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
+
+#[test]
+fn plan_check_and_post_print_the_verdict_first_in_80_columns() {
+    let (folder, domain) = (Folder::new("terminal-plan"), Domain::take());
+    let call = |words: &[&str]| camwright(&folder, &domain, words);
+    for details in [&[][..], &["--details"]] {
+        let with = |words: &[&'static str]| [words, details].concat();
+        fits(&call(&with(&["plan", "four_lobe_camshaft", "--out", "plan"])), 0, "PLANNED: four_lobe_camshaft, 4 lobes");
+        fits(&call(&with(&["plan", "turned_cam", "--out", "turned"])), 0, "PLANNED: turned_cam, 3 passes");
+        fits(&call(&with(&["post", "four_lobe_camshaft", "--out", "nc"])), 0, "VERIFIED: largest path error ");
+        fits(&call(&with(&["check", "four_lobe_camshaft"])), 0, "CLEAN: four_lobe_camshaft: 4 lobes");
+        fits(&call(&with(&["check", "turned_cam"])), 0, "CLEAN: turned_cam: 3 passes");
+    }
+    let one_turn = ["check", "four_lobe_camshaft", "--set", "infeed.spark_out_turns=1"];
+    fits(&call(&one_turn), 1, "WARNINGS: 1 warning");
+    fits(&call(&["check", "four_lobe_camshaft", "--set", "work_speed_rpm=200"]), 2, "REFUSED: 4 errors");
+}
+
+#[test]
+fn a_run_and_its_bag_print_the_verdict_first_in_80_columns_without_log_lines() {
+    let (folder, domain) = (Folder::new("terminal-run"), Domain::take());
+    let call = |words: &[&str]| camwright(&folder, &domain, words);
+    let run = |bag: &'static str, more: &[&'static str]| {
+        call(&[&["run", "four_lobe_camshaft", "--bag", bag], &SHORT[..], more].concat())
+    };
+    let quiet = run("quiet", &[]);
+    fits(&quiet, 0, "GOOD: worst form error ");
+    let text = stdout(&quiet);
+    for lobe in ["\nI1 ", "\nE1 ", "\nI2 ", "\nE2 ", "\nbag:    quiet\n", "\nreport: quiet/report.html\n"] {
+        assert_eq!(text.matches(lobe).count(), 1, "{lobe:?}: {text}");
+    }
+    assert!(text.lines().count() <= 12 && !text.contains("simulated without"), "{text}");
+    assert_eq!(String::from_utf8_lossy(&quiet.stderr), "", "no log lines");
+
+    let loud = run("loud", &["-v", "--details"]);
+    fits(&loud, 0, "GOOD: worst form error ");
+    let log = String::from_utf8_lossy(&loud.stderr).into_owned();
+    for node in ["[job_planner]: ", "[axis_interpolator]: ", "[run_logger]: "] {
+        assert!(log.contains(node), "{node}: {log}");
+    }
+    for words in ["form error max in um (rms, lift p-v)", "burn index (burnt above 1)", "computing time"] {
+        assert!(stdout(&loud).contains(words), "{words}");
+    }
+    assert!(!stdout(&loud).contains("[INFO]"), "log lines are on stderr");
+
+    fits(&call(&["replay", "quiet", "--against"]), 0, "identical: ");
+    fits(&call(&["bag", "check", "quiet"]), 0, "CLEAN: ");
+    fits(&call(&["bag", "info", "quiet"]), 0, "COMPLETE: ");
+    fits(&call(&["bag", "recover", "quiet"]), 0, "NOTHING LOST: ");
+    fits(&call(&["replan", "quiet"]), 0, "SAME: 1 jobs of 1 bags");
+
+    let bad = run("bad", &["--set", "infeed.spark_out_turns=2"]);
+    let text = stdout(&bad);
+    fits(&bad, 4, "NOT GOOD: worst form error ");
+    assert!(text.contains("\ncause:  ") && text.contains("\nnext:   open the report"), "{text}");
+}
+
+/// Every command's help fits 80 columns and ends with an example and the exit codes.
+#[test]
+fn help_fits_80_columns_and_ends_with_an_example_and_the_exit_codes() {
+    let (folder, domain) = (Folder::new("terminal-help"), Domain::take());
+    let help = |words: &[&str]| {
+        let output = camwright(&folder, &domain, &[words, &["--help"]].concat());
+        fits(&output, 0, "");
+        let text = stdout(&output);
+        let example = text.rfind("Example").unwrap_or_else(|| panic!("{words:?} has no example"));
+        assert!(text[example..].contains("\nExit codes"), "{words:?}: {text}");
+        text
+    };
+    let commands = |text: &str| -> Vec<String> {
+        let lines = text.lines().skip_while(|line| *line != "Commands:").skip(1);
+        let names = lines.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
+        let names = names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help");
+        names.map(str::to_owned).collect()
+    };
+    let all = commands(&help(&[]));
+    assert!(all.len() >= 14, "{all:?}");
+    for command in &all {
+        let text = help(&[command]);
+        for inner in commands(&text) {
+            help(&[command, &inner]);
+        }
+    }
+}
