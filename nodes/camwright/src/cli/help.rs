@@ -2,9 +2,9 @@
 
 pub(super) const CAMWRIGHT: &str = "\
 Examples:
-  camwright                         run the default job
-  camwright check my_job.yaml       validate a job
-  camwright run --help              help of a command
+  camwright                         # run the default job
+  camwright check my_job.yaml       # validate a job
+  camwright run --help              # help of a command
 
 ROS arguments work with every command, after --ros-args:
   camwright status --ros-args -r __ns:=/cell_2

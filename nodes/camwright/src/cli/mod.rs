@@ -6,6 +6,8 @@ mod bag_room;
 mod batch;
 mod check;
 mod check_machine;
+#[cfg(test)]
+mod documents;
 mod drives;
 mod help;
 mod output;

@@ -38,7 +38,7 @@ enum WorkArgs {
     #[command(after_help = super::help::SETUP_MOVE)]
     Move {
         /// Joint and position, for example `z_axis=80` (mm, deg).
-        #[arg(required = true, value_name = "JOINT=POSITION", allow_hyphen_values = true, value_parser = assignment)]
+        #[arg(required = true, value_name = "JOINT=POSITION", value_parser = assignment)]
         to: Vec<(Axis, f64)>,
         /// Move by distances from the present positions.
         #[arg(long)]
