@@ -1,17 +1,18 @@
-//! Documents name files that exist, and the book lists every page.
+//! Documents name files and headings that exist. The book lists every page, and its links stay within it.
 
 use crate::support::repository;
 use std::path::{Path, PathBuf};
 
-/// Folders of the repository that a path in a document begins with.
-const FOLDERS: [&str; 9] = [
+/// Starts of paths of the repository in a document. Other paths in `bags/` are example runs.
+const FOLDERS: [&str; 10] = [
     "camwright/src/",
     "camwright/tests/",
     "camwright/examples/",
     "nodes/",
     "tests/",
     "params/",
-    "bags/",
+    "bags/golden",
+    "bags/FAULTS.md",
     "msgs/",
     "docs/",
 ];
@@ -28,11 +29,15 @@ fn documents(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
+/// Targets of links to files of the repository and to headings.
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    links.filter(|link| !link.is_empty() && !link.contains("://") && !link.starts_with("mailto:"))
+}
+
 /// Targets of links, and words in code quotes that are paths of the repository.
 fn named(text: &str) -> Vec<&str> {
-    let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    let links = links.map(|link| link.split('#').next().unwrap_or_default());
-    let links = links.filter(|link| !link.is_empty() && !link.contains("://") && !link.starts_with("mailto:"));
+    let links = links(text).map(|link| link.split('#').next().unwrap_or_default()).filter(|file| !file.is_empty());
     let quoted = text.split('`').skip(1).step_by(2).flat_map(str::split_whitespace);
     let is_plain = |word: &&str| word.chars().all(|c| c.is_ascii_alphanumeric() || "._-/".contains(c));
     let quoted = quoted.filter(|word| FOLDERS.iter().any(|folder| word.starts_with(folder))).filter(is_plain);
@@ -57,6 +62,67 @@ fn every_file_that_a_document_names_exists() {
     }
     assert!(seen > 150, "only {seen} names were found in {} documents", all.len());
     assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+/// Anchors of the headings of a document, as GitHub and mdBook derive them.
+fn anchors(text: &str) -> Vec<String> {
+    let (mut anchors, mut is_code) = (Vec::<String>::new(), false);
+    for line in text.lines() {
+        is_code ^= line.trim_start().starts_with("```");
+        let heading = line.trim_start_matches('#');
+        if is_code || heading.len() == line.len() || !heading.starts_with(' ') {
+            continue;
+        }
+        let kept = heading.trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        let anchor: String = kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect();
+        let earlier = anchors.iter().filter(|known| **known == anchor).count();
+        anchors.push(if earlier == 0 { anchor } else { format!("{anchor}-{earlier}") });
+    }
+    anchors
+}
+
+#[test]
+fn every_heading_that_a_link_names_exists() {
+    assert_eq!(anchors("# A `b`, c\n```\n# no\n```\n## Why?\n## Why?"), ["a-b-c", "why", "why-1"]);
+    let mut all = Vec::new();
+    documents(&repository(), &mut all);
+    let (mut seen, mut missing) = (0, Vec::new());
+    for document in &all {
+        let text = std::fs::read_to_string(document).expect("a document");
+        let folder = document.parent().expect("it lies in a folder");
+        for link in links(&text) {
+            let Some((file, anchor)) = link.split_once('#') else { continue };
+            seen += 1;
+            let target = if file.is_empty() { document.clone() } else { folder.join(file) };
+            let target = std::fs::read_to_string(target).unwrap_or_default();
+            if !anchors(&target).iter().any(|known| known == anchor) {
+                missing.push(format!("{}: {link}", document.display()));
+            }
+        }
+    }
+    assert!(seen > 10, "only {seen} links to headings were found");
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+/// A built book holds only `docs/`.
+#[test]
+fn links_of_the_book_stay_within_it() {
+    let docs = repository().join("docs");
+    let mut pages = Vec::new();
+    documents(&docs, &mut pages);
+    let (mut seen, mut leaving) = (0, Vec::new());
+    for page in &pages {
+        let text = std::fs::read_to_string(page).expect("a page");
+        let depth = page.strip_prefix(&docs).expect("it lies in docs").components().count() - 1;
+        for link in links(&text) {
+            seen += 1;
+            if link.split('/').take_while(|part| *part == "..").count() > depth {
+                leaving.push(format!("{}: {link}", page.display()));
+            }
+        }
+    }
+    assert!(seen > 150, "only {seen} links were found in {} pages", pages.len());
+    assert!(leaving.is_empty(), "name these files in code quotes:\n{}", leaving.join("\n"));
 }
 
 /// `docs/SUMMARY.md` is the table of contents that mdBook builds the book from.

@@ -126,7 +126,7 @@ fn every_value_of_the_tables_is_that_of_the_bag_and_has_its_type() {
     std::fs::remove_dir_all(at).expect("it is ours");
 }
 
-/// The pandas lines of `bags/README.md` work.
+/// The pandas lines of `docs/reference/bags.md` work.
 #[test]
 fn the_documented_lines_of_python_run() {
     let Some(env) = peer_env() else { return };
@@ -134,7 +134,7 @@ fn the_documented_lines_of_python_run() {
     make(&at.join("RUN"));
     export(&at, "csv");
     export(&at, "parquet");
-    let document = std::fs::read_to_string(repository().join("bags/README.md")).expect("it is in the repository");
+    let document = std::fs::read_to_string(repository().join("docs/reference/bags.md")).expect("it is in the repository");
     let blocks: Vec<&str> = document.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let mut ran = 0;
     for (number, block) in blocks.iter().enumerate().filter(|(_, block)| block.contains("pandas")) {
@@ -149,6 +149,6 @@ fn the_documented_lines_of_python_run() {
         );
         ran += 1;
     }
-    assert!(ran >= 1, "bags/README.md has nothing for pandas");
+    assert!(ran >= 1, "docs/reference/bags.md has nothing for pandas");
     std::fs::remove_dir_all(at).expect("it is ours");
 }

@@ -1,5 +1,5 @@
 //! Limits of the work that a file can request: bounds on lists, turns and time, each far beyond every real job, so that a mistyped digit
-//! is refused with its reason before any work begins. `params/README.md` lists them, with those of the core and of the readers.
+//! is refused with its reason before any work begins. `docs/reference/files.md` lists them, with those of the core and of the readers.
 
 /// Longest job (s): a day. Every 1 ms of it is a setpoint; the shipped jobs take minutes.
 pub const MAX_JOB_S: f64 = 86_400.0;
