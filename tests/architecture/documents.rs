@@ -64,6 +64,58 @@ fn every_file_that_a_document_names_exists() {
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
+/// Words of the private dialect that documents once had. Each has a plain word: report, missing, replace, client, also, read.
+const AVOIDED: [&str; 14] = [
+    "tells",
+    "told",
+    "telling",
+    "nought",
+    "whoever",
+    "nobody",
+    "besides",
+    "hears",
+    "heard",
+    "has not got",
+    "gives way",
+    "give way",
+    "takes the place",
+    "once it",
+];
+
+/// Documents with text that programs print.
+const PRINTED: [&str; 2] = ["tests/INTEROPERABILITY.md", "docs/reference/alarms.md"];
+
+/// Longest line of a paragraph.
+const MAX_LINE: usize = 150;
+
+#[test]
+fn documents_use_plain_words_and_short_lines() {
+    let root = repository();
+    let mut all = Vec::new();
+    documents(&root, &mut all);
+    let (mut seen, mut found) = (0, Vec::new());
+    for document in all.iter().filter(|path| !PRINTED.iter().any(|printed| **path == root.join(printed))) {
+        let text = std::fs::read_to_string(document).expect("a document");
+        let mut is_code = false;
+        for (number, line) in text.lines().enumerate() {
+            is_code ^= line.trim_start().starts_with("```");
+            if is_code {
+                continue;
+            }
+            seen += 1;
+            let plain = line.to_lowercase().replace(|c: char| !c.is_alphabetic(), " ");
+            let plain = format!(" {} ", plain.split_whitespace().collect::<Vec<_>>().join(" "));
+            let is_long = line.chars().count() > MAX_LINE && !line.starts_with('|') && !line.starts_with("![");
+            let word = AVOIDED.iter().find(|word| plain.contains(&format!(" {word} ")));
+            if let Some(reason) = word.copied().or(is_long.then_some("too long")) {
+                found.push(format!("{}:{}: {reason}", document.display(), number + 1));
+            }
+        }
+    }
+    assert!(seen > 3000, "only {seen} lines");
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
 /// Anchors of the headings of a document, as GitHub and mdBook derive them.
 fn anchors(text: &str) -> Vec<String> {
     let (mut anchors, mut is_code) = (Vec::<String>::new(), false);
@@ -138,5 +190,7 @@ fn the_book_lists_every_page_once() {
     let mut pages: Vec<String> = pages.iter().map(relative).filter(|page| page != "SUMMARY.md").collect();
     listed.sort();
     pages.sort();
-    assert_eq!(listed, pages);
+    let unlisted: Vec<&String> = pages.iter().filter(|page| !listed.contains(page)).collect();
+    assert!(unlisted.is_empty(), "docs/SUMMARY.md does not list {unlisted:?}");
+    assert_eq!(listed, pages, "docs/SUMMARY.md lists a page twice, or one that does not exist");
 }

@@ -27,25 +27,25 @@ struct Golden {
 const GOLDEN: [Golden; 4] = [
     Golden {
         name: "ground",
-        kind: "a lobe that is ground",
+        kind: "ground lobe",
         job: "eccentric",
         set: &["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"],
     },
     Golden {
         name: "runout",
-        kind: "a journal of a bent shaft, measured and made round",
+        kind: "journal of a bent shaft, measured and corrected",
         job: "journal_runout",
         set: &["lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}]"],
     },
     Golden {
         name: "turned",
-        kind: "a cam that is turned",
+        kind: "turned cam",
         job: "turned_cam",
         set: &["turned.to_mm=23", "form_grid.azimuths=180", "finishing.along_z_mm=0.3", "roughing.along_z_mm=0.8"],
     },
     Golden {
         name: "program",
-        kind: "a lobe by an NC program",
+        kind: "lobe ground by an NC program",
         job: "eccentric",
         set: &["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"],
     },
@@ -86,7 +86,7 @@ fn line(golden: &Golden, bag: &Bag, verdict: &Verdict) -> String {
 
 fn table(lines: &[String]) -> String {
     let mut text = String::from(
-        "| bag | what it is | job | ticks | setpoints of motions | digests, the last | why it is as it is |\n|---|---|---|---|---|---|---|\n",
+        "| bag | content | job | ticks | setpoints, motions | digests, last one | reason |\n|---|---|---|---|---|---|---|\n",
     );
     for line in lines {
         writeln!(text, "{line}").expect("a text grows");
@@ -96,10 +96,16 @@ fn table(lines: &[String]) -> String {
 
 const HEAD: &str = "# Golden bags
 
-One recorded run of each kind of job, small: what went into the machine and what came out, without what is only for people. `cargo test -p camwright_nodes
---test golden_bags` computes each again from its inputs (`camwright replay BAG --against`) and plans its job again (`camwright replan bags/golden`): both must be the same to
-the bit. Who changes on purpose what the machine does writes them anew, with the reason: `CAMWRIGHT_GOLDEN=\"why\" cargo test -p camwright_nodes --test replay golden_bags`.
-This table is written with them.
+Small recorded runs, one of each kind of job. They hold the inputs and outputs of the machine, without data for people only.
+
+`cargo test -p camwright_nodes --test replay golden_bags` computes each run again from its inputs (`camwright replay BAG --against`) and plans
+its job again (`camwright replan bags/golden`). Both must be the same to the bit.
+
+After an intended change of the machine's motion, write the bags and this table again, with the reason:
+
+```sh
+CAMWRIGHT_GOLDEN=\"reason of the change\" cargo test -p camwright_nodes --test replay golden_bags
+```
 
 ";
 

@@ -15,7 +15,7 @@ pub(super) struct AlarmRetractFile {
     /// Energy of the drives after a mains failure. Default: 400.
     #[schemars(range(min = 0.0, max = 1e6))]
     buffered_energy_j: Option<f64>,
-    /// Power of drives and control besides the motion. Default: 500.
+    /// Power of drives and control in addition to the motion. Default: 500.
     #[schemars(range(min = 0.0, max = 1e6))]
     standby_power_w: Option<f64>,
     /// Acceleration of an unpowered wheelhead by its weight or spring; 0: its brake holds it. Default: 2000.

@@ -163,7 +163,7 @@ fn a_bag_with_some_bytes_changed_is_read_or_refused_in_every_way() {
 fn description(verdict: &Value, messages: usize) -> String {
     let read = verdict["messages"].as_u64().unwrap_or(0);
     match verdict["refusal"].as_str() {
-        Some(reason) if reason.starts_with("Unsupported compression") => "not asked: its node has no Zstandard".into(),
+        Some(reason) if reason.starts_with("Unsupported compression") => "not tested: its node has no Zstandard".into(),
         Some(reason) => {
             let mut reason = masked(reason.lines().next().unwrap_or_default()).replace('|', "\\|");
             if let Some((cut, _)) = reason.char_indices().nth(60) {
@@ -211,19 +211,21 @@ fn the_table_of_faults_and_of_who_finds_them() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-const HEAD: &str = "# Faults of bags, and who finds them
+const HEAD: &str = "# Faults of bags, and the readers that find them
 
-Each bag has one fault; `camwright bag check` says what stands in the second column, and ends with 2 where that is an error, with 1 where it is a
-warning, which takes no message from a reader that knows how to go on. The other columns tell whether a reader refuses the bag while it reads and
-decodes every message, with what it says: `rosbags` (the directory), `mcap` (by the index, every check sum, decoded with `mcap-ros2-support`) and the
-reader that Foxglove uses. `no` is a reader that gives back what is wrong and says nothing.
+Each row is a bag with one fault. The second column is the finding of `camwright bag check`. An error ends it with exit code 2, a warning with 1:
+after a warning every good reader still gets every message.
 
-A file of `fastwrite` is a warning: it loses nothing that was recorded, but no index leads to its messages.
+The other columns state whether a reader rejects the bag while it reads and decodes every message, with its text. `rosbags` reads the
+directory. `mcap` reads by the index with every check sum and decodes with `mcap-ros2-support`. The last one is the reader of Foxglove. `no`
+means that the reader returns wrong data without a report.
 
-A test holds the second column against what the check says; the rest is printed by
+A file of `fastwrite` is a warning: all messages are there, but no index leads to them.
+
+A test compares the second column with the check. This command prints the rest, and writes it with `CAMWRIGHT_WRITE_FAULTS=1`:
 
 ```sh
-cargo test -p camwright_nodes --test bags bag_faults -- --ignored --nocapture    # CAMWRIGHT_WRITE_FAULTS=1 writes it here
+cargo test -p camwright_nodes --test bags bag_faults -- --ignored --nocapture
 ```
 
 | fault | `camwright bag check` | rosbags | mcap | Foxglove |

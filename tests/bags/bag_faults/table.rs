@@ -480,7 +480,7 @@ fn runs() -> Vec<Fault> {
         draft
     }));
     all.push(two(
-        "fewer repetitions than told",
+        "fewer repetitions than recorded",
         "custom_data",
         "are to stand at the head of a later file once more",
         || {
