@@ -134,7 +134,8 @@ fn the_documented_lines_of_python_run() {
     make(&at.join("RUN"));
     export(&at, "csv");
     export(&at, "parquet");
-    let document = std::fs::read_to_string(repository().join("docs/reference/bags.md")).expect("it is in the repository");
+    let document =
+        std::fs::read_to_string(repository().join("docs/reference/bags.md")).expect("it is in the repository");
     let blocks: Vec<&str> = document.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let mut ran = 0;
     for (number, block) in blocks.iter().enumerate().filter(|(_, block)| block.contains("pandas")) {
