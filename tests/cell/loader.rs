@@ -311,7 +311,7 @@ fn a_robot_that_dies_outside_is_waited_for_and_one_that_dies_inside_is_an_alarm(
     let state = loaded.robot.loading("a state", |loading| loading.request == LoadingState::NONE).expect("a state");
     assert!(state.robot_in_work_area && state.clear_to_enter, "the leave is not taken back over its head: {state:?}");
     let refused = loaded.command(CellCommandRequest::CLEAR).expect_err("it is still in there");
-    assert!(refused.contains("somebody is in the work area"), "{refused}");
+    assert!(refused.contains("a person is in the work area"), "{refused}");
     loaded.state(CellState::ABORTED);
     loaded.robot.be_silent(false);
     loaded.robot.leave().expect("it is brought out");
@@ -333,7 +333,7 @@ fn a_part_that_is_missing_or_still_there_holds_the_cell_until_it_is_tried_again(
     // It leaves without having put anything in.
     assert_eq!(loaded.robot.enter(), Ok(LoadingState::LOAD));
     let refused = loaded.trigger("machine/close_door").expect_err("it would be locked in");
-    assert!(refused.contains("somebody is in the work area"), "{refused}");
+    assert!(refused.contains("a person is in the work area"), "{refused}");
     loaded.robot.leave().expect("it leaves");
     held("the part is missing after it was loaded");
     // It puts one in and forgets the chuck.

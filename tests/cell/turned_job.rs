@@ -103,7 +103,7 @@ fn a_part_is_turned_over_dds_the_same_every_time_and_its_form_is_reported() {
 #[test]
 fn the_command_line_tells_a_verdict_and_refuses_what_turning_has_not() {
     let folder = Folder::new("turned-verdict");
-    let strict = run(&folder, "strict", &["--set", "tolerance_um=0.5"]);
+    let strict = run(&folder, "strict", &["--set", "tolerance_um=0.5", "--details"]);
     let text = String::from_utf8_lossy(&strict.stdout);
     assert_eq!(strict.status.code(), Some(4), "{text}");
     assert!(
