@@ -35,8 +35,8 @@ use super::reader_depth::DepthBounds;
 use super::reply_pace::{ReplyPace, STEP};
 use super::rtps_messages::Reply;
 use super::sample_info::SampleInfo;
-use super::topics::Subscription;
-use super::wire::{CDR_LE_HEADER, Octets, RawBytes, to_cdr};
+use super::topics::{OnBody, Subscription};
+use super::wire::{CDR_LE_HEADER, RawBytes, to_cdr};
 
 /// Longest time for which a reply waits for the discovery of its reader. Discovery of a client's two endpoints takes some ms;
 /// a client that is not found by then has gone.
@@ -431,7 +431,7 @@ impl Node {
             }
         });
         let weak = self.downgrade();
-        let take = move |body: Octets, info: &SampleInfo| match cyclone::read::<S::Request>(&body, &info.writer) {
+        let take: OnBody = Box::new(move |body, info| match cyclone::read::<S::Request>(&body, &info.writer) {
             Ok((header, request)) => {
                 let id = RequestId::from_sample(info, header);
                 side.note_request(id);
@@ -448,7 +448,7 @@ impl Node {
                 side.load.requests_unreadable.add_one();
                 side.logger.debug(&format!("request to {} cannot be read: {reason}", side.service));
             }
-        };
+        });
         let bounds = DepthBounds::for_service();
         let requests =
             self.growing_reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, bounds, take)?;
@@ -468,7 +468,7 @@ impl Node {
         let own = Arc::new(OnceLock::<[GUID; 2]>::new());
         let mine = Arc::clone(&own);
         let (logger, of) = (self.logger().clone(), service.clone());
-        let take = move |body: Octets, info: &SampleInfo| {
+        let take: OnBody = Box::new(move |body, info| {
             let Some(own) = mine.get() else { return };
             let read = cyclone::read::<S::Response>(&body, &info.writer);
             // Replies to all clients of the service arrive here.
@@ -483,7 +483,7 @@ impl Node {
                 (Err(reason), _) => logger.debug(&format!("reply of {of} cannot be read: {reason}")),
                 (Ok(_), None) => {}
             }
-        };
+        });
         let bounds = DepthBounds::for_service();
         let replies =
             self.growing_reader(&service, reply_topic, S::DDS_RESPONSE_TYPE_NAME, &qos, false, bounds, take)?;

@@ -251,9 +251,8 @@ impl Node {
         mut callback: impl FnMut(M, &MessageInfo) + Send + 'static,
     ) -> Result<Subscription, RosError> {
         let absolute = self.names().resolve(topic, NameKind::Topic)?;
-        self.reader(&absolute, names::dds_topic(&absolute), M::DDS_TYPE_NAME, qos, true, move |message, info| {
-            callback(message, &MessageInfo::from(info));
-        })
+        let take = move |message, info: &SampleInfo| callback(message, &MessageInfo::from(info));
+        self.reader(&absolute, names::dds_topic(&absolute), M::DDS_TYPE_NAME, qos, true, take)
     }
 
     /// Subscribes to serialised messages of the type with the ROS name `type_name`; the callback gets little-endian CDR with its
@@ -301,34 +300,51 @@ impl Node {
         let absolute = self.names().resolve(topic, NameKind::Topic)?;
         let dds_type = dds_type(type_name)?;
         let mut cdr = Vec::with_capacity(256);
-        let take = move |body: Octets, info: &SampleInfo| {
+        let take: OnBody = Box::new(move |body, info| {
             cdr.clear();
             cdr.extend_from_slice(&CDR_LE_HEADER);
             cdr.extend_from_slice(&body.0);
             callback(&cdr, &MessageInfo::from(info));
-        };
+        });
+        let dds_name = names::dds_topic(&absolute);
         match bounds {
-            None => self.reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, take),
-            Some(bounds) => {
-                self.growing_reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, bounds, take)
-            }
+            None => self.body_reader(&absolute, dds_name, &dds_type, qos, true, take),
+            Some(bounds) => self.growing_reader(&absolute, dds_name, &dds_type, qos, true, bounds, take),
         }
     }
 
     /// A reader of samples on a DDS topic. `delayable`: subject to injected delays (topics, not services or the clock).
-    pub(super) fn reader<D: DeserializeOwned + Send + 'static>(
+    pub(super) fn reader<D: DeserializeOwned>(
         &self,
         name: &str,
         dds_name: String,
         dds_type: &str,
         qos: &Qos,
         delayable: bool,
-        callback: impl FnMut(D, &SampleInfo) + Send + 'static,
+        mut callback: impl FnMut(D, &SampleInfo) + Send + 'static,
     ) -> Result<Subscription, RosError> {
-        self.reader_noting(name, dds_name, dds_type, qos, &qos.reader_policies(), delayable, |_, _| (), callback)
+        let (topic, logger) = (name.to_string(), self.logger().clone());
+        let take: OnBody = Box::new(move |body, info| match from_cdr::<D>(&body.0) {
+            Ok(message) => callback(message, info),
+            Err(error) => logger.debug(&format!("message on {topic} cannot be read: {error}")),
+        });
+        self.body_reader(name, dds_name, dds_type, qos, delayable, take)
     }
 
-    /// A reader whose cache grows within bounds.
+    /// A reader of serialised samples whose cache has the depth of `qos`.
+    fn body_reader(
+        &self,
+        name: &str,
+        dds_name: String,
+        dds_type: &str,
+        qos: &Qos,
+        delayable: bool,
+        take: OnBody,
+    ) -> Result<Subscription, RosError> {
+        self.reader_noting(name, dds_name, dds_type, qos, &qos.reader_policies(), delayable, None, take)
+    }
+
+    /// A reader of serialised samples whose cache grows within bounds.
     #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
     pub(super) fn growing_reader(
         &self,
@@ -338,17 +354,18 @@ impl Node {
         qos: &Qos,
         delayable: bool,
         bounds: DepthBounds,
-        callback: impl FnMut(Octets, &SampleInfo) + Send + 'static,
+        take: OnBody,
     ) -> Result<Subscription, RosError> {
         let policies = qos.reader_policies_of_depth(bounds.initial);
-        let mut depth = ReaderDepth::new(self, &dds_name, dds_type, qos, bounds);
-        let note = move |body: &Octets, info: &SampleInfo| depth.observe(body.0.len(), info.received_ns);
-        self.reader_noting(name, dds_name, dds_type, qos, &policies, delayable, note, callback)
+        let depth = ReaderDepth::new(self, &dds_name, dds_type, qos, bounds);
+        self.reader_noting(name, dds_name, dds_type, qos, &policies, delayable, Some(depth), take)
     }
 
-    /// A reader; `note` sees each sample as it comes from the network, ours included.
+    /// A reader; `depth` sees each sample as it comes from the network, ours included.
+    ///
+    /// DDS readers carry octets for every type, so that the compiler builds them once.
     #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
-    fn reader_noting<D: DeserializeOwned + Send + 'static>(
+    fn reader_noting(
         &self,
         name: &str,
         dds_name: String,
@@ -356,16 +373,16 @@ impl Node {
         qos: &Qos,
         policies: &QosPolicies,
         delayable: bool,
-        mut note: impl FnMut(&D, &SampleInfo) + Send + 'static,
-        callback: impl FnMut(D, &SampleInfo) + Send + 'static,
+        mut depth: Option<ReaderDepth>,
+        take: OnBody,
     ) -> Result<Subscription, RosError> {
         let dds_topic = self.dds_topic(dds_name.clone(), dds_type, policies)?;
         let mut earlier = Earlier::than_now(qos.durability);
         let reader = self
-            .with_crate_node(|node| node.create_subscription::<D>(&dds_topic, None))?
+            .with_crate_node(|node| node.create_subscription::<Octets>(&dds_topic, None))?
             .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
         let guid = reader.guid();
-        let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, callback)));
+        let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, take)));
         let (topic, logger, own) = (name.to_string(), self.logger().clone(), guid.prefix);
         let (local, executor) = (Arc::clone(&delivery), Arc::downgrade(self.executor()));
         let mut types =
@@ -386,11 +403,13 @@ impl Node {
                             },
                         };
                         match next {
-                            Some(Ok((message, info))) => {
+                            Some(Ok((body, info))) => {
                                 let info = SampleInfo::from(&info);
-                                note(&message, &info);
+                                if let Some(depth) = &mut depth {
+                                    depth.observe(body.0.len(), info.received_ns);
+                                }
                                 if info.writer.prefix != own && types.fit(&info.writer) && !earlier.has(&info) {
-                                    delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
+                                    delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(body, info);
                                 }
                             }
                             None => return false,
@@ -404,10 +423,7 @@ impl Node {
         let deliver_local = Box::new(move |body: Bytes, info: SampleInfo| {
             let (Some(executor), delivery) = (executor.upgrade(), Arc::clone(&local)) else { return };
             executor.post(Box::new(move || {
-                // What this process serialised it can read.
-                if let Ok(message) = from_cdr::<D>(&body) {
-                    delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
-                }
+                delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(Octets(body.into()), info);
             }));
         });
         let local = self.loopback().add_reader(&dds_name, dds_type, qos, guid, deliver_local);
@@ -472,31 +488,28 @@ impl WriterTypes {
     }
 }
 
-/// Hands messages to a callback, at once or, in a test of determinism, after a random delay that never reorders a topic.
-struct Delivery<D, F> {
-    callback: Arc<Mutex<F>>,
+/// Callback with the body of each sample of a reader.
+pub(super) type OnBody = Box<dyn FnMut(Octets, &SampleInfo) + Send>;
+
+/// Hands samples to a callback, at once or, in a test of determinism, after a random delay that never reorders a topic.
+struct Delivery {
+    callback: Arc<Mutex<OnBody>>,
     delay: Option<(DelaySource, Weak<Executor>)>,
     last_due: Instant,
-    message: PhantomData<fn(D)>,
 }
 
-impl<D, F> Delivery<D, F>
-where
-    D: Send + 'static,
-    F: FnMut(D, &SampleInfo) + Send + 'static,
-{
-    fn new(node: &Node, delayable: bool, callback: F) -> Self {
+impl Delivery {
+    fn new(node: &Node, delayable: bool, callback: OnBody) -> Self {
         Delivery {
             callback: Arc::new(Mutex::new(callback)),
             delay: node.delay_source().filter(|_| delayable).map(|source| (source, Arc::downgrade(node.executor()))),
             last_due: Instant::now(),
-            message: PhantomData,
         }
     }
 
-    fn deliver(&mut self, message: D, info: SampleInfo) {
+    fn deliver(&mut self, body: Octets, info: SampleInfo) {
         let Some((source, executor)) = &mut self.delay else {
-            (self.callback.lock().unwrap_or_else(PoisonError::into_inner))(message, &info);
+            (self.callback.lock().unwrap_or_else(PoisonError::into_inner))(body, &info);
             return;
         };
         let Some(executor) = executor.upgrade() else { return };
@@ -504,7 +517,7 @@ where
         let callback = Arc::clone(&self.callback);
         executor.at(
             self.last_due,
-            Box::new(move || (callback.lock().unwrap_or_else(PoisonError::into_inner))(message, &info)),
+            Box::new(move || (callback.lock().unwrap_or_else(PoisonError::into_inner))(body, &info)),
         );
     }
 }
