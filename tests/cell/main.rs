@@ -23,6 +23,7 @@ mod journals;
 mod loader;
 mod machine_contract;
 mod machine_view;
+mod operate;
 mod operator_page;
 mod setup_work;
 mod trajectory_controller_bridge;

@@ -69,12 +69,12 @@ fn a_browser_sees_what_the_cell_does() {
     let bag = ParameterValue::String(folder.join("bag").display().to_string());
     let logger =
         RunLogger::start(&args.clone().with_parameter(Some("run_logger"), "bag_dir", bag)).expect("run_logger");
-    let page = OperatorPage::start(&args, FREE_PORT).expect("the page");
+    let page = OperatorPage::start(&args, FREE_PORT, false).expect("the page");
     browser.wish_for("light");
     browser.open(&format!("http://{}/", page.address()));
     wait_text(&mut browser, "state", "READY");
     wait_text(&mut browser, "machine", "cam_grinder");
-    wait_text(&mut browser, "verdict", "no part has been judged yet");
+    wait_text(&mut browser, "verdict", "no part measured yet");
     is_laid_out(&mut browser, "ready");
 
     // Held in the cut, the lobe half ground.
@@ -91,7 +91,7 @@ fn a_browser_sees_what_the_cell_does() {
     wait_text(&mut browser, "lobe", "Lobe I1 (1 of 4)");
     wait_text(&mut browser, "job", "four_lobe_camshaft");
     wait_text(&mut browser, "recorder", "recording");
-    wait_text(&mut browser, "left_title", "Left on lobe I1 along the radius, at most");
+    wait_text(&mut browser, "left_title", "Stock on lobe I1 along the radius, maximum");
     browser.wait("document.querySelectorAll('#cam path').length >= 3 && document.querySelector('#cam circle')");
     is_laid_out(&mut browser, "held");
     picture(&mut browser, "held");
@@ -148,11 +148,97 @@ fn answered(address: SocketAddr, request: &[u8]) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
+/// A POST with a token.
+fn posted(address: SocketAddr, path: &str, token: &str, body: &str) -> String {
+    let length = body.len();
+    let head = format!("POST {path} HTTP/1.1\r\nHost: {address}\r\nX-Camwright-Token: {token}\r\n");
+    format!("{head}Content-Length: {length}\r\n\r\n{body}")
+}
+
+/// Clicks the button with a text.
+fn click(browser: &mut Chromium, text: &str) {
+    let found = browser.eval(&format!(
+        "(() => {{ const b = [...document.querySelectorAll('button')].find(b => b.innerText === {text:?}); b?.click(); return !!b; }})()"
+    ));
+    assert_eq!(found, true, "no button {text}");
+}
+
+/// Presses the mouse on an element, or releases it.
+fn mouse(browser: &mut Chromium, kind: &str, selector: &str) {
+    let at = browser.eval(&format!(
+        "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{block: 'center'}}); const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()"
+    ));
+    let event = serde_json::json!({ "type": kind, "x": at[0], "y": at[1], "button": "left", "clickCount": 1 });
+    browser.ask("Input.dispatchMouseEvent", event);
+}
+
+#[test]
+fn the_page_operates_the_cell_with_its_token() {
+    let Some(mut browser) = Chromium::start(1280, 900) else { return };
+    let mut args = None;
+    let cell = Cell::start_with(&[], |given| {
+        args = Some(given.clone());
+        given
+    });
+    let page = OperatorPage::start(&args.expect("given"), FREE_PORT, true).expect("the page");
+    let (address, url) = (page.address(), page.url());
+    let token = url.rsplit('#').next().expect("a token").to_owned();
+    assert_eq!(token.len(), 32);
+    let reset = r#"{"operation":"reset"}"#;
+    for wrong in ["", "0123", &token.replace(|c: char| c.is_ascii_digit(), "x")] {
+        let refused = answered(address, posted(address, "/operate", wrong, reset).as_bytes());
+        assert!(refused.starts_with("HTTP/1.1 403 ") && refused.contains("the token is wrong"), "{refused}");
+    }
+    let unknown = answered(address, posted(address, "/operate", &token, r#"{"operation":"fly"}"#).as_bytes());
+    assert!(unknown.starts_with("HTTP/1.1 400 "), "{unknown}");
+
+    // Without the token the page has no buttons.
+    browser.open(&format!("http://{address}/"));
+    wait_text(&mut browser, "state", "READY");
+    assert_eq!(browser.eval("document.getElementById('control').offsetHeight"), 0);
+    browser.open(&url);
+    browser.wait("document.getElementById('control')?.offsetHeight > 0");
+    assert_eq!(browser.eval("location.hash"), "", "the token leaves the address bar");
+    browser.eval("window.confirm = () => true");
+    wait_text(&mut browser, "state", "READY");
+    is_laid_out(&mut browser, "ready with control");
+    click(&mut browser, "Home");
+    wait_text(&mut browser, "answer", "homed all axes");
+    mouse(&mut browser, "mousePressed", "[data-jog='1']");
+    browser.wait("document.getElementById('axes').innerText.includes('x_axis')");
+    mouse(&mut browser, "mouseReleased", "[data-jog='1']");
+    wait_text(&mut browser, "answer", "x_axis at ");
+
+    let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
+    assert!(goal.accepted());
+    while feedback.recv_timeout(PATIENCE).expect("feedback").phase_name != "cut" {}
+    click(&mut browser, "Hold");
+    wait_text(&mut browser, "answer", "motion held on its path");
+    wait_text(&mut browser, "state", "HELD");
+    is_laid_out(&mut browser, "held with control");
+    click(&mut browser, "Resume");
+    wait_text(&mut browser, "answer", "motion continues");
+    click(&mut browser, "E-STOP");
+    wait_text(&mut browser, "state", "EMERGENCY STOP");
+    browser.resize(390, 844);
+    browser.wait("document.documentElement.scrollWidth <= innerWidth");
+    is_laid_out(&mut browser, "emergency stop at 390 px");
+    picture(&mut browser, "control_390");
+    click(&mut browser, "Release e-stop");
+    wait_text(&mut browser, "answer", "emergency stop released");
+    click(&mut browser, "Reset alarms");
+    wait_text(&mut browser, "answer", "alarms reset");
+    browser.resize(1280, 900);
+    picture(&mut browser, "control");
+    page.stop();
+    cell.stop();
+}
+
 #[test]
 fn the_server_gives_what_it_has_and_nothing_else() {
     let domain = Domain::take();
     let args = RosArgs::default().with_domain_id(domain.id());
-    let page = OperatorPage::start(&args, FREE_PORT).expect("the page");
+    let page = OperatorPage::start(&args, FREE_PORT, false).expect("the page");
     let address = page.address();
     assert!(address.ip().is_loopback());
     let get = |path: &str| answered(address, format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes());
@@ -164,7 +250,7 @@ fn the_server_gives_what_it_has_and_nothing_else() {
     let snapshot = get("/snapshot.json");
     let body = snapshot.split("\r\n\r\n").nth(1).expect("a body");
     let value: serde_json::Value = serde_json::from_str(body).expect("JSON");
-    assert_eq!(value["status"]["state"]["word"], "NO MACHINE");
+    assert_eq!(value["status"]["state"]["word"], "STARTING");
     assert_eq!(
         (&value["status"]["recorder"], &value["shape"]["part"]),
         (&serde_json::Value::Null, &serde_json::Value::Null)
@@ -174,7 +260,9 @@ fn the_server_gives_what_it_has_and_nothing_else() {
         assert!(get(path).starts_with("HTTP/1.1 404 "), "{path}");
     }
     let post = answered(address, format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0\r\n\r\n").as_bytes());
-    assert!(post.starts_with("HTTP/1.1 405 ") && post.contains("\r\nAllow: GET\r\n"), "{post}");
+    assert!(post.starts_with("HTTP/1.1 405 ") && post.contains("\r\nAllow: GET, POST\r\n"), "{post}");
+    let operate = answered(address, posted(address, "/operate", "", r#"{"operation":"reset"}"#).as_bytes());
+    assert!(operate.starts_with("HTTP/1.1 403 ") && operate.contains("start the page with --control"), "{operate}");
     let foreign = answered(address, b"GET /snapshot.json HTTP/1.1\r\nHost: evil.example\r\n\r\n");
     assert!(foreign.starts_with("HTTP/1.1 403 "), "{foreign}");
     assert!(answered(address, b"\x16\x03\x01\x02\r\n\r\n").starts_with("HTTP/1.1 400 "));
@@ -200,7 +288,7 @@ fn the_server_gives_what_it_has_and_nothing_else() {
     }
     drop(viewers);
 
-    let taken = OperatorPage::start(&args, address).expect_err("the port is taken").to_string();
+    let taken = OperatorPage::start(&args, address, false).expect_err("the port is taken").to_string();
     assert!(taken.starts_with(&format!("the operator page cannot be served at {address}: ")), "{taken}");
     page.stop();
     assert!(TcpStream::connect(address).is_err(), "nobody listens any more");

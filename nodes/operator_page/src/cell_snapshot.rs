@@ -21,6 +21,10 @@ pub(super) struct Received<T> {
 #[derive(Debug, Default)]
 pub(super) struct CellSnapshot {
     pub(super) cell: String,
+    /// Time at which the page began to listen.
+    pub(super) since: Option<Instant>,
+    /// The cell was ended on purpose; its last state stays on the page.
+    pub(super) has_ended: bool,
     pub(super) machine: Option<MachineDescription>,
     pub(super) stream: Option<Received<MachineStream>>,
     pub(super) io: Option<MachineIo>,

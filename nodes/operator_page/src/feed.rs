@@ -20,7 +20,15 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Feed {
     pub(super) fn set_cell(&self, namespace: &str) {
-        self.update(|known| namespace.clone_into(&mut known.cell));
+        self.update(|known| {
+            namespace.clone_into(&mut known.cell);
+            known.since = Some(Instant::now());
+        });
+    }
+
+    /// Marks the cell as ended on purpose.
+    pub(super) fn end_cell(&self) {
+        self.update(|known| known.has_ended = true);
     }
 
     /// Takes something that was heard.

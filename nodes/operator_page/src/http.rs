@@ -1,21 +1,25 @@
-//! The page's server: GET of three addresses, one thread for each connection, everything bounded.
+//! Server of the page: three addresses to read and, with control, three to operate; one thread per connection, everything bounded.
 //!
-//! Nothing is looked up in a file system, so no path leads anywhere. A connection that does not say what it wants within its time or its
-//! bytes is closed; a viewer that does not read is left behind, and gives its seat to the next one.
+//! Paths are compared, never looked up in a file system. A connection without a complete request within its time and size is closed. A
+//! viewer that does not read loses its seat to the next one.
 
+use super::control::Control;
 use super::feed::Feed;
+use super::operation::{Answer, Operation};
 use super::seats::{Seat, Seats};
 use camwright_threads::supervised::{Supervisor, injected};
 use std::io::{self, ErrorKind, Read};
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Largest head of a request (bytes).
 const MAX_HEAD: usize = 8192;
-/// Most header lines of it.
+/// Largest body of a request (bytes).
+const MAX_BODY: usize = 1024;
+/// Maximum number of header lines.
 const MAX_HEADERS: usize = 64;
 /// Maximum time for receiving a request, and for sending an answer.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -35,21 +39,37 @@ const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-
 pub(super) struct Server {
     address: SocketAddr,
     stop: Arc<AtomicBool>,
+    control: Arc<OnceLock<Control>>,
     thread: Option<JoinHandle<Option<()>>>,
 }
 
+/// State shared by all connections.
+#[derive(Debug, Clone)]
+struct Site {
+    address: SocketAddr,
+    feed: Arc<Feed>,
+    stop: Arc<AtomicBool>,
+    control: Arc<OnceLock<Control>>,
+}
+
 impl Server {
-    /// Takes the address and serves until it is stopped.
+    /// Binds the address and serves until it is stopped.
     pub(super) fn start(address: SocketAddr, feed: Arc<Feed>, supervisor: &Supervisor) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
         let stop = Arc::new(AtomicBool::new(false));
-        let is_over = Arc::clone(&stop);
+        let control = Arc::new(OnceLock::new());
+        let site = Site { address, feed, stop: Arc::clone(&stop), control: Arc::clone(&control) };
         let of_viewers = supervisor.clone();
         let thread = supervisor.spawn("operator page", move || {
-            accept(&listener, address, &feed, &is_over, &of_viewers);
+            accept(&listener, &site, &of_viewers);
         })?;
-        Ok(Self { address, stop, thread: Some(thread) })
+        Ok(Self { address, stop, control, thread: Some(thread) })
+    }
+
+    /// Lets viewers with the token operate the cell.
+    pub(super) fn set_control(&self, control: Control) {
+        let _already_set = self.control.set(control);
     }
 
     pub(super) fn address(&self) -> SocketAddr {
@@ -73,16 +93,10 @@ impl Server {
     }
 }
 
-fn accept(
-    listener: &TcpListener,
-    address: SocketAddr,
-    feed: &Arc<Feed>,
-    stop: &Arc<AtomicBool>,
-    supervisor: &Supervisor,
-) {
+fn accept(listener: &TcpListener, site: &Site, supervisor: &Supervisor) {
     let seats = Seats::default();
     for stream in listener.incoming() {
-        if stop.load(Ordering::Acquire) {
+        if site.stop.load(Ordering::Acquire) {
             return;
         }
         injected::point("operator page");
@@ -93,7 +107,7 @@ fn accept(
         };
         // Without a seat the connection is closed at once: those that were shut down have not ended yet.
         let Some(seat) = seats.occupy(&stream) else { continue };
-        let connection = Connection { stream, address, feed: Arc::clone(feed), stop: Arc::clone(stop), seat };
+        let connection = Connection { stream, site: site.clone(), seat };
         let started = supervisor.spawn("page viewer", move || connection.serve());
         // Without a thread the connection is closed, and the viewer asks again.
         drop(started);
@@ -102,9 +116,7 @@ fn accept(
 
 struct Connection {
     stream: TcpStream,
-    address: SocketAddr,
-    feed: Arc<Feed>,
-    stop: Arc<AtomicBool>,
+    site: Site,
     seat: Seat,
 }
 
@@ -114,6 +126,20 @@ enum Resource {
     Page,
     Snapshot,
     Events,
+    /// Performs the operation of the body.
+    Operate,
+    /// Sign of life of a held jog button.
+    Hold,
+    /// Release of a jog button.
+    Release,
+}
+
+/// A request with its body still to come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Wanted<'a> {
+    resource: Resource,
+    token: Option<&'a [u8]>,
+    body_length: usize,
 }
 
 /// Why it gets nothing.
@@ -128,20 +154,54 @@ impl Connection {
 
     fn answer(&mut self) -> io::Result<()> {
         self.stream.set_nodelay(true)?;
-        let head = match read_head(&mut self.stream) {
-            Ok(head) => head,
+        let (head, rest) = match read_head(&mut self.stream) {
+            Ok(read) => read,
             Err(Refused(status, reason)) => return self.refuse(status, reason),
         };
         self.seat.asks();
-        match wanted(&head, self.address.ip().is_loopback()) {
-            Ok(Resource::Page) => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
-            Ok(Resource::Snapshot) => {
-                let body = self.feed.snapshot();
+        let wanted = match wanted(&head, self.site.address.ip().is_loopback()) {
+            Ok(wanted) => wanted,
+            Err(Refused(status, reason)) => return self.refuse(status, reason),
+        };
+        match wanted.resource {
+            Resource::Page => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
+            Resource::Snapshot => {
+                let body = self.site.feed.snapshot();
                 self.reply("200 OK", "application/json", "", &body)
             }
-            Ok(Resource::Events) => self.events(),
-            Err(Refused(status, reason)) => self.refuse(status, reason),
+            Resource::Events => self.events(),
+            Resource::Operate | Resource::Hold | Resource::Release => match self.operate(wanted, rest) {
+                Ok(answer) => {
+                    let body = serde_json::to_string(&answer).map_err(io::Error::other)?;
+                    self.reply("200 OK", "application/json", "", &body)
+                }
+                Err(Refused(status, reason)) => self.refuse(status, reason),
+            },
         }
+    }
+
+    /// Operates the cell for a viewer that presents the token.
+    fn operate(&mut self, wanted: Wanted<'_>, rest: Vec<u8>) -> Result<Answer, Refused> {
+        let site = self.site.clone();
+        let no_control = Refused("403 Forbidden", "start the page with --control, and open the address that it prints");
+        let control = site.control.get().ok_or(no_control)?;
+        if !wanted.token.is_some_and(|token| control.admits(token)) {
+            return Err(Refused(
+                "403 Forbidden",
+                "the token is wrong; open the address that the page printed at its start",
+            ));
+        }
+        let body = read_body(&mut self.stream, rest, wanted.body_length)?;
+        match wanted.resource {
+            Resource::Hold => control.hold(),
+            Resource::Release => control.release(),
+            _ => {
+                let operation = serde_json::from_slice::<Operation>(&body)
+                    .map_err(|_| Refused("400 Bad Request", "the body is not a known operation"))?;
+                return Ok(control.perform(&operation));
+            }
+        }
+        Ok(Answer { done: true, message: String::new() })
     }
 
     /// Server-sent events: `status` whenever something has changed and as a sign of life, `shape` when an outline has.
@@ -150,23 +210,23 @@ impl Connection {
         self.seat.write(&self.stream, head.as_bytes(), PATIENCE)?;
         let (mut seen, mut shape_seen) = (0, None);
         let mut told = Instant::now() - HEARTBEAT;
-        while !self.stop.load(Ordering::Acquire) {
+        while !self.site.stop.load(Ordering::Acquire) {
             let left = HEARTBEAT.saturating_sub(told.elapsed());
-            seen = self.feed.wait_news(seen, left);
-            let (status, shape) = self.feed.events(&mut shape_seen);
+            seen = self.site.feed.wait_news(seen, left);
+            let (status, shape) = self.site.feed.events(&mut shape_seen);
             let mut text = format!("event: status\ndata: {status}\n\n");
             if let Some(shape) = shape {
                 text.push_str(&format!("event: shape\ndata: {shape}\n\n"));
             }
             self.seat.write(&self.stream, text.as_bytes(), PATIENCE)?;
             told = Instant::now();
-            self.feed.pause(EVENT_PERIOD);
+            self.site.feed.pause(EVENT_PERIOD);
         }
         Ok(())
     }
 
     fn refuse(&self, status: &str, reason: &str) -> io::Result<()> {
-        let allow = if status.starts_with("405") { "Allow: GET\r\n" } else { "" };
+        let allow = if status.starts_with("405") { "Allow: GET, POST\r\n" } else { "" };
         self.reply(status, "text/plain; charset=utf-8", allow, &format!("{reason}\n"))
     }
 
@@ -178,33 +238,51 @@ impl Connection {
     }
 }
 
-/// Everything up to the empty line.
-fn read_head(stream: &mut TcpStream) -> Result<Vec<u8>, Refused> {
-    let too_late = Refused("408 Request Timeout", "the request did not come in time");
-    let deadline = Instant::now() + PATIENCE;
+/// Reads up to the empty line; returns the head, and what arrived of the body.
+fn read_head(stream: &mut TcpStream) -> Result<(Vec<u8>, Vec<u8>), Refused> {
     let mut head = Vec::with_capacity(1024);
-    let mut chunk = [0; 1024];
+    let deadline = Instant::now() + PATIENCE;
     loop {
-        let left = deadline.saturating_duration_since(Instant::now());
-        if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
-            return Err(too_late);
-        }
-        match stream.read(&mut chunk) {
-            Ok(0) => return Err(Refused("400 Bad Request", "the request has no end")),
-            Ok(count) => head.extend_from_slice(&chunk[..count]),
-            Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            Err(_) => return Err(too_late),
-        }
-        if head.windows(4).any(|end| end == b"\r\n\r\n") {
-            return Ok(head);
+        if let Some(end) = head.windows(4).position(|end| end == b"\r\n\r\n") {
+            let rest = head.split_off(end + 4);
+            return Ok((head, rest));
         }
         if head.len() > MAX_HEAD {
             return Err(Refused("431 Request Header Fields Too Large", "the request is too long"));
         }
+        read_more(stream, &mut head, deadline)?;
     }
 }
 
-fn wanted(head: &[u8], on_loopback: bool) -> Result<Resource, Refused> {
+/// Reads the rest of a body.
+fn read_body(stream: &mut TcpStream, mut body: Vec<u8>, length: usize) -> Result<Vec<u8>, Refused> {
+    let deadline = Instant::now() + PATIENCE;
+    while body.len() < length {
+        read_more(stream, &mut body, deadline)?;
+    }
+    body.truncate(length);
+    Ok(body)
+}
+
+fn read_more(stream: &mut TcpStream, into: &mut Vec<u8>, deadline: Instant) -> Result<(), Refused> {
+    let too_late = Refused("408 Request Timeout", "the request did not arrive in time");
+    let left = deadline.saturating_duration_since(Instant::now());
+    if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
+        return Err(too_late);
+    }
+    let mut chunk = [0; 1024];
+    match stream.read(&mut chunk) {
+        Ok(0) => Err(Refused("400 Bad Request", "the request has no end")),
+        Ok(count) => {
+            into.extend_from_slice(&chunk[..count]);
+            Ok(())
+        }
+        Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
+        Err(_) => Err(too_late),
+    }
+}
+
+fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted<'_>, Refused> {
     let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     match request.parse(head) {
@@ -212,26 +290,42 @@ fn wanted(head: &[u8], on_loopback: bool) -> Result<Resource, Refused> {
         Err(httparse::Error::TooManyHeaders) => {
             return Err(Refused("431 Request Header Fields Too Large", "the request has too many headers"));
         }
-        _ => return Err(Refused("400 Bad Request", "this is no request")),
+        _ => return Err(Refused("400 Bad Request", "malformed request")),
     }
-    if request.method != Some("GET") {
-        return Err(Refused("405 Method Not Allowed", "the page is to be looked at: GET only"));
-    }
-    // A page of another site whose name leads here shall not read the cell.
-    let host = request.headers.iter().find(|header| header.name.eq_ignore_ascii_case("host"));
+    let header = |name: &str| {
+        let found = request.headers.iter().find(|header| header.name.eq_ignore_ascii_case(name));
+        found.map(|header| header.value)
+    };
+    // A page of another site whose name leads here must not read the cell.
     let is_here = |host: &[u8]| {
         let host = std::str::from_utf8(host).unwrap_or_default();
         let name = host.rsplit_once(':').filter(|(_, port)| port.parse::<u16>().is_ok()).map_or(host, |(name, _)| name);
         ["localhost", "127.0.0.1", "[::1]"].contains(&name)
     };
-    if on_loopback && !host.is_some_and(|host| is_here(host.value)) {
+    if on_loopback && !header("host").is_some_and(is_here) {
         return Err(Refused("403 Forbidden", "the page is served to this computer only"));
     }
-    match request.path.unwrap_or_default() {
-        "/" => Ok(Resource::Page),
-        "/snapshot.json" => Ok(Resource::Snapshot),
-        "/events" => Ok(Resource::Events),
-        _ => Err(Refused("404 Not Found", "there are /, /snapshot.json and /events")),
+    let length = header("content-length").map_or(Some(0), |text| std::str::from_utf8(text).ok()?.trim().parse().ok());
+    let resource = match (request.method, request.path.unwrap_or_default()) {
+        (Some("GET"), "/") => Resource::Page,
+        (Some("GET"), "/snapshot.json") => Resource::Snapshot,
+        (Some("GET"), "/events") => Resource::Events,
+        (Some("POST"), "/operate") => Resource::Operate,
+        (Some("POST"), "/hold-to-run") => Resource::Hold,
+        (Some("POST"), "/release") => Resource::Release,
+        (Some("GET"), _) => return Err(Refused("404 Not Found", "known addresses are /, /snapshot.json and /events")),
+        _ => {
+            return Err(Refused(
+                "405 Method Not Allowed",
+                "GET reads; POST operates at /operate, /hold-to-run and /release",
+            ));
+        }
+    };
+    match length {
+        Some(body_length) if body_length <= MAX_BODY => {
+            Ok(Wanted { resource, token: header("x-camwright-token"), body_length })
+        }
+        _ => Err(Refused("413 Content Too Large", "a body has at most 1024 bytes")),
     }
 }
 
@@ -291,11 +385,11 @@ mod tests {
     }
 
     fn asked(head: &str) -> Result<Resource, &'static str> {
-        wanted(head.as_bytes(), true).map_err(|refused| &refused.0[..3])
+        wanted(head.as_bytes(), true).map(|wanted| wanted.resource).map_err(|refused| &refused.0[..3])
     }
 
     #[test]
-    fn three_addresses_are_served_and_nothing_else() {
+    fn six_addresses_are_served_and_nothing_else() {
         let get = |path: &str| asked(&format!("GET {path} HTTP/1.1\r\nHost: localhost:8080\r\n\r\n"));
         assert_eq!(get("/"), Ok(Resource::Page));
         assert_eq!(get("/snapshot.json"), Ok(Resource::Snapshot));
@@ -304,6 +398,9 @@ mod tests {
             assert_eq!(get(path), Err("404"), "{path}");
         }
         assert_eq!(asked("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), Err("405"));
+        assert_eq!(asked("POST /operate HTTP/1.1\r\nHost: localhost\r\n\r\n"), Ok(Resource::Operate));
+        let long = "POST /operate HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1025\r\n\r\n";
+        assert_eq!(asked(long), Err("413"));
         assert_eq!(asked("\u{1}\u{2}\r\n\r\n"), Err("400"));
         let many: String = (0..100).map(|i| format!("h{i}: x\r\n")).collect();
         assert_eq!(asked(&format!("GET / HTTP/1.1\r\nHost: localhost\r\n{many}\r\n")), Err("431"));

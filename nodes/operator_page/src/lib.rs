@@ -1,15 +1,22 @@
-//! The operator page: what the cell does, what is wrong, and the cam as it is ground, for a browser on this computer.
+//! Operator page and operations of a running cell.
+//!
+//! The page shows state, alarms and the lobe during grinding, for a browser on this computer. [`Operator`] performs [`operation`]s for the
+//! command line and, with control, for the page.
 //!
 //! ```text
 //! topics of the cell ─► Feed ─► Status, Shape (JSON) ─► /snapshot.json, /events ─► page.html
 //! ```
 //!
-//! It only looks: it subscribes to public topics, offers nothing and answers GET alone.
+//! Without control the page is read-only: it subscribes to public topics and answers GET. With control it also answers POST with the token.
 
 mod cell_snapshot;
+mod control;
 mod feed;
+mod holder_socket;
 mod http;
 mod listening;
+pub mod operation;
+mod operator;
 mod seats;
 mod status;
 mod text;
@@ -19,8 +26,11 @@ use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use camwright_threads::supervised::Supervisor;
 use cell_snapshot::CellSnapshot;
+use control::Control;
 use feed::Feed;
+pub use holder_socket::HolderSocket;
 use http::Server;
+pub use operator::Operator;
 pub(crate) use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
@@ -54,16 +64,18 @@ pub fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeError> {
 pub struct OperatorPage {
     node: Node,
     server: Server,
+    feed: Arc<Feed>,
+    token: Option<String>,
     _subscriptions: Vec<Subscription>,
     _spin: SpinThread,
 }
 
 impl OperatorPage {
-    /// Serves the page of the cell in the namespace of `args`; port 0 takes a free one.
+    /// Serves the page of the cell in the namespace of `args`; port 0 selects a free one. With `control` viewers with the token operate it.
     ///
     /// # Errors
-    /// An address that is taken or is not of this computer, DDS that cannot start.
-    pub fn start(args: &RosArgs, address: SocketAddr) -> Result<Self, NodeError> {
+    /// The address is in use or not of this computer, or DDS cannot start.
+    pub fn start(args: &RosArgs, address: SocketAddr, control: bool) -> Result<Self, NodeError> {
         let feed = Arc::<Feed>::default();
         let supervisor = Supervisor::default();
         // Before DDS: whoever mistypes the port shall hear of it at once.
@@ -79,7 +91,15 @@ impl OperatorPage {
             Ok((node, subscriptions, spin))
         });
         match listening {
-            Ok((node, subscriptions, spin)) => Ok(Self { node, server, _subscriptions: subscriptions, _spin: spin }),
+            Ok((node, subscriptions, spin)) => {
+                let mut token = None;
+                if control {
+                    let control = Control::new(Operator::new(node.clone(), args, "operator page"))?;
+                    token = Some(control.token().to_owned());
+                    server.set_control(control);
+                }
+                Ok(Self { node, server, feed, token, _subscriptions: subscriptions, _spin: spin })
+            }
             Err(error) => {
                 server.stop();
                 Err(error)
@@ -87,10 +107,22 @@ impl OperatorPage {
         }
     }
 
+    /// URL of the page; with control it contains the token.
+    #[must_use]
+    pub fn url(&self) -> String {
+        let token = self.token.as_ref().map_or_else(String::new, |token| format!("#{token}"));
+        format!("http://{}/{token}", self.address())
+    }
+
     /// Address of the page.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.server.address()
+    }
+
+    /// Shows the last state of a cell that was ended on purpose, without an alarm.
+    pub fn end_cell(&self) {
+        self.feed.end_cell();
     }
 
     /// Ends the server, then the node.

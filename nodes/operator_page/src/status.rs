@@ -23,7 +23,7 @@ pub struct Status {
     pub(super) results: Vec<ResultLine>,
     pub(super) axes: Vec<AxisLine>,
     pub(super) wheel: Option<WheelLine>,
-    /// Percent of the programmed speed; none where nobody says.
+    /// Percent of the programmed speed; none without an interpolator.
     pub(super) override_percent: Option<f64>,
     pub(super) is_held: bool,
     pub(super) is_homed: bool,
@@ -59,7 +59,7 @@ pub(super) struct JobLine {
 pub(super) struct LobeLine {
     pub(super) name: String,
     pub(super) number: usize,
-    /// Lobes of the job; none before its plan was heard.
+    /// Number of lobes of the job; none before its plan arrives.
     pub(super) count: Option<usize>,
     pub(super) phase: &'static str,
     pub(super) turn: f64,
@@ -138,7 +138,7 @@ impl Status {
 /// Name of the holder of the lease, and whether others may command too.
 fn lease(known: &CellSnapshot) -> String {
     match &known.lease {
-        Some(lease) if lease.shared => format!("{} (shared with everybody)", lease.holder),
+        Some(lease) if lease.shared => format!("{} (shared)", lease.holder),
         Some(lease) => lease.holder.clone(),
         None => String::new(),
     }
@@ -216,7 +216,7 @@ fn verdict(known: &CellSnapshot) -> StatusLine {
     let results = results(known);
     let worst =
         results.iter().max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)));
-    let Some(worst) = worst else { return StatusLine::new(Tone::Quiet, "", "no part has been judged yet") };
+    let Some(worst) = worst else { return StatusLine::new(Tone::Quiet, "", "no part measured yet") };
     let told = format!("{} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
     let bad = results.iter().filter(|result| !result.is_good).count();
     match bad {

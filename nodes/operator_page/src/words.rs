@@ -1,4 +1,4 @@
-//! The one word that says what the cell does, and whether what it made is good.
+//! State of the cell in one word, with an explanation.
 
 use super::cell_snapshot::CellSnapshot;
 use camwright::motion::plan::Phase;
@@ -7,8 +7,11 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, InterpolatorState, JobStatus, M
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// A node that says nothing for so long is not there.
+/// A node without a message for this time counts as missing.
 pub(super) const SILENCE: Duration = Duration::from_secs(3);
+
+/// Time in which the nodes of a cell may still appear.
+const STARTING: Duration = Duration::from_secs(10);
 
 /// Emphasis of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -16,14 +19,14 @@ pub(super) const SILENCE: Duration = Duration::from_secs(3);
 pub(super) enum Tone {
     Quiet,
     Works,
-    /// It came out well.
+    /// Success.
     Good,
-    /// Somebody is waited for.
+    /// Waiting for a person or a node.
     Waits,
     Wrong,
 }
 
-/// A word and what there is to say about it.
+/// A word with an explanation.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(super) struct StatusLine {
     pub(super) word: String,
@@ -51,7 +54,14 @@ pub(super) fn alarms(known: &CellSnapshot) -> impl Iterator<Item = &Alarm> {
 
 /// Line for the state of the cell.
 pub(super) fn state(known: &CellSnapshot, now: Instant) -> StatusLine {
+    if known.has_ended {
+        return job_line(known).unwrap_or_else(|| StatusLine::new(Tone::Quiet, "ended", "the run has ended"));
+    }
     let is_silent = |at: Instant| now.saturating_duration_since(at) > SILENCE;
+    let is_new = known.since.is_some_and(|since| now.saturating_duration_since(since) < STARTING);
+    if is_new && (known.stream.is_none() || known.interpolator.is_none()) {
+        return StatusLine::new(Tone::Quiet, "starting", "waiting for the nodes of the cell");
+    }
     let Some(stream) = known.stream.as_ref().filter(|stream| !is_silent(stream.at)) else {
         let place = if known.cell.is_empty() { "/" } else { &known.cell };
         return StatusLine::new(Tone::Wrong, "no machine", format!("no message from a machine in {place}"));
@@ -70,7 +80,7 @@ pub(super) fn state(known: &CellSnapshot, now: Instant) -> StatusLine {
         if at_rest {
             StatusLine::new(Tone::Quiet, "ready", "no job")
         } else {
-            StatusLine::new(Tone::Waits, "drives off", "they have no power")
+            StatusLine::new(Tone::Waits, "drives off", "the drives have no power; reset")
         }
     })
 }

@@ -203,13 +203,12 @@ impl<A: Action> ActionClient<A> {
         Ok(())
     }
 
-    /// Asks the server to cancel the goals of all clients.
+    /// Asks the server to cancel the goals of all clients; returns the number of goals that are canceling now.
     ///
     /// # Errors
     /// No answer comes in time.
-    pub fn cancel_all(&self, timeout: Duration) -> Result<CancelOutcome, RosError> {
-        let response = self.core.cancel_goal.call(&CancelGoalRequest::default(), timeout)?;
-        Ok(CancelOutcome::from(&response))
+    pub fn cancel_all(&self, timeout: Duration) -> Result<usize, RosError> {
+        Ok(self.core.cancel_goal.call(&CancelGoalRequest::default(), timeout)?.goals_canceling.len())
     }
 }
 

@@ -63,6 +63,75 @@ Example: camwright drives turned_cam --set turned.to_mm=20 --tolerance-um 2
 
 Exit codes: 0 done, 2 rejected, or not a turning job";
 
+pub(super) const HOLD: &str = "\
+Example: camwright hold
+
+Open to everyone; `camwright resume` continues.
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const RESUME: &str = "\
+Example: camwright resume
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const OVERRIDE: &str = "\
+Example: camwright override 50%
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const CANCEL: &str = "\
+Example: camwright cancel
+
+Open to everyone. The axes come to rest; the part stays as it is.
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const RESET: &str = "\
+Example: camwright reset
+
+`camwright status` lists the alarms and their remedies.
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const ESTOP: &str = "\
+Examples:
+  camwright estop
+  camwright estop --release
+
+Open to everyone; the release needs command. A simulation, not a safety function.
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const HOME: &str = "\
+Examples:
+  camwright home
+  camwright home x_axis z_axis
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const WHEEL: &str = "\
+Example: camwright wheel on
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const LOAD: &str = "\
+Example: camwright load
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const UNLOAD: &str = "\
+Example: camwright unload
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const JOG: &str = "\
+Examples:
+  camwright jog z_axis=-0.5 --speed 2
+  camwright jog x_axis --speed -1
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
 pub(super) const SETUP: &str = "\
 Examples:
   camwright setup move x_axis=120 c_axis=-45
@@ -74,18 +143,6 @@ pub(super) const SETUP_MOVE: &str = "\
 Examples:
   camwright setup move x_axis=120 c_axis=-45
   camwright setup move --by z_axis=-0.5 --speed-factor 0.1
-
-Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
-
-pub(super) const SETUP_JOG: &str = "\
-Examples:
-  camwright setup jog z_axis=-0.5 --speed 2
-  camwright setup jog x_axis --speed -1
-
-Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
-
-pub(super) const SETUP_WHEEL: &str = "\
-Example: camwright setup wheel on
 
 Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
 

@@ -10,6 +10,7 @@ mod check_machine;
 mod documents;
 mod drives;
 mod help;
+mod operate;
 mod output;
 mod pace;
 mod page;
@@ -58,7 +59,9 @@ enum CommandLine {
     CheckMachine(check_machine::CheckMachineArgs),
     /// Find the drive gains that a turned part needs.
     Drives(drives::DrivesArgs),
-    /// Set up a running cell: move, jog, probe, dress, touch off.
+    #[command(flatten)]
+    Operate(operate::OperateCommand),
+    /// Set up a running cell: move, probe, dress, touch off, find the phase.
     Setup(setup::SetupArgs),
     /// Serve the operator page of a running cell.
     Page(page::PageArgs),
@@ -101,6 +104,7 @@ pub fn main() -> ExitCode {
         CommandLine::Schema(args) => schema::main(&args),
         CommandLine::CheckMachine(args) => check_machine::main(&args, &ros_args),
         CommandLine::Drives(args) => drives::main(&args),
+        CommandLine::Operate(command) => operate::main(&command, &ros_args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Page(args) => page::main(&args, &ros_args),
         CommandLine::Status(args) => status::main(&args, &ros_args),

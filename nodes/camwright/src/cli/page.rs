@@ -17,6 +17,9 @@ pub(super) struct PageArgs {
     /// Address to serve at; 0.0.0.0 opens the page to the network.
     #[arg(long, value_name = "ADDRESS", default_value_t = USUAL_ADDRESS.ip())]
     bind: IpAddr,
+    /// Let viewers operate the cell; the printed address contains the token.
+    #[arg(long)]
+    control: bool,
 }
 
 /// Entry point.
@@ -33,7 +36,7 @@ pub(super) fn main(args: &PageArgs, ros_args: &RosArgs) -> ExitCode {
 
 fn serve(args: &PageArgs, ros_args: &RosArgs) -> Result<(), NodeError> {
     let shutdown = Shutdown::on_signals()?;
-    let page = OperatorPage::start(ros_args, SocketAddr::new(args.bind, args.port))?;
+    let page = OperatorPage::start(ros_args, SocketAddr::new(args.bind, args.port), args.control)?;
     print_address(&page);
     shutdown.wait();
     page.stop();
@@ -42,5 +45,5 @@ fn serve(args: &PageArgs, ros_args: &RosArgs) -> Result<(), NodeError> {
 
 /// Prints the address of the page.
 pub(super) fn print_address(page: &OperatorPage) {
-    eprintln!("operator page: http://{}/", page.address());
+    eprintln!("operator page: {}", page.url());
 }

@@ -15,7 +15,7 @@ use camwright_files::job_file::{self, Job};
 use camwright_files::locate::Located;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
-use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
+use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
 use camwright_planning::{self as planning, AnyPrepared, Causes, OtherLathe, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
@@ -81,6 +81,9 @@ pub(super) struct RunArgs {
     /// Serve the operator page on this port of this computer.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8080")]
     page: Option<u16>,
+    /// Let viewers of the page operate the cell; the printed address contains the token.
+    #[arg(long, requires = "page")]
+    control: bool,
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -117,15 +120,26 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let planned = request.announce_bag()?;
     let cell = request.start_cell(ros_args)?;
     client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
-    let finished = run_job(&client, &mut request, &shutdown);
+    let finished = run_job(&client, &mut request, ros_args, &shutdown);
     if let Some(cell) = cell {
         cell.stop();
     }
     client.node.shutdown();
+    let finished = match finished {
+        Ok(finished) => finished,
+        Err(error) => {
+            page.into_iter().for_each(OperatorPage::stop);
+            return Err(error);
+        }
+    };
+    page.iter().for_each(OperatorPage::end_cell);
+    let code = request.report(finished, planned, started.elapsed());
     if let Some(page) = page {
+        eprintln!("the operator page stays until Ctrl-C: {}", page.url());
+        shutdown.wait();
         page.stop();
     }
-    Ok(request.report(finished?, planned, started.elapsed()))
+    Ok(code)
 }
 
 /// Job, arguments and bag of one run.
@@ -262,15 +276,21 @@ impl Request {
 /// Serves the operator page with `--page`.
 fn start_page(args: &RunArgs, ros_args: &RosArgs) -> Result<Option<OperatorPage>, NodeError> {
     let Some(port) = args.page else { return Ok(None) };
-    let page = OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))?;
+    let page = OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port), args.control)?;
     super::page::print_address(&page);
     Ok(Some(page))
 }
 
 /// Takes command, finds the phase of the part with `--find-phase`, and runs all parts.
-fn run_job(client: &Client, request: &mut Request, shutdown: &Shutdown) -> Result<Finished, NodeError> {
+fn run_job(
+    client: &Client,
+    request: &mut Request,
+    ros_args: &RosArgs,
+    shutdown: &Shutdown,
+) -> Result<Finished, NodeError> {
     let command = TakeOptions::new("camwright run").of_cell();
     let command = Command::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
+    let socket = serve_operators(client, ros_args);
     if request.args.find_phase {
         let found = client.find_phase(&request.job, &request.args.set)?;
         request.args.set.extend(found);
@@ -278,11 +298,24 @@ fn run_job(client: &Client, request: &mut Request, shutdown: &Shutdown) -> Resul
     let Request { job, args, .. } = request;
     let batch = if args.parts > 1 { Some(Batch::subscribe(&client.node, args.parts, job, &args.set)?) } else { None };
     let (outcome, batch) = run_parts(client, job, args, batch, shutdown);
+    drop(socket);
     drop(command);
     let planned_as = client.heard_job();
     let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
     let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));
     outcome.map(|(status, result)| Finished { status, result, batch, planned_as, form_map })
+}
+
+/// Lets other processes of this user operate the cell during the job.
+fn serve_operators(client: &Client, ros_args: &RosArgs) -> Option<HolderSocket> {
+    let operator = Operator::new(client.node.clone(), ros_args, "camwright run");
+    match HolderSocket::serve(&operator, client.node.supervisor()) {
+        Ok(socket) => Some(socket),
+        Err(error) => {
+            eprintln!("camwright run: `camwright resume` and others cannot operate this run: {error}");
+            None
+        }
+    }
 }
 
 /// Reads the job and rejects arguments that do not fit it. The planner reports other errors of the job.

@@ -1,22 +1,20 @@
 //! `camwright setup`: set-up work on a cell that runs already.
 
+use super::operate::unknown_joint;
 use super::output::say;
 use camwright::machine::description::Axis;
-use camwright::math::units::deg_from_rad;
 use camwright_authority::{Command, TakeOptions};
-use camwright_files::convert::{m_from_mm, mm_from_m, si_from_file};
+use camwright_files::convert::{m_from_mm, si_from_file};
 use camwright_msgs::Action;
-use camwright_msgs::camwright_msgs::action::{Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal};
+use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoal};
 use camwright_msgs::camwright_msgs::srv::{
     Dress, DressRequest, FindPhase, FindPhaseRequest, TouchOff, TouchOffRequest,
 };
-use camwright_msgs::std_msgs::msg::Empty;
-use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
+use camwright_operator_page::operation::{motion, position};
 use camwright_ros::running::NodeError;
-use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, RosLayer, Shutdown};
+use camwright_ros::{GoalStatus, Node, NodeOptions, RosArgs, RosLayer, Shutdown};
 use clap::{Args, Subcommand};
 use std::process::ExitCode;
-use std::sync::mpsc;
 use std::time::Duration;
 
 /// Maximum time to find the cell and to decide on a goal.
@@ -46,23 +44,6 @@ enum WorkArgs {
         /// Fraction of the maximum speed.
         #[arg(long, value_name = "0..1", default_value_t = 1.0)]
         speed_factor: f64,
-    },
-    /// Jog one axis, by a distance or until Ctrl-C.
-    #[command(after_help = super::help::SETUP_JOG)]
-    Jog {
-        /// Joint and distance: `z_axis=-0.5` (mm, deg). Without a distance: until Ctrl-C or the soft limit.
-        #[arg(value_name = "JOINT[=DISTANCE]", value_parser = jogged)]
-        axis: (Axis, Option<f64>),
-        /// Speed (mm/s, deg/s); without a distance its sign is the direction.
-        #[arg(long, allow_negative_numbers = true)]
-        speed: f64,
-    },
-    /// Start or stop the wheel.
-    #[command(after_help = super::help::SETUP_WHEEL)]
-    Wheel {
-        /// `on` or `off`.
-        #[arg(value_parser = switch, action = clap::ArgAction::Set)]
-        on: bool,
     },
     /// Move one axis until an input closes, then retract.
     #[command(after_help = super::help::SETUP_PROBE)]
@@ -126,34 +107,13 @@ enum WorkArgs {
     },
 }
 
-fn unknown_joint(joint: &str) -> String {
-    format!("unknown joint {joint:?}; joints are c_axis, x_axis and z_axis")
-}
-
 /// Parses `x_axis=12.5`.
-fn assignment(text: &str) -> Result<(Axis, f64), String> {
+pub(super) fn assignment(text: &str) -> Result<(Axis, f64), String> {
     let (joint, value) =
         text.split_once('=').ok_or_else(|| format!("{text:?} is not JOINT=POSITION, for example z_axis=80"))?;
     let axis = Axis::from_joint(joint).ok_or_else(|| unknown_joint(joint))?;
     let value = value.parse::<f64>().map_err(|error| format!("{value:?}: {error}"))?;
     Ok((axis, value))
-}
-
-/// Parses `x_axis=12.5` or `x_axis`.
-fn jogged(text: &str) -> Result<(Axis, Option<f64>), String> {
-    if text.contains('=') {
-        return assignment(text).map(|(axis, distance)| (axis, Some(distance)));
-    }
-    let axis = Axis::from_joint(text).ok_or_else(|| unknown_joint(text))?;
-    Ok((axis, None))
-}
-
-fn switch(text: &str) -> Result<bool, String> {
-    match text {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err(format!("{text:?} is not `on` or `off`")),
-    }
 }
 
 /// Entry point.
@@ -205,15 +165,8 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 // 0 would count as 1.
                 speed_factor: if *speed_factor == 0.0 { f64::NAN } else { *speed_factor },
             };
-            let (status, result) = goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown, || {})?;
+            let (status, result) = goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown)?;
             Ok((status == GoalStatus::Succeeded, result.message))
-        }
-        WorkArgs::Jog { axis: (axis, distance), speed } => jog(node, *axis, *distance, *speed, shutdown),
-        WorkArgs::Wheel { on } => {
-            let wheel = node.client::<SetBool>("axis_interpolator/wheel")?;
-            wheel.wait_for_service(MEETING)?;
-            let answer = wheel.call(&SetBoolRequest { data: *on }, WORK)?;
-            Ok((answer.success, answer.message))
         }
         WorkArgs::Probe { to: (axis, target), input, until_open, speed, stand_off, most_force_n } => {
             let goal = ProbeGoal {
@@ -226,9 +179,9 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 most_force: *most_force_n,
                 ..ProbeGoal::default()
             };
-            let (status, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown, || {})?;
+            let (status, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown)?;
             let good = status == GoalStatus::Succeeded;
-            let found = if good { format!("; {input} at {}", place(*axis, result.position)) } else { String::new() };
+            let found = if good { format!("; {input} at {}", position(*axis, result.position)) } else { String::new() };
             Ok((good, result.message + &found))
         }
         WorkArgs::Dress { depth_um } => {
@@ -263,84 +216,22 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
     }
 }
 
-/// Jogs; without a distance until Ctrl-C.
-fn jog(
-    node: &Node,
-    axis: Axis,
-    distance: Option<f64>,
-    speed: f64,
-    shutdown: &Shutdown,
-) -> Result<(bool, String), NodeError> {
-    if distance == Some(0.0) {
-        return Err(NodeError::Parameter(format!(
-            "the jog distance of {} is 0; give a distance other than 0, or none",
-            axis.joint()
-        )));
-    }
-    let hold = node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic())?;
-    let goal = JogGoal {
-        joint: axis.joint().to_owned(),
-        velocity: si_from_file(axis, speed),
-        distance: distance.map_or(0.0, |distance| si_from_file(axis, distance)),
-        hold_to_run: 0.0,
-    };
-    let held = distance.is_none();
-    if held {
-        eprintln!("jogging {} until Ctrl-C", axis.joint());
-    }
-    let (status, result) = goal_of::<Jog>(node, "axis_interpolator/jog", goal, shutdown, || {
-        // Without this message the jog ends.
-        let _sent = held && hold.publish(&Empty::default()).is_ok();
-    })?;
-    let ended_well = status == GoalStatus::Succeeded || (held && status == GoalStatus::Canceled);
-    let at = if ended_well { format!("; {} at {}", axis.joint(), place(axis, result.position)) } else { String::new() };
-    Ok((ended_well, result.message + &at))
-}
-
-/// Position with its unit.
-fn place(axis: Axis, position: f64) -> String {
-    match axis {
-        Axis::C => format!("{:.5} deg", deg_from_rad(position)),
-        Axis::X | Axis::Z => format!("{:.5} mm", mm_from_m(position)),
-    }
-}
-
 fn m_from_um(um: f64) -> f64 {
     m_from_mm(camwright::math::units::mm_from_um(um))
 }
 
-/// Sends a goal and waits for its end; a signal cancels it. Calls `meanwhile` ten times a second.
+/// Sends a goal and waits for its end; a signal cancels it.
 fn goal_of<A: Action>(
     node: &Node,
     name: &str,
     goal: A::Goal,
     shutdown: &Shutdown,
-    meanwhile: impl Fn(),
 ) -> Result<(GoalStatus, A::Result), NodeError>
 where
     A::Result: Send + 'static,
 {
-    let client: ActionClient<A> = node.action_client(name)?;
-    client.wait_for_server(MEETING)?;
-    let goal = client.send_goal(goal, drop, MEETING)?;
-    if !goal.accepted() {
-        return Err(NodeError::Parameter("the axis interpolator rejected the goal; its log shows the reason".into()));
-    }
-    let (sender, ended) = mpsc::channel();
-    goal.result_with(move |status, result| drop(sender.send((status, result))))?;
-    let mut cancelled = false;
-    loop {
-        match ended.recv_timeout(Duration::from_millis(100)) {
-            Ok(ended) => return Ok(ended),
-            Err(mpsc::RecvTimeoutError::Timeout) if shutdown.is_requested() => {}
-            Err(mpsc::RecvTimeoutError::Timeout) => meanwhile(),
-            Err(error) => return Err(NodeError::Parameter(error.to_string())),
-        }
-        if shutdown.is_requested() && !cancelled {
-            cancelled = true;
-            goal.cancel_with(drop)?;
-        }
-    }
+    motion::<A>(node, name, goal, &|| {}, &|| !shutdown.is_requested())?
+        .ok_or_else(|| NodeError::Parameter("the axis interpolator rejected the goal; its log shows the reason".into()))
 }
 
 #[cfg(test)]
@@ -352,8 +243,10 @@ mod tests {
         assert_eq!(assignment("x_axis=-1.5"), Ok((Axis::X, -1.5)));
         assert!((si_from_file(Axis::C, 180.0) - std::f64::consts::PI).abs() < 1e-15);
         assert!((si_from_file(Axis::Z, 80.0) - 0.08).abs() < 1e-15);
-        assert_eq!((place(Axis::X, 0.0203).as_str(), place(Axis::C, 0.0).as_str()), ("20.30000 mm", "0.00000 deg"));
-        assert_eq!((jogged("c_axis"), jogged("z_axis=-2")), (Ok((Axis::C, None)), Ok((Axis::Z, Some(-2.0)))));
+        assert_eq!(
+            (position(Axis::X, 0.0203).as_str(), position(Axis::C, 0.0).as_str()),
+            ("20.30000 mm", "0.00000 deg")
+        );
         for wrong in ["x_axis", "y_axis=1", "x_axis=one"] {
             assert!(assignment(wrong).is_err(), "{wrong}");
         }

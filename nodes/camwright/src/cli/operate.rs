@@ -1,0 +1,172 @@
+//! `camwright hold`, `resume`, `override` and others: operates a running cell.
+
+use super::output::say;
+use camwright::machine::description::Axis;
+use camwright_operator_page::Operator;
+use camwright_operator_page::operation::{Answer, Operation};
+use camwright_ros::running::NodeError;
+use camwright_ros::{Node, NodeOptions, RosArgs, RosLayer, Shutdown};
+use clap::Subcommand;
+use std::process::ExitCode;
+
+/// Operations of a running cell.
+#[derive(Debug, Subcommand)]
+pub(super) enum OperateCommand {
+    /// Hold the motion of a running cell on its path.
+    #[command(after_help = super::help::HOLD)]
+    Hold,
+    /// Continue a held motion.
+    #[command(after_help = super::help::RESUME)]
+    Resume,
+    /// Set the feed override.
+    #[command(after_help = super::help::OVERRIDE)]
+    Override {
+        /// Percent of the programmed speed, 0 to 100.
+        #[arg(value_name = "PERCENT", value_parser = percent)]
+        percent: f64,
+    },
+    /// Cancel the job, or the motion if there is no job.
+    #[command(after_help = super::help::CANCEL)]
+    Cancel,
+    /// Reset the alarms; nothing moves.
+    #[command(after_help = super::help::RESET)]
+    Reset,
+    /// Press the emergency stop of the simulated machine.
+    #[command(after_help = super::help::ESTOP)]
+    Estop {
+        /// Release it instead.
+        #[arg(long)]
+        release: bool,
+    },
+    /// Home axes on their switches.
+    #[command(after_help = super::help::HOME)]
+    Home {
+        /// Joints [default: all that need it].
+        #[arg(value_name = "JOINT", value_parser = joint)]
+        axes: Vec<Axis>,
+    },
+    /// Start or stop the wheel.
+    #[command(after_help = super::help::WHEEL)]
+    Wheel {
+        /// `on` or `off`.
+        #[arg(value_parser = switch, action = clap::ArgAction::Set)]
+        on: bool,
+    },
+    /// Open door and chuck, insert a part, close both.
+    #[command(after_help = super::help::LOAD)]
+    Load,
+    /// Open door and chuck, remove the part, close the door.
+    #[command(after_help = super::help::UNLOAD)]
+    Unload,
+    /// Jog one axis, by a distance or until Ctrl-C.
+    #[command(after_help = super::help::JOG)]
+    Jog {
+        /// Joint and distance: `z_axis=-0.5` (mm, deg). Without a distance: until Ctrl-C or the soft limit.
+        #[arg(value_name = "JOINT[=DISTANCE]", value_parser = jogged)]
+        axis: (Axis, Option<f64>),
+        /// Speed (mm/s, deg/s); without a distance its sign is the direction.
+        #[arg(long, allow_negative_numbers = true)]
+        speed: f64,
+    },
+}
+
+/// Parses `50` or `50%`.
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').unwrap_or(text).trim();
+    let value: f64 = number.parse().map_err(|_| format!("{text:?} is not a number of percent, for example 50%"))?;
+    if (0.0..=100.0).contains(&value) { Ok(value) } else { Err(format!("{text} is outside 0 % to 100 %")) }
+}
+
+pub(super) fn unknown_joint(joint: &str) -> String {
+    format!("unknown joint {joint:?}; joints are c_axis, x_axis and z_axis")
+}
+
+fn joint(text: &str) -> Result<Axis, String> {
+    Axis::from_joint(text).ok_or_else(|| unknown_joint(text))
+}
+
+/// Parses `x_axis=12.5` or `x_axis`.
+fn jogged(text: &str) -> Result<(Axis, Option<f64>), String> {
+    match text.contains('=') {
+        true => super::setup::assignment(text).map(|(axis, distance)| (axis, Some(distance))),
+        false => joint(text).map(|axis| (axis, None)),
+    }
+}
+
+fn switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err(format!("{text:?} is not `on` or `off`")),
+    }
+}
+
+impl OperateCommand {
+    fn operation(&self) -> Operation {
+        let name = |axis: &Axis| axis.joint().to_owned();
+        match self {
+            Self::Hold => Operation::Hold {},
+            Self::Resume => Operation::Resume {},
+            Self::Override { percent } => Operation::Override { percent: *percent },
+            Self::Cancel => Operation::Cancel {},
+            Self::Reset => Operation::Reset {},
+            Self::Estop { release } => Operation::Estop { press: !release },
+            Self::Home { axes } => Operation::Home { axes: axes.iter().map(name).collect() },
+            Self::Wheel { on } => Operation::Wheel { on: *on },
+            Self::Load => Operation::Load {},
+            Self::Unload => Operation::Unload {},
+            Self::Jog { axis: (axis, distance), speed } => {
+                Operation::Jog { axis: name(axis), distance: *distance, speed: *speed }
+            }
+        }
+    }
+}
+
+/// Entry point. Exit 0: done; 1: no cell; 3: refused.
+pub(super) fn main(command: &OperateCommand, ros_args: &RosArgs) -> ExitCode {
+    RosLayer::install();
+    let operation = command.operation();
+    match run(&operation, ros_args) {
+        Ok(Answer { done: true, message }) => {
+            say!("{message}");
+            ExitCode::SUCCESS
+        }
+        Ok(Answer { done: false, message }) => {
+            eprintln!("camwright: {message}");
+            ExitCode::from(3)
+        }
+        Err(error) => {
+            eprintln!("camwright: {error}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(operation: &Operation, ros_args: &RosArgs) -> Result<Answer, NodeError> {
+    let shutdown = Shutdown::on_signals()?;
+    let node = Node::new(NodeOptions::new("camwright_operate", ros_args))?;
+    let spin = node.spin_in_thread()?;
+    if let Operation::Jog { axis, distance: None, .. } = operation {
+        eprintln!("jogging {axis} until Ctrl-C");
+    }
+    let operator = Operator::new(node.clone(), ros_args, "camwright operator");
+    let answer = operator.perform(operation, &|| !shutdown.is_requested());
+    drop(spin);
+    node.shutdown();
+    Ok(answer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_the_command_line_become_operations() {
+        assert_eq!((percent("50%"), percent("12.5")), (Ok(50.0), Ok(12.5)));
+        for wrong in ["101", "-1", "x", "NaN", "50 %%", ""] {
+            assert!(percent(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((jogged("c_axis"), jogged("z_axis=-2")), (Ok((Axis::C, None)), Ok((Axis::Z, Some(-2.0)))));
+        assert!(joint("y_axis").is_err() && switch("maybe").is_err());
+    }
+}

@@ -1,0 +1,341 @@
+//! Operations of a running cell: what the command line and the page ask of it.
+
+use camwright::machine::description::Axis;
+use camwright::math::units::deg_from_rad;
+use camwright_files::convert::{mm_from_m, si_from_file};
+use camwright_msgs::Action;
+use camwright_msgs::Service;
+use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, HomeGoal, Jog, JogGoal, MoveTo, Probe, RunJob};
+use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, SetOverride, SetOverrideRequest};
+use camwright_msgs::control_msgs::action::FollowJointTrajectory;
+use camwright_msgs::std_msgs::msg::Empty;
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
+use camwright_ros::{ActionClient, GoalStatus, Node, Qos, RosError};
+use serde::{Deserialize, Serialize};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
+/// Maximum time to find the server of an operation.
+const MEETING: Duration = Duration::from_secs(5);
+/// Maximum time for the answer of a service that does not wait for motion.
+const ANSWER: Duration = Duration::from_secs(5);
+/// Maximum time of homing, of a jog, and of a motion of wheel, door or chuck.
+const MOTION: Duration = Duration::from_secs(300);
+/// Time between two messages that keep a jog without distance alive.
+const HOLD_TO_RUN: Duration = Duration::from_millis(100);
+
+/// One thing that a person asks of a cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "operation", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Operation {
+    /// Holds the motion on its path.
+    Hold {},
+    /// Continues a held motion.
+    Resume {},
+    /// Sets the feed override in percent of the programmed speed.
+    Override { percent: f64 },
+    /// Cancels the job, or the motion if there is no job.
+    Cancel {},
+    /// Resets the alarms. Nothing moves.
+    Reset {},
+    /// Presses the emergency stop of the simulated machine, or releases it.
+    Estop { press: bool },
+    /// Homes axes; an empty list homes all that need it.
+    Home { axes: Vec<String> },
+    /// Starts or stops the wheel.
+    Wheel { on: bool },
+    /// Opens door and chuck, inserts a part, and closes both.
+    Load {},
+    /// Opens door and chuck, removes the part, and closes the door.
+    Unload {},
+    /// Jogs an axis by a distance (mm, deg) at a speed (mm/s, deg/s). Without a distance the jog lasts until it is stopped.
+    Jog { axis: String, distance: Option<f64>, speed: f64 },
+}
+
+/// Result of an operation.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Answer {
+    /// True: the cell has done it.
+    pub done: bool,
+    /// Result, or the reason of a refusal and who refused.
+    pub message: String,
+}
+
+impl Answer {
+    pub(crate) fn done(message: impl Into<String>) -> Self {
+        Self { done: true, message: message.into() }
+    }
+
+    pub(crate) fn refused(message: impl Into<String>) -> Self {
+        Self { done: false, message: message.into() }
+    }
+
+    /// Answer of a service of `node`.
+    fn of_service(node: &str, success: bool, message: &str, done: &str) -> Self {
+        match (success, message) {
+            (true, "") => Self::done(done),
+            (true, message) => Self::done(format!("{done}: {message}")),
+            (false, message) => Self::refused(format!("{node} refuses: {message}")),
+        }
+    }
+}
+
+impl Operation {
+    /// Returns true for operations that only stop. They need no command.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
+        matches!(self, Self::Hold {} | Self::Cancel {} | Self::Estop { press: true })
+    }
+
+    /// Returns true for operations that start a motion.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        matches!(
+            self,
+            Self::Resume {}
+                | Self::Home { .. }
+                | Self::Wheel { on: true }
+                | Self::Load {}
+                | Self::Unload {}
+                | Self::Jog { .. }
+        )
+    }
+
+    /// Asks the cell and waits for its answer. `goes_on` is asked ten times a second during a motion; false ends the motion.
+    ///
+    /// # Errors
+    /// The cell does not answer.
+    pub fn perform(&self, node: &Node, goes_on: &dyn Fn() -> bool) -> Result<Answer, RosError> {
+        match self {
+            Self::Hold {} => feed_hold(node, true),
+            Self::Resume {} => feed_hold(node, false),
+            Self::Override { percent } => {
+                let request = SetOverrideRequest { feed_override: percent / 100.0 };
+                let answer = call::<SetOverride>(node, "axis_interpolator/set_override", &request, ANSWER)?;
+                let done = format!("override {percent} %");
+                Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, &done))
+            }
+            Self::Cancel {} => cancel(node),
+            Self::Reset {} => trigger(node, "machine/reset", "alarms reset"),
+            Self::Estop { press } => {
+                let request = SetBoolRequest { data: *press };
+                let SetBoolResponse { success, message } = call::<SetBool>(node, "machine/estop", &request, ANSWER)?;
+                let done = if *press { "emergency stop pressed" } else { "emergency stop released; reset the alarms" };
+                Ok(Answer::of_service("machine", success, &message, done))
+            }
+            Self::Home { axes } => home(node, axes, goes_on),
+            Self::Wheel { on } => {
+                let request = SetBoolRequest { data: *on };
+                let answer = call::<SetBool>(node, "axis_interpolator/wheel", &request, MOTION)?;
+                let done = if *on { "wheel at speed" } else { "wheel stopped" };
+                Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, done))
+            }
+            Self::Load {} => exchange(node, &LOADING, "part loaded"),
+            Self::Unload {} => exchange(node, &UNLOADING, "part removed"),
+            Self::Jog { axis, distance, speed } => jog(node, axis, *distance, *speed, goes_on),
+        }
+    }
+}
+
+fn call<S: Service>(node: &Node, name: &str, request: &S::Request, limit: Duration) -> Result<S::Response, RosError>
+where
+    S::Response: Send + 'static,
+{
+    let client = node.client::<S>(name)?;
+    client.wait_for_service(MEETING)?;
+    client.call(request, limit)
+}
+
+fn trigger(node: &Node, name: &str, done: &str) -> Result<Answer, RosError> {
+    let answer = call::<Trigger>(node, name, &TriggerRequest::default(), MOTION)?;
+    let owner = name.split('/').next().unwrap_or(name);
+    Ok(Answer::of_service(owner, answer.success, &answer.message, done))
+}
+
+fn feed_hold(node: &Node, hold: bool) -> Result<Answer, RosError> {
+    let answer = call::<FeedHold>(node, "axis_interpolator/feed_hold", &FeedHoldRequest { hold }, ANSWER)?;
+    let done = if hold { "motion held on its path" } else { "motion continues" };
+    Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, done))
+}
+
+/// Cancels the job; without one, whatever the interpolator executes.
+fn cancel(node: &Node) -> Result<Answer, RosError> {
+    let planner = node.client::<Trigger>("job_planner/stop")?;
+    // A cell of a machine and an interpolator has no planner.
+    if planner.wait_for_service(Duration::from_secs(1)).is_ok()
+        && planner.call(&TriggerRequest::default(), ANSWER)?.success
+    {
+        return Ok(Answer::done("job cancelled, the axes come to rest"));
+    }
+    let motions = [
+        cancelled::<RunJob>(node, "job_planner/run_job"),
+        cancelled::<ExecutePlan>(node, "axis_interpolator/execute_plan"),
+        cancelled::<MoveTo>(node, "axis_interpolator/move_to"),
+        cancelled::<Jog>(node, "axis_interpolator/jog"),
+        cancelled::<Home>(node, "axis_interpolator/home"),
+        cancelled::<Probe>(node, "axis_interpolator/probe"),
+        cancelled::<FollowJointTrajectory>(node, "axis_interpolator/follow_joint_trajectory"),
+    ];
+    Ok(match motions.contains(&true) {
+        true => Answer::done("motion cancelled, the axes come to rest"),
+        false => Answer::refused("nothing to cancel: no job and no motion is in execution"),
+    })
+}
+
+/// Returns true if goals of an action come to rest now.
+fn cancelled<A: Action>(node: &Node, name: &str) -> bool {
+    let Ok(client) = node.action_client::<A>(name) else { return false };
+    client.wait_for_server(Duration::from_secs(1)).is_ok() && client.cancel_all(ANSWER).is_ok_and(|goals| goals > 0)
+}
+
+fn home(node: &Node, axes: &[String], goes_on: &dyn Fn() -> bool) -> Result<Answer, RosError> {
+    let goal = HomeGoal { joints: axes.to_vec() };
+    let Some((_, result)) = motion::<Home>(node, "axis_interpolator/home", goal, &|| {}, goes_on)? else {
+        return Ok(Answer::refused(REJECTED));
+    };
+    let names = if axes.is_empty() { "all axes".to_owned() } else { axes.join(", ") };
+    Ok(Answer::of_service("axis_interpolator", result.success, &result.message, &format!("homed {names}")))
+}
+
+const REJECTED: &str = "axis_interpolator rejects the goal; `camwright status` and its log show the reason";
+
+fn jog(
+    node: &Node,
+    axis: &str,
+    distance: Option<f64>,
+    speed: f64,
+    goes_on: &dyn Fn() -> bool,
+) -> Result<Answer, RosError> {
+    let Some(joint) = Axis::from_joint(axis) else {
+        return Ok(Answer::refused(format!("unknown joint {axis:?}; joints are c_axis, x_axis and z_axis")));
+    };
+    if distance == Some(0.0) {
+        return Ok(Answer::refused(format!("the jog distance of {axis} is 0; give another distance, or none")));
+    }
+    let hold = node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic())?;
+    let goal = JogGoal {
+        joint: axis.to_owned(),
+        velocity: si_from_file(joint, speed),
+        distance: distance.map_or(0.0, |distance| si_from_file(joint, distance)),
+        hold_to_run: 0.0,
+    };
+    let is_held = distance.is_none();
+    let keep_alive = || {
+        // Without this message the jog ends.
+        let _sent = is_held && hold.publish(&Empty::default()).is_ok();
+    };
+    let Some((status, result)) = motion::<Jog>(node, "axis_interpolator/jog", goal, &keep_alive, goes_on)? else {
+        return Ok(Answer::refused(REJECTED));
+    };
+    let ended_well = status == GoalStatus::Succeeded || (is_held && status == GoalStatus::Canceled);
+    let at = format!("{axis} at {}", position(joint, result.position));
+    Ok(match ended_well {
+        true => Answer::done(at),
+        false => Answer::refused(format!("axis_interpolator refuses: {}", result.message)),
+    })
+}
+
+/// Position of an axis with its unit.
+#[must_use]
+pub fn position(axis: Axis, position: f64) -> String {
+    match axis {
+        Axis::C => format!("{:.5} deg", deg_from_rad(position)),
+        Axis::X | Axis::Z => format!("{:.5} mm", mm_from_m(position)),
+    }
+}
+
+/// Sends a goal and waits for its end; `None`: the goal was rejected.
+///
+/// Ten times a second it calls `meanwhile`, and cancels the goal once `goes_on` returns false.
+///
+/// # Errors
+/// The server is missing or does not answer.
+pub fn motion<A: Action>(
+    node: &Node,
+    name: &str,
+    goal: A::Goal,
+    meanwhile: &dyn Fn(),
+    goes_on: &dyn Fn() -> bool,
+) -> Result<Option<(GoalStatus, A::Result)>, RosError>
+where
+    A::Result: Send + 'static,
+{
+    let client: ActionClient<A> = node.action_client(name)?;
+    client.wait_for_server(MEETING)?;
+    let goal = client.send_goal(goal, drop, ANSWER)?;
+    if !goal.accepted() {
+        return Ok(None);
+    }
+    let (sender, ended) = mpsc::channel();
+    goal.result_with(move |status, result| drop(sender.send((status, result))))?;
+    let mut is_cancelled = false;
+    loop {
+        match ended.recv_timeout(HOLD_TO_RUN) {
+            Ok(ended) => return Ok(Some(ended)),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(RosError::Timeout { what: format!("result of {name}"), waited_s: 0.0 });
+            }
+            Err(RecvTimeoutError::Timeout) if goes_on() => meanwhile(),
+            Err(RecvTimeoutError::Timeout) if !is_cancelled => {
+                is_cancelled = true;
+                goal.cancel_with(drop)?;
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
+}
+
+/// Steps of loading by hand.
+const LOADING: [&str; 5] =
+    ["machine/open_door", "machine/open_chuck", "machine/place_part", "machine/close_chuck", "machine/close_door"];
+/// Steps of unloading by hand.
+const UNLOADING: [&str; 4] = ["machine/open_door", "machine/open_chuck", "machine/take_part", "machine/close_door"];
+
+/// Exchanges a part by hand, step by step; a refused step ends it.
+fn exchange(node: &Node, steps: &[&str], done: &str) -> Result<Answer, RosError> {
+    if node.client::<Trigger>(steps[0])?.wait_for_service(Duration::from_secs(1)).is_err() {
+        return Ok(Answer::refused(
+            "the machine has no door and no chuck: its jobs insert the raw part themselves (key `loading` of the machine file)",
+        ));
+    }
+    for step in steps {
+        let answer = trigger(node, step, done)?;
+        if !answer.done {
+            return Ok(Answer { message: format!("{step}: {}", answer.message), ..answer });
+        }
+    }
+    Ok(Answer::done(done))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stops_need_no_command_and_move_nothing() {
+        let axis = || "z_axis".to_owned();
+        let all = [
+            (Operation::Hold {}, true, false),
+            (Operation::Cancel {}, true, false),
+            (Operation::Estop { press: true }, true, false),
+            (Operation::Estop { press: false }, false, false),
+            (Operation::Resume {}, false, true),
+            (Operation::Override { percent: 50.0 }, false, false),
+            (Operation::Reset {}, false, false),
+            (Operation::Home { axes: vec![axis()] }, false, true),
+            (Operation::Wheel { on: true }, false, true),
+            (Operation::Wheel { on: false }, false, false),
+            (Operation::Load {}, false, true),
+            (Operation::Unload {}, false, true),
+            (Operation::Jog { axis: axis(), distance: None, speed: 1.0 }, false, true),
+        ];
+        for (operation, is_stop, moves) in all {
+            assert_eq!((operation.is_stop(), operation.moves()), (is_stop, moves), "{operation:?}");
+            let text = serde_json::to_string(&operation).expect("it is plain data");
+            assert_eq!(serde_json::from_str::<Operation>(&text).expect("its own text"), operation, "{text}");
+        }
+        for wrong in ["{}", r#"{"operation":"hold","x":1}"#, r#"{"operation":"fly"}"#, r#"{"operation":"override"}"#] {
+            assert!(serde_json::from_str::<Operation>(wrong).is_err(), "{wrong}");
+        }
+    }
+}

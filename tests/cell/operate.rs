@@ -1,0 +1,119 @@
+//! `camwright hold`, `resume`, `override` and others on a running cell: what is done, what is refused and by whom.
+
+use crate::cell;
+use crate::support;
+
+use camwright_msgs::camwright_msgs::msg::InterpolatorState;
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
+use camwright_ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs};
+use cell::{Cell, PATIENCE};
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::mpsc;
+use support::{Domain, Folder, Guarded};
+
+/// Runs a command of camwright; the folder holds the sockets of its user.
+fn camwright(domain: &Domain, runtime: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.args(words).env("ROS_DOMAIN_ID", domain.id().to_string()).env("XDG_RUNTIME_DIR", runtime);
+    command.output().expect("camwright runs")
+}
+
+/// Checks exit code and text of a command.
+fn answers(output: &Output, code: i32, words: &str) {
+    let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{words}: {text}");
+    assert!(text.contains(words), "{words}: {text}");
+}
+
+fn fault(cell: &Cell, active: bool) {
+    let request = InjectFaultRequest {
+        fault: "drive_fault".into(),
+        target: "x_axis".into(),
+        active,
+        ..InjectFaultRequest::default()
+    };
+    let answer = cell.client.call::<InjectFault>("machine/inject_fault", &request);
+    assert!(answer.success, "{}", answer.message);
+}
+
+#[test]
+fn a_cell_is_operated_from_the_command_line() {
+    let (cell, runtime) = (Cell::start(&[]), Folder::new("operate"));
+    let call = |words: &[&str]| camwright(cell.domain(), runtime.path(), words);
+    answers(&call(&["hold"]), 3, "axis_interpolator refuses: nothing is being executed");
+    answers(&call(&["cancel"]), 3, "nothing to cancel");
+    answers(&call(&["home", "x_axis", "z_axis"]), 0, "homed x_axis, z_axis");
+    answers(&call(&["wheel", "on"]), 0, "wheel at speed");
+    answers(&call(&["wheel", "off"]), 0, "wheel stopped");
+    answers(&call(&["jog", "z_axis=0.5", "--speed", "10"]), 0, "z_axis at ");
+    answers(&call(&["jog", "z_axis=5000", "--speed", "10"]), 3, "axis_interpolator refuses: ");
+    answers(&call(&["load"]), 3, "the machine has no door and no chuck");
+
+    let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
+    assert!(goal.accepted());
+    while feedback.recv_timeout(PATIENCE).expect("feedback").phase_name != "cut" {}
+    answers(&call(&["hold"]), 0, "motion held on its path");
+    answers(&call(&["override", "50%"]), 0, "override 50 %");
+    answers(&call(&["override", "150"]), 2, "150 is outside 0 % to 100 %");
+    answers(&call(&["resume"]), 0, "motion continues");
+    answers(&call(&["cancel"]), 0, "job cancelled, the axes come to rest");
+    let (status, _) = goal.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Canceled);
+
+    fault(&cell, true);
+    answers(&call(&["status"]), 3, "clear the fault at the drive, then reset");
+    answers(&call(&["reset"]), 3, "machine refuses: ");
+    fault(&cell, false);
+    answers(&call(&["reset"]), 0, "alarms reset");
+    answers(&call(&["estop"]), 0, "emergency stop pressed");
+    answers(&call(&["reset"]), 3, "machine refuses: ");
+    answers(&call(&["estop", "--release"]), 0, "emergency stop released");
+    answers(&call(&["reset"]), 0, "alarms reset");
+    answers(&call(&["status"]), 0, "camwright");
+    cell.stop();
+    answers(&camwright(&Domain::take(), runtime.path(), &["hold"]), 3, "no answer within");
+}
+
+#[test]
+fn a_part_is_loaded_and_unloaded_by_hand() {
+    let door =
+        "loading={door: {opens_ms: 500, closes_ms: 500}, chuck: {opens_ms: 200, closes_ms: 200}, safe_x_mm: 120}";
+    let (cell, runtime) = (Cell::start(&[door]), Folder::new("operate-load"));
+    let call = |words: &[&str]| camwright(cell.domain(), runtime.path(), words);
+    answers(&call(&["home"]), 0, "homed all axes");
+    answers(&call(&["load"]), 0, "part loaded");
+    answers(&call(&["load"]), 3, "machine/place_part: machine refuses: ");
+    answers(&call(&["unload"]), 0, "part removed");
+    cell.stop();
+}
+
+/// `camwright run` has command; another process of the same user operates its cell, one of another user does not.
+#[test]
+fn processes_of_the_user_that_runs_a_job_operate_its_cell() {
+    let (domain, folder, runtime) = (Domain::take(), Folder::new("operate-run"), Folder::new("operate-user"));
+    let mut run = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    run.current_dir(folder.path()).args(["run", "four_lobe_camshaft", "--pace", "realtime"]);
+    run.env("ROS_DOMAIN_ID", domain.id().to_string()).env("XDG_RUNTIME_DIR", runtime.path());
+    let mut run = Guarded::start("camwright run", run.env("XDG_STATE_HOME", folder.path()));
+    let args = RosArgs::default().with_domain_id(domain.id());
+    let node = Node::new(NodeOptions::new("_watch", &args)).expect("a node");
+    let (sender, states) = mpsc::channel();
+    let seen = node.subscribe("axis_interpolator/state", &Qos::latched(1), move |state: InterpolatorState, _| {
+        let _test_is_over = sender.send(state.state);
+    });
+    let (_seen, _spin) = (seen.expect("a subscription"), node.spin_in_thread().expect("a thread"));
+    let wait_for = |wanted: u8| while states.recv_timeout(PATIENCE).expect("a state") != wanted {};
+    wait_for(InterpolatorState::EXECUTING);
+    let call = |words: &[&str]| camwright(&domain, runtime.path(), words);
+    answers(&call(&["hold"]), 0, "motion held on its path");
+    wait_for(InterpolatorState::HELD);
+    let stranger = Folder::new("operate-stranger");
+    answers(&camwright(&domain, stranger.path(), &["resume"]), 3, "the machine refuses: camwright run has command");
+    answers(&call(&["override", "80"]), 0, "override 80 %");
+    answers(&call(&["resume"]), 0, "motion continues");
+    wait_for(InterpolatorState::EXECUTING);
+    answers(&camwright(&domain, stranger.path(), &["cancel"]), 0, "job cancelled");
+    assert_eq!(run.wait(PATIENCE).code(), Some(3), "a cancelled job");
+    node.shutdown();
+}
