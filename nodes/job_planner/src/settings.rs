@@ -74,14 +74,13 @@ fn declared(key: &Key) -> Parameter {
 
 /// Parameters of the node.
 pub(super) fn parameters() -> Vec<Parameter> {
-    let mut parameters = vec![
-        Parameter::string(JOB, "four_lobe_camshaft").describe("job that runs when a goal names none, by name or path"),
-    ];
+    let mut parameters =
+        vec![Parameter::string(JOB, "four_lobe_camshaft").describe("job of a goal without a job, by name or path")];
     let keys = schema::keys(&FileKind::Job.schema());
     parameters.extend(keys.iter().filter(|key| KEYS.contains(&key.path.as_str())).map(declared));
     parameters.push(
         Parameter::optional(PHASES, ParameterValue::DoubleArray(Vec::new()))
-            .describe("phase angles alpha 1 ... alpha n of the lobes in their order (deg); not set: the job file's")
+            .describe("phase angles alpha 1 ... alpha n of the lobes in their order (deg); not set: the value of the job file")
             .constraints("one angle for each lobe of the job")
             .range(-360.0, 360.0),
     );
@@ -114,10 +113,10 @@ fn cell_parameters() -> [Parameter; 5] {
         Parameter::integer(CELL_PARTS, 1)
             .describe("default number of parts for START; 0: until stopped")
             .integer_range(0, 1_000_000),
-        seconds(LOADER_TIMEOUT, 1.0, "longest silence of the loader on loader/state (s)"),
-        seconds(LOADING_MACHINE, 60.0, "longest time until wheel, axes and door are ready to be loaded (s)"),
+        seconds(LOADER_TIMEOUT, 1.0, "maximum silence of the loader on loader/state (s)"),
+        seconds(LOADING_MACHINE, 60.0, "maximum time until wheel, axes and door are ready for loading (s)"),
         seconds(LOADING_ENTER, 120.0, "maximum time from permission to entry of the loader (s)"),
-        seconds(LOADING_INSIDE, 300.0, "longest time for its work, until the loader has left (s)"),
+        seconds(LOADING_INSIDE, 300.0, "maximum time of the loader in the work area (s)"),
     ]
 }
 

@@ -44,7 +44,7 @@ const PERIOD: &str = "keyframe_period_s";
 /// Parameters of the keyframes.
 pub(super) fn parameters() -> [Parameter; 1] {
     [Parameter::double(PERIOD, PERIOD_S)
-        .describe("time of the machine between two keyframes, from which a replay can begin (s); 0: none")
+        .describe("machine time between two keyframes (s), from which a replay can begin; 0: none")
         .range(0.0, 3600.0)
         .read_only()]
 }

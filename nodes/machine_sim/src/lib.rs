@@ -115,24 +115,24 @@ fn parameters() -> Vec<Parameter> {
         Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
         Parameter::string_array("machine_overrides", &[]).describe("key=value pairs over the machine file").read_only(),
         Parameter::string("pace", "realtime")
-            .describe("time by the clock, or as fast as possible")
+            .describe("real time, or as fast as possible")
             .choices(&["realtime", "fast"])
             .read_only(),
         Parameter::string("state_file", "")
             .describe("file of the persistent machine state; empty: the user's state directory; 'none': no file")
             .read_only(),
         Parameter::double(LOADER_TIMEOUT, 1.0)
-            .describe("of a machine with loading: longest silence of the loader on loader/state (s)")
+            .describe("maximum silence of the loader on loader/state (s); only with `loading`")
             .range(0.1, 60.0)
             .read_only(),
         Parameter::double(BUFFER, 0.0)
             .describe(
-                "time for which setpoints are sent ahead, over the machine file's feedback_delay_ticks (ms): longer tolerates a busier computer, shorter reacts sooner to feedback; 0: as in the machine file",
+                "lead of the setpoints (ms): longer tolerates a busier computer, shorter reacts sooner; 0: feedback_delay_ticks of the machine file",
             )
             .range(0.0, 1000.0)
             .read_only(),
         Parameter::double(REST_RATE, 5.0)
-            .describe("joint_states of a machine at pace realtime that rests and runs no job (Hz); every tick is published otherwise")
+            .describe("rate of joint_states at rest without a job, at pace realtime (Hz); otherwise every tick")
             .range(1.0, 10_000.0)
             .read_only(),
         autostart::parameter(),

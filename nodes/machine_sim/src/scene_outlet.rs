@@ -63,9 +63,7 @@ pub(super) struct SceneOutlet {
 /// The parameters that it goes by.
 pub(super) fn parameters() -> [Parameter; 2] {
     let publish_tf = Parameter::bool(PUBLISH_TF, true)
-        .describe(
-            "publish /tf and /tf_static; false: robot_state_publisher does, from robot_description and joint_states",
-        )
+        .describe("publishes /tf and /tf_static; false: leaves it to robot_state_publisher")
         .read_only();
     [scene::parameter(), publish_tf]
 }

@@ -11,7 +11,7 @@ const LIMIT: &str = "silence_limit_s";
 /// Parameter for the longest silence of a partner.
 pub fn parameter() -> Parameter {
     Parameter::double(LIMIT, 2.5)
-        .describe("longest silence of a partner; a longer one ends the motion or the job with an alarm (s)")
+        .describe("maximum silence of another node (s); a longer one ends the motion or the job with an alarm")
         .range(0.5, 60.0)
         .read_only()
 }

@@ -194,8 +194,37 @@ impl Parameter {
 }
 
 impl Parameter {
-    /// Allowed values in words.
-    fn allowed(&self) -> Option<String> {
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Name of the type.
+    pub fn type_name(&self) -> &'static str {
+        self.example.type_name()
+    }
+
+    /// Value at the start unless the user sets another; not set for an optional parameter.
+    pub fn default_value(&self) -> &ParameterValue {
+        &self.default
+    }
+
+    /// Description, with the unit.
+    pub fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// Rule that a range cannot express; empty: none.
+    pub fn constraint_text(&self) -> &str {
+        &self.constraints
+    }
+
+    /// Returns true if the parameter cannot change after the start.
+    pub fn is_read_only(&self) -> bool {
+        self.read_only
+    }
+
+    /// Range or choices in words.
+    pub fn allowed(&self) -> Option<String> {
         match self.range {
             Some(ParameterRange::Double { from, to, .. }) => Some(format!("{from} to {to}")),
             Some(ParameterRange::Integer { from, to, .. }) => Some(format!("{from} to {to}")),
@@ -277,11 +306,9 @@ impl fmt::Debug for Parameters {
 impl Parameters {
     /// Declares a node's parameters and those every node has, with the overrides of the command line.
     pub(super) fn declare(mut declarations: Vec<Parameter>, overrides: &[NodeOverride]) -> Result<Self, RosError> {
+        declarations.push(Parameter::bool(USE_SIM_TIME, false).describe("uses the time of /clock"));
         declarations.push(
-            Parameter::bool(USE_SIM_TIME, false).describe("take the time from /clock instead of from the system"),
-        );
-        declarations.push(
-            Parameter::bool(START_TYPE_DESCRIPTION_SERVICE, true).describe("offer ~/get_type_description").read_only(),
+            Parameter::bool(START_TYPE_DESCRIPTION_SERVICE, true).describe("offers ~/get_type_description").read_only(),
         );
         let mut entries = BTreeMap::new();
         for declaration in declarations {

@@ -20,12 +20,12 @@ pub fn parameters() -> [Parameter; 2] {
     [
         Parameter::integer(PRIORITY, 0)
             .describe(
-                "real-time priority (SCHED_FIFO) of the cyclic thread; the other threads of the node have one less; 0: ordinary threads",
+                "real-time priority (SCHED_FIFO) of the cyclic thread; other threads of the node have one less; 0: no real-time priority",
             )
             .integer_range(0, 99)
             .read_only(),
         Parameter::bool(LOCK_MEMORY, false)
-            .describe("keep all memory of the process in place (mlockall), so that no tick waits for a page")
+            .describe("locks the memory of the process (mlockall)")
             .read_only(),
     ]
 }

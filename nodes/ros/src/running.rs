@@ -94,7 +94,7 @@ pub mod autostart {
     #[must_use]
     pub fn parameter() -> Parameter {
         Parameter::bool("autostart", true)
-            .describe("configure and activate without being asked; false: wait for a life cycle manager")
+            .describe("configures and activates the node at its start; false: a lifecycle manager does")
             .read_only()
     }
 

@@ -44,64 +44,64 @@ pub const MIN_FREE_MB: u64 = 100;
 pub(super) fn parameters() -> Vec<Parameter> {
     vec![
         Parameter::string("bag_dir", "")
-            .describe("directory of the next bag; empty makes bags/run_<UTC time>; an existing one is refused"),
+            .describe("directory of the next bag, which must not exist; empty: bags/run_<UTC time>"),
         Parameter::string("run_id", "").describe("name of the run, written into the bag"),
         Parameter::string_array("custom_data", &[])
-            .describe("what else is to be known about the run, each entry as key=value")
-            .constraints("every entry has a key, a '=' and a value"),
+            .describe("additional metadata of the run, each entry as key=value")
+            .constraints("each entry has the form key=value"),
         Parameter::string("preset", "default")
-            .describe("layout of the bag as rosbag2 names them")
+            .describe("storage preset of rosbag2")
             .choices(&Preset::NAMES.map(|(name, _)| name)),
         Parameter::string_array("topics", &[])
-            .describe("topics to record, '*' stands for anything; nothing of topics, regex and types: all of the cell"),
-        Parameter::string("regex", "").describe("record topics too in whose name this regular expression is found"),
-        Parameter::string_array("types", &[]).describe("record topics too of these types, '*' stands for anything"),
-        Parameter::string_array("exclude", &[]).describe("topics to leave out, '*' stands for anything"),
-        Parameter::string("exclude_regex", "").describe("leave out topics in whose name this regular expression is found"),
-        Parameter::string_array("exclude_types", &[]).describe("types to leave out, '*' stands for anything"),
+            .describe("topics to record, with wildcard '*'; topics, regex and types empty: all topics of the cell"),
+        Parameter::string("regex", "").describe("also records topics whose name contains this regular expression"),
+        Parameter::string_array("types", &[]).describe("also records topics of these types, with wildcard '*'"),
+        Parameter::string_array("exclude", &[]).describe("topics to exclude, with wildcard '*'"),
+        Parameter::string("exclude_regex", "").describe("excludes topics whose name contains this regular expression"),
+        Parameter::string_array("exclude_types", &[]).describe("types to exclude, with wildcard '*'"),
         Parameter::bool("include_feedback", false)
-            .describe("record the feedback of actions too, whose types rosbags and mcap-ros2-support cannot decode"),
+            .describe("also records the feedback of actions; rosbags and mcap-ros2-support cannot decode their types"),
         Parameter::bool("start_on_activate", true)
-            .describe("write messages from activation on; false begins paused, until ~/resume"),
+            .describe("records from activation on; false: paused until ~/resume"),
         camwright_ros::running::autostart::parameter(),
         Parameter::integer("credit_ticks", 100)
-            .describe("machine ticks after which ~/status is published besides ten times a second")
+            .describe("machine ticks between two messages on ~/status, in addition to ten messages a second")
             .integer_range(1, 1_000_000),
         Parameter::integer("depth", 20_000)
-            .describe("unread messages that each subscription may hold; of large messages, fewer: 16 MB for each topic")
+            .describe("maximum number of unread messages of a topic, at most 16 MB")
             .integer_range(1, 65_536),
         Parameter::integer("queue_mb", 256)
-            .describe("most that waits for the disk (MB); what exceeds it is dropped and counted")
+            .describe("maximum size of the queue to the disk (MB); excess messages are dropped and counted")
             .integer_range(1, 65_536),
         Parameter::integer("split_mb", 0)
-            .describe("size after which the bag goes on in its next file (MB); 0: never")
+            .describe("maximum size of a file of the bag (MB); 0: unlimited")
             .integer_range(0, 1_000_000),
         Parameter::double("split_s", 0.0)
-            .describe("time after which the bag goes on in its next file (s, by log time); 0: never")
+            .describe("maximum duration of a file of the bag (s); 0: unlimited")
             .range(0.0, 1e7),
         Parameter::double("snapshot_s", 0.0)
-            .describe("hold the last messages so long in memory and write them on ~/snapshot or on an alarm only (s); 0: write all")
+            .describe("duration of a snapshot (s): messages stay in memory until ~/snapshot or an alarm; 0: records all messages")
             .range(0.0, 3600.0),
         Parameter::integer("snapshot_mb", 256)
-            .describe("most that is held for a snapshot (MB); the oldest goes first")
+            .describe("maximum memory of a snapshot (MB); the oldest messages are dropped first")
             .integer_range(1, 65_536),
         Parameter::double("snapshot_delay_s", 1.0)
-            .describe("how long after an alarm its snapshot is taken, so that it shows how the axes came to rest (s)")
+            .describe("delay of a snapshot after an alarm (s)")
             .range(0.0, 60.0),
         Parameter::integer("min_free_mb", MIN_FREE_MB.cast_signed())
-            .describe("what is left free on the disk (MB): with less no recording begins, and one that runs is closed")
+            .describe("minimum free space of the disk (MB); below it no recording starts and a running one is closed")
             .integer_range(0, 1_000_000),
         Parameter::integer("keep_runs", 0)
-            .describe("closed runs beside the next bag that are kept, the next one among them; the oldest are deleted; 0: all")
+            .describe("number of runs to retain beside the next bag, which counts too; the oldest are deleted; 0: all")
             .integer_range(0, 1_000_000),
         Parameter::integer("keep_mb", 0)
-            .describe("size of closed runs beside the next bag that is kept (MB); the oldest are deleted; 0: any")
+            .describe("size of runs to retain beside the next bag (MB); the oldest are deleted; 0: unlimited")
             .integer_range(0, 1_000_000_000),
         Parameter::double("flush_interval_s", 0.1)
-            .describe("longest time until a message is handed to the system (s)")
+            .describe("maximum time until a message is written (s)")
             .range(0.01, 10.0),
         Parameter::double("sync_interval_s", 1.0)
-            .describe("longest time until a message is forced to the disk (s)")
+            .describe("maximum time until a message is synchronised to the disk (s)")
             .range(0.1, 60.0),
     ]
 }

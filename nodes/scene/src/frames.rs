@@ -57,7 +57,7 @@ impl Frames {
 #[must_use]
 pub fn parameter() -> Parameter {
     Parameter::string(FRAME_PREFIX, "")
-        .describe("stands before the names of frames; empty: the namespace, cell1_ in /cell1; 'none': nothing does")
+        .describe("prefix of the names of frames; empty: from the namespace, cell1_ in /cell1; 'none': no prefix")
         .read_only()
 }
 

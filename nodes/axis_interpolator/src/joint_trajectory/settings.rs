@@ -19,36 +19,35 @@ const START_ROTARY: &str = "start_tolerance_rad";
 /// Every parameter, at its default.
 pub(crate) fn parameters() -> Vec<Parameter> {
     let mut all = vec![
-        Parameter::bool(PARTIAL, true)
-            .describe("a joint trajectory may name some of the joints; the others stay where they are"),
+        Parameter::bool(PARTIAL, true).describe("a trajectory may name some of the joints; the others stay at rest"),
         Parameter::double(FEEDBACK_RATE, 20.0)
-            .describe("feedback of follow_joint_trajectory, in Hz of the machine's time")
+            .describe("rate of feedback of follow_joint_trajectory in machine time (Hz)")
             .range(1.0, 1000.0),
         Parameter::double(STATE_RATE, 50.0)
-            .describe("~/controller_state, in Hz of machine time; at most the rate of machine/stream; 0: never")
+            .describe("rate of ~/controller_state in machine time (Hz), at most the rate of machine/stream; 0: never")
             .range(0.0, 1000.0),
         Parameter::double(GOAL_TIME, 0.0)
-            .describe("how long after its end a trajectory may take to come within its goal tolerances, in s; 0: as long as it takes")
+            .describe("maximum time from the end of a trajectory until its goal tolerances are met (s); 0: unlimited")
             .range(0.0, 3600.0),
         Parameter::double(STOPPED, 0.01)
-            .describe("speed at which a joint counts as stopped at the end of a trajectory, in m/s or rad/s; 0: not looked at")
+            .describe("maximum speed of a stopped joint at the end of a trajectory (m/s or rad/s); 0: not checked")
             .range(0.0, 100.0),
         Parameter::double(START_LINEAR, 0.0005)
-            .describe("largest distance of a linear axis from a first point at time 0, in m; it joins the path within 0.5 s; 0: the same encoder count")
+            .describe("maximum distance of a linear axis from a first point at time 0 (m); 0: the same encoder count")
             .range(0.0, 0.01),
         Parameter::double(START_ROTARY, 0.01)
-            .describe("largest distance of a rotary axis from a first point at time 0, in rad; it joins the path within 0.5 s; 0: the same encoder count")
+            .describe("maximum distance of a rotary axis from a first point at time 0 (rad); 0: the same encoder count")
             .range(0.0, 0.1),
     ];
     for axis in Axis::ALL {
         let unit = if axis == Axis::C { "rad" } else { "m" };
         let tolerance = |what: &str, when: &str| {
             Parameter::double(&format!("constraints.{}.{what}", axis.joint()), 0.0)
-                .describe(&format!("how far {} may be off {when}, in {unit}; 0: not looked at", axis.joint()))
+                .describe(&format!("position tolerance of {} {when} ({unit}); 0: not checked", axis.joint()))
                 .range(0.0, 1000.0)
         };
-        all.push(tolerance("trajectory", "its trajectory on the way"));
-        all.push(tolerance("goal", "where its trajectory ends"));
+        all.push(tolerance("trajectory", "on the path"));
+        all.push(tolerance("goal", "at the end"));
     }
     all
 }
