@@ -14,4 +14,5 @@ mod lathe_with_rclpy;
 mod loader_with_rclpy;
 mod no_packet_leaves_the_host;
 mod ros_actions;
+mod ros_interface;
 mod ros_layer;

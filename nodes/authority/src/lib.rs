@@ -20,4 +20,5 @@ pub use grant::{Grant, Membership, join};
 pub use lease::Role;
 pub use machine_topic::subscribe_to_machine;
 pub use one_sender::OneSender;
+pub use rules::{Access, access};
 pub use taken::{Command, TakeError, TakeOptions};

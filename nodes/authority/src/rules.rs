@@ -34,6 +34,30 @@ const OPEN: &[&str] = &[
     "take_command",
 ];
 
+/// Access to a service of a node that the lease guards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// Open to every client.
+    Open,
+    /// Open to every client for the named requests; others need command.
+    OpenFor(&'static str),
+    /// Only for the holder of command.
+    Command,
+}
+
+/// Access to a service by its name.
+pub fn access(service: &str) -> Access {
+    let name = service.rsplit('/').next().unwrap_or_default();
+    match name {
+        "estop" => Access::OpenFor("true"),
+        "feed_hold" => Access::OpenFor("hold"),
+        "change_state" => Access::OpenFor("deactivate"),
+        "cell_command" => Access::OpenFor("STOP, HOLD, ABORT"),
+        name if OPEN.contains(&name) => Access::Open,
+        _ => Access::Command,
+    }
+}
+
 /// Returns true where a request to a service needs no command.
 pub(super) fn is_open(service: &str, request: &dyn Any) -> bool {
     let name = service.rsplit('/').next().unwrap_or_default();
@@ -73,6 +97,20 @@ mod tests {
         for command in 0..=255 {
             let open = is_open("/p/cell_command", &CellCommandRequest { command, ..CellCommandRequest::default() });
             assert_eq!(open, [3, 4, 8].contains(&command), "{command}");
+        }
+    }
+
+    #[test]
+    fn documented_access_is_the_access_of_requests() {
+        let open_for = |name: &str| matches!(access(name), Access::OpenFor(_));
+        for name in ["/machine/estop", "/axis_interpolator/feed_hold", "/n/change_state", "/job_planner/cell_command"] {
+            assert!(open_for(name), "{name}");
+        }
+        let request = TriggerRequest::default();
+        for name in OPEN.iter().copied().chain(["reset", "send_goal", "set_parameters", "take_commands"]) {
+            let documented = access(&format!("/node/{name}"));
+            assert_eq!(documented == Access::Open, is_open(name, &request), "{name}");
+            assert!(!open_for(name), "{name}");
         }
     }
 

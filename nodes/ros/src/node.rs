@@ -143,6 +143,11 @@ impl Node {
         let _the_first_stays = self.inner.authority.set(authority);
     }
 
+    /// Returns true if an [`Authority`] decides on the requests to this node.
+    pub fn has_authority(&self) -> bool {
+        self.inner.authority.get().is_some()
+    }
+
     /// Returns why a request is refused, and logs it.
     pub(super) fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String> {
         let reason = self.inner.authority.get()?.refusal(service, request, sender)?;
