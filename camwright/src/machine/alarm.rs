@@ -135,8 +135,8 @@ alarms! {
         remedy "release the emergency stop, then reset";
     /// The mains are lost; the axes come to rest and the wheel leaves the part from the buffered energy.
     PowerLoss = 2 PowerOff "power loss":
-        "the mains are lost",
-        remedy "restore the mains, look where the axes stand, then reset";
+        "mains power lost",
+        remedy "restore the mains, check the positions of the axes, then reset";
     /// An axis ran onto its hard limit switch. Value and bound: position (mm).
     Overtravel(Axis) = 10 PowerOff "overtravel":
         "{axis}: hard limit switch reached at {value}, allowed {bound}" in Quantity::Position,
@@ -148,7 +148,7 @@ alarms! {
     /// Setpoint minus actual is too large. Value and bound: following error (mm or rad).
     FollowingError(Axis) = 30 PowerOff "following error":
         "{axis}: following error {value}, allowed {bound}" in Quantity::Position,
-        remedy "look for a blocked axis, a drive without gain or an encoder that slips, then reset";
+        remedy "check for a blocked axis, a drive without gain or a slipping encoder, then reset";
     /// The drive of an axis reports a fault.
     DriveFault(Axis) = 40 PowerOff "drive fault":
         "{axis}: the drive reports a fault",
@@ -156,7 +156,7 @@ alarms! {
     /// The reading of an encoder jumped farther than the axis can. Value and bound: jump (mm or rad).
     EncoderJump(Axis) = 43 PowerOff "encoder jump":
         "{axis}: the encoder's reading jumped by {value}, allowed {bound}" in Quantity::Position,
-        remedy "look at the encoder and its cable, then reset and home the axis";
+        remedy "inspect the encoder and its cable, then reset and home the axis";
     /// A setpoint faster than the axis. Value and bound: speed (mm/s or rad/s).
     SetpointVelocity(Axis) = 50 Stop "setpoint too fast":
         "{axis}: setpoint speed {value}, allowed {bound}" in Quantity::Velocity,
@@ -172,7 +172,7 @@ alarms! {
     /// Setpoints did not arrive in time.
     Underrun = 80 Stop "underrun":
         "setpoints did not arrive in time: stopped on the path",
-        remedy "reset and start again; if it happens again, relieve the computer or run at pace fast";
+        remedy "reset and start again; if it happens again, reduce the load of the computer or run at pace fast";
     /// A command arrived after the tick it was meant for. Value: ticks late.
     LateCommand = 81 Stop "late command":
         "a command arrived {value} ticks after its tick",
@@ -180,7 +180,7 @@ alarms! {
     /// Commands are missing. Value: number received, bound: number expected.
     CommandGap = 82 Stop "command gap":
         "commands are missing: received number {value}, expected {bound}",
-        remedy "reset; look for lost messages between the nodes";
+        remedy "reset; check for lost messages between the nodes";
     /// A second sender of setpoints was refused.
     SecondWriter = 83 Warning "second writer refused":
         "a second sender of setpoints was refused",
@@ -188,12 +188,12 @@ alarms! {
     /// A chunk of setpoints was refused. Value: its first tick, [`NO_TICK`] where what came is no chunk.
     ChunkRefused = 84 Stop "setpoints refused":
         "the setpoints from tick {value} on were refused",
-        except NO_TICK => "what came as setpoints is no chunk: other joints, no tick, or points that do not make one",
+        except NO_TICK => "malformed setpoints: other joints, no tick, or points that do not form a chunk",
         remedy "reset; the sender must continue from the machine's last setpoint";
     /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
     SetpointsLost = 85 Stop "setpoints lost":
-        "setpoints from tick {value} on came, those from tick {bound} on are missing",
-        remedy "reset and start again; look for lost messages between the nodes";
+        "setpoints from tick {value} arrived, those from tick {bound} are missing",
+        remedy "reset and start again; check for lost messages between the nodes";
     /// A request, command or setpoint was refused: its sender has no command of the cell, or a field is out of bounds.
     NoAuthority = 86 Warning "command refused: no authority":
         "a sender without command of the cell was refused",
@@ -201,24 +201,24 @@ alarms! {
     /// A search for the origin, a home switch or an index ended without its edge.
     HomingFailed = 90 Stop "homing failed":
         "a reference was not found within the search travel",
-        remedy "look at the origin detector, the home switch or their marks, then reset and home again";
+        remedy "inspect the origin detector, the home switch or their marks, then reset and home again";
     /// A station was searched for and its switch did not close.
     StationNotFound = 91 Stop "station not found":
         "the station's limit switch was not found within the search travel",
-        remedy "look at the station's limit switch and the dog, then reset";
+        remedy "inspect the station's limit switch and the dog, then reset";
     /// The origin detector did not signal where it must, or signalled where it must not. Value: angle off its mark (rad).
     OriginDetector = 92 Stop "origin detector":
         "the origin detector signalled {value} from its mark, allowed {bound}" in Quantity::Angle,
         except 0.0 => "the origin detector did not signal at its mark",
-        remedy "look at the origin detector, its mark and its cable, then reset and home C again";
+        remedy "inspect the origin detector, its mark and its cable, then reset and home C again";
     /// A limit switch does not show what the table's position says. Value: number of its station, from 1.
     LimitSwitch = 93 Stop "limit switch":
         "the limit switch of station {value} does not fit the table's position",
-        remedy "look at the limit switch, its dog and its cable, then reset";
+        remedy "inspect the limit switch, its dog and its cable, then reset";
     /// A limit switch closes and opens again and again. Value: number of its station, from 1.
     SwitchBounces = 94 Stop "switch bounces":
         "the limit switch of station {value} bounces",
-        remedy "mount a new limit switch, or fix its cable, then reset";
+        remedy "replace the limit switch or its cable, then reset";
     /// The wheel lost its speed while it was cutting.
     WheelStoppedInCut = 100 Stop "wheel stopped in the cut":
         "the wheel lost its speed while it was cutting",
@@ -226,14 +226,14 @@ alarms! {
     /// The wheel touched the part without running. Value: depth (mm).
     WheelContact = 101 PowerOff "wheel contact":
         "the wheel touched the part without running, {value} deep" in Quantity::Length(4),
-        remedy "reset, retract the wheel, look at the part; start the wheel before the advance";
+        remedy "reset, retract the wheel, inspect the part; start the wheel before the advance";
     /// The wheel is smaller than its smallest usable radius. Value and bound: radius (mm).
     WheelWorn = 102 Warning "wheel worn":
         "wheel radius {value}, smallest usable {bound}" in Quantity::Length(3),
         remedy "mount a new wheel";
     /// The wheel would turn faster than it may and was not started. Value and bound: speed (rpm).
     WheelTooFast = 103 Stop "wheel too fast":
-        "the wheel would turn at {value}, allowed are {bound}" in Quantity::Rpm,
+        "the wheel would turn at {value}, allowed {bound}" in Quantity::Rpm,
         remedy "reset; mount a larger wheel or lower the machine's wheel surface speed";
     /// The plan was made for another wheel. Value: radius mounted, bound: radius wanted (mm).
     OtherWheel = 104 Stop "other wheel":
@@ -242,15 +242,15 @@ alarms! {
     /// A dress was not made. Value: radius wanted, bound: radius of the worn wheel (mm).
     NotDressed = 105 Stop "not dressed":
         "the wheel of radius {bound} was not dressed to {value}" in Quantity::Length(4),
-        remedy "reset; the wheel must run, stand at the dresser and be larger than wanted by no more than a dress may take";
+        remedy "reset; the wheel must run, stand at the dresser and exceed the target radius by at most one dressing depth";
     /// The wheel lost its speed out of the cut, or does not reach it.
     WheelStopped = 106 Stop "wheel stopped":
-        "the wheel has no speed though it is to run",
+        "the wheel is commanded to run but has no speed",
         remedy "find out why the wheel has no speed, then reset";
     /// The wheel turns faster than ordered. Value and bound: speed (rpm).
     WheelOverspeed = 107 Stop "wheel overspeed":
-        "the wheel turns at {value}, allowed are {bound}" in Quantity::Rpm,
-        remedy "look at the wheel and at the drive of its spindle, then reset";
+        "the wheel turns at {value}, allowed {bound}" in Quantity::Rpm,
+        remedy "inspect the wheel and at the drive of its spindle, then reset";
     /// A motion asks for a position of an axis whose zero is not known.
     NotHomed(Axis) = 110 Stop "not homed":
         "{axis}: its zero is not known",
@@ -266,35 +266,35 @@ alarms! {
     /// The gauge gives no number.
     GaugeInvalid = 140 Stop "gauge invalid":
         "the gauge gives no number",
-        remedy "look at the gauge and its cable, then reset";
+        remedy "inspect the gauge and its cable, then reset";
     /// The gauge gives the same reading again and again while it must change. Value: how often.
     GaugeStuck = 141 Stop "gauge stuck":
         "the gauge gave the same reading {value} times",
-        remedy "look whether the gauge's contacts touch and move, then reset";
+        remedy "check that the gauge's contacts touch and move, then reset";
     /// The door was opened, or is open, while axes or wheel move.
     DoorOpened = 150 PowerOff "door opened":
         "the door is open while axes or wheel move",
         remedy "find out who opened the door, close it, then reset";
     /// Somebody entered the work area, or is in there, while axes or wheel move.
     WorkAreaEntered = 151 PowerOff "work area entered":
-        "somebody is in the work area while axes or wheel move",
-        remedy "let whoever is inside leave, look at the part, then reset";
+        "a person is in the work area while axes or wheel move",
+        remedy "clear the work area, inspect the part, then reset";
     /// The chuck let go, or is open, while axes or wheel move.
     ChuckOpened = 152 Stop "chuck opened":
         "the chuck is open while axes or wheel move",
-        remedy "look at the part and at the chuck, then reset";
+        remedy "inspect the part and at the chuck, then reset";
     /// The door does not come to its end.
     DoorStuck = 153 Stop "door stuck":
-        "the door does not come to its end",
-        remedy "look what keeps the door from its end, then reset";
+        "the door did not reach its end position",
+        remedy "find what blocks the door, then reset";
     /// The chuck does not come to its end.
     ChuckStuck = 154 Stop "chuck stuck":
-        "the chuck does not come to its end",
-        remedy "look what keeps the chuck from its end, then reset";
+        "the chuck did not reach its end position",
+        remedy "find what blocks the chuck, then reset";
     /// The loader went silent while it was in the work area.
     LoaderLost = 155 Stop "loader lost":
-        "the loader went silent while it was in the work area",
-        remedy "look at the loader, bring it out of the work area, then reset";
+        "no message from the loader while it was in the work area",
+        remedy "inspect the loader, move it out of the work area, then reset";
     /// The sender of setpoints fell silent while the machine waited for it. Value: longest silence allowed (s).
     SenderLost = 160 Stop "sender lost":
         "the sender of setpoints has been silent for {value} s: stopped on the path",

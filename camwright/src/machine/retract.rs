@@ -10,7 +10,7 @@ use crate::machine::description_error::DescriptionError;
 pub struct AlarmRetract {
     /// Distance of the wheel from the farthest point of the lobe in front of it when it is off (mm).
     pub clearance_mm: f64,
-    /// Energy that the drives have when the mains are lost (J).
+    /// Energy that the drives have when mains power lost (J).
     pub buffered_energy_j: f64,
     /// Power that the drives and the control take from it besides what moves the axes (W).
     pub standby_w: f64,

@@ -103,7 +103,7 @@ pub enum LoadingRefused {
     #[error("the wheel still turns")]
     WheelTurns,
     /// Somebody would be hit or locked in.
-    #[error("somebody is in the work area")]
+    #[error("a person is in the work area")]
     Entered,
     /// Nobody can reach the chuck.
     #[error("the door is not open")]
@@ -144,7 +144,7 @@ impl AccessRefusal {
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
-            AccessRefusal::Entered => "somebody is in the work area",
+            AccessRefusal::Entered => "a person is in the work area",
             AccessRefusal::Door => "the door is not closed",
             AccessRefusal::Chuck => "the chuck is not closed",
         }

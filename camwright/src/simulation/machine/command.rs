@@ -68,13 +68,13 @@ pub enum ResetRefused {
     #[error("the emergency stop is pressed")]
     EStopPressed,
     /// The mains are not back.
-    #[error("the mains are lost")]
+    #[error("mains power lost")]
     PowerLost,
     /// A drive still reports its fault.
     #[error("the drive of {} still reports a fault", .0.joint())]
     DriveFault(Axis),
     /// Somebody is in the work area.
-    #[error("somebody is in the work area")]
+    #[error("a person is in the work area")]
     Entered,
     /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.
     #[error("the wheel still turns, and {}", .0.text())]

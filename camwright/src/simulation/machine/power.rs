@@ -10,7 +10,7 @@ pub(super) struct Power {
     /// Axes whose drives have no power.
     dead: [bool; AXIS_COUNT],
     mains_lost: bool,
-    /// Energy left when the mains are lost (J).
+    /// Energy left when mains power lost (J).
     buffered_j: f64,
     drives_ordered: bool,
     powered: bool,
@@ -88,7 +88,7 @@ impl Power {
         core::mem::take(&mut self.power_off_due)
     }
 
-    /// Refuses a reset while the emergency stop is pressed or the mains are lost.
+    /// Refuses a reset while the emergency stop is pressed or mains power lost.
     pub(super) fn check_supply(&self) -> Result<(), ResetRefused> {
         match (self.estop, self.mains_lost) {
             (true, _) => Err(ResetRefused::EStopPressed),
@@ -124,7 +124,7 @@ impl Power {
         !core::mem::replace(&mut self.dead[axis.index()], true)
     }
 
-    /// Lives on the buffered energy for one tick if the mains are lost. `motors_w` is called only then. Returns true once the buffer is
+    /// Lives on the buffered energy for one tick if mains power lost. `motors_w` is called only then. Returns true once the buffer is
     /// empty.
     pub(super) fn drain_buffer(
         &mut self,

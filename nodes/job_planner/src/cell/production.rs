@@ -174,7 +174,7 @@ impl CellController {
                 self.reason = Reason {
                     text: failure.to_string(),
                     alarm: 0,
-                    remedy: "look at the part, the loader and the door, then UNHOLD to try again, or STOP".into(),
+                    remedy: "inspect the part, the loader and the door, then UNHOLD to try again, or STOP".into(),
                 };
                 self.substate.clone_from(&self.reason.text);
                 shared.node.logger().warn(&format!("the cell is held: {failure}"));
