@@ -196,6 +196,7 @@ fn the_page_operates_the_cell_with_its_token() {
     browser.open(&format!("http://{address}/"));
     wait_text(&mut browser, "state", "READY");
     assert_eq!(browser.eval("document.getElementById('control').offsetHeight"), 0);
+    browser.open(&format!("http://{address}/snapshot.json"));
     browser.open(&url);
     browser.wait("document.getElementById('control')?.offsetHeight > 0");
     assert_eq!(browser.eval("location.hash"), "", "the token leaves the address bar");

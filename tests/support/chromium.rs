@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
@@ -51,7 +52,9 @@ impl Chromium {
             eprintln!("SKIPPED, NOT PASSED: chromium is not there, no browser has looked (test {test:?})");
             return None;
         };
-        let profile = Folder::new("chromium");
+        // One profile for each browser: a second one on the same profile ends at once.
+        static STARTED: AtomicU32 = AtomicU32::new(0);
+        let profile = Folder::new(&format!("chromium-{}", STARTED.fetch_add(1, Ordering::Relaxed)));
         // It reads orders from descriptor 3 and answers on 4.
         let mut command = Command::new("sh");
         command

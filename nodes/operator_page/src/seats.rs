@@ -113,13 +113,15 @@ impl Seat {
     pub(super) fn write(&self, mut stream: &TcpStream, mut bytes: &[u8], patience: Duration) -> io::Result<()> {
         let deadline = Instant::now() + patience;
         let stalled = |is_stalled| self.viewer.is_stalled.store(is_stalled, Ordering::Release);
-        stalled(true);
+        // Only a full socket marks the viewer as stalled, not a thread that waits for a processor.
+        let mut is_full = false;
         while !bytes.is_empty() {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                // Whoever takes a byte at a time would hold the seat for ever.
+                // A viewer that reads a byte at a time would hold the seat for ever.
                 return Err(ErrorKind::TimedOut.into());
             }
+            stream.set_nonblocking(!is_full)?;
             stream.set_write_timeout(Some(left))?;
             match stream.write(bytes) {
                 Ok(0) => return Err(ErrorKind::WriteZero.into()),
@@ -128,9 +130,14 @@ impl Seat {
                     bytes = bytes.get(count..).unwrap_or_default();
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock && !is_full => {
+                    is_full = true;
+                    stalled(true);
+                }
                 Err(error) => return Err(error),
             }
         }
+        stream.set_nonblocking(false)?;
         stalled(false);
         Ok(())
     }
