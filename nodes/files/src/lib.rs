@@ -43,6 +43,7 @@ pub mod recorded_files;
 mod retract_file;
 pub mod schema;
 mod start_file;
+pub mod starter;
 pub mod stiffness_file;
 mod stl;
 mod surface_file;

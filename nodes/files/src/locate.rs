@@ -2,6 +2,7 @@
 //! inside the binary.
 
 use super::recorded_files::RecordedFiles;
+use super::schema::nearest;
 use super::{ConfigError, FileLocation};
 use std::fs::File;
 use std::io::Read;
@@ -28,6 +29,9 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("lifts/exhaust.csv", include_str!("../../../params/lifts/exhaust.csv")),
     ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),
 ];
+
+/// File name extension of scripts that make files.
+const SCRIPT: &str = "py";
 
 /// Largest text that is read (bytes): a table of 0.01° takes a megabyte.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
@@ -167,25 +171,32 @@ fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> 
     if let Some((path, text)) = built_in(&format!("{kind}/{with_extension}")).or_else(|| built_in(&with_extension)) {
         return Ok(Found::BuiltIn(PathBuf::from(format!("built-in:{path}")), text));
     }
-    let known = list(kind).join(", ");
-    let known = if known.is_empty() { String::new() } else { format!("; known {kind}: {known}") };
+    let known = list(kind);
+    let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
+    let known = match nearest(&stem, &known.iter().map(String::as_str).collect::<Vec<_>>()) {
+        Some(nearest) => format!("; did you mean {nearest}?"),
+        None if known.is_empty() => String::new(),
+        None => format!("; known {kind}: {}", known.join(", ")),
+    };
     Err(ConfigError::at(
         FileLocation::file(Path::new(name)),
         format!("not found as given, in ./params/{kind}, in share/camwright/params/{kind} or built in{known}"),
     ))
 }
 
-/// Names of the files of a kind that [`locate`] finds by name, sorted.
+/// Names of the files of a kind that [`locate`] finds by name, sorted. A script beside them is none.
 #[must_use]
 pub fn list(kind: &str) -> Vec<String> {
     let mut names: Vec<String> = BUILT_IN
         .iter()
         .filter_map(|(path, _)| path.strip_prefix(kind)?.strip_prefix('/')?.rsplit_once('.'))
+        .filter(|(_, extension)| *extension != SCRIPT)
         .map(|(stem, _)| stem.to_owned())
         .collect();
     for root in roots() {
         let Ok(entries) = std::fs::read_dir(root.join(kind)) else { continue };
-        for path in entries.filter_map(Result::ok).map(|entry| entry.path()).filter(|path| path.is_file()) {
+        let is_named = |path: &PathBuf| path.is_file() && path.extension().is_none_or(|extension| extension != SCRIPT);
+        for path in entries.filter_map(Result::ok).map(|entry| entry.path()).filter(is_named) {
             if let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) {
                 names.push(stem.to_owned());
             }
@@ -239,5 +250,13 @@ mod tests {
     fn a_name_that_does_not_exist_is_refused_with_what_exists() {
         let error = locate("machines", "no_such_machine", "yaml", None).unwrap_err();
         assert!(error.to_string().contains("cam_grinder"), "{error}");
+    }
+
+    #[test]
+    fn a_misspelt_name_is_refused_with_the_nearest() {
+        let error = locate("jobs", "four_lobe_camshft", "yaml", None).unwrap_err().to_string();
+        assert!(error.ends_with("; did you mean four_lobe_camshaft?"), "{error}");
+        let error = locate("machines", "my/folder/cam_grindr.yaml", "yaml", None).unwrap_err().to_string();
+        assert!(error.ends_with("; did you mean cam_grinder?"), "{error}");
     }
 }

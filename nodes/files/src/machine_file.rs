@@ -274,6 +274,23 @@ impl Machine {
         parse(Path::new(&self.description.name), &self.source, overrides)
     }
 
+    /// `grinder` or `lathe`.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        if self.description.is_lathe() { "lathe" } else { "grinder" }
+    }
+
+    /// Travel of the linear axes within their soft limits.
+    #[must_use]
+    pub fn travel(&self) -> String {
+        let axes = self.description.axes.iter();
+        let travels = axes.filter_map(|axis| {
+            let (low, high) = axis.soft_limits?;
+            Some(format!("{} {low} to {high} mm", axis.axis.joint()))
+        });
+        travels.collect::<Vec<_>>().join(", ")
+    }
+
     /// Position of a key in its file.
     #[must_use]
     pub fn place(&self, key: &str) -> FileLocation {

@@ -286,7 +286,7 @@ impl Check<'_> {
 }
 
 /// Forms that a value may have; none for a value of one form.
-fn alternatives(schema: &Json) -> Option<Vec<&Json>> {
+pub(super) fn alternatives(schema: &Json) -> Option<Vec<&Json>> {
     let list = schema["oneOf"].as_array().or_else(|| schema["anyOf"].as_array())?;
     let mut forms = Vec::new();
     for form in list {
@@ -299,13 +299,13 @@ fn alternatives(schema: &Json) -> Option<Vec<&Json>> {
 }
 
 /// The key that distinguishes the forms, if they are all keys with values and have one.
-fn tag<'a>(forms: &[&'a Json]) -> Option<&'a str> {
+pub(super) fn tag<'a>(forms: &[&'a Json]) -> Option<&'a str> {
     let properties = forms.first()?["properties"].as_object()?;
     let is_tag = |key: &str| forms.iter().all(|form| form["properties"][key]["const"].is_string());
     properties.keys().map(String::as_str).find(|key| is_tag(key))
 }
 
-fn types(schema: &Json) -> Vec<&str> {
+pub(super) fn types(schema: &Json) -> Vec<&str> {
     match &schema["type"] {
         Json::String(name) => vec![name],
         Json::Array(names) => names.iter().filter_map(Json::as_str).collect(),
@@ -382,7 +382,8 @@ fn expected_word(text: &str, words: &[&str]) -> String {
 }
 
 /// The name that a misspelt one most likely means.
-fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     // Longer names are no misspelling of any key.
     if name.len() > MAX_SHOWN {
         return None;
@@ -547,7 +548,7 @@ fn collect(schema: &Json, prefix: &str, keys: &mut Vec<Key>) {
     }
 }
 
-fn key(path: &str, schema: &Json, is_required: bool) -> Key {
+pub(super) fn key(path: &str, schema: &Json, is_required: bool) -> Key {
     let forms = alternatives(schema).unwrap_or_else(|| vec![schema]);
     let mut words: Vec<String> =
         forms.iter().flat_map(|form| words(form).unwrap_or_default()).map(str::to_owned).collect();
@@ -597,7 +598,7 @@ fn description(schema: &Json) -> String {
     schema["description"].as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn first_sentence(schema: &Json) -> String {
+pub(super) fn first_sentence(schema: &Json) -> String {
     let text = description(schema);
     text.split_once(". ").map_or(text.trim_end_matches('.').to_owned(), |(first, _)| first.to_owned())
 }
