@@ -16,3 +16,4 @@ mod no_packet_leaves_the_host;
 mod ros_actions;
 mod ros_interface;
 mod ros_layer;
+mod tutorials;

@@ -106,10 +106,21 @@ impl PeerEnv {
         self.root.join("interfaces/install")
     }
 
-    /// The environment's Python with a script of `tests/support/`, or one with its whole path, and everything ROS 2 wants to know; stays on this
-    /// machine, in the given domain.
+    /// The environment's Python with a script of `tests/support/`, or one with its whole path, in the given domain.
     pub fn python(&self, script: &str, domain: &Domain) -> Command {
         let mut command = Command::new(self.venv().join("bin/python"));
+        self.enter(&mut command, domain);
+        command.arg("-u").arg(repository().join("tests/support").join(script));
+        command
+    }
+
+    /// Folder of the environment's programs.
+    pub fn programs(&self) -> PathBuf {
+        self.venv().join("bin")
+    }
+
+    /// Sets the variables that ROS 2 needs; the process stays on this machine, in the given domain.
+    pub fn enter(&self, command: &mut Command, domain: &Domain) {
         let site = "lib/python3.11/site-packages";
         let mut libraries = vec![self.install().join("lib"), self.venv().join("lib")];
         let wheels = std::fs::read_dir(self.venv().join(site)).expect("the environment has been made");
@@ -119,8 +130,6 @@ impl PeerEnv {
         }));
         let joined = |paths: &[PathBuf]| std::env::join_paths(paths).expect("no colon in the paths of this checkout");
         command
-            .arg("-u")
-            .arg(repository().join("tests/support").join(script))
             .env("AMENT_PREFIX_PATH", joined(&[self.install(), self.venv()]))
             .env(
                 "PYTHONPATH",
@@ -142,7 +151,6 @@ impl PeerEnv {
             .env_remove("ROS_LOCALHOST_ONLY")
             .env_remove("ROS_STATIC_PEERS")
             .env_remove("ROS_NAMESPACE");
-        command
     }
 }
 

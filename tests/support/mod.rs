@@ -14,6 +14,7 @@ mod peer;
 mod process;
 pub mod processes;
 pub mod rtps;
+pub mod tutorial;
 
 pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
