@@ -143,15 +143,20 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl AxisInterpolator {
+    /// Name and parameters of the node.
+    #[must_use]
+    pub fn options(args: &RosArgs) -> NodeOptions {
+        let options = NodeOptions::new("axis_interpolator", args).parameter(autostart::parameter());
+        let options = options.parameter(liveness::parameter());
+        options.parameters(joint_trajectory::settings::parameters()).parameters(realtime::parameters())
+    }
+
     /// Starts the node.
     ///
     /// # Errors
     /// DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let options = NodeOptions::new("axis_interpolator", args).parameter(autostart::parameter());
-        let options = options.parameter(liveness::parameter());
-        let options = options.parameters(joint_trajectory::settings::parameters());
-        realtime::start_with_priority(options.parameters(realtime::parameters()), true, Self::start_node)
+        realtime::start_with_priority(Self::options(args), true, Self::start_node)
     }
 
     fn start_node(options: NodeOptions) -> Result<Self, NodeError> {

@@ -156,14 +156,30 @@ fn wait_for<T, R, E>(
 }
 
 impl JobPlanner {
+    /// Name and parameters of the node.
+    #[must_use]
+    pub fn options(args: &RosArgs) -> NodeOptions {
+        let options = NodeOptions::new("job_planner", args).parameters(settings::parameters());
+        options.parameter(autostart::parameter()).parameter(liveness::parameter()).parameter(scene::parameter())
+    }
+
+    /// Overrides with which a node with these arguments reads the job of a goal: those of its parameters, then those of the goal.
+    ///
+    /// # Errors
+    /// Parameters that are refused, or do not fit the job.
+    pub fn overrides_from_args(args: &RosArgs, job: &str, of_goal: &[String]) -> Result<Vec<String>, NodeError> {
+        let parameters = Self::options(args).declared()?;
+        settings::validate(&parameters, &parameters.all()).map_err(NodeError::Parameter)?;
+        settings::check_against_job(&parameters, job, of_goal).map_err(NodeError::Parameter)?;
+        Ok(settings::overrides(&parameters, of_goal))
+    }
+
     /// Starts the node.
     ///
     /// # Errors
     /// Parameters that are refused, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let options = NodeOptions::new("job_planner", args).parameters(settings::parameters());
-        let options = options.parameter(autostart::parameter()).parameter(liveness::parameter());
-        let node = Node::new(options.parameter(scene::parameter()))?;
+        let node = Node::new(Self::options(args))?;
         settings::validate(node.parameters(), &node.parameters().all()).map_err(NodeError::Parameter)?;
         node.parameters().on_set_together(settings::validate);
         let grant = Grant::new(&node)?;

@@ -16,6 +16,7 @@ use camwright::simulation::Machine;
 use camwright::simulation::fault::{FAULTS, Fault};
 use camwright_authority::{CommandServer, OneSender};
 use camwright_files::convert::machine_description::description_message;
+use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::convert::setpoints::chunk_from_trajectory;
 use camwright_files::convert::time::TickClock;
 use camwright_files::locate::locate;
@@ -146,12 +147,27 @@ fn parameters() -> Vec<Parameter> {
 }
 
 impl MachineSim {
+    /// Name and parameters of the node.
+    #[must_use]
+    pub fn options(args: &RosArgs) -> NodeOptions {
+        NodeOptions::new("machine_sim", args).parameters(parameters())
+    }
+
+    /// Machine and wheel with which a node with these arguments starts.
+    ///
+    /// # Errors
+    /// A machine file or a machine state that is refused, parameters out of range.
+    pub fn machine_from_args(args: &RosArgs) -> Result<MachineNow, NodeError> {
+        let LoadedMachine { file, machine, .. } = LoadedMachine::from_parameters(&Self::options(args).declared()?)?;
+        Ok(MachineNow { description: file.description, wheel: machine.lasting().wheel() })
+    }
+
     /// Starts the node.
     ///
     /// # Errors
     /// A machine file that is refused, parameters out of range, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let options = NodeOptions::new("machine_sim", args).parameters(parameters());
+        let options = Self::options(args);
         // At pace fast there is no clock to keep up with, only others to be kept from working.
         let keeps_clock = !matches!(options.asked("pace"), Some(ParameterValue::String(pace)) if pace == "fast");
         realtime::start_with_priority(options, keeps_clock, Self::start_node)

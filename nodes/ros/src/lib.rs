@@ -116,6 +116,7 @@ pub use node::{Node, SpinThread};
 pub use node_start::NodeOptions;
 pub use parameter_value::ParameterValue;
 pub use parameters::{Parameter, ParameterChanges, ParameterDeclaration, ParameterRange, Parameters};
+pub use params_file::{NodeParameters, parse as parse_parameter_file};
 pub use qos::{Durability, History, Liveliness, Qos, Reliability, WriterWindow};
 pub use raw_requests::RawRequests;
 pub use services::{Client, Responder, ServiceHandle};

@@ -87,6 +87,21 @@ impl NodeOptions {
         overrides.into_iter().rev().find(|asked| asked.name == parameter).map(|asked| asked.value)
     }
 
+    /// Name of the node; `args` may remap it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Parameters that the node will have, with the values of the arguments. The node is not started.
+    ///
+    /// # Errors
+    /// A name or a parameter of the arguments is refused.
+    pub fn declared(&self) -> Result<Parameters, RosError> {
+        let names = Names::new(&self.name, self.args.default_namespace(), self.args.remap_rules())?;
+        let overrides = self.args.overrides_for(names.node(), &names.fully_qualified());
+        Parameters::declare(self.parameters.clone(), &overrides)
+    }
+
     /// Delays the callbacks of subscriptions at random (default: what `CAMWRIGHT_DELAY_INJECTION=seed:max_ms` says).
     #[must_use]
     pub fn delay_injection(mut self, injection: Option<DelayInjection>) -> Self {

@@ -163,6 +163,14 @@ impl Parameter {
         self
     }
 
+    /// Checks type and range of a value as a parameter file or a command line gives it.
+    ///
+    /// # Errors
+    /// The end of a sentence that begins with the parameter.
+    pub fn check_given(&self, value: ParameterValue) -> Result<(), String> {
+        self.check(&value.meant_as(&self.example))
+    }
+
     /// Checks type and range of a value.
     fn check(&self, value: &ParameterValue) -> Result<(), String> {
         if *value == ParameterValue::NotSet {

@@ -11,7 +11,7 @@ const PARAMETERS: &str = "ros__parameters";
 
 /// The parameters one entry of a file sets.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct NodeParameters {
+pub struct NodeParameters {
     /// Fully qualified node name with `*` and `**`.
     pattern: String,
     /// Flattened, `group.name`, in file order.
@@ -19,6 +19,18 @@ pub(super) struct NodeParameters {
 }
 
 impl NodeParameters {
+    /// Fully qualified node name with `*` and `**`.
+    #[must_use]
+    pub fn pattern(&self) -> &str {
+        &self.pattern
+    }
+
+    /// Names, `group.name`, and values in file order.
+    #[must_use]
+    pub fn parameters(&self) -> &[(String, ParameterValue)] {
+        &self.parameters
+    }
+
     pub(super) fn applies_to(&self, fully_qualified: &str) -> bool {
         let split = |name: &str| -> Vec<String> { name.split('/').skip(1).map(str::to_string).collect() };
         matches(&split(&self.pattern), &split(fully_qualified))
@@ -125,7 +137,11 @@ pub(super) fn read(path: &Path) -> Result<Vec<NodeParameters>, String> {
     parse(&std::fs::read_to_string(path).map_err(|error| error.to_string())?)
 }
 
-fn parse(text: &str) -> Result<Vec<NodeParameters>, String> {
+/// Reads the text of a parameter file.
+///
+/// # Errors
+/// The text is no parameter file.
+pub fn parse(text: &str) -> Result<Vec<NodeParameters>, String> {
     let yaml = read_yaml(text)?;
     let Yaml::Map(entries) = yaml else { return Err("is not a mapping of node names".into()) };
     let mut found = Vec::new();

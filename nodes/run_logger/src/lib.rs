@@ -279,14 +279,19 @@ fn file_services(node: &Node, shared: &Arc<Shared>) -> Result<[ServiceHandle; 2]
 }
 
 impl RunLogger {
+    /// Name and parameters of the node.
+    #[must_use]
+    pub fn options(args: &RosArgs) -> NodeOptions {
+        // It records its own topics too.
+        NodeOptions::new("run_logger", args).writer_window(WriterWindow::Usual).parameters(settings::parameters())
+    }
+
     /// Joins the graph as `run_logger`, unless `args` say otherwise. Nothing is recorded before the node is active.
     ///
     /// # Errors
     /// A name or a parameter is refused, or the network is.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        // It records its own topics too.
-        let options = NodeOptions::new("run_logger", args).writer_window(WriterWindow::Usual);
-        let node = Node::new(options.parameters(settings::parameters()))?;
+        let node = Node::new(Self::options(args))?;
         node.parameters().on_set(settings::check);
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
         let splits = node.publisher("events/write_split", &Qos::default_topic())?;
