@@ -30,6 +30,9 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),
 ];
 
+/// Begin of the path of a copy inside the binary.
+const IN_BINARY: &str = "built-in:";
+
 /// File name extension of scripts that make files.
 const SCRIPT: &str = "py";
 
@@ -147,6 +150,8 @@ pub(super) fn file_of(kind: &str, name: &str, extension: &str, relative_to: Opti
 }
 
 fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Found, ConfigError> {
+    // The path of a copy leads to the copy.
+    let name = name.strip_prefix(IN_BINARY).unwrap_or(name);
     let with_extension =
         if name.ends_with(&format!(".{extension}")) { name.to_owned() } else { format!("{name}.{extension}") };
     let mut candidates = vec![PathBuf::from(name), PathBuf::from(&with_extension)];
@@ -169,7 +174,7 @@ fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> 
     }
     let built_in = |key: &str| BUILT_IN.iter().find(|(path, _)| *path == key);
     if let Some((path, text)) = built_in(&format!("{kind}/{with_extension}")).or_else(|| built_in(&with_extension)) {
-        return Ok(Found::BuiltIn(PathBuf::from(format!("built-in:{path}")), text));
+        return Ok(Found::BuiltIn(PathBuf::from(format!("{IN_BINARY}{path}")), text));
     }
     let known = list(kind);
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
