@@ -23,17 +23,21 @@ use std::path::Path;
 /// # Errors
 /// There is no such file.
 pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<Report, ConfigError> {
-    let extension = Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    let is_table = extension.is_some_and(|extension| ["csv", "txt", "tab", "tsv", "dat"].contains(&extension.as_str()));
-    let table = || locate("lifts", name, "csv", None).map(|located| check_lift(&located, overrides));
-    match if is_table { None } else { Some(locate("jobs", name, "yaml", None)) } {
+    let table = || locate("lifts", name, "csv", None).map(|located| check_table(&located, overrides));
+    match if is_table(name) { None } else { Some(locate("jobs", name, "yaml", None)) } {
         Some(Ok(located)) => Ok(check_job(&located, overrides, machine)),
         Some(Err(error)) => table().map_err(|_| error),
         None => table(),
     }
 }
 
-fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> Report {
+/// Returns whether a name is that of a file with a lift table.
+pub(super) fn is_table(name: &str) -> bool {
+    let extension = Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    extension.is_some_and(|extension| ["csv", "txt", "tab", "tsv", "dat"].contains(&extension.as_str()))
+}
+
+pub(super) fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> Report {
     let job = match any_job::read(located, overrides) {
         Ok(AnyJob::Ground(job)) => *job,
         Ok(AnyJob::Turned(job)) => return check_turned(&located.path, *job, machine),
@@ -168,7 +172,7 @@ fn overlooked(prepared: &PreparedJob) -> Vec<Finding> {
     (0..gauges.len()).filter_map(of_profile).collect()
 }
 
-fn check_lift(located: &Located, overrides: &[String]) -> Report {
+pub(super) fn check_table(located: &Located, overrides: &[String]) -> Report {
     let lift = match lift_file::read_alone(located, overrides) {
         Ok(lift) => lift,
         Err(errors) => return Report::refused(&located.path, errors),
