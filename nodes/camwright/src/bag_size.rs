@@ -9,7 +9,8 @@ use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::Machine;
 use camwright_msgs::camwright_msgs::msg::{
-    InterpolatorState, MachineInput, MachineKeyframe, MachineStream, RecorderStatus, TopicRecord,
+    GaugeReading, InterpolatorState, JobFilePage, MachineInput, MachineKeyframe, MachineStream, PlanPage,
+    RecorderStatus, TopicRecord, TurnedPage, WorkArea,
 };
 use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue, JointTrajectoryControllerState};
 use camwright_msgs::rosgraph_msgs::msg::Clock;
@@ -43,6 +44,10 @@ const CHANNEL: u64 = 800;
 
 /// Where the files are told that a job names.
 const JOB_FILES: &str = "job_planner/job_files";
+/// Topics of plans, of states of the machine, and of the recorder.
+const PLAN: &str = "job_planner/plan";
+const KEYFRAMES: &str = "machine/keyframes";
+const RECORDER_STATUS: &str = "run_logger/status";
 
 /// Topics of a cell that say little, and that the recorder lists ten times a second like all others.
 const QUIET: [(&str, &str); 30] = [
@@ -112,7 +117,7 @@ impl BagSize {
             AnyPrepared::Turned(prepared) => (&prepared.machine, 0.0),
         };
         let mut topics = machine_topics(machine, wheel_radius_mm, prepared.duration_s(), pace);
-        topics.push(page_topic("job_planner/plan", prepared.first_pages()));
+        topics.push(page_topic(PLAN, prepared.first_pages()));
         topics.extend(keyframe_topic(prepared));
         let files = pages_from_files(prepared.job_hash(), prepared.files());
         topics.push(page_topic(JOB_FILES, &files));
@@ -124,11 +129,7 @@ impl BagSize {
             ..TopicRecord::default()
         });
         let status = RecorderStatus { bag: "bags/run".into(), topics: records.collect(), ..RecorderStatus::default() };
-        topics.push(topic::<RecorderStatus>(
-            "run_logger/status",
-            count(prepared.duration_s(), 10.0),
-            bytes_of(&status),
-        ));
+        topics.push(topic::<RecorderStatus>(RECORDER_STATUS, count(prepared.duration_s(), 10.0), bytes_of(&status)));
         Self { topics }
     }
 
@@ -180,6 +181,25 @@ impl BagSize {
             )
         })
     }
+}
+
+/// Names and types of the topics that a run records, sorted by name. Some are published by machines with a gauge, an insert or `loading` only.
+#[must_use]
+pub fn recorded_topics(machine: &MachineDescription) -> Vec<(&'static str, &'static str)> {
+    let machine_topics = machine_topics(machine, machine.wheel.new_radius_mm, 0.0, Pace::Fast);
+    let mut topics: Vec<_> = machine_topics.iter().map(|topic| (topic.topic, topic.type_name)).collect();
+    topics.extend(QUIET);
+    topics.extend([
+        (PLAN, PlanPage::TYPE_NAME),
+        (JOB_FILES, JobFilePage::TYPE_NAME),
+        (KEYFRAMES, MachineKeyframe::TYPE_NAME),
+        (RECORDER_STATUS, RecorderStatus::TYPE_NAME),
+        ("machine/gauge", GaugeReading::TYPE_NAME),
+        ("machine/turned_part", TurnedPage::TYPE_NAME),
+        ("machine/work_area", WorkArea::TYPE_NAME),
+    ]);
+    topics.sort_unstable();
+    topics
 }
 
 /// What machine and interpolator send.
@@ -280,7 +300,7 @@ fn keyframe_topic(prepared: &AnyPrepared) -> Option<TopicSize> {
     let pages = page_count(size, BYTES_PER_PAGE);
     let page = MachineKeyframe { data: vec![0; size / pages as usize], ..MachineKeyframe::default() };
     let keyframes = prepared.duration_s() / (ticks as f64 * description.cycle_time_s());
-    Some(topic::<MachineKeyframe>("machine/keyframes", count(keyframes.floor(), f64::from(pages)), bytes_of(&page)))
+    Some(topic::<MachineKeyframe>(KEYFRAMES, count(keyframes.floor(), f64::from(pages)), bytes_of(&page)))
 }
 
 fn topic<T: Message>(topic: &'static str, messages: u64, bytes: u64) -> TopicSize {

@@ -1,8 +1,9 @@
-//! `camwright check`: validates a job or a lift table.
+//! `camwright check`: validates a job, a machine, a lift table or a parameter file.
 
+use super::check_parameters;
 use super::output::{say, wrapped};
 use camwright_files::{ConfigError, FileLocation};
-use camwright_planning::{self as planning, Finding, Severity};
+use camwright_planning::{self as planning, Finding, Report, Severity};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,10 +13,10 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = super::help::CHECK)]
 pub(super) struct CheckArgs {
-    /// Name or path of a job file or of a lift table
-    #[arg(value_name = "JOB|LIFT")]
+    /// Name or path of a job, a machine, a lift table or a parameter file
+    #[arg(value_name = "FILE")]
     file: String,
-    /// Set a key of the job, or for a lift table a key of `lift`; repeatable
+    /// Set a key of the file, or for a lift table a key of `lift`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Print one JSON object instead of text
@@ -28,7 +29,7 @@ pub(super) struct CheckArgs {
 
 /// Exit code 0: clean; 1: warnings; 2: rejected or not found.
 pub(super) fn main(args: &CheckArgs) -> ExitCode {
-    let (findings, summary, notes, file) = match planning::check(&args.file, &args.set, None) {
+    let (findings, summary, notes, file) = match check(args) {
         Ok(report) => (report.findings, report.summary, report.notes, report.file.display().to_string()),
         Err(error) => (vec![Finding { severity: Severity::Error, error }], None, Vec::new(), args.file.clone()),
     };
@@ -70,6 +71,17 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
         Some(Severity::Warning) => 1,
         Some(Severity::Error) => 2,
     })
+}
+
+fn check(args: &CheckArgs) -> Result<Report, ConfigError> {
+    let Some(located) = check_parameters::parameter_file(&args.file) else {
+        return planning::check_file(&args.file, &args.set);
+    };
+    let refuse = |message: String| ConfigError::at(FileLocation::file(&located.path), message);
+    if !args.set.is_empty() {
+        return Err(refuse("--set does not apply to a parameter file; change the file".into()));
+    }
+    check_parameters::check(&located).map_err(|error| refuse(error.to_string()))
 }
 
 fn as_json(finding: &Finding) -> Value {

@@ -40,8 +40,26 @@ Examples:
 
 Exit codes: 0 written and verified, 2 rejected or not written";
 
+pub(super) const INIT: &str = "\
+Examples:
+  camwright init job
+  camwright init machine my_grinder.yaml
+  camwright init turning --print
+
+Exit codes: 0 written or printed, 1 not written, 2 wrong arguments";
+
+pub(super) const LIST: &str = "\
+Examples:
+  camwright list jobs
+  camwright list alarms --json
+
+Exit codes: 0 printed, 1 a file of params is refused, 2 wrong arguments";
+
 pub(super) const CHECK: &str = "\
-Example: camwright check four_lobe_camshaft
+Examples:
+  camwright check four_lobe_camshaft
+  camwright check my_machine.yaml
+  camwright check nodes.yaml
 
 Exit codes: 0 clean, 1 warnings, 2 rejected or not found";
 

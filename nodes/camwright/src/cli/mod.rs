@@ -6,10 +6,13 @@ mod bag_room;
 mod batch;
 mod check;
 mod check_machine;
+mod check_parameters;
 #[cfg(test)]
 mod documents;
 mod drives;
 mod help;
+mod init;
+mod list;
 mod operate;
 mod output;
 mod pace;
@@ -51,7 +54,11 @@ enum CommandLine {
     Plan(plan::PlanArgs),
     /// Write the NC program of a job and verify it.
     Post(post::PostArgs),
-    /// Check a job or a lift table.
+    /// Write a commented job or machine file to start from.
+    Init(init::InitArgs),
+    /// List jobs, machines, lift tables, faults, topics or alarms.
+    List(list::ListArgs),
+    /// Check a job, a machine, a lift table or a parameter file.
     Check(check::CheckArgs),
     /// Print the JSON Schema of job and machine files.
     Schema(schema::SchemaArgs),
@@ -100,6 +107,8 @@ pub fn main() -> ExitCode {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Post(args) => post::main(&args),
+        CommandLine::Init(args) => init::main(&args),
+        CommandLine::List(args) => list::main(&args),
         CommandLine::Check(args) => check::main(&args),
         CommandLine::Schema(args) => schema::main(&args),
         CommandLine::CheckMachine(args) => check_machine::main(&args, &ros_args),

@@ -9,10 +9,13 @@ use super::run_report::Report;
 use super::turned_report::TurnedReport;
 use camwright_analysis::report;
 use camwright_authority::{Command, TakeOptions};
+use camwright_files::ConfigError;
 use camwright_files::access::folders_of;
 use camwright_files::any_job::{self, AnyJob};
 use camwright_files::job_file::{self, Job};
-use camwright_files::locate::Located;
+use camwright_files::locate::{Located, locate};
+use camwright_job_planner::JobPlanner;
+use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
@@ -115,10 +118,11 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let ros_args = &quiet;
     let shutdown = Shutdown::on_signals()?;
     let mut request = Request::from_args(args)?;
+    let own = request.prepare_cell(ros_args)?;
     let page = start_page(args, ros_args)?;
     let client = Client::new(ros_args)?;
-    let planned = request.announce_bag()?;
-    let cell = request.start_cell(ros_args)?;
+    let cell = own.as_ref().map(|own| Cell::start(&own.ros_args)).transpose()?;
+    let planned = own.map(|own| own.planned);
     client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
     let finished = run_job(&client, &mut request, ros_args, &shutdown);
     if let Some(cell) = cell {
@@ -142,13 +146,21 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     Ok(code)
 }
 
+/// Cell that will run in this process.
+struct OwnCell {
+    /// Arguments of its nodes.
+    ros_args: RosArgs,
+    /// The job, planned for its machine.
+    planned: AnyPrepared,
+}
+
 /// Job, arguments and bag of one run.
 struct Request {
     job: String,
     /// Includes the overrides that other arguments stand for.
     args: RunArgs,
     bag: PathBuf,
-    /// None if it cannot be read; the planner reports the reason.
+    /// None for a job that only the running cell finds.
     read: Option<AnyJob>,
     turns: bool,
 }
@@ -174,7 +186,14 @@ impl Request {
         }
         args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
         args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
-        let read = read_job(&job, &args)?;
+        // A running cell may find jobs that this process does not.
+        let is_elsewhere = args.attach && locate("jobs", &job, "yaml", None).is_err();
+        let read = if is_elsewhere { None } else { Some(read_job(&job, &args.set)?) };
+        match &read {
+            Some(AnyJob::Ground(read)) => fits_grinding(&job, read, &args).map_err(NodeError::Parameter)?,
+            Some(AnyJob::Milled(read)) => return Err(not_started(&planning::is_milled(read))),
+            Some(AnyJob::Turned(_)) | None => {}
+        }
         Ok(Self { job, args, bag, read, turns })
     }
 
@@ -189,22 +208,22 @@ impl Request {
         if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD }
     }
 
-    /// Checks the space for the bag of an own cell; returns the plan that the size follows from.
-    fn announce_bag(&self) -> Result<Option<AnyPrepared>, NodeError> {
-        if self.args.attach {
-            return Ok(None);
-        }
-        bag_room::announce(self.read.as_ref(), self.args.pace, self.args.parts, &self.bag, self.args.verbose)
-    }
-
-    /// Starts a cell in this process, unless the job is for one that runs already.
-    fn start_cell(&self, ros_args: &RosArgs) -> Result<Option<Cell>, NodeError> {
-        let args = &self.args;
+    /// Checks everything that a cell in this process needs, before a node starts; none for a cell that runs already.
+    fn prepare_cell(&self, ros_args: &RosArgs) -> Result<Option<OwnCell>, NodeError> {
+        let (args, job) = (&self.args, &self.job);
         if args.attach {
             return Ok(None);
         }
-        let machine = any_job::machine_of(&self.job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
-        Cell::start(&machine, &args.set_machine, folders_of(&args.set), args.pace, ros_args, &self.bag).map(Some)
+        bag_room::is_free(&self.bag)?;
+        let machine = any_job::machine_of(job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
+        let folders = folders_of(&args.set);
+        let ros_args = Cell::arguments(&machine, &args.set_machine, folders, args.pace, ros_args, &self.bag);
+        let machine = MachineSim::machine_from_args(&ros_args)?;
+        let overrides = JobPlanner::overrides_from_args(&ros_args, job, &args.set)?;
+        let read = read_job(job, &overrides)?;
+        let planned = planning::plan_any(read, Some(&machine)).map_err(|error| not_started(&error))?;
+        bag_room::announce(&planned, args.pace, args.parts, &self.bag, args.verbose)?;
+        Ok(Some(OwnCell { ros_args, planned }))
     }
 
     /// Prints the report of a finished run; returns the exit code.
@@ -318,15 +337,22 @@ fn serve_operators(client: &Client, ros_args: &RosArgs) -> Option<HolderSocket> 
     }
 }
 
-/// Reads the job and rejects arguments that do not fit it. The planner reports other errors of the job.
-fn read_job(job: &str, args: &RunArgs) -> Result<Option<AnyJob>, NodeError> {
-    let read = any_job::load(job, &args.set).ok();
-    match &read {
-        Some(AnyJob::Ground(read)) => fits_grinding(job, read, args).map_err(NodeError::Parameter)?,
-        Some(AnyJob::Milled(read)) => return Err(NodeError::Parameter(planning::is_milled(read).to_string())),
-        Some(AnyJob::Turned(_)) | None => {}
-    }
-    Ok(read)
+/// Reads the job.
+fn read_job(job: &str, overrides: &[String]) -> Result<AnyJob, NodeError> {
+    let located = locate("jobs", job, "yaml", None).map_err(|error| not_started(&error))?;
+    any_job::read(&located, overrides).map_err(|findings| {
+        let more = match findings.len() {
+            0 | 1 => String::new(),
+            count => format!("; `camwright check {job}` lists all {count} errors"),
+        };
+        let first = findings.first().map(ToString::to_string).unwrap_or_default();
+        NodeError::Parameter(format!("job rejected, nothing started: {first}{more}"))
+    })
+}
+
+/// Error for a job that is refused before a node starts.
+fn not_started(error: &ConfigError) -> NodeError {
+    NodeError::Parameter(format!("job rejected, nothing started: {error}"))
 }
 
 /// Writes the report of the run from its bag. A failure is printed and does not fail the run.

@@ -18,21 +18,21 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// Starts them for a machine with `key=value` overrides of its file. Overrides of jobs may name files in `file_folders`.
-    pub(super) fn start(
+    /// Arguments of the nodes for a machine with `key=value` overrides of its file. Overrides of jobs may name files in `file_folders`.
+    pub(super) fn arguments(
         machine: &str,
         overrides: &[String],
         file_folders: Vec<String>,
         pace: PaceArg,
         ros_args: &RosArgs,
         bag: &Path,
-    ) -> Result<Self, NodeError> {
+    ) -> RosArgs {
         let pace_name = match pace {
             PaceArg::Realtime => "realtime",
             PaceArg::Fast => "fast",
         };
         let text = |text: &str| ParameterValue::String(text.to_owned());
-        let args_of_cell = ros_args
+        ros_args
             .clone()
             .with_parameter(None, "autostart", ParameterValue::Bool(false))
             .with_default_parameter(Some("machine_sim"), "machine", text(machine))
@@ -41,12 +41,16 @@ impl Cell {
             .with_default_parameter(Some("job_planner"), "file_folders", ParameterValue::StringArray(file_folders))
             .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()))
             // A bag lasts as long as the machine took, not as long as the computer did.
-            .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(pace == PaceArg::Fast));
+            .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(pace == PaceArg::Fast))
+    }
+
+    /// Starts the nodes.
+    pub(super) fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let cell = Self {
-            logger: RunLogger::start(&args_of_cell)?,
-            machine: MachineSim::start(&args_of_cell)?,
-            interpolator: AxisInterpolator::start(&args_of_cell)?,
-            planner: JobPlanner::start(&args_of_cell)?,
+            logger: RunLogger::start(args)?,
+            machine: MachineSim::start(args)?,
+            interpolator: AxisInterpolator::start(args)?,
+            planner: JobPlanner::start(args)?,
         };
         // Recorder first, so that the bag begins before anything happens; then from the axes upwards.
         for lifecycle in cell.lifecycles() {
