@@ -103,7 +103,9 @@ fn documents_use_plain_words_and_short_lines() {
                 continue;
             }
             seen += 1;
-            let plain = line.to_lowercase().replace(|c: char| !c.is_alphabetic(), " ");
+            // Names in code quotes are fixed: topics, fields, keys.
+            let prose: String = line.split('`').step_by(2).collect::<Vec<_>>().join(" ");
+            let plain = prose.to_lowercase().replace(|c: char| !c.is_alphabetic(), " ");
             let plain = format!(" {} ", plain.split_whitespace().collect::<Vec<_>>().join(" "));
             let is_long = line.chars().count() > MAX_LINE && !line.starts_with('|') && !line.starts_with("![");
             let word = AVOIDED.iter().find(|word| plain.contains(&format!(" {word} ")));

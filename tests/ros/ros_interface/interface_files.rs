@@ -7,6 +7,9 @@ use std::fmt::Write;
 const PARTS: [(&str, &[&str]); 3] =
     [("msg", &["Fields"]), ("srv", &["Request", "Response"]), ("action", &["Goal", "Result", "Feedback"])];
 
+/// Longest line of a paragraph.
+const MAX_LINE: usize = 140;
+
 /// First line of the comment of a type of `camwright_msgs`.
 pub(super) fn meaning(type_name: &str) -> Option<String> {
     let (kind, name) = type_name.strip_prefix("camwright_msgs/")?.split_once('/')?;
@@ -19,6 +22,22 @@ pub(super) fn meaning(type_name: &str) -> Option<String> {
 /// Text that is safe in a cell of a Markdown table.
 pub(super) fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('<', "&lt;").replace('*', "\\*")
+}
+
+/// Text in lines of at most [`MAX_LINE`] characters.
+fn wrapped(text: &str) -> String {
+    let (mut lines, mut line) = (Vec::new(), String::new());
+    for word in text.split_whitespace() {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > MAX_LINE {
+            lines.push(std::mem::take(&mut line));
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    lines.push(line);
+    lines.join("\n")
 }
 
 /// A constant or a field: code before, comment behind the `#`.
@@ -45,8 +64,8 @@ fn sections(kind: &str, parts: &[&str], page: &mut String) {
         let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
         let text = std::fs::read_to_string(&path).expect("an interface file");
         let comment: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
-        write!(page, "\n## {name}\n\n`camwright_msgs/{kind}/{name}`: {}\n", cell(&comment.join(" ")))
-            .expect("a string takes it");
+        let head = wrapped(&format!("`camwright_msgs/{kind}/{name}`: {}", cell(&comment.join(" "))));
+        write!(page, "\n## {name}\n\n{head}\n").expect("a string takes it");
         for (title, part) in parts.iter().zip(text.split("---\n")) {
             let (mut constants, mut fields) = (Vec::new(), Vec::new());
             for (type_name, name, comment) in part.lines().filter_map(row) {

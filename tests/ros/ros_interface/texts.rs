@@ -33,7 +33,7 @@ open to every client.
 pub(super) const EVERY_NODE: &str = "
 ## Every node
 
-Each node is a lifecycle node and has these elements besides its own.";
+Each node is a lifecycle node and has these elements in addition to its own.";
 
 /// Purpose of a node.
 pub(super) fn purpose(node: &str) -> &'static str {
