@@ -1,6 +1,6 @@
 //! Check of a file that users write, of whatever kind.
 
-use super::finding::{Finding, Report, Severity};
+use super::finding::Report;
 use super::findings::{check_job, check_table, is_table};
 use camwright_files::file_kind::FileKind;
 use camwright_files::locate::{Located, list, locate};
@@ -85,8 +85,7 @@ fn check_machine(located: &Located, overrides: &[String]) -> Report {
                 count => format!("{count} stations"),
             };
             let summary = format!("{}: {}, {}, {stations}", machine.description.name, machine.kind(), machine.travel());
-            let findings: Vec<Finding> = Vec::new();
-            Report { file: located.path.clone(), findings, summary: Some(summary), notes: Vec::new() }
+            Report { file: located.path.clone(), findings: Vec::new(), summary: Some(summary), notes: Vec::new() }
         }
         Err(errors) => Report::refused(&located.path, errors),
     }
@@ -95,6 +94,7 @@ fn check_machine(located: &Located, overrides: &[String]) -> Report {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Severity;
 
     fn checked(name: &str, overrides: &[&str]) -> Report {
         check_file(name, &overrides.iter().map(ToString::to_string).collect::<Vec<_>>()).expect("a file")
