@@ -12,5 +12,7 @@ mod parameter_file;
 mod plan_command;
 mod refusals;
 mod schema;
+mod starter_files;
 mod terminal;
 mod tutorials;
+mod wrong_inputs;

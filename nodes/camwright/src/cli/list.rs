@@ -13,6 +13,9 @@ use clap::{Args, ValueEnum};
 use serde_json::{Map, Value};
 use std::process::ExitCode;
 
+/// Maximum width of a column; a longer cell moves the cells behind it.
+const MAX_COLUMN: usize = 34;
+
 /// Lists that can be printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Subject {
@@ -143,7 +146,8 @@ impl Table {
 
     /// One line for each row, in columns.
     fn text(&self) -> String {
-        let width = |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let longest = |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let width = |column: usize| longest(column).min(MAX_COLUMN);
         let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
         let line = |row: &Vec<String>| {
             let cells = row.iter().zip(&widths).map(|(text, width)| format!("{text:<width$}"));
