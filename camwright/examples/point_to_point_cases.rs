@@ -13,7 +13,7 @@
 #[path = "../tests/cams/mod.rs"]
 mod cams;
 
-use cams::Seeded;
+use cams::SplitMix64;
 use camwright::machine::description::MotionLimits;
 use camwright::math::differences::largest_derivatives;
 use camwright::motion::point_to_point::{JerkLaw, solve};
@@ -32,7 +32,7 @@ struct Move {
 
 impl Move {
     /// Distances from 1 nm to 1 m, limits over two orders of magnitude, every other start from rest.
-    fn random(random: &mut Seeded, index: u64) -> Self {
+    fn random(random: &mut SplitMix64, index: u64) -> Self {
         let mut decades = |low: f64, high: f64| 10_f64.powf(random.within(low, high));
         let limits =
             MotionLimits { velocity: decades(1.0, 3.0), acceleration: decades(2.0, 4.0), jerk: decades(4.0, 6.0) };
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [count, seed, file] = arguments.as_slice() else {
         return Err("point_to_point_cases COUNT SEED FILE".into());
     };
-    let mut random = Seeded(seed.parse()?);
+    let mut random = SplitMix64(seed.parse()?);
     let moves: Vec<Move> = (0..count.parse::<u64>()?).map(|index| Move::random(&mut random, index)).collect();
     fs::write(file, moves.iter().flat_map(Move::row).flat_map(f64::to_le_bytes).collect::<Vec<u8>>())?;
     #[allow(clippy::disallowed_methods, reason = "measures the planner, which itself sees no clock")]

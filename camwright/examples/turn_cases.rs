@@ -14,7 +14,7 @@
 #[path = "../tests/cams/mod.rs"]
 mod cams;
 
-use cams::Seeded;
+use cams::SplitMix64;
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment};
@@ -91,7 +91,7 @@ impl Lobe {
 
     /// The first lobe that can be ground, among those drawn from a seed.
     fn random(seed: u64) -> (Self, ToolPath) {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         loop {
             let mut lobe = Self {
                 law: if random.next() >> 63 == 1 { MotionLaw::Polynomial345 } else { MotionLaw::Polynomial4567 },

@@ -118,7 +118,7 @@ fn the_package_runs_from_where_it_is_installed() {
 }
 
 #[test]
-fn the_launch_file_says_what_it_was_told() {
+fn the_launch_file_passes_its_arguments() {
     let Some(env) = peer_env() else { return };
     let (domain, folder) = (Domain::take(), Folder::new("launch-file"));
     let prefix = install(env, &domain, &folder);

@@ -39,37 +39,37 @@ fn child(test: &str, (key, value): (&str, &str), ci: Option<&str>) -> Output {
 }
 
 #[test]
-fn a_developer_who_skips_the_peers_is_told_that_nothing_was_shown() {
+fn skipping_the_peers_is_reported_as_not_tested() {
     let output = asked("1", None);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    assert!(said.contains("SKIPPED, NOT PASSED: CAMWRIGHT_SKIP_PEERS is set"), "{said}");
-    assert!(said.contains("child_that_wants_a_peer"), "it names the test: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    assert!(stderr.contains("SKIPPED, NOT PASSED: CAMWRIGHT_SKIP_PEERS is set"), "{stderr}");
+    assert!(stderr.contains("child_that_wants_a_peer"), "it names the test: {stderr}");
 }
 
 #[test]
 fn ci_refuses_to_skip_the_peers() {
     for ci in ["true", "1"] {
         let output = asked("1", Some(ci));
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success(), "CI={ci} took it: {said}");
-        assert!(said.contains("the tests with real ROS 2 peers are not optional there"), "{said}");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "CI={ci} took it: {stderr}");
+        assert!(stderr.contains("the tests with real ROS 2 peers are not optional there"), "{stderr}");
     }
 }
 
 #[test]
-fn a_developer_without_linuxcnc_is_told_that_nothing_was_shown() {
+fn a_missing_linuxcnc_is_reported_as_not_tested() {
     let output = child("skipped_peers::child_that_wants_linuxcnc", ("PATH", "/nowhere"), None);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    assert!(said.contains("SKIPPED, NOT PASSED: rs274 is not there"), "{said}");
-    assert!(said.contains("child_that_wants_linuxcnc"), "it names the test: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    assert!(stderr.contains("SKIPPED, NOT PASSED: rs274 is not there"), "{stderr}");
+    assert!(stderr.contains("child_that_wants_linuxcnc"), "it names the test: {stderr}");
 }
 
 #[test]
 fn ci_has_linuxcnc() {
     let output = child("skipped_peers::child_that_wants_linuxcnc", ("PATH", "/nowhere"), Some("true"));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success(), "{said}");
-    assert!(said.contains("the tests with LinuxCNC are not optional in CI"), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success(), "{stderr}");
+    assert!(stderr.contains("the tests with LinuxCNC are not optional in CI"), "{stderr}");
 }

@@ -18,11 +18,11 @@ use support::Domain;
 
 /// Number of messages that other readers count in a bag; they decode every message of it.
 fn assert_judged(bag: &Path, messages: u64) {
-    if let Some(said) = bag_judges::foxglove_counts(bag) {
-        assert_eq!(said["messages"], messages, "Foxglove's reader");
+    if let Some(counts) = bag_judges::foxglove_counts(bag) {
+        assert_eq!(counts["messages"], messages, "Foxglove's reader");
     }
-    if let Some(said) = bag_judges::rosbags_counts(bag, &Domain::take()) {
-        assert_eq!(said["messages"], messages, "rosbags and mcap");
+    if let Some(counts) = bag_judges::rosbags_counts(bag, &Domain::take()) {
+        assert_eq!(counts["messages"], messages, "rosbags and mcap");
     }
 }
 

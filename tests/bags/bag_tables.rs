@@ -23,12 +23,12 @@ fn directory(name: &str) -> PathBuf {
 }
 
 /// A bag under construction, a message every millisecond.
-struct Making {
+struct BagBuilder {
     writer: BagWriter,
     time_ns: u64,
 }
 
-impl Making {
+impl BagBuilder {
     fn topic<T: Message>(&mut self, name: &str) -> TopicId {
         let offered_qos = vec![QosProfile::discovered(Reliability::Reliable, Durability::Volatile)];
         let (type_name, type_hash) = (T::TYPE_NAME.into(), T::TYPE_HASH.into());
@@ -47,7 +47,7 @@ impl Making {
 /// Arrays that grow and shrink, one that is too long for columns, types within types, texts with everything in them, numbers at their ends.
 fn make(bag: &Path) {
     let writer = BagWriter::create(bag, &WriterOptions::default()).expect("the directory is free");
-    let mut making = Making { writer, time_ns: START_NS };
+    let mut making = BagBuilder { writer, time_ns: START_NS };
     let joints = making.topic::<JointState>("/joint_states");
     let points = making.topic::<PointStamped>("/cell/point");
     let inputs = making.topic::<MachineInput>("/machine/inputs");
@@ -103,10 +103,10 @@ fn every_value_of_the_tables_is_that_of_the_bag_and_has_its_type() {
     export(&at, "parquet");
     let mut judge = env.python("judge_tables.py", &domain);
     let output = judge.args(["RUN", "RUN_csv", "RUN_parquet"]).current_dir(&at).output().expect("there is Python");
-    let told: Value = serde_json::from_slice(stdout_of(&output)).expect("one JSON object");
-    assert_eq!(told["rows"], json!(300 + 30 + 6 + 6));
-    assert!(told["values"].as_u64().is_some_and(|values| values > 3000), "{}", told["values"]);
-    let types = &told["types"];
+    let report: Value = serde_json::from_slice(stdout_of(&output)).expect("one JSON object");
+    assert_eq!(report["rows"], json!(300 + 30 + 6 + 6));
+    assert!(report["values"].as_u64().is_some_and(|values| values > 3000), "{}", report["values"]);
+    let types = &report["types"];
     for (table, column, expected) in [
         ("joint_states", "log_time", "timestamp[ns, tz=UTC]"),
         ("joint_states", "header.stamp.sec", "int32"),

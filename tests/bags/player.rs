@@ -18,7 +18,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 };
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_nodes::player::{Played, ReplayArgs, play};
+use camwright_nodes::player::{PlaybackSummary, ReplayArgs, play};
 use camwright_ros::{Node, NodeOptions, Qos, Shutdown, SpinThread, Subscription};
 use recorder::{args, directory};
 use support::{Domain, PATIENCE};
@@ -55,7 +55,7 @@ fn write_bag(path: &Path) {
 }
 
 /// A player in a thread, and who listens to it.
-struct Show {
+struct PlayerUnderTest {
     node: Node,
     _spinning: SpinThread,
     _subscriptions: [Subscription; 4],
@@ -64,10 +64,10 @@ struct Show {
     splits: mpsc::Receiver<ReadSplitEvent>,
     clock: mpsc::Receiver<Clock>,
     shutdown: Shutdown,
-    playing: std::thread::JoinHandle<Played>,
+    playing: std::thread::JoinHandle<PlaybackSummary>,
 }
 
-impl Show {
+impl PlayerUnderTest {
     fn start(domain: &Domain, bag: &Path, words: &[&str]) -> Self {
         #[derive(clap::Parser)]
         struct Line {
@@ -120,7 +120,7 @@ impl Show {
         self.texts.recv_timeout(PATIENCE).expect("a text is played")
     }
 
-    fn end(self) -> Played {
+    fn end(self) -> PlaybackSummary {
         self.shutdown.request();
         self.playing.join().expect("it ends well")
     }
@@ -131,12 +131,12 @@ fn at(second: u64) -> SeekRequest {
 }
 
 #[test]
-fn a_paused_player_steps_bursts_seeks_and_goes_on_when_it_is_told() {
+fn a_paused_player_steps_bursts_seeks_and_resumes() {
     let domain = Domain::take();
     let directory = directory("player-services");
     let bag = directory.join("run");
     write_bag(&bag);
-    let show = Show::start(&domain, &bag, &["--start-paused", "--rate", "0.001", "--clock", "100"]);
+    let show = PlayerUnderTest::start(&domain, &bag, &["--start-paused", "--rate", "0.001", "--clock", "100"]);
     assert!(show.ask::<IsPaused>("is_paused", &IsPausedRequest::default()).paused);
     assert!(show.ask::<PlayNext>("play_next", &PlayNextRequest::default()).success, "a page");
     assert!(show.ask::<PlayNext>("play_next", &PlayNextRequest::default()).success);
@@ -184,7 +184,7 @@ fn a_player_that_stays_plays_the_span_it_is_asked_for_and_pauses_and_stops() {
         "--exclude",
         "/rosout",
     ];
-    let show = Show::start(&domain, &bag, &words);
+    let show = PlayerUnderTest::start(&domain, &bag, &words);
     assert_eq!([show.text(), show.text(), show.text()], ["1", "2", "3"]);
     let play = |start: i32, seconds: i32| {
         let mut request = PlayRequest::default();

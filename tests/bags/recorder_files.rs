@@ -16,7 +16,7 @@ use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 use camwright_msgs::rosbag2_interfaces::srv::{Snapshot, SnapshotRequest, SplitBagfile, SplitBagfileRequest};
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_ros::{Node, NodeOptions, Qos};
-use recorder::{ACTIVATE, CONFIGURE, Cell, DEACTIVATE, args, directory, messages, until};
+use recorder::{ACTIVATE, CONFIGURE, DEACTIVATE, RecorderUnderTest, args, directory, messages, until};
 use serde_json::json;
 use support::{Domain, Guarded, PATIENCE, Peer};
 
@@ -31,13 +31,13 @@ fn texts(bag: &Bag, topic: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_recording_goes_on_in_its_next_file_when_it_is_told_and_tells_so() {
+fn a_recording_splits_on_request_and_publishes_the_event() {
     let domain = Domain::take();
     let directory = directory("split");
     let bag = directory.join("run");
-    let mut cell = Cell::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
-    let told = Arc::<Mutex<Vec<WriteSplitEvent>>>::default();
-    let into = told.clone();
+    let mut cell = RecorderUnderTest::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
+    let events = Arc::<Mutex<Vec<WriteSplitEvent>>>::default();
+    let into = events.clone();
     let _splits = cell
         .node
         .subscribe("events/write_split", &Qos::default_topic(), move |event, _| {
@@ -56,12 +56,14 @@ fn a_recording_goes_on_in_its_next_file_when_it_is_told_and_tells_so() {
         until("it is written", || cell.written("/plain") == file && cell.written("/latched") == 1);
         split.call(&SplitBagfileRequest::default(), PATIENCE).expect("it answers");
     }
-    until("the files are told", || told.lock().expect("nobody panics with it").len() == 3 && cell.status().files == 4);
+    until("the files are told", || {
+        events.lock().expect("nobody panics with it").len() == 3 && cell.status().files == 4
+    });
     assert!(cell.status().free_bytes > 0 && cell.status().repeated >= 3);
     assert!(cell.change_state(DEACTIVATE));
     cell.end();
     let path = |number: u32| bag.join(format!("run_{number}.mcap")).display().to_string();
-    for (number, event) in (0..).zip(told.lock().expect("nobody panics with it").iter()) {
+    for (number, event) in (0..).zip(events.lock().expect("nobody panics with it").iter()) {
         assert_eq!((&event.closed_file, &event.opened_file), (&path(number), &path(number + 1)));
         assert_eq!(event.node_name, "/run_logger");
     }
@@ -76,11 +78,14 @@ fn a_recording_goes_on_in_its_next_file_when_it_is_told_and_tells_so() {
         let file = Bag::open(Path::new(&path(number))).expect("it is closed");
         assert_eq!(texts(&file, "/latched"), ["kept"], "file {number} alone");
     }
-    if let Some(said) = foxglove_counts(&bag) {
-        assert_eq!((&said["topics"]["/latched"], &said["topics"]["/plain"]), (&json!(4), &json!(3)));
+    if let Some(counts) = foxglove_counts(&bag) {
+        assert_eq!((&counts["topics"]["/latched"], &counts["topics"]["/plain"]), (&json!(4), &json!(3)));
     }
-    if let Some(said) = rosbags_counts(&bag, &domain) {
-        assert_eq!((&said["topics"]["/latched"]["count"], &said["topics"]["/plain"]["count"]), (&json!(4), &json!(3)));
+    if let Some(counts) = rosbags_counts(&bag, &domain) {
+        assert_eq!(
+            (&counts["topics"]["/latched"]["count"], &counts["topics"]["/plain"]["count"]),
+            (&json!(4), &json!(3))
+        );
     }
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
@@ -92,30 +97,30 @@ fn where_only_snapshots_are_written_an_alarm_asks_for_one_and_so_may_anybody() {
     let bag = directory.join("run");
     let bag_dir = format!("bag_dir:={}", bag.display());
     let words = ["-p", "snapshot_s:=1000.0", "-p", "snapshot_delay_s:=0.1", "-p", "regex:=^/texts$|alarms$"];
-    let mut cell = Cell::new(&domain, &[&["--ros-args", "-p", &bag_dir][..], &words].concat());
-    let said = cell.node.publisher::<Text>("texts", &Qos::default_topic()).expect("good name");
+    let mut cell = RecorderUnderTest::new(&domain, &[&["--ros-args", "-p", &bag_dir][..], &words].concat());
+    let publisher = cell.node.publisher::<Text>("texts", &Qos::default_topic()).expect("good name");
     let other = cell.node.publisher::<Text>("other", &Qos::default_topic()).expect("good name");
     let alarms = cell.node.publisher::<MachineAlarms>("machine/alarms", &Qos::latched(1)).expect("good name");
     assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
     cell.wait_for_topics(&["/texts", "/machine/alarms"]);
     let received = |topic: &str| cell.status().topics.iter().find(|t| t.topic == topic).map_or(0, |t| t.received);
     other.publish(&text("nobody wants it")).expect("room");
-    said.publish(&text("before")).expect("room");
+    publisher.publish(&text("before")).expect("room");
     until("it is held", || received("/texts") == 1);
     assert_eq!(cell.written("/texts"), 0, "only snapshots are written");
     let alarm = |number, severity| Alarm { number, severity, ..Alarm::default() };
-    let tell =
+    let publish =
         |list: Vec<Alarm>| alarms.publish(&MachineAlarms { alarms: list, ..MachineAlarms::default() }).expect("room");
-    tell(vec![alarm(102, Alarm::WARNING)]);
+    publish(vec![alarm(102, Alarm::WARNING)]);
     until("the warning is held", || received("/machine/alarms") == 1);
-    tell(vec![alarm(102, Alarm::WARNING), alarm(80, Alarm::STOP)]);
+    publish(vec![alarm(102, Alarm::WARNING), alarm(80, Alarm::STOP)]);
     until("the alarm's snapshot is written", || cell.written("/texts") == 1 && cell.written("/machine/alarms") == 2);
     let snapshot = cell.node.client::<Snapshot>("run_logger/snapshot").expect("good name");
     snapshot.wait_for_service(PATIENCE).expect("it is offered");
-    said.publish(&text("after")).expect("room");
+    publisher.publish(&text("after")).expect("room");
     until("it is held", || received("/texts") == 2);
     assert!(snapshot.call(&SnapshotRequest::default(), PATIENCE).expect("it answers").success);
-    said.publish(&text("never wanted")).expect("room");
+    publisher.publish(&text("never wanted")).expect("room");
     until("it is held", || received("/texts") == 3);
     assert!(cell.change_state(DEACTIVATE));
     until("the end is told", || !cell.status().recording);
@@ -140,7 +145,7 @@ fn old_runs_make_room_and_a_recording_that_writes_all_takes_no_snapshot() {
     for number in 1..=3 {
         let bag = directory.join(format!("run{number}"));
         let bag_dir = format!("bag_dir:={}", bag.display());
-        let mut cell = Cell::new(&domain, &["--ros-args", "-p", &bag_dir, "-p", "keep_runs:=2"]);
+        let mut cell = RecorderUnderTest::new(&domain, &["--ros-args", "-p", &bag_dir, "-p", "keep_runs:=2"]);
         assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
         if number == 1 {
             let snapshot = cell.node.client::<Snapshot>("run_logger/snapshot").expect("good name");
@@ -188,9 +193,9 @@ fn a_type_is_known_from_the_package_that_is_installed() {
     });
     process.interrupt();
     assert!(process.wait(PATIENCE).success(), "{}", process.stderr());
-    let told = process.stderr();
+    let stderr = process.stderr();
     let sentence = "/riddle is not recorded: the definition of shop_msgs/msg/Riddle is not known here";
-    assert_eq!(told.matches(sentence).count(), 1, "{told}");
+    assert_eq!(stderr.matches(sentence).count(), 1, "{stderr}");
     let read = Bag::open(&bag).expect("it is closed");
     let topic = read.topics().iter().find(|topic| topic.name == "/part").expect("it is recorded");
     let line = "=".repeat(80);
@@ -211,7 +216,7 @@ fn a_type_is_known_from_the_node_that_publishes_it() {
     let bag = directory.join("run");
     let bag_dir = format!("bag_dir:={}", bag.display());
     let words = ["--ros-args", "-p", &bag_dir, "-p", "types:=['geometry_msgs/*']"];
-    let mut cell = Cell::new(&domain, &words);
+    let mut cell = RecorderUnderTest::new(&domain, &words);
     let mut peer = Peer::start(peers, &domain, "surveyor");
     let kind = "geometry_msgs/msg/PolygonStamped";
     assert!(camwright_msgs::by_type_name(kind).is_none(), "it is not one of ours");
@@ -224,8 +229,8 @@ fn a_type_is_known_from_the_node_that_publishes_it() {
     let read = Bag::open(&bag).expect("it is closed");
     assert_eq!(read.topics().iter().map(|topic| topic.type_name.as_str()).collect::<Vec<_>>(), [kind]);
     assert_eq!(check(&bag).expect("there is a bag").findings, []);
-    let said = rosbags_counts(&bag, &domain).expect("the peers are there");
-    assert_eq!(said["topics"]["/outline"]["count"], json!(1));
-    assert_eq!(said["topics"]["/outline"]["type"], json!(kind));
+    let counts = rosbags_counts(&bag, &domain).expect("the peers are there");
+    assert_eq!(counts["topics"]["/outline"]["count"], json!(1));
+    assert_eq!(counts["topics"]["/outline"]["type"], json!(kind));
     std::fs::remove_dir_all(directory).expect("it is ours");
 }

@@ -15,35 +15,35 @@ use crate::support;
 #[path = "../benchmarks/recorder_load/usage.rs"]
 mod usage;
 
-use account::{Lost, disagreements, enqueue, lost};
+use account::{ReportedLosses, disagreements, enqueue, lost};
 use camwright_bag::Bag;
 use camwright_bag::check::{Severity, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_ros::{Node, Qos};
 use load::{LAST, Load, Publisher, Stack, TOPIC};
-use recorders::Ours;
+use recorders::RunLoggerProcess;
 use std::process::Command;
 use std::time::{Duration, Instant};
 use support::{Domain, Folder, PATIENCE, peer_env, repository};
 
 /// Records a load of Cyclone DDS; what was lost, when all else adds up. None where the peers are to be skipped.
-fn record(name: &str, is_reliable: bool, per_second: u64, seconds: u64) -> Option<Lost> {
+fn record(name: &str, is_reliable: bool, per_second: u64, seconds: u64) -> Option<ReportedLosses> {
     let env = peer_env()?;
     let (domain, folder) = (Domain::take(), Folder::new(name));
     let load = Load { stack: Stack::Cyclone, is_reliable, octets: 200, per_second, seconds };
-    let recorder = Ours::start(&domain, &folder.join("run"), &[TOPIC]);
+    let recorder = RunLoggerProcess::start(&domain, &folder.join("run"), &[TOPIC]);
     let mut publisher = Publisher::start(load, Some(env), &domain);
     publisher.wait_matched();
     recorder.wait_for_topics(&[TOPIC]);
     let sent = publisher.publish(|| {});
     assert_eq!(sent.sent, per_second * seconds + LAST);
-    let told = recorder.wait_settled(sent.sent);
+    let reported = recorder.wait_settled(sent.sent);
     let (bag, used) = recorder.end();
-    assert_eq!(disagreements(&bag, &sent, told), Vec::<String>::new());
+    assert_eq!(disagreements(&bag, &sent, reported), Vec::<String>::new());
     let read = Bag::open(&bag).expect("it is closed");
     println!(
-        "{}: {} sent in {:.1} s with {:.1} s of CPU, {} times without room; {told:?}, enqueue {:?} ns, {} datagrams thrown away, {} kB at most",
+        "{}: {} sent in {:.1} s with {:.1} s of CPU, {} times without room; {reported:?}, enqueue {:?} ns, {} datagrams thrown away, {} kB at most",
         publisher.name,
         sent.sent,
         sent.took_s,
@@ -66,7 +66,7 @@ fn every_message_of_another_dds_is_written_or_counted_with_the_reason() {
 #[test]
 fn nothing_of_a_reliable_publisher_is_lost() {
     let Some(lost) = record("reliable-load", true, 2000, 4) else { return };
-    assert_eq!(lost, Lost::default());
+    assert_eq!(lost, ReportedLosses::default());
 }
 
 /// Memory of a process now (MB).
@@ -115,7 +115,8 @@ fn memory_stays_flat_while_the_bag_grows() {
     let seconds: u32 = std::env::var("CAMWRIGHT_SOAK_S").ok().and_then(|text| text.parse().ok()).unwrap_or(24);
     let (domain, folder) = (Domain::take(), Folder::new("memory"));
     let names = Traffic::TOPICS.map(|(name, ..)| name);
-    let recorder = Ours::start(&domain, &folder.join("run"), &[names[0], names[1], "/run_logger/status", "/rosout"]);
+    let recorder =
+        RunLoggerProcess::start(&domain, &folder.join("run"), &[names[0], names[1], "/run_logger/status", "/rosout"]);
     let mut traffic = Traffic::new(&recorder.node);
     recorder.wait_for_topics(&names);
     let process = recorder.process.id();
@@ -138,7 +139,7 @@ fn memory_stays_flat_while_the_bag_grows() {
     let max = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
     let (before, after) = (max(&memory[third..2 * third]), max(&memory[2 * third..]));
     println!("{before:.1} MB in the second third, {after:.1} MB in the last; {lost:?}, refused {}", traffic.refused);
-    assert_eq!(lost, Lost::default());
+    assert_eq!(lost, ReportedLosses::default());
     // A tenth of what the messages of the last third take.
     let grown = after - before;
     assert!(grown < 0.1 * 3.3 * f64::from(seconds / 3), "{grown:.1} MB more: {memory:?}");
@@ -180,7 +181,7 @@ fn the_cells_own_traffic_is_recorded_without_a_gap() {
 }
 
 /// Publishes until the condition holds.
-fn publish_until(recorder: &Ours, text: &str, condition: impl Fn(&Ours) -> bool) {
+fn publish_until(recorder: &RunLoggerProcess, text: &str, condition: impl Fn(&RunLoggerProcess) -> bool) {
     let publisher = recorder.node.publisher::<Text>(TOPIC, &Qos::default_topic()).expect("a publisher");
     recorder.wait_for_topics(&[TOPIC]);
     let deadline = Instant::now() + PATIENCE;
@@ -197,9 +198,9 @@ fn publish_until(recorder: &Ours, text: &str, condition: impl Fn(&Ours) -> bool)
 #[test]
 fn sigterm_leaves_a_whole_bag_and_exit_code_0() {
     let (domain, folder) = (Domain::take(), Folder::new("sigterm"));
-    let recorder = Ours::start(&domain, &folder.join("run"), &[TOPIC]);
+    let recorder = RunLoggerProcess::start(&domain, &folder.join("run"), &[TOPIC]);
     publish_until(&recorder, "as ever", |recorder| recorder.counts().written > 100);
-    let Ours { bag, mut process, .. } = recorder;
+    let RunLoggerProcess { bag, mut process, .. } = recorder;
     process.terminate();
     let status = process.wait(PATIENCE);
     assert!(status.success(), "{status}: {}", process.stderr());
@@ -228,23 +229,23 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_cod
     command.current_dir(repository()).env("ROS_DOMAIN_ID", domain.id().to_string()).env_remove("ROS_NAMESPACE");
     // What fills a disk is not the floor that is left free of it.
     command.args(["--ros-args", "-p", "min_free_mb:=0"]);
-    let recorder = Ours::start_with(&domain, &disk.join("run"), &[TOPIC], command);
+    let recorder = RunLoggerProcess::start_with(&domain, &disk.join("run"), &[TOPIC], command);
     publish_until(&recorder, &"x".repeat(30_000), |recorder| recorder.counts().dropped > 100);
-    let told = recorder.wait_settled(u64::MAX);
-    assert_eq!(told.received, told.written + told.dropped);
+    let reported = recorder.wait_settled(u64::MAX);
+    assert_eq!(reported.received, reported.written + reported.dropped);
     assert!(!recorder.status().recording, "it says that it has ended");
-    let Ours { mut process, .. } = recorder;
+    let RunLoggerProcess { mut process, .. } = recorder;
     process.terminate();
     let status = process.wait(PATIENCE);
-    let said = process.stderr();
-    assert_eq!(status.code(), Some(1), "{said}");
-    assert_eq!(said.matches("the recording has ended: no room for more in").count(), 1, "{said}");
+    let stderr = process.stderr();
+    assert_eq!(status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.matches("the recording has ended: no room for more in").count(), 1, "{stderr}");
 
     // The copy has another name than its storage file, which matters to nobody.
     let report = check(&bag).expect("the bag was copied");
     assert_eq!(report.worst(), Some(Severity::Warning), "{}", report.to_text());
     assert!(report.to_text().contains("the recording ended early: no room"), "{}", report.to_text());
-    assert_eq!(report.message_count, told.written);
+    assert_eq!(report.message_count, reported.written);
     let read = Bag::open(&bag).expect("it is closed");
     assert_eq!(read.custom_data()["camwright.outcome"], "fault");
     assert!(read.files()[0].is_closed);

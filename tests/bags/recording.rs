@@ -21,7 +21,7 @@ use camwright_nodes::bag_size::{BagSize, Pace};
 use camwright_nodes::player::{ReplayArgs, play};
 use camwright_planning::prepare_any;
 use camwright_ros::{Node, NodeOptions, Publisher, Qos, Shutdown};
-use recorder::{ACTIVATE, CONFIGURE, Cell, DEACTIVATE, args, directory, messages, until};
+use recorder::{ACTIVATE, CONFIGURE, DEACTIVATE, RecorderUnderTest, args, directory, messages, until};
 use serde_json::json;
 use support::{Domain, Guarded, PATIENCE, Peer};
 
@@ -50,8 +50,10 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     let domain = Domain::take();
     let directory = directory("round-trip");
     let bag = directory.join("run");
-    let mut cell =
-        Cell::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "run_id:=r7"]);
+    let mut cell = RecorderUnderTest::new(
+        &domain,
+        &["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "run_id:=r7"],
+    );
     let joints = cell.node.publisher::<JointState>("joint_states", &Qos::default_topic()).expect("good name");
     // The latched pages of a plan, published before anybody records.
     let pages = cell.node.publisher::<Text>("plan_pages", &Qos::latched(20)).expect("good name");
@@ -90,8 +92,8 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     let other = Domain::take();
     let listener = Node::new(NodeOptions::new("listener", &args(&other, &[]))).expect("it joins");
     let _spinning = listener.spin_in_thread().expect("there are threads");
-    let heard = Arc::<Mutex<Vec<JointState>>>::default();
-    let into = heard.clone();
+    let received = Arc::<Mutex<Vec<JointState>>>::default();
+    let into = received.clone();
     let _subscription = listener
         .subscribe::<JointState>("joint_states", &Qos::default_topic().keep_last(1000), move |message, _| {
             into.lock().expect("nobody panics with it").push(message);
@@ -117,12 +119,12 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     });
     let _late_subscription = late_joiner.join().expect("it subscribes");
     until("the late listener hears the latched pages", || all.lock().expect("nobody panics with it").len() == 20);
-    until("the listener hears all", || heard.lock().expect("nobody panics with it").len() == 500);
+    until("the listener hears all", || received.lock().expect("nobody panics with it").len() == 500);
     stop.request();
     let played = playing.join().expect("it ends well");
     assert!(played.messages >= 520 && played.failed == 0 && played.matched_topics >= 1, "{played:?}");
-    let heard = heard.lock().expect("nobody panics with it");
-    for (tick, message) in (0..).zip(heard.iter()) {
+    let received = received.lock().expect("nobody panics with it");
+    for (tick, message) in (0..).zip(received.iter()) {
         assert_eq!(*message, joint_state(tick));
     }
     assert_eq!(*late.lock().expect("nobody panics with it"), (0..20).map(|n| format!("page {n}")).collect::<Vec<_>>());
@@ -131,11 +133,11 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
 
 /// The readers that other people use see so many joint states in the bag, and decode every message of it.
 fn judge(bag: &Path, domain: &Domain, joint_states: usize) {
-    if let Some(said) = bag_judges::foxglove_counts(bag) {
-        assert_eq!(said["topics"]["/joint_states"], json!(joint_states));
+    if let Some(counts) = bag_judges::foxglove_counts(bag) {
+        assert_eq!(counts["topics"]["/joint_states"], json!(joint_states));
     }
-    let Some(said) = bag_judges::rosbags_counts(bag, domain) else { return };
-    let seen = &said["topics"]["/joint_states"];
+    let Some(counts) = bag_judges::rosbags_counts(bag, domain) else { return };
+    let seen = &counts["topics"]["/joint_states"];
     assert_eq!((&seen["type"], &seen["count"]), (&json!("sensor_msgs/msg/JointState"), &json!(joint_states)));
 }
 
@@ -169,9 +171,12 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
     let size = BagSize::estimate(&prepared, Pace::Fast);
     let files = size.topics.iter().find(|topic| topic.topic == "job_planner/job_files").expect("it names files");
     assert_eq!(files.messages, messages(&read, "/job_planner/job_files").len() as u64, "pages of the files of the job");
-    let (told, real) = (size.bytes(), read.files()[0].bytes);
-    println!("{told} bytes of bag were predicted, {real} there are");
-    assert!(told.abs_diff(real) * 10 < real, "{told} bytes were predicted, {real} there are: more than 10 % off");
+    let (predicted, real) = (size.bytes(), read.files()[0].bytes);
+    println!("{predicted} bytes of bag were predicted, {real} there are");
+    assert!(
+        predicted.abs_diff(real) * 10 < real,
+        "{predicted} bytes were predicted, {real} there are: more than 10 % off"
+    );
     let (first, last) = read.log_times_ns().expect("there are messages");
     let (bag_s, machine_s) = ((last - first) / 1_000_000_000, (stamps[stamps.len() - 1] - stamps[0]) / 1_000_000_000);
     assert!(bag_s.abs_diff(machine_s) <= 1, "the bag lasts {bag_s} s, the machine took {machine_s} s");
@@ -185,7 +190,7 @@ fn the_machine_hears_how_far_its_joint_states_are_in_the_bag() {
     let directory = directory("credit");
     let bag = directory.join("run");
     let recorder = ["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "credit_ticks:=50"];
-    let mut cell = Cell::new(&domain, &recorder);
+    let mut cell = RecorderUnderTest::new(&domain, &recorder);
     let joints: Publisher<JointState> = cell.node.publisher("joint_states", &Qos::default_topic()).expect("good name");
     let stream: Publisher<MachineStream> =
         cell.node.publisher("machine/stream", &Qos::default_topic()).expect("good name");
@@ -217,12 +222,14 @@ fn the_machine_hears_how_far_its_joint_states_are_in_the_bag() {
 }
 
 #[test]
-fn a_paused_recorder_writes_nothing_and_goes_on_when_told() {
+fn a_paused_recorder_writes_nothing_until_resumed() {
     let domain = Domain::take();
     let directory = directory("pause");
     let bag = directory.join("run");
-    let mut cell =
-        Cell::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "preset:=zstd"]);
+    let mut cell = RecorderUnderTest::new(
+        &domain,
+        &["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "preset:=zstd"],
+    );
     let texts = cell.node.publisher::<Text>("texts", &Qos::default_topic()).expect("good name");
     assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
     cell.wait_for_topics(&["/texts"]);
@@ -292,7 +299,7 @@ fn with_simulated_time_the_bag_has_the_times_of_the_clock() {
     let directory = directory("clock");
     let bag = directory.join("run");
     let recorder = ["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "use_sim_time:=true"];
-    let mut cell = Cell::new(&domain, &recorder);
+    let mut cell = RecorderUnderTest::new(&domain, &recorder);
     let texts = cell.node.publisher::<Text>("texts", &Qos::latched(5)).expect("good name");
     texts.publish(&Text { data: "early".into() }).expect("room");
     assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
@@ -327,7 +334,7 @@ fn an_rclpy_subscriber_hears_a_bag_that_is_played() {
     let domain = Domain::take();
     let directory = directory("rclpy");
     let bag = directory.join("run");
-    let mut cell = Cell::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
+    let mut cell = RecorderUnderTest::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
     let joints = cell.node.publisher::<JointState>("joint_states", &Qos::default_topic()).expect("good name");
     assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
     cell.wait_for_topics(&["/joint_states"]);
@@ -351,10 +358,10 @@ fn an_rclpy_subscriber_hears_a_bag_that_is_played() {
         .env("ROS_DOMAIN_ID", other.id().to_string());
     let mut player = Guarded::start("camwright replay", &mut command);
     for tick in 0..200 {
-        let heard = peer.message("/joint_states");
+        let received = peer.message("/joint_states");
         let expected = joint_state(tick);
-        assert_eq!(heard["position"], json!(expected.position), "message {tick}");
-        assert_eq!(heard["header"]["stamp"]["nanosec"], json!(expected.header.stamp.nanosec));
+        assert_eq!(received["position"], json!(expected.position), "message {tick}");
+        assert_eq!(received["header"]["stamp"]["nanosec"], json!(expected.header.stamp.nanosec));
     }
     let status = player.wait(PATIENCE);
     assert!(status.success(), "{status}: {}", player.stderr());

@@ -40,7 +40,7 @@ fn position(joints: &JointState, joint: &str) -> f64 {
 }
 
 #[test]
-fn homing_tells_its_steps_and_makes_the_mark_of_the_headstock_its_zero() {
+fn homing_reports_its_steps_and_zeroes_the_headstock_at_its_mark() {
     let cell = Cell::start(&[]);
     let state = Watched::<InterpolatorState>::new(&cell, "axis_interpolator/state", &Qos::latched(1));
     assert!(!state.until("a state", |_| true).is_homed);
@@ -67,7 +67,7 @@ fn homing_tells_its_steps_and_makes_the_mark_of_the_headstock_its_zero() {
 
 /// Whoever else wants to move the axes while a job is held is refused with the name of who has command.
 #[test]
-fn one_client_has_command_and_the_others_are_told_who() {
+fn one_client_has_command_and_others_get_its_name() {
     let cell = Cell::start(&[]);
     let state = Watched::<InterpolatorState>::new(&cell, "axis_interpolator/state", &Qos::latched(1));
     let hold = |hold: bool| cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
@@ -127,8 +127,8 @@ fn one_client_has_command_and_the_others_are_told_who() {
 fn an_override_that_is_set_between_motions_is_that_of_the_next() {
     let cell = Cell::start(&[]);
     let state = Watched::<InterpolatorState>::new(&cell, "axis_interpolator/state", &Qos::latched(1));
-    let told = state.until("a state before the first motion", |_| true);
-    assert_eq!((told.state, told.feed_override, told.is_homed), (InterpolatorState::IDLE, 1.0, false));
+    let first = state.until("a state before the first motion", |_| true);
+    assert_eq!((first.state, first.feed_override, first.is_homed), (InterpolatorState::IDLE, 1.0, false));
     let set = |feed_override: f64| {
         cell.client.call::<SetOverride>("axis_interpolator/set_override", &SetOverrideRequest { feed_override })
     };
@@ -157,14 +157,14 @@ fn an_override_that_is_set_between_motions_is_that_of_the_next() {
     state.until("the knob's last word", |state| (state.feed_override - 0.25).abs() < 1e-12);
     let slow = ticks(0.1);
     assert_eq!((full, slow), (2000, 8000), "2 s of motion at 1 ms a tick, and four times as long");
-    let told = state.until("idle", |state| state.state == InterpolatorState::IDLE);
-    assert!((told.feed_override - 0.25).abs() < 1e-9, "{told:?}");
+    let last = state.until("idle", |state| state.state == InterpolatorState::IDLE);
+    assert!((last.feed_override - 0.25).abs() < 1e-9, "{last:?}");
     cell.stop();
 }
 
 /// The alarm of a stop by the interpolator itself is in the result, and on its alarm topic until the next motion begins.
 #[test]
-fn an_alarm_of_the_interpolator_is_told_and_gone_with_the_next_motion() {
+fn an_interpolator_alarm_is_reported_and_cleared_by_the_next_motion() {
     let cell = Cell::start(&[]);
     let alarms = Watched::<MachineAlarms>::new(&cell, "axis_interpolator/alarms", &Qos::latched(1));
     let stuck = |active: bool| {
@@ -190,8 +190,8 @@ fn an_alarm_of_the_interpolator_is_told_and_gone_with_the_next_motion() {
     assert_eq!((status, result.success, result.alarm), (GoalStatus::Aborted, false, 90), "{}", result.message);
     let state = Watched::<InterpolatorState>::new(&cell, "axis_interpolator/state", &Qos::latched(1));
     state.until("an alarm is a fault until its reset", |state| state.state == InterpolatorState::FAULT);
-    let told = alarms.until("the alarm", |told| told.alarms.iter().any(|alarm| alarm.number == 90));
-    let alarm = &told.alarms[0];
+    let list = alarms.until("the alarm", |list| list.alarms.iter().any(|alarm| alarm.number == 90));
+    let alarm = &list.alarms[0];
     assert!(alarm.active && alarm.source == "axis_interpolator" && alarm.tick > 0, "{alarm:?}");
     assert!(!alarm.text.is_empty() && !alarm.remedy.is_empty() && result.message.contains(&alarm.text), "{alarm:?}");
 
@@ -201,6 +201,6 @@ fn an_alarm_of_the_interpolator_is_told_and_gone_with_the_next_motion() {
     state.until("the interpolator has heard of the reset", |state| state.state == InterpolatorState::IDLE);
     let (status, result) = homed();
     assert_eq!((status, result.alarm), (GoalStatus::Succeeded, 0), "{}", result.message);
-    alarms.until("no alarm is left", |told| told.alarms.is_empty());
+    alarms.until("no alarm is left", |list| list.alarms.is_empty());
     cell.stop();
 }

@@ -74,8 +74,8 @@ fn a_job_that_does_not_learn_has_nothing_to_forget_and_keeps_nothing() {
     let (domain, folder) = (Domain::take(), Folder::new("batch-plain"));
     let refused = run(&domain, &folder, "refused", &["--forget-learned"]);
     assert!(!refused.status.success());
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(said.contains("four_lobe_camshaft does not learn; add the key form_compensation"), "{said}");
+    let stderr = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(stderr.contains("four_lobe_camshaft does not learn; add the key form_compensation"), "{stderr}");
     report(&run(&domain, &folder, "plain", &[]));
     assert!(!folder.join("camwright/learned").exists());
 }

@@ -29,10 +29,10 @@ fn until(what: &str, mut condition: impl FnMut() -> bool) {
 /// The phases that the interpolator goes through, as they are heard of.
 fn phases_of(node: &Node) -> (mpsc::Receiver<u8>, Subscription) {
     let (sender, phases) = mpsc::channel();
-    let heard = move |state: InterpolatorState, _: &_| {
+    let on_state = move |state: InterpolatorState, _: &_| {
         let _test_is_over = sender.send(state.phase);
     };
-    let states = node.subscribe("axis_interpolator/state", &Qos::latched(1), heard).expect("a subscription");
+    let states = node.subscribe("axis_interpolator/state", &Qos::latched(1), on_state).expect("a subscription");
     (phases, states)
 }
 
@@ -108,8 +108,8 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
     let alarms: Arc<Mutex<Vec<u16>>> = Arc::default();
     let place = Arc::clone(&alarms);
     let _alarms = node
-        .subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |told, _| {
-            *place.lock().expect("not poisoned") = told.alarms.iter().map(|alarm| alarm.number).collect();
+        .subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |list, _| {
+            *place.lock().expect("not poisoned") = list.alarms.iter().map(|alarm| alarm.number).collect();
         })
         .expect("a subscription");
     let moving: Arc<Mutex<bool>> = Arc::default();
@@ -124,7 +124,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
     jobs.wait_for_server(PATIENCE).expect("run_job");
     let load = node.client::<LoadJob>("job_planner/load_job").expect("a client");
     load.wait_for_service(PATIENCE).expect("load_job");
-    let command = Shared::of_cell(&domain, "");
+    let command = Shared::for_cell(&domain, "");
     let settings = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=1"].map(String::from);
     let request = LoadJobRequest { job: "eccentric".into(), overrides: settings.clone().into() };
     until("the planner has met the machine", || load.call(&request, PATIENCE).expect("an answer").success);
@@ -163,7 +163,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
 
 /// The second machine at pace fast says that it leaves the clock to the first, and takes it over when that is gone.
 #[test]
-fn one_of_two_machines_tells_the_time() {
+fn only_one_of_two_machines_publishes_the_clock() {
     let domain = Domain::take();
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let _spinning = node.spin_in_thread().expect("a thread");
@@ -177,10 +177,10 @@ fn one_of_two_machines_tells_the_time() {
     let mut first = machine("/left");
     until("the first machine tells the time", || clocks() == 1);
     let mut second = machine("/right");
-    let said = "/left/machine_sim publishes /clock, so this machine does not";
+    let expected = "/left/machine_sim publishes /clock, so this machine does not";
     until("the second leaves it to the first", || {
         assert!(second.is_running(), "{}", second.complaint());
-        second.stderr().contains(said)
+        second.stderr().contains(expected)
     });
     assert_eq!(clocks(), 1);
     first.interrupt();

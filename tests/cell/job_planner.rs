@@ -79,8 +79,8 @@ fn a_cancelled_job_comes_to_rest_and_the_next_one_runs() {
     assert_eq!(goal.cancel(PATIENCE).expect("an answer"), CancelOutcome::Accepted);
     let (status, result) = goal.result(PATIENCE).expect("a result");
     assert_eq!(status, GoalStatus::Canceled, "{}", result.message);
-    let said = "was cancelled: the axes are at rest and the wheel is retracted";
-    assert!(!result.success && result.message.contains(said), "{}", result.message);
+    let expected = "was cancelled: the axes are at rest and the wheel is retracted";
+    assert!(!result.success && result.message.contains(expected), "{}", result.message);
     cell.client.status("is stopped", |status| status.state == JobStatus::STOPPED);
     let (goal, _) = cell.client.send("eccentric", &SHORT);
     assert!(goal.accepted());

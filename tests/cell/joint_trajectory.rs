@@ -101,10 +101,10 @@ fn a_trajectory_is_followed_and_feedback_state_and_query_tell_how() {
     assert!(moved.accepted());
     assert_eq!(result(&moved).0, GoalStatus::Succeeded);
     joints.until("the table stands at 50 mm", |joints| (position(joints, "z_axis") - 0.05).abs() < 1e-9);
-    let told: Vec<FollowJointTrajectoryFeedback> = feedback.try_iter().collect();
+    let received: Vec<FollowJointTrajectoryFeedback> = feedback.try_iter().collect();
     // 20 Hz over 2 s, and what settling takes; one message may be under way.
-    assert!((38..=60).contains(&told.len()), "{} messages of feedback", told.len());
-    let middle = &told[told.len() / 2];
+    assert!((38..=60).contains(&received.len()), "{} messages of feedback", received.len());
+    let middle = &received[received.len() / 2];
     assert_eq!(middle.joint_names, ["z_axis"]);
     let (desired, actual, error) = (middle.desired.positions[0], middle.actual.positions[0], middle.error.positions[0]);
     // The table lags its setpoint, and the difference is reported.
@@ -129,7 +129,7 @@ fn a_trajectory_is_followed_and_feedback_state_and_query_tell_how() {
 }
 
 #[test]
-fn what_is_refused_is_refused_before_anything_moves_and_the_log_says_why() {
+fn refusals_come_before_motion_with_a_logged_reason() {
     let cell = Cell::start(&[]);
     let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let good = || to("z_axis", 0.05, 2.0);
@@ -255,13 +255,13 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     let state = "axis_interpolator/controller_state";
     let state = Watched::<JointTrajectoryControllerState>::new(&cell, state, &Qos::default_topic());
     let (sender, speeds) = mpsc::channel();
-    let heard = move |joints: JointState, _: &_| {
+    let on_joints = move |joints: JointState, _: &_| {
         let _test_is_over = sender.send(joints.velocity[2]);
     };
     let _speeds = cell
         .client
         .node
-        .subscribe("joint_states", &Qos::default_topic().keep_last(2000), heard)
+        .subscribe("joint_states", &Qos::default_topic().keep_last(2000), on_joints)
         .expect("a subscription");
     let first = follower.moving(goal(to("z_axis", 0.3, 100.0)));
     state.until("it moves", |state| state.feedback.velocities[2] > 1e-3);
@@ -277,9 +277,9 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL), "{text}");
     assert!(text.starts_with("a joint trajectory replaced it at tick "), "{text}");
     // It never stopped: from when it moved on, no tick at rest.
-    let told: Vec<f64> = speeds.try_iter().skip_while(|speed| *speed <= 1e-3).collect();
-    let slowest = told.iter().copied().fold(f64::MAX, f64::min);
-    assert!(told.len() > 100 && slowest > 0.0, "{} ticks, the slowest at {slowest} m/s", told.len());
+    let fast: Vec<f64> = speeds.try_iter().skip_while(|speed| *speed <= 1e-3).collect();
+    let slowest = fast.iter().copied().fold(f64::MAX, f64::min);
+    assert!(fast.len() > 100 && slowest > 0.0, "{} ticks, the slowest at {slowest} m/s", fast.len());
 
     // The topic does the same, and is not asked.
     let topic: Publisher<JointTrajectory> =
@@ -305,14 +305,14 @@ fn a_trajectory_with_a_stamp_begins_at_its_time_and_a_late_one_with_what_is_left
     let stream = Watched::<MachineStream>::new(&cell, "machine/stream", &Qos::default_topic().keep_last(1000));
     let ns = |time: &Time| i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec);
     let at = |stamp: &Time, later_s: i32| Time { sec: stamp.sec + later_s, nanosec: stamp.nanosec };
-    let heard = stream.until("the machine", |_| true);
+    let stream_state = stream.until("the machine", |_| true);
     let mut later = to("z_axis", 0.05, 2.0);
-    later.header.stamp = at(&heard.stamp, 20);
+    later.header.stamp = at(&stream_state.stamp, 20);
     assert_eq!(result(&follower.send(goal(later.clone()))).0, GoalStatus::Succeeded);
     let line = log.line(&["a joint trajectory by ", " is complete at tick"]);
     let last_tick: i64 = line.rsplit(' ').next().and_then(|tick| tick.parse().ok()).unwrap_or_else(|| panic!("{line}"));
     // 2 s from its stamp on, and until it is seen that it stands: the next tick that is measured, and the feedback delay of 100.
-    let late_ticks = last_tick - (ns(&later.header.stamp) - ns(&heard.epoch)) / 1_000_000 - 2000;
+    let late_ticks = last_tick - (ns(&later.header.stamp) - ns(&stream_state.epoch)) / 1_000_000 - 2000;
     assert!((100..=130).contains(&late_ticks), "{late_ticks} ticks after its end");
 
     // Two points, of which the first is over: it goes to the second in the time that is left, from where it stands.

@@ -112,9 +112,9 @@ fn stiffness_is_measured_by_a_service_kept_and_used() {
     cell.client.status("executes", |status| status.state == JobStatus::EXECUTING);
     let busy = ask(wanted("journal_runout", &[ONE]));
     assert!(!busy.success && busy.message.contains("is running; nothing moved"), "{}", busy.message);
-    let told = answers.recv_timeout(PATIENCE).expect("an answer");
-    assert!(told.success, "{}", told.message);
-    let [journal] = told.journals.as_slice() else { panic!("{:?}", told.journals) };
+    let answer = answers.recv_timeout(PATIENCE).expect("an answer");
+    assert!(answer.success, "{}", answer.message);
+    let [journal] = answer.journals.as_slice() else { panic!("{:?}", answer.journals) };
     let (km, kg) = (journal.machine_stiffness / 6.0e6, journal.grinding_stiffness / 3.0e7);
     assert!((km - 1.0).abs() < 0.05 && (kg - 1.0).abs() < 0.1 && (journal.z - 0.08).abs() < 1e-12, "{journal:?}");
     let kept = cell.client.call::<GetStiffness>("job_planner/get_stiffness", &GetStiffnessRequest::default());

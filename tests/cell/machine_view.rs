@@ -233,7 +233,7 @@ fn the_shipped_descriptions_are_up_to_date() {
 
 /// Messages received by a viewer.
 #[derive(Debug, Default)]
-struct Heard {
+struct ReceivedMessages {
     descriptions: Vec<String>,
     fixed: Vec<TransformStamped>,
     /// Transforms by stamp (ns), and joint states.
@@ -245,20 +245,20 @@ struct Heard {
 }
 
 struct Viewer {
-    heard: Arc<(Mutex<Heard>, Condvar)>,
+    received: Arc<(Mutex<ReceivedMessages>, Condvar)>,
     _subscriptions: Vec<Subscription>,
 }
 
 impl Viewer {
     fn new(cell: &Cell) -> Self {
-        let heard: Arc<(Mutex<Heard>, Condvar)> = Arc::default();
+        let received: Arc<(Mutex<ReceivedMessages>, Condvar)> = Arc::default();
         let node = &cell.client.node;
         let latched = Qos::latched(64);
         macro_rules! hears {
-            ($type:ty, $topic:literal, $qos:expr, $heard:ident, $message:ident => $take:expr) => {{
-                let to = Arc::clone(&heard);
+            ($type:ty, $topic:literal, $qos:expr, $received:ident, $message:ident => $take:expr) => {{
+                let to = Arc::clone(&received);
                 let take = move |$message: $type, _: &_| {
-                    let mut $heard = to.0.lock().expect("not poisoned");
+                    let mut $received = to.0.lock().expect("not poisoned");
                     $take;
                     to.1.notify_all();
                 };
@@ -267,23 +267,24 @@ impl Viewer {
         }
         let burst = Qos::default_topic().keep_last(2000);
         let subscriptions = vec![
-            hears!(Text, "robot_description", &Qos::latched(1), heard, m => heard.descriptions.push(m.data)),
-            hears!(TFMessage, "/tf_static", &Qos::latched(1), heard, m => heard.fixed.extend(m.transforms)),
-            hears!(TFMessage, "/tf", &burst, heard, m => {
-                heard.moved.insert(ns_from_time(&m.transforms[0].header.stamp), m.transforms)
+            hears!(Text, "robot_description", &Qos::latched(1), received, m => received.descriptions.push(m.data)),
+            hears!(TFMessage, "/tf_static", &Qos::latched(1), received, m => received.fixed.extend(m.transforms)),
+            hears!(TFMessage, "/tf", &burst, received, m => {
+                received.moved.insert(ns_from_time(&m.transforms[0].header.stamp), m.transforms)
             }),
-            hears!(JointState, "joint_states", &burst, heard, m => heard.joints.insert(ns_from_time(&m.header.stamp), m)),
-            hears!(MarkerArray, "machine/markers", &latched, heard, m => heard.markers.extend(m.markers)),
-            hears!(MarkerArray, "job_planner/markers", &latched, heard, m => heard.markers.extend(m.markers)),
-            hears!(LobeForm, "job_planner/lobe_forms", &latched, heard, m => heard.forms.push(m)),
-            hears!(PartLobe, "machine/outline", &latched, heard, m => heard.outlines.push(m)),
+            hears!(JointState, "joint_states", &burst, received, m => received.joints.insert(ns_from_time(&m.header.stamp), m)),
+            hears!(MarkerArray, "machine/markers", &latched, received, m => received.markers.extend(m.markers)),
+            hears!(MarkerArray, "job_planner/markers", &latched, received, m => received.markers.extend(m.markers)),
+            hears!(LobeForm, "job_planner/lobe_forms", &latched, received, m => received.forms.push(m)),
+            hears!(PartLobe, "machine/outline", &latched, received, m => received.outlines.push(m)),
         ];
-        Self { heard, _subscriptions: subscriptions }
+        Self { received, _subscriptions: subscriptions }
     }
 
-    fn wait(&self, what: &str, there: impl Fn(&Heard) -> bool) {
-        let (heard, changed) = &*self.heard;
-        let waiting = changed.wait_timeout_while(heard.lock().expect("not poisoned"), PATIENCE, |heard| !there(heard));
+    fn wait(&self, what: &str, there: impl Fn(&ReceivedMessages) -> bool) {
+        let (received, changed) = &*self.received;
+        let waiting =
+            changed.wait_timeout_while(received.lock().expect("not poisoned"), PATIENCE, |received| !there(received));
         assert!(!waiting.expect("not poisoned").1.timed_out(), "{what} was not heard of");
     }
 }
@@ -299,8 +300,9 @@ fn a_running_cell_is_seen() {
     assert!(goal.accepted());
     let (status, result) = goal.result(PATIENCE).expect("a result");
     assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
-    viewer.wait("the form of the ground lobe", |heard| heard.forms.iter().any(|form| !form.form_error.is_empty()));
-    viewer.wait("the finished outline", |heard| heard.outlines.iter().any(|part| part.tick >= result.last_tick));
+    viewer
+        .wait("the form of the ground lobe", |received| received.forms.iter().any(|form| !form.form_error.is_empty()));
+    viewer.wait("the finished outline", |received| received.outlines.iter().any(|part| part.tick >= result.last_tick));
     // Who comes late hears what is latched.
     let late = Viewer::new(&cell);
     late.wait("latched topics", |late| {
@@ -310,19 +312,19 @@ fn a_running_cell_is_seen() {
             && !late.fixed.is_empty()
             && late.markers.iter().any(|m| m.ns == "wheel")
     });
-    let heard = viewer.heard.0.lock().expect("not poisoned");
+    let received = viewer.received.0.lock().expect("not poisoned");
 
-    let robot = urdf_rs::read_from_string(&heard.descriptions[0]).expect("a URDF");
-    assert_eq!(heard.fixed.len(), 1);
+    let robot = urdf_rs::read_from_string(&received.descriptions[0]).expect("a URDF");
+    assert_eq!(received.fixed.len(), 1);
     assert_eq!(
-        (heard.fixed[0].header.frame_id.as_str(), heard.fixed[0].child_frame_id.as_str()),
+        (received.fixed[0].header.frame_id.as_str(), received.fixed[0].child_frame_id.as_str()),
         ("world", "left_machine_base")
     );
     let moving: BTreeSet<&str> =
         robot.joints.iter().filter(|j| !matches!(j.joint_type, JointType::Fixed)).map(|j| j.name.as_str()).collect();
     let mut compared = 0;
-    for (stamp, transforms) in &heard.moved {
-        let Some(joints) = heard.joints.get(stamp) else { continue };
+    for (stamp, transforms) in &received.moved {
+        let Some(joints) = received.joints.get(stamp) else { continue };
         assert_eq!(
             joints.name.iter().map(String::as_str).collect::<BTreeSet<_>>(),
             moving,
@@ -330,13 +332,13 @@ fn a_running_cell_is_seen() {
         );
         assert_eq!(joints.header.frame_id, "left_machine_base");
         let position = |name: &str| joints.name.iter().position(|j| j == name).map_or(0.0, |at| joints.position[at]);
-        let said: BTreeMap<&str, &TransformStamped> =
-            transforms.iter().chain(&heard.fixed).map(|t| (t.child_frame_id.as_str(), t)).collect();
+        let by_name: BTreeMap<&str, &TransformStamped> =
+            transforms.iter().chain(&received.fixed).map(|t| (t.child_frame_id.as_str(), t)).collect();
         for link in &robot.links[1..] {
             let mut by_tf = Frame::ITSELF;
             let mut at = link.name.as_str();
             while at != "world" {
-                let step = said.get(at).unwrap_or_else(|| panic!("nobody says where {at} is"));
+                let step = by_name.get(at).unwrap_or_else(|| panic!("nobody says where {at} is"));
                 by_tf = Frame::from_transform(step).then(&by_tf);
                 at = &step.header.frame_id;
             }
@@ -348,14 +350,19 @@ fn a_running_cell_is_seen() {
     assert!(compared > 100, "{compared} moments of {} s of machine time", result.duration);
 
     let links: BTreeSet<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
-    for marker in &heard.markers {
+    for marker in &received.markers {
         assert!(links.contains(marker.header.frame_id.as_str()), "{} {:?}", marker.ns, marker.header);
         assert!(marker.frame_locked && (marker.pose.orientation.w - 1.0).abs() < 1e-15, "{}", marker.ns);
         assert!(marker.points.iter().all(|p| p.x.is_finite() && p.y.is_finite() && p.z.is_finite()), "{}", marker.ns);
         assert!(marker.points.len() * 24 < 32_768, "{}: {} points", marker.ns, marker.points.len());
     }
     let last = |ns: &str| {
-        heard.markers.iter().rev().find(|m| m.ns == ns && m.action == Marker::ADD).unwrap_or_else(|| panic!("no {ns}"))
+        received
+            .markers
+            .iter()
+            .rev()
+            .find(|m| m.ns == ns && m.action == Marker::ADD)
+            .unwrap_or_else(|| panic!("no {ns}"))
     };
     let kinds = [
         ("stock", Marker::TRIANGLE_LIST),
@@ -370,14 +377,14 @@ fn a_running_cell_is_seen() {
 
     // What is drawn is what was measured.
     let lobe = &result.lobes[0];
-    let form = heard.forms.iter().find(|form| !form.form_error.is_empty()).expect("waited for");
+    let form = received.forms.iter().find(|form| !form.form_error.is_empty()).expect("waited for");
     let largest = form.form_error.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     assert!((largest - lobe.form_error_max).abs() < 1e-12, "{largest} m drawn, {} m measured", lobe.form_error_max);
     let farthest = |ns: &str| last(ns).points.iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
-    let most = form.contour.iter().copied().fold(0.0, f64::max);
+    let max = form.contour.iter().copied().fold(0.0, f64::max);
     assert!(
-        (farthest("design") - most).abs() < 1e-6 && (farthest("stock") - most).abs() < 2e-5,
-        "{} {most}",
+        (farthest("design") - max).abs() < 1e-6 && (farthest("stock") - max).abs() < 2e-5,
+        "{} {max}",
         farthest("stock")
     );
     let place = form.table_position;
@@ -385,16 +392,16 @@ fn a_running_cell_is_seen() {
         last("stock").points.iter().all(|p| (p.z - place).abs() < 0.5 * form.width + 1e-9),
         "the lobe stands at its station"
     );
-    let outline = heard.outlines.last().expect("waited for");
+    let outline = received.outlines.last().expect("waited for");
     let (azimuths, scale) = (outline.radius.len(), form.contour.len() / 720);
     assert_eq!((azimuths, scale, outline.name.as_str()), (720, 1, "A"));
     let apart =
         outline.radius.iter().zip(&form.contour).map(|(is, shall)| mm_from_m((is - shall).abs())).fold(0.0, f64::max);
     assert!(apart < 0.01, "the outline lies {apart} mm off the design");
-    let blank = heard.outlines.first().expect("the blank");
+    let blank = received.outlines.first().expect("the blank");
     assert!(blank.tick < outline.tick && blank.radius[0] > outline.radius[0] + 1e-4, "stock was taken");
-    assert!(heard.outlines.len() > 2, "the lobe was seen while it was cut");
-    drop(heard);
+    assert!(received.outlines.len() > 2, "the lobe was seen while it was cut");
+    drop(received);
     every_topic_of_a_viewer_is_there(&cell);
     cell.stop();
 }
@@ -419,32 +426,32 @@ fn a_bar_in_a_lathe_is_seen_and_transforms_can_be_left_to_others() {
     };
     let answer = cell.client.call::<LoadBar>("machine/load_bar", &bar);
     assert!(answer.success, "{}", answer.message);
-    viewer.wait("the bar", |heard| heard.markers.iter().filter(|marker| marker.ns == "stock").count() == 12);
-    viewer.wait("its outline", |heard| !heard.outlines.is_empty());
-    viewer.wait("the description", |heard| !heard.descriptions.is_empty());
-    let heard = viewer.heard.0.lock().expect("not poisoned");
-    let robot = urdf_rs::read_from_string(&heard.descriptions[0]).expect("a URDF");
+    viewer.wait("the bar", |received| received.markers.iter().filter(|marker| marker.ns == "stock").count() == 12);
+    viewer.wait("its outline", |received| !received.outlines.is_empty());
+    viewer.wait("the description", |received| !received.descriptions.is_empty());
+    let received = viewer.received.0.lock().expect("not poisoned");
+    let robot = urdf_rs::read_from_string(&received.descriptions[0]).expect("a URDF");
     assert!(robot.links.iter().any(|link| link.name == "insert"), "{:?}", robot.links);
     let (mut low, mut high) = (f64::MAX, f64::MIN);
-    for (slice, stock) in heard.markers.iter().enumerate() {
+    for (slice, stock) in received.markers.iter().enumerate() {
         assert_eq!(
             (stock.header.frame_id.as_str(), stock.ns.as_str(), stock.id),
             ("part", "stock", i32::try_from(slice).expect("a few"))
         );
         assert!(stock.points.len() * 24 < 32_768, "{} points", stock.points.len());
     }
-    for point in heard.markers.iter().flat_map(|stock| &stock.points) {
+    for point in received.markers.iter().flat_map(|stock| &stock.points) {
         let radius = point.x.hypot(point.y);
         assert!(radius < 1e-12 || (radius - bar.radius).abs() < 1e-9, "{point:?}");
         (low, high) = (low.min(point.z), high.max(point.z));
     }
     // z of the part frame is z_axis as it reads when the insert stands there.
     assert!((low + 0.001).abs() < 1e-12 && (high - 0.023).abs() < 1e-12, "{low} to {high}");
-    assert_eq!(heard.outlines[0].radius.len(), 90);
-    assert!(heard.fixed.is_empty() && heard.moved.is_empty(), "nobody makes transforms");
+    assert_eq!(received.outlines[0].radius.len(), 90);
+    assert!(received.fixed.is_empty() && received.moved.is_empty(), "nobody makes transforms");
     let topics = cell.client.node.discovered_topics();
     assert!(topics.iter().filter(|topic| topic.name.starts_with("/tf")).all(|topic| topic.publishers.is_empty()));
-    drop(heard);
+    drop(received);
     cell.stop();
 }
 

@@ -79,9 +79,9 @@ fn a_machine_is_set_up_over_ros() {
     let (status, found) = probe(of("z_axis", "LS1", 0.1));
     assert_eq!(status, GoalStatus::Succeeded, "{}", found.message);
     assert!((found.position - 0.08).abs() < 2e-6, "the switch stands at 80 mm: {}", found.position);
-    let (status, told) = probe(of("z_axis", "origin", 0.0));
+    let (status, feedback) = probe(of("z_axis", "origin", 0.0));
     assert_eq!(status, GoalStatus::Aborted);
-    assert!(told.message.contains("origin catches the position of c_axis, not of z_axis"), "{}", told.message);
+    assert!(feedback.message.contains("origin catches the position of c_axis, not of z_axis"), "{}", feedback.message);
 
     // A part that is clamped 3 degrees askew is ground by the phase that is found.
     let short = ["wheel_radius_mm=60", "infeed.per_block_um=0.02", "raw_part.clamped_at_deg=3"];
@@ -125,10 +125,10 @@ fn a_machine_is_set_up_over_ros() {
     cell.stop();
 }
 
-fn jog(cell: &Cell, goal: JogGoal, told: impl FnMut(JogFeedback) + Send + 'static) -> (GoalStatus, JogResult) {
+fn jog(cell: &Cell, goal: JogGoal, feedback: impl FnMut(JogFeedback) + Send + 'static) -> (GoalStatus, JogResult) {
     let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
     client.wait_for_server(PATIENCE).expect("jog");
-    let sent = client.send_goal(goal, told, PATIENCE).expect("a decision");
+    let sent = client.send_goal(goal, feedback, PATIENCE).expect("a decision");
     assert!(sent.accepted(), "a goal that cannot be is accepted, to say why");
     sent.result(PATIENCE).expect("a result")
 }
@@ -151,8 +151,8 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
     let hold = cell.client.node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic());
     let hold = hold.expect("a publisher");
     assert!(hold.wait_matched(1, PATIENCE));
-    let held = move |told: JogFeedback| {
-        if told.position < from + 0.01 {
+    let held = move |feedback: JogFeedback| {
+        if feedback.position < from + 0.01 {
             hold.publish(&Empty::default()).expect("published");
         }
     };
@@ -183,11 +183,11 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
     // The part spindle turns until it is cancelled; other clients have no command meanwhile, and their refusal names the holder.
     let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
     client.wait_for_server(PATIENCE).expect("jog");
-    let (sender, told) = std::sync::mpsc::channel();
-    let tell = move |feedback| drop(sender.send(feedback));
+    let (sender, feedback) = std::sync::mpsc::channel();
+    let on_feedback = move |feedback| drop(sender.send(feedback));
     let goal = JogGoal { hold_to_run: -1.0, ..of("c_axis", 0.5, 0.0) };
-    let turning = client.send_goal(goal, tell, PATIENCE).expect("a decision");
-    while told.recv_timeout(PATIENCE).expect("it tells how fast it goes").velocity < 0.49 {}
+    let turning = client.send_goal(goal, on_feedback, PATIENCE).expect("a decision");
+    while feedback.recv_timeout(PATIENCE).expect("it tells how fast it goes").velocity < 0.49 {}
     let wheel = |data| cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data });
     let refused = wheel(true);
     assert_eq!((refused.success, refused.message.as_str()), (false, "a jog of c_axis by /operator has command"));

@@ -29,7 +29,7 @@ fn machine() -> machine_file::Machine {
 }
 
 #[test]
-fn a_bridge_to_a_controller_keeps_what_its_document_says_and_moves() {
+fn a_controller_bridge_meets_its_documented_clauses_and_moves() {
     let domain = Domain::take();
     let args = RosArgs::default().with_domain_id(domain.id()).with_namespace("/cell");
     let controller = StandIn::start(&args, CONTROLLER);

@@ -101,7 +101,7 @@ fn a_part_is_turned_over_dds_the_same_every_time_and_its_form_is_reported() {
 }
 
 #[test]
-fn the_command_line_tells_a_verdict_and_refuses_what_turning_has_not() {
+fn the_command_line_reports_a_verdict_and_refuses_grinding_options() {
     let folder = Folder::new("turned-verdict");
     let strict = run(&folder, "strict", &["--set", "tolerance_um=0.5", "--details"]);
     let text = String::from_utf8_lossy(&strict.stdout);
@@ -119,19 +119,19 @@ fn the_command_line_tells_a_verdict_and_refuses_what_turning_has_not() {
         (&["--find-phase"], "--find-phase does not apply to turning job turned_cam: the raw part is a round bar"),
     ] {
         let refused = run(&folder, "refused", flags);
-        let told = String::from_utf8_lossy(&refused.stderr);
-        assert!(refused.status.code() == Some(1) && told.contains(words), "{flags:?}: {told}");
+        let stderr = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(1) && stderr.contains(words), "{flags:?}: {stderr}");
         assert!(!folder.join("refused").exists(), "a refused run leaves no bag");
     }
     // On a machine that grinds the planner says why, and nobody waits for a record of what it has not.
     let refused = run(&folder, "ground", &["--set", "machine=cam_grinder"]);
-    let told = String::from_utf8_lossy(&refused.stderr);
-    assert!(refused.status.code() == Some(1) && told.contains("the machine grinds with a wheel"), "{told}");
+    let stderr = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(1) && stderr.contains("the machine grinds with a wheel"), "{stderr}");
 }
 
 /// A tolerance that any drive keeps is kept by the smallest gain that is tried; good drives leave less than ordinary ones.
 #[test]
-fn what_drives_would_have_to_be_is_told_of_jobs_that_turn() {
+fn required_drives_are_reported_for_turning_jobs() {
     let drives = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
         let output = command.current_dir(support::repository()).arg("drives").args(arguments).output();
@@ -139,19 +139,19 @@ fn what_drives_would_have_to_be_is_told_of_jobs_that_turn() {
     };
     let mut arguments = vec![JOB, "--json", "--tolerance-um", "500"];
     SHORT.iter().for_each(|over| arguments.extend(["--set", over]));
-    let told = drives(&arguments);
-    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
-    let told: Value = serde_json::from_slice(&told.stdout).expect("a report in JSON");
-    let beyond_um = |name: &str| told["drives"][name]["beyond_um"].as_f64().expect("a number");
+    let output = drives(&arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output: Value = serde_json::from_slice(&output.stdout).expect("a report in JSON");
+    let beyond_um = |name: &str| output["drives"][name]["beyond_um"].as_f64().expect("a number");
     assert!(beyond_um("ideal drives").abs() < 1e-12, "they leave nothing beyond themselves");
-    assert!(beyond_um("good drives") < 0.5 * beyond_um("the machine's drives"), "{}", told["drives"]);
-    let least = |index: usize| &told["gain_of_x"][index]["result"]["least"];
+    assert!(beyond_um("good drives") < 0.5 * beyond_um("the machine's drives"), "{}", output["drives"]);
+    let least = |index: usize| &output["gain_of_x"][index]["result"]["least"];
     for index in 0..2 {
-        assert_eq!(least(index)["kv_1_s"].as_f64().map(f64::round), Some(31.0), "{}", told["gain_of_x"]);
+        assert_eq!(least(index)["kv_1_s"].as_f64().map(f64::round), Some(31.0), "{}", output["gain_of_x"]);
     }
     let refused = drives(&["eccentric"]);
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert!(refused.status.code() == Some(2) && said.contains("job eccentric grinds"), "{said}");
+    let stderr = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(2) && stderr.contains("job eccentric grinds"), "{stderr}");
 }
 
 /// A cell with the lathe.
@@ -166,8 +166,8 @@ fn cutting(cell: &Cell) -> (ClientGoal<RunJob>, mpsc::Receiver<RunJobFeedback>) 
     let (goal, feedback) = cell.client.send(JOB, &SHORT);
     assert!(goal.accepted(), "{:?}", cell.client.status("tells why", |status| !status.message.is_empty()).message);
     loop {
-        let told = feedback.recv_timeout(PATIENCE).expect("feedback");
-        if told.phase_name == "cut" && told.turn > 1.0 {
+        let progress = feedback.recv_timeout(PATIENCE).expect("feedback");
+        if progress.phase_name == "cut" && progress.turn > 1.0 {
             return (goal, feedback);
         }
     }
@@ -253,8 +253,8 @@ fn what_does_not_fit_a_lathe_or_its_job_is_refused_with_its_reason() {
     assert!(!refused.success && refused.message.contains("grinds with a wheel"), "{}", refused.message);
     let (goal, _feedback) = grinder.client.send(JOB, &SHORT);
     assert!(!goal.accepted());
-    let told = grinder.client.status("refuses", |status| status.message.contains("refused"));
-    assert!(told.message.contains("the job is for machine lathe, the cell has cam_grinder"), "{}", told.message);
+    let status = grinder.client.status("refuses", |status| status.message.contains("refused"));
+    assert!(status.message.contains("the job is for machine lathe, the cell has cam_grinder"), "{}", status.message);
     assert!(!grinder.client.has_moved());
     grinder.stop();
 }

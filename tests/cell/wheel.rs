@@ -33,7 +33,7 @@ fn refusal(job: &str, set: &[&str]) -> String {
     error.unwrap_or_else(|| panic!("no error in {text}")).to_owned()
 }
 
-fn says(text: &str, words: &[&str]) {
+fn assert_contains(text: &str, words: &[&str]) {
     for word in words {
         assert!(text.contains(word), "{word:?} is not in: {text}");
     }
@@ -41,7 +41,7 @@ fn says(text: &str, words: &[&str]) {
 
 /// E 4.2, r 19, wheel 60 less 20 µm: √((√(79² − 4.2²) − 0.02)² + 4.2²) − 78.98 mm is left by the path of the larger wheel.
 #[test]
-fn the_error_of_a_kept_path_is_told_for_every_dress() {
+fn the_error_of_a_kept_path_is_reported_for_every_dress() {
     let set = [
         "machine=cam_grinder_with_dresser",
         "wheel_radius_mm=60",
@@ -60,20 +60,23 @@ fn the_error_of_a_kept_path_is_told_for_every_dress() {
     let less = wheel - number("radius_mm");
     let d = ((r + wheel).powi(2) - e * e).sqrt() - less;
     let exact_um = 1e3 * (d.hypot(e) - (r + wheel - less));
-    let told = dress["kept_path"]["error_um"].as_f64().expect("a number");
-    assert!((told - exact_um).abs() < 1e-6 && told > 0.02, "{told} um, by its closed form {exact_um} um");
+    let error_um = dress["kept_path"]["error_um"].as_f64().expect("a number");
+    assert!((error_um - exact_um).abs() < 1e-6 && error_um > 0.02, "{error_um} um, by its closed form {exact_um} um");
 }
 
 #[test]
 fn a_wheel_that_a_dress_would_use_up_is_refused() {
     let text = refusal("dressed_batch", &["wheel_radius_mm=42.5", "dressing={every_lobes: 1, depth_um: 40}"]);
-    says(&text, &["a wheel of radius 42.4", "turns at 18", "its spindle is allowed 18000.0 rpm"]);
+    assert_contains(&text, &["a wheel of radius 42.4", "turns at 18", "its spindle is allowed 18000.0 rpm"]);
     let slower = Folder::new("wheel-slower");
     let machine = machine_with(&slower, "max_speed_rpm: 18000.0", "max_speed_rpm: 30000.0");
     let machine = format!("machine={}", machine.display());
     let text =
         refusal("dressed_batch", &[&machine, "wheel_radius_mm=40.06", "dressing={every_lobes: 1, depth_um: 40}"]);
-    says(&text, &["lobe I2: the dress before it leaves a wheel of radius 39.97", "wheel.min_radius_mm is 40.0000 mm"]);
+    assert_contains(
+        &text,
+        &["lobe I2: the dress before it leaves a wheel of radius 39.97", "wheel.min_radius_mm is 40.0000 mm"],
+    );
 }
 
 /// A copy of the machine with a dresser, with one thing changed.
@@ -91,7 +94,7 @@ fn a_wheel_beyond_its_strength_is_refused() {
     let folder = Folder::new("wheel-burst");
     let machine = machine_with(&folder, "\n  surface_speed_m_s: 80.0", "\n  surface_speed_m_s: 120.0");
     let text = refusal("dressed_batch", &[&format!("machine={}", machine.display())]);
-    says(&text, &["machine.yaml:", "wheel.surface_speed_m_s is 120", "wheel.max_surface_speed_m_s, 100"]);
+    assert_contains(&text, &["machine.yaml:", "wheel.surface_speed_m_s is 120", "wheel.max_surface_speed_m_s, 100"]);
 }
 
 /// 9 mm of lift within 50° each way: a hollow flank that a wheel of 60 mm does not reach into.
@@ -106,7 +109,7 @@ fn a_hollow_flank_names_its_lobes_the_largest_wheel_and_where() {
         "the largest usable radius is",
         "the machine has one wheel: make a job of I1, I2 and another, with a smaller wheel, of E1, E2",
     ];
-    says(&text, &words);
+    assert_contains(&text, &words);
     let largest: f64 = text
         .split("the largest usable radius is ")
         .nth(1)
@@ -121,8 +124,8 @@ fn a_hollow_flank_names_its_lobes_the_largest_wheel_and_where() {
         &[HOLLOW, &format!("wheel_radius_mm={}", 0.9 * largest), "work_speed_rpm=20"],
     );
     let output = camwright(&["check", "four_lobe_camshaft"], &[HOLLOW]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-    assert_eq!(told.lines().filter(|line| line.contains("does not reach into")).count(), 1, "{told}");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+    assert_eq!(text.lines().filter(|line| line.contains("does not reach into")).count(), 1, "{text}");
 }
 
 #[test]
@@ -133,9 +136,9 @@ fn a_job_for_two_wheels_is_refused_with_what_each_lobe_takes() {
         "lobe E1 takes less than",
         "split it into one job per wheel",
     ];
-    says(&text, &words);
+    assert_contains(&text, &words);
     let text = refusal("rough_and_finish", &["roughing.0.wheel_radius_mm=100"]);
-    says(&text, &["the job needs 100 mm for pass rough", "split it into one job per wheel"]);
+    assert_contains(&text, &["the job needs 100 mm for pass rough", "split it into one job per wheel"]);
     planned("rough_and_finish", "same", &["roughing.0.wheel_radius_mm=60"]);
 }
 
@@ -143,18 +146,18 @@ fn a_job_for_two_wheels_is_refused_with_what_each_lobe_takes() {
 fn what_stands_in_the_wheels_way_is_named_with_how_much_is_missing() {
     let collar = "obstacles=[{name: collar, from_mm: 138, to_mm: 150, radius_mm: 25}]";
     let text = refusal("four_lobe_camshaft", &["lobes.E1.station=LS3", "lobes.I2.station=LS2", collar, "home.x_mm=20"]);
-    says(&text, &["home.x_mm leaves x_axis at 20.000 mm"]);
+    assert_contains(&text, &["home.x_mm leaves x_axis at 20.000 mm"]);
     let wide = "obstacles=[{name: collar, from_mm: 137, to_mm: 150, radius_mm: 25}]";
     let text = refusal("four_lobe_camshaft", &[wide]);
-    says(
+    assert_contains(
         &text,
         &["E1: ", "where obstacle collar reaches 25.000 mm", "x_axis must stay at 26.000 mm or more", "farther out"],
     );
     planned("four_lobe_camshaft", "beside", &[collar]);
     let text = refusal("dressed_batch", &["home.x_mm=80"]);
-    says(&text, &["where the headstock reaches 90.000 mm", "x_axis must stay at 91.000 mm or more"]);
+    assert_contains(&text, &["where the headstock reaches 90.000 mm", "x_axis must stay at 91.000 mm or more"]);
     let text = refusal("four_lobe_camshaft", &["obstacles=[{name: collar, from_mm: 150, to_mm: 137, radius_mm: 25}]"]);
-    says(&text, &["obstacle collar reaches from 150 to 137 mm", "it must begin before it ends"]);
+    assert_contains(&text, &["obstacle collar reaches from 150 to 137 mm", "it must begin before it ends"]);
 }
 
 /// Two parts on one machine: the second begins with the wheel that the first left, and the machine reports its radius.
@@ -184,14 +187,20 @@ fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
         let path = folder.join("camwright/cam_grinder_with_dresser.yaml");
         dresses(&std::fs::read_to_string(path).expect("what outlives a run"))
     };
-    let told = run("first");
+    let finished = run("first");
     let (first_mm, first_count) = state();
     assert_eq!(first_count, 1);
-    assert!((told[0] - 60.0).abs() < 1e-9 && (told[told.len() - 1] - first_mm).abs() < 1e-9, "{told:?}, {first_mm}");
-    let told = run("second");
+    assert!(
+        (finished[0] - 60.0).abs() < 1e-9 && (finished[finished.len() - 1] - first_mm).abs() < 1e-9,
+        "{finished:?}, {first_mm}"
+    );
+    let finished = run("second");
     let (second_mm, second_count) = state();
     assert_eq!(second_count, 3, "its first lobe is beyond what the first part left of the wheel");
-    assert!((told[0] - first_mm).abs() < 1e-9 && (told[told.len() - 1] - second_mm).abs() < 1e-9, "{told:?}");
+    assert!(
+        (finished[0] - first_mm).abs() < 1e-9 && (finished[finished.len() - 1] - second_mm).abs() < 1e-9,
+        "{finished:?}"
+    );
     assert!(second_mm < first_mm - 0.006, "{second_mm}");
 }
 
@@ -206,8 +215,8 @@ fn radii_mm(bag: &Path) -> Vec<f64> {
         if bag.topics()[message.topic].name == "/machine/description" {
             // Four octets say how the rest is encoded.
             let decoded = cdr_encoding::from_bytes::<MachineDescription, LittleEndian>(&message.data[4..]);
-            let (told, _) = decoded.expect("a description");
-            radii.push(1e3 * told.wheel_radius);
+            let (description, _) = decoded.expect("a description");
+            radii.push(1e3 * description.wheel_radius);
         }
     }
     assert!(!radii.is_empty(), "the machine is in the bag");

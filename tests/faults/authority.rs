@@ -5,7 +5,7 @@ use crate::cell;
 use crate::hostile;
 use crate::support;
 
-use camwright_authority::{Command, TakeError, TakeOptions};
+use camwright_authority::{HeldCommand, TakeError, TakeOptions};
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal};
 use camwright_msgs::camwright_msgs::msg::{
@@ -49,24 +49,25 @@ impl Client {
         let own = node.participant_guid().expect("a running node");
         let is_own = move |info: &MessageInfo| info.writer[..12] == own[..12];
         let subscriptions = [
-            node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |said, info| {
+            node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |message, info| {
                 if !is_own(info) {
-                    *to_stream.lock().expect("not poisoned") = said;
+                    *to_stream.lock().expect("not poisoned") = message;
                 }
             }),
-            node.subscribe::<MachineAlarms>("machine/alarms", &latched, move |said, info| {
+            node.subscribe::<MachineAlarms>("machine/alarms", &latched, move |message, info| {
                 if !is_own(info) {
-                    *to_alarms.lock().expect("not poisoned") = said.alarms.iter().map(|alarm| alarm.number).collect();
+                    *to_alarms.lock().expect("not poisoned") =
+                        message.alarms.iter().map(|alarm| alarm.number).collect();
                 }
             }),
-            node.subscribe::<CommandHolder>("machine/command_holder", &latched, move |said, info| {
+            node.subscribe::<CommandHolder>("machine/command_holder", &latched, move |message, info| {
                 if !is_own(info) {
-                    *to_holder.lock().expect("not poisoned") = said;
+                    *to_holder.lock().expect("not poisoned") = message;
                 }
             }),
-            node.subscribe::<InterpolatorState>("axis_interpolator/state", &latched, move |said, info| {
+            node.subscribe::<InterpolatorState>("axis_interpolator/state", &latched, move |message, info| {
                 if !is_own(info) {
-                    *to_homed.lock().expect("not poisoned") = said.is_homed;
+                    *to_homed.lock().expect("not poisoned") = message.is_homed;
                 }
             }),
         ];
@@ -167,7 +168,7 @@ fn a_stranger_changes_no_zero_and_a_holder_works_afterwards() {
     assert!(refused.results.len() == 1 && refused.results[0].reason.contains("command"), "{refused:?}");
 
     // A holder's fields are bounded all the same.
-    let command = Command::acquire(&anna.node, &TakeOptions::new("anna")).expect("command");
+    let command = HeldCommand::acquire(&anna.node, &TakeOptions::new("anna")).expect("command");
     let of_anna = self::commands(&anna);
     for (kind, counts, ahead) in [
         (MachineCommand::PUSH, i64::MAX, 5),
@@ -200,7 +201,7 @@ fn a_lease_is_renewed_refused_released_shared_and_runs_out() {
     until("everybody hears who has command", || bert.holder() == "anna");
     let refused = bert.take_command("bert", 1.0);
     assert!(!refused.success && refused.message.contains("anna has command for"), "{}", refused.message);
-    let refused = Command::acquire(&bert.node, &TakeOptions::new("bert")).expect_err("anna has it");
+    let refused = HeldCommand::acquire(&bert.node, &TakeOptions::new("bert")).expect_err("anna has it");
     assert!(matches!(refused, TakeError::Refused(_)), "{refused}");
     assert!(!bert.release("anna").success, "the name is not enough");
     assert!(
@@ -243,7 +244,7 @@ fn a_member_that_is_started_again_takes_its_role_back() {
     let member = || anna.holder.lock().expect("not poisoned").interpolator;
     until("the interpolator has joined", || member() != [0; 16]);
     let (before, args) = (member(), RosArgs::default().with_domain_id(cell.domain().id()));
-    let command = Command::acquire(&anna.node, &TakeOptions::new("anna")).expect("command");
+    let command = HeldCommand::acquire(&anna.node, &TakeOptions::new("anna")).expect("command");
     let cell = cell.with_interpolator(|interpolator| {
         interpolator.stop();
         AxisInterpolator::start(&args).expect("axis_interpolator")
@@ -353,7 +354,7 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     until("the emergency stop is an alarm", || stranger.has_alarm(1));
     let released = stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: false });
     assert!(!released.success && released.message.contains("no client has command"), "{}", released.message);
-    let command = Command::acquire(&stranger.node, &TakeOptions::new("operator")).expect("command");
+    let command = HeldCommand::acquire(&stranger.node, &TakeOptions::new("operator")).expect("command");
     assert!(stranger.call::<SetBool>("machine/estop", &SetBoolRequest { data: false }).success);
     until("it is reset", || stranger.call::<Trigger>("machine/reset", &TriggerRequest::default()).success);
     assert_eq!(stranger.home(), GoalStatus::Succeeded);

@@ -22,7 +22,7 @@ use std::time::Instant;
 use support::{Domain, Guarded};
 use watched::LogLines;
 
-struct Told {
+struct DiagnosticsListener {
     arrays: mpsc::Receiver<DiagnosticArray>,
     last: BTreeMap<String, DiagnosticStatus>,
     _subscription: Subscription,
@@ -32,12 +32,12 @@ fn value(status: &DiagnosticStatus, key: &str) -> Option<String> {
     status.values.iter().find(|value| value.key == key).map(|value| value.value.clone())
 }
 
-impl Told {
+impl DiagnosticsListener {
     fn subscribe(cell: &Cell) -> Self {
         let (sender, arrays) = mpsc::channel();
-        let heard = move |array, _: &_| drop(sender.send(array));
-        let subscription = cell.client.node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), heard);
-        Told { arrays, last: BTreeMap::new(), _subscription: subscription.expect("a subscription") }
+        let on_message = move |array, _: &_| drop(sender.send(array));
+        let subscription = cell.client.node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), on_message);
+        DiagnosticsListener { arrays, last: BTreeMap::new(), _subscription: subscription.expect("a subscription") }
     }
 
     /// Listens until the status is as wanted.
@@ -63,7 +63,8 @@ fn status_in_a_cut_names_lobe_and_wheel() {
     let cell = Cell::start(&[]);
     let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
     assert!(goal.accepted());
-    let in_cut = |told: &RunJobFeedback| told.lobe_count == 4 && told.lobe_index == 0 && told.turn > 0.0;
+    let in_cut =
+        |feedback: &RunJobFeedback| feedback.lobe_count == 4 && feedback.lobe_index == 0 && feedback.turn > 0.0;
     while !in_cut(&feedback.recv_timeout(PATIENCE).expect("the job goes on")) {}
     let request = FeedHoldRequest { hold: true };
     assert!(cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &request).success, "the job is held");
@@ -101,17 +102,17 @@ fn a_thread_that_dies_is_reported_and_ends_its_process() {
     let domain = Domain::take();
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let (sender, levels) = mpsc::channel();
-    let heard = move |array: DiagnosticArray, _: &_| {
+    let on_message = move |array: DiagnosticArray, _: &_| {
         for status in array.status.into_iter().filter(|status| status.level == DiagnosticStatus::ERROR) {
             drop(sender.send(status.message));
         }
     };
     let _diagnostics =
-        node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), heard).expect("a subscription");
+        node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), on_message).expect("a subscription");
     let (sender, states) = mpsc::channel();
-    let heard = move |event: TransitionEvent, _: &_| drop(sender.send(event.goal_state.label));
+    let on_message = move |event: TransitionEvent, _: &_| drop(sender.send(event.goal_state.label));
     let events = "job_planner/transition_event";
-    let _events = node.subscribe(events, &Qos::default_topic().keep_last(100), heard).expect("a subscription");
+    let _events = node.subscribe(events, &Qos::default_topic().keep_last(100), on_message).expect("a subscription");
     let validate = node.client::<ValidateJob>("job_planner/validate_job").expect("a client");
     let _spinning = node.spin_in_thread().expect("a thread");
     let mut planner = node_with_a_dying_thread(env!("CARGO_BIN_EXE_job_planner"), "planning", &domain, &[]);
@@ -122,8 +123,8 @@ fn a_thread_that_dies_is_reported_and_ends_its_process() {
     let status = planner.wait(PATIENCE);
     assert_eq!(status.code(), Some(101), "{}", planner.complaint());
     assert!(planner.stderr().contains("thread planning was ended by a defect"), "{}", planner.stderr());
-    let told = levels.recv_timeout(PATIENCE).expect("a diagnostic");
-    assert!(told.starts_with("thread planning was ended by a defect"), "{told}");
+    let level = levels.recv_timeout(PATIENCE).expect("a diagnostic");
+    assert!(level.starts_with("thread planning was ended by a defect"), "{level}");
     while states.recv_timeout(PATIENCE).expect("a transition") != "errorprocessing" {}
 
     let machine = env!("CARGO_BIN_EXE_machine_sim");
@@ -138,20 +139,20 @@ fn a_thread_that_dies_is_reported_and_ends_its_process() {
 }
 
 #[test]
-fn of_a_cell_that_is_not_there_status_says_where_it_looked() {
+fn status_without_a_cell_reports_where_it_searched() {
     let domain = Domain::take();
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.env("ROS_DOMAIN_ID", domain.id().to_string()).args(["status", "--patience", "0.3"]);
     let output = command.output().expect("it runs");
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0));
-    assert!(told.contains("no machine found within 0.3 s") && told.contains("ROS_DOMAIN_ID"), "{told}");
+    assert!(stderr.contains("no machine found within 0.3 s") && stderr.contains("ROS_DOMAIN_ID"), "{stderr}");
 }
 
 #[test]
-fn every_node_tells_of_itself_and_levels_follow_what_happens() {
+fn every_node_publishes_diagnostics_and_levels_follow_events() {
     let cell = Cell::start(&[]);
-    let mut told = Told::subscribe(&cell);
+    let mut diagnostics = DiagnosticsListener::subscribe(&cell);
     let names = [
         "axis_interpolator",
         "axis_interpolator: machine",
@@ -162,15 +163,15 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
         "machine_sim: telemetry",
         "machine_sim: wheel",
     ];
-    told.until("every status", |last| names.iter().all(|name| last.contains_key(*name)));
-    let found: Vec<&str> = told.last.keys().map(String::as_str).collect();
+    diagnostics.until("every status", |last| names.iter().all(|name| last.contains_key(*name)));
+    let found: Vec<&str> = diagnostics.last.keys().map(String::as_str).collect();
     assert_eq!(found, names, "and no other, with names that do not change");
-    told.until("all is well", |last| last.values().all(|status| status.level == DiagnosticStatus::OK));
-    for status in told.last.values() {
+    diagnostics.until("all is well", |last| last.values().all(|status| status.level == DiagnosticStatus::OK));
+    for status in diagnostics.last.values() {
         assert!(!status.message.is_empty() && !status.hardware_id.is_empty(), "{status:?}");
     }
-    assert_eq!(value(&told.last["machine_sim: wheel"], "wear_since_dress_um").as_deref(), Some("0.00"));
-    assert_eq!(value(&told.last["axis_interpolator: machine"], "lost").as_deref(), Some("0"));
+    assert_eq!(value(&diagnostics.last["machine_sim: wheel"], "wear_since_dress_um").as_deref(), Some("0.00"));
+    assert_eq!(value(&diagnostics.last["axis_interpolator: machine"], "lost").as_deref(), Some("0"));
 
     let (code, text) = status(&cell, &[]);
     assert_eq!(code, Some(0), "{text}");
@@ -187,8 +188,8 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
 
     let estop = |data: bool| assert!(cell.client.call::<SetBool>("machine/estop", &SetBoolRequest { data }).success);
     estop(true);
-    told.until("an alarm", |last| last["machine_sim"].level == DiagnosticStatus::ERROR);
-    assert!(told.last["machine_sim"].message.contains("need a reset"), "{:?}", told.last["machine_sim"]);
+    diagnostics.until("an alarm", |last| last["machine_sim"].level == DiagnosticStatus::ERROR);
+    assert!(diagnostics.last["machine_sim"].message.contains("need a reset"), "{:?}", diagnostics.last["machine_sim"]);
     let (code, text) = status(&cell, &["--json"]);
     let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
     assert_eq!((code, &json["alarms"][0]["number"]), (Some(3), &serde_json::json!(1)), "{text}");
@@ -198,7 +199,7 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
     while !cell.client.call::<Trigger>("machine/reset", &TriggerRequest::default()).success {
         assert!(Instant::now() < deadline, "the machine cannot be reset");
     }
-    told.until("all is well again", |last| last["machine_sim"].level == DiagnosticStatus::OK);
+    diagnostics.until("all is well again", |last| last["machine_sim"].level == DiagnosticStatus::OK);
     cell.stop();
 }
 
@@ -219,7 +220,7 @@ fn scheduled(name: &str) -> Vec<(u32, u32)> {
 
 /// With the right to it the cycle has its priority; without it that is said, with what to do, and the cell works all the same.
 #[test]
-fn a_cycle_that_asks_for_a_real_time_priority_has_it_or_it_is_told_why_not() {
+fn a_requested_real_time_priority_is_set_or_the_reason_is_reported() {
     const FIFO: u32 = 1;
     let cell = Cell::start_with(&[], |args| {
         args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into())).with_parameter(
@@ -229,13 +230,13 @@ fn a_cycle_that_asks_for_a_real_time_priority_has_it_or_it_is_told_why_not() {
         )
     });
     let log = LogLines::subscribe(&cell);
-    let mut told = Told::subscribe(&cell);
-    told.until("the machine", |last| last.contains_key("machine_sim"));
-    let others = value(&told.last["machine_sim"], "scheduling_of_other_threads").expect("it is reported");
-    let told = value(&told.last["machine_sim"], "scheduling").expect("it is told");
+    let mut diagnostics = DiagnosticsListener::subscribe(&cell);
+    diagnostics.until("the machine", |last| last.contains_key("machine_sim"));
+    let others = value(&diagnostics.last["machine_sim"], "scheduling_of_other_threads").expect("it is reported");
+    let scheduling = value(&diagnostics.last["machine_sim"], "scheduling").expect("it is told");
     match scheduled("machine cycle").contains(&(FIFO, 5)) {
         true => {
-            assert_eq!((told.as_str(), others.as_str()), ("SCHED_FIFO 5", "SCHED_FIFO 4"));
+            assert_eq!((scheduling.as_str(), others.as_str()), ("SCHED_FIFO 5", "SCHED_FIFO 4"));
             // The pump and what DDS receives with, but nothing of other nodes.
             assert!(scheduled("machine pump").contains(&(FIFO, 4)));
             let tasks = std::fs::read_dir("/proc/self/task").expect("Linux tells of threads");
@@ -246,7 +247,7 @@ fn a_cycle_that_asks_for_a_real_time_priority_has_it_or_it_is_told_why_not() {
             assert!(scheduled("interpolator pu").iter().all(|thread| *thread == (0, 0)));
         }
         false => {
-            assert_eq!(told, "ordinary");
+            assert_eq!(scheduling, "ordinary");
             log.line(&["cyclic_priority 5 is refused", "`ulimit -r 5`"]);
         }
     }
@@ -261,24 +262,24 @@ fn realtime_cell() -> Cell {
 
 /// Minimum delay of joint-state stamps against the system clock (ms): a late message does not prove a late stamp.
 fn behind_ms(joints: &mpsc::Receiver<(i64, i64)>) -> f64 {
-    let heard = (0..5).map(|_| joints.recv_timeout(PATIENCE).expect("joint states"));
-    heard.map(|(stamp_ns, now_ns)| (now_ns - stamp_ns) as f64 * 1e-6).fold(f64::INFINITY, f64::min)
+    let on_message = (0..5).map(|_| joints.recv_timeout(PATIENCE).expect("joint states"));
+    on_message.map(|(stamp_ns, now_ns)| (now_ns - stamp_ns) as f64 * 1e-6).fold(f64::INFINITY, f64::min)
 }
 
 /// From the start on, and after an inactive time, which is reported with its length.
 #[test]
 fn stamps_of_a_realtime_machine_follow_the_system_clock() {
     let cell = realtime_cell();
-    let (log, mut told) = (LogLines::subscribe(&cell), Told::subscribe(&cell));
+    let (log, mut diagnostics) = (LogLines::subscribe(&cell), DiagnosticsListener::subscribe(&cell));
     let (sender, joints) = mpsc::channel();
-    let heard = move |joints: JointState, _: &_| {
+    let on_message = move |joints: JointState, _: &_| {
         let (stamp, now) = (joints.header.stamp, std::time::SystemTime::now());
         let now_ns = now.duration_since(std::time::UNIX_EPOCH).expect("after 1970").as_nanos();
         let stamp_ns = i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec);
         let _gone = sender.send((stamp_ns, i64::try_from(now_ns).expect("before 2262")));
     };
     let qos = Qos::default_topic().keep_last(2000);
-    let _subscription = cell.client.node.subscribe("joint_states", &qos, heard).expect("a subscription");
+    let _subscription = cell.client.node.subscribe("joint_states", &qos, on_message).expect("a subscription");
     // Until a busy computer lets it: how late it is then is measured.
     let until_on_time = |joints: &mpsc::Receiver<(i64, i64)>| {
         let deadline = Instant::now() + PATIENCE;
@@ -305,11 +306,11 @@ fn stamps_of_a_realtime_machine_follow_the_system_clock() {
     log.line(&["the machine's time follows the system clock again"]);
     let after = until_on_time(&joints);
     println!("stamps behind the system clock: {at_start:.3} ms after the start, {after:.3} ms after an inactive time");
-    told.until("the slip", |last| {
+    diagnostics.until("the slip", |last| {
         let clock = last.get("machine_sim: clock");
         clock.and_then(|clock| value(clock, "slips")).is_some_and(|slips| slips != "0")
     });
-    let buffer = &told.last["machine_sim: buffer"];
+    let buffer = &diagnostics.last["machine_sim: buffer"];
     assert_eq!(value(buffer, "buffer_ms").as_deref(), Some("100"), "{buffer:?}");
     assert!(value(buffer, "recommended_buffer_ms").is_some(), "{buffer:?}");
 

@@ -79,8 +79,8 @@ fn every_fault_ends_the_job_with_its_alarm_until_a_reset() {
             "{fault}: {}",
             result.message
         );
-        let told = |message: &MachineAlarms| message.alarms.iter().any(|told| told.number == alarm);
-        while !told(&alarms.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("{fault}: no alarm {alarm}"))) {}
+        let active = |message: &MachineAlarms| message.alarms.iter().any(|active| active.number == alarm);
+        while !active(&alarms.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("{fault}: no alarm {alarm}"))) {}
         // No job before the reset, and none by it.
         let (refused, _feedback) = cell.client.send("eccentric", &ONE_LOBE);
         assert!(!refused.accepted(), "{fault}: a job before the reset");

@@ -58,7 +58,7 @@ fn number(name: &str, default: u64) -> u64 {
 }
 
 /// Four processes and an operator.
-struct Cell {
+struct NodeProcesses {
     pace: &'static str,
     processes: Vec<(&'static str, Guarded)>,
     bags: Vec<PathBuf>,
@@ -71,17 +71,18 @@ struct Cell {
     domain: Domain,
 }
 
-impl Cell {
+impl NodeProcesses {
     fn start(pace: &'static str) -> Self {
         let domain = Domain::take();
         let args = RosArgs::default().with_domain_id(domain.id());
         let node = Node::new(NodeOptions::new("operator", &args)).expect("a node");
         let spin = node.spin_in_thread().expect("a thread");
         let (sender, states) = mpsc::channel();
-        let hear = move |state: InterpolatorState, _: &_| {
+        let on_state = move |state: InterpolatorState, _: &_| {
             let _test_is_over = sender.send(state.state);
         };
-        let subscription = node.subscribe("axis_interpolator/state", &Qos::latched(1), hear).expect("a subscription");
+        let subscription =
+            node.subscribe("axis_interpolator/state", &Qos::latched(1), on_state).expect("a subscription");
         let jobs = node.action_client("job_planner/run_job").expect("a client");
         let (processes, bags) = (Vec::new(), Vec::new());
         let (_states, _spin, command) = (subscription, spin, None);
@@ -90,7 +91,7 @@ impl Cell {
             cell.start_node(name);
         }
         cell.jobs.wait_for_server(PATIENCE).expect("run_job");
-        cell.command = Some(Shared::of_cell(&cell.domain, ""));
+        cell.command = Some(Shared::for_cell(&cell.domain, ""));
         cell
     }
 
@@ -134,18 +135,18 @@ impl Cell {
     fn run_next(&self) -> Duration {
         let begin = Instant::now();
         let reset = self.node.client::<Trigger>("machine/reset").expect("a client");
-        let mut said = String::new();
+        let mut printed = String::new();
         while begin.elapsed() < 2 * PATIENCE {
             let _refused_or_gone = reset.call(&TriggerRequest::default(), Duration::from_secs(5));
             match self.send().and_then(|goal| goal.result(PATIENCE).map_err(|error| error.to_string())) {
                 Ok((GoalStatus::Succeeded, _)) => return begin.elapsed(),
-                Ok((status, result)) => said = format!("{status:?}: {}", result.message),
-                Err(error) => said = error,
+                Ok((status, result)) => printed = format!("{status:?}: {}", result.message),
+                Err(error) => printed = error,
             }
             // Nodes that have just been started meet each other.
             std::thread::sleep(Duration::from_millis(200));
         }
-        panic!("no job succeeds any more: {said}");
+        panic!("no job succeeds any more: {printed}");
     }
 
     /// Begins a job and waits until the axes move.
@@ -204,16 +205,17 @@ impl Cell {
         std::thread::sleep(after);
         let begin = Instant::now();
         self.strike(name, fate);
-        let told = match name {
+        let outcome = match name {
             // The client of the planner gets no result; the interpolator ends the plan.
             "job_planner" => None,
             _ => Some(goal.result(STATED + if self.pace == "fast" { Duration::ZERO } else { PATIENCE })),
         };
         let ended = begin.elapsed();
-        let told = told.map(|told| told.unwrap_or_else(|error| panic!("{name} {fate:?}: the job has no end: {error}")));
-        let message = told.as_ref().map_or("", |(_, RunJobResult { message, .. })| message);
+        let outcome = outcome
+            .map(|outcome| outcome.unwrap_or_else(|error| panic!("{name} {fate:?}: the job has no end: {error}")));
+        let message = outcome.as_ref().map_or("", |(_, RunJobResult { message, .. })| message);
         println!("{:9} {name:18} {fate:?}: after {:.1} s: {message}", self.pace, ended.as_secs_f64());
-        assert!(told.as_ref().is_none_or(|(_, result)| result.success || !result.message.is_empty()));
+        assert!(outcome.as_ref().is_none_or(|(_, result)| result.success || !result.message.is_empty()));
         self.bring_back(name, fate);
         println!("    the next job succeeded after {:.1} s", self.run_next().as_secs_f64());
     }
@@ -234,7 +236,7 @@ impl Cell {
 
 #[test]
 fn a_node_that_dies_in_a_job_ends_it_and_the_next_one_succeeds() {
-    let mut cell = Cell::start("fast");
+    let mut cell = NodeProcesses::start("fast");
     let after = Duration::from_millis(300);
     cell.try_fate("axis_interpolator", Fate::Kill, after);
     cell.try_fate("machine_sim", Fate::Kill, after);
@@ -250,7 +252,7 @@ fn campaign_of_kills() {
     let kills = number("CAMWRIGHT_KILLS", 20);
     let paces = std::env::var("CAMWRIGHT_PACES").unwrap_or_else(|_| "fast realtime".to_owned());
     for pace in ["fast", "realtime"].into_iter().filter(|pace| paces.contains(pace)) {
-        let mut cell = Cell::start(pace);
+        let mut cell = NodeProcesses::start(pace);
         for round in 0..kills {
             for name in NODES {
                 let fate = FATES[usize::try_from(random.below(5)).expect("less than 5")];
@@ -282,7 +284,7 @@ fn restart_orders() -> Vec<Vec<&'static str>> {
 fn campaign_of_restart_orders() {
     let paces = std::env::var("CAMWRIGHT_PACES").unwrap_or_else(|_| "fast realtime".to_owned());
     for pace in ["fast", "realtime"].into_iter().filter(|pace| paces.contains(pace)) {
-        let mut cell = Cell::start(pace);
+        let mut cell = NodeProcesses::start(pace);
         for order in restart_orders() {
             let _goal_without_a_server = cell.begin();
             for name in NODES {
@@ -311,7 +313,7 @@ fn resident_kb(process: &Guarded) -> u64 {
 #[test]
 #[ignore = "a campaign: see the head of this file"]
 fn soak_of_jobs() {
-    let cell = Cell::start("fast");
+    let cell = NodeProcesses::start("fast");
     let jobs = number("CAMWRIGHT_JOBS", 1000);
     cell.run_next();
     let begin = Instant::now();

@@ -38,17 +38,17 @@ const MEMORY_LIMIT_MB: u64 = 700;
 const EXIT_FAILED: i32 = 70;
 
 /// The four nodes, each a process, on the host under test.
-struct Cell {
+struct HostedNodes {
     hosts: Hosts,
     domain: Domain,
     nodes: Vec<(&'static str, Guarded)>,
     bag: PathBuf,
 }
 
-impl Cell {
+impl HostedNodes {
     fn start(purpose: &str) -> Option<Self> {
         let hosts = Hosts::new(purpose)?;
-        let mut cell = Cell { hosts, domain: Domain::take(), nodes: Vec::new(), bag: fresh_bag(purpose) };
+        let mut cell = HostedNodes { hosts, domain: Domain::take(), nodes: Vec::new(), bag: fresh_bag(purpose) };
         for name in NODES {
             let directory = format!("bag_dir:={}", cell.bag.display());
             let (binary, parameters): (&str, &[&str]) = match name {
@@ -159,7 +159,7 @@ fn send_malformed(socket: &UdpSocket, to: Ipv4Addr, domain: &Domain, seed: u64, 
 const STRANGER: [u8; 12] = *b"\x01\x0fa stranger";
 
 fn from_another_host(seed: u64, packets: u64) {
-    let Some(mut cell) = Cell::start("remote") else { return };
+    let Some(mut cell) = HostedNodes::start("remote") else { return };
     let target: Ipv4Addr = INSIDE.parse().expect("an address");
     let socket = cell.hosts.socket_outside();
     let ports = rtps::ports(cell.domain.id(), PARTICIPANTS);
@@ -167,7 +167,7 @@ fn from_another_host(seed: u64, packets: u64) {
     rtps::send_killers(&socket, target, &ports, cell.domain.id(), &STRANGER);
     cell.attack(seed, packets, &socket, target);
     rtps::send_killers(&socket, target, &ports, cell.domain.id(), &STRANGER);
-    Cell::expect_success(job);
+    HostedNodes::expect_success(job);
     cell.expect_visible();
     assert_eq!(cell.hosts.arrived_outside(), 0, "the stranger was answered");
     assert!(
@@ -186,7 +186,7 @@ fn a_stranger_on_another_host_does_not_disturb_a_job() {
 
 #[test]
 fn the_known_killers_from_this_host_are_survived() {
-    let Some(mut cell) = Cell::start("killers") else { return };
+    let Some(mut cell) = HostedNodes::start("killers") else { return };
     let ports = rtps::ports(cell.domain.id(), PARTICIPANTS);
     let socket = cell.hosts.socket_inside();
     cell.expect_visible();
@@ -195,7 +195,7 @@ fn the_known_killers_from_this_host_are_survived() {
         rtps::send_killers(&socket, Ipv4Addr::LOCALHOST, &ports, cell.domain.id(), &STRANGER);
         std::thread::sleep(Duration::from_millis(300));
     }
-    Cell::expect_success(cell.start_job());
+    HostedNodes::expect_success(cell.start_job());
     cell.expect_visible();
     cell.expect_health();
     cell.end();
@@ -203,7 +203,7 @@ fn the_known_killers_from_this_host_are_survived() {
 
 /// Packets from this host reach the nodes: each survives, or ends with an error.
 fn from_this_host(seed: u64, packets: u64) {
-    let Some(mut cell) = Cell::start("local") else { return };
+    let Some(mut cell) = HostedNodes::start("local") else { return };
     cell.expect_visible();
     let socket = cell.hosts.socket_inside();
     let started = Instant::now();
@@ -221,7 +221,7 @@ fn from_this_host(seed: u64, packets: u64) {
     if ended.is_empty() {
         cell.wait_until_visible();
         eprintln!("a newcomer is heard {:?} after the first packet", started.elapsed());
-        Cell::expect_success(cell.start_job());
+        HostedNodes::expect_success(cell.start_job());
         cell.expect_visible();
         eprintln!("peak memory in MB {:?}", cell.expect_health());
         cell.end();
@@ -236,7 +236,7 @@ fn malformed_packets_from_this_host_are_survived_or_end_a_node_loudly() {
 /// A datagram of this host with more submessages than the filter inspects brings `RustDDS` down; the node must not live on deaf.
 #[test]
 fn a_node_whose_dds_has_died_ends_with_an_error() {
-    let Some(mut cell) = Cell::start("dead") else { return };
+    let Some(mut cell) = HostedNodes::start("dead") else { return };
     cell.expect_visible();
     let socket = cell.hosts.socket_inside();
     let ports = rtps::ports(cell.domain.id(), 4);

@@ -403,10 +403,10 @@ fn every_file_of_a_turned_part_has_its_columns_and_agrees_with_the_others() {
     assert_eq!(rows.len(), 360);
     let clearance = &summary["clearance"];
     for (column, key) in [(1, "clearance"), (4, "approach")] {
-        let least = rows.iter().map(|row| row[column]).fold(f64::INFINITY, f64::min);
+        let min = rows.iter().map(|row| row[column]).fold(f64::INFINITY, f64::min);
         // Looked at on other places of the same surface.
-        assert!((least - number(&clearance[key]["angle_deg"])).abs() < 0.1, "{key}: {least} {clearance}");
-        assert!(least > number(&clearance[key]["least_deg"]));
+        assert!((min - number(&clearance[key]["angle_deg"])).abs() < 0.1, "{key}: {min} {clearance}");
+        assert!(min > number(&clearance[key]["least_deg"]));
     }
     assert!((number(&clearance["offset_angle_deg"]) - (14.0_f64 / 20.0).asin().to_degrees()).abs() < 1e-3);
     assert_eq!((&clearance["is_offset_preferred"], &clearance["is_offset_allowed"]), (&true.into(), &true.into()));
@@ -433,7 +433,7 @@ fn the_surface_that_is_written_plans_to_the_same_path() {
 }
 
 #[test]
-fn a_turned_part_is_drawn_and_told_in_text_and_one_that_cannot_be_made_leaves_no_files() {
+fn a_turned_part_is_drawn_and_described_and_an_impossible_one_leaves_no_files() {
     let folder = Folder::new("plan-turned-plots");
     let out = folder.join("drawn");
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));

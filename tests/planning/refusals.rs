@@ -59,7 +59,7 @@ impl BadJob {
         folder.write("job.yaml", &self.job)
     }
 
-    fn is_told_by(&self, who: &str, text: &str) {
+    fn is_reported_by(&self, who: &str, text: &str) {
         for part in self.expected {
             assert!(text.contains(part), "{}: {who} does not say {part:?}: {text}", self.name);
         }
@@ -70,7 +70,7 @@ impl BadJob {
         let folder = Folder::new(&format!("refusals-{}", self.name));
         let (code, text) = check(&self.write(&folder));
         assert_eq!(code, 2, "{} must be refused: {text}", self.name);
-        self.is_told_by("check", &text);
+        self.is_reported_by("check", &text);
     }
 }
 
@@ -272,12 +272,12 @@ fn turned_is_refused(name: &str, file: &str, (from, to): (&str, &str), expected:
     let job = changed("job.yaml", "jobs/turned_cam.yaml");
     let text = std::fs::read_to_string(folder.join(file)).expect("it was written");
     let line = text.lines().position(|line| line.contains(to)).expect("what was changed") + 1;
-    let (code, told) = check(&job);
-    assert_eq!(code, 2, "{name} must be refused: {told}");
+    let (code, output) = check(&job);
+    assert_eq!(code, 2, "{name} must be refused: {output}");
     let place = format!("{file}:{line}: ");
-    assert!(told.contains(&place), "{name}: {place} is not told: {told}");
+    assert!(output.contains(&place), "{name}: {place} is not told: {output}");
     for words in expected {
-        assert!(told.contains(words), "{name}: {words:?} is not told: {told}");
+        assert!(output.contains(words), "{name}: {words:?} is not told: {output}");
     }
 }
 
@@ -327,7 +327,7 @@ fn an_insert_that_does_not_clear_the_part_is_refused_at_its_height() {
 }
 
 #[test]
-fn the_default_turning_job_is_clean_and_says_how_the_insert_stands() {
+fn the_default_turning_job_is_clean_and_reports_the_insert_clearance() {
     let (code, text) = check(Path::new("turned_cam"));
     assert_eq!(code, 0, "{text}");
     let text = unwrapped(&text);
@@ -348,7 +348,7 @@ fn a_hollow_that_the_insert_bridges_is_a_warning() {
 
 /// The reading of a mesh is reported; a broken one is refused with its file.
 #[test]
-fn a_mesh_is_told_or_refused_with_its_file() {
+fn a_mesh_is_described_or_refused_with_its_file() {
     let folder = Folder::new("refusals-turned-mesh");
     let corner = |i: u32, k: u32| {
         let (sin, cos) = (f64::from(i % 72) * std::f64::consts::TAU / 72.0).sin_cos();
@@ -388,7 +388,7 @@ fn the_service_and_the_action_refuse_the_same_with_nothing_moved() {
         let request = ValidateJobRequest { job: job.clone(), overrides: Vec::new() };
         let validated = cell.client.call::<ValidateJob>("job_planner/validate_job", &request);
         assert!(!validated.success, "{}", bad.name);
-        bad.is_told_by("the service", &validated.message);
+        bad.is_reported_by("the service", &validated.message);
         assert!(validated.findings[0].starts_with("error: "), "{:?}", validated.findings);
         let (goal, _) = cell.client.send(&job, &[]);
         assert!(!goal.accepted(), "{}", bad.name);

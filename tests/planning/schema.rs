@@ -57,8 +57,8 @@ fn a_validator_accepts_shipped_files_and_refuses_a_misspelt_key() {
             assert!(errors.is_empty(), "{file}: {errors:?}");
         }
         for (file, errors) in judged(environment, &schema, &bad) {
-            let told = errors.join("\n");
-            assert!(told.contains("nmae") && told.contains("'name' is a required property"), "{file}: {told}");
+            let text = errors.join("\n");
+            assert!(text.contains("nmae") && text.contains("'name' is a required property"), "{file}: {text}");
         }
     }
     assert!(count > 14, "{count}");

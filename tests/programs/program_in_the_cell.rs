@@ -40,7 +40,7 @@ fn a_posted_program_grinds_the_part_and_another_one_moves_nothing() {
     }
     // Corners that the axes cannot take within what the program says: refused with the line of the program.
     let refused = camwright(&domain, &folder, &run, ("--bag", &folder.join("bag-sharp")), &[program("sharp")]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert_eq!(refused.status.code(), Some(1), "{said}");
-    assert!(said.contains("four_lobe_camshaft.ngc, line ") && said.contains("are allowed"), "{said}");
+    let stderr = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("four_lobe_camshaft.ngc, line ") && stderr.contains("are allowed"), "{stderr}");
 }

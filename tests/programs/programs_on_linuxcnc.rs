@@ -23,7 +23,7 @@ const RATE_PER_MIN: f64 = 0.500_01e-4;
 fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<Driven>) {
     let files = Dialect::LinuxCnc.write(program).expect("it can be written");
     let motion = read(Dialect::LinuxCnc, program.format.x_values(), &files).expect("it can be read");
-    let driven = linuxcnc.drive(&files[0].text).unwrap_or_else(|said| panic!("{name}: {said}\n{}", files[0].text));
+    let driven = linuxcnc.drive(&files[0].text).unwrap_or_else(|error| panic!("{name}: {error}\n{}", files[0].text));
     let mut pose = Pose::default();
     for (index, (done, driven)) in motion.done.iter().zip(&driven).enumerate() {
         let what = format!("{name}, {index}: {done:?} is {driven:?}");
@@ -32,8 +32,8 @@ fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<D
             (Action::Feed { pose: to, time_s }, Action::Feed { pose: there, .. }) => {
                 assert_there(&to, &there, &what);
                 let meant = way_of_rate(&pose, &to) / time_s * 60.0;
-                let least = meant.max(MIN_RATE_MM_MIN);
-                assert!((driven.rate_per_min - least).abs() < RATE_PER_MIN + 1e-12 * least, "{what}: {least}/min");
+                let min = meant.max(MIN_RATE_MM_MIN);
+                assert!((driven.rate_per_min - min).abs() < RATE_PER_MIN + 1e-12 * min, "{what}: {min}/min");
             }
             (Action::PathTolerance(Some(a)), Action::PathTolerance(Some(b))) | (Action::Dwell(a), Action::Dwell(b)) => {
                 assert!((a - b).abs() < PLACE_MM, "{what}");
@@ -121,11 +121,11 @@ fn linuxcnc_raises_the_feeds_that_are_found() {
         for (((block, _), done), driven) in steps.zip(&motion.done).zip(&driven) {
             if let Action::Feed { pose: to, time_s } = done.action {
                 let there_s = way_of_rate(&pose, &to) / driven.rate_per_min * 60.0;
-                let said = found.iter().find(|raised| raised.place.block == block + 1);
-                let wanted = said.map_or(time_s, |raised| raised.driven_s);
-                let most = 1e-6 + RATE_PER_MIN / driven.rate_per_min;
+                let raised_feed = found.iter().find(|raised| raised.place.block == block + 1);
+                let wanted = raised_feed.map_or(time_s, |raised| raised.driven_s);
+                let max = 1e-6 + RATE_PER_MIN / driven.rate_per_min;
                 assert!(
-                    (there_s / wanted - 1.0).abs() < most || there_s == 0.0,
+                    (there_s / wanted - 1.0).abs() < max || there_s == 0.0,
                     "seed {seed}, block {block}: {there_s} s, {wanted} s"
                 );
             }
@@ -184,7 +184,7 @@ fn programs_of_jobs_drive_their_paths_on_linuxcnc() {
         let folder = support::Folder::new("linuxcnc-job");
         let summary = write_program(job, &set, folder.path(), |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
         let text = std::fs::read_to_string(folder.join(&summary.files[0])).expect("a program");
-        let driven = linuxcnc.drive(&text).unwrap_or_else(|said| panic!("{what}: {said}"));
+        let driven = linuxcnc.drive(&text).unwrap_or_else(|error| panic!("{what}: {error}"));
         let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
         let ran = driven.iter().filter_map(|driven| match driven.action {
             Action::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),

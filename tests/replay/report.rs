@@ -31,13 +31,13 @@ fn run(folder: &Folder, job: &str, set: &[&str]) -> (Value, PathBuf) {
         command.args(["--set", over]);
     }
     let output = command.output().expect("camwright runs");
-    let said = serde_json::from_slice(&output.stdout);
-    (said.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr))), bag)
+    let report = serde_json::from_slice(&output.stdout);
+    (report.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr))), bag)
 }
 
 /// The page that the run left, which the command makes again from the bag alone, byte by byte.
-fn page(folder: &Folder, said: &Value, bag: &Path) -> (PathBuf, String) {
-    let path = PathBuf::from(said["report"].as_str().expect("where the report is"));
+fn page(folder: &Folder, report: &Value, bag: &Path) -> (PathBuf, String) {
+    let path = PathBuf::from(report["report"].as_str().expect("where the report is"));
     assert_eq!(path, bag.join("report.html"));
     let again = folder.join("again.html");
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
@@ -110,8 +110,8 @@ fn texts(of: &[&str]) -> Vec<String> {
 }
 
 /// The worst lobe of a run: name, error (µm), cam angle (deg).
-fn worst(said: &Value) -> (String, f64, f64) {
-    let lobes = said["lobes"].as_array().expect("lobes");
+fn worst(report: &Value) -> (String, f64, f64) {
+    let lobes = report["lobes"].as_array().expect("lobes");
     let error = |lobe: &Value| lobe["form_error_max_um"].as_f64().expect("a number");
     let lobe = lobes.iter().max_by(|a, b| error(a).abs().total_cmp(&error(b).abs())).expect("a lobe");
     let name = lobe["name"].as_str().expect("a name").to_owned();
@@ -120,14 +120,14 @@ fn worst(said: &Value) -> (String, f64, f64) {
 
 fn grinding(name: &str, job: &str, set: &[&str], verdict: &str, cause: &[&str], holds: &[&str]) {
     let folder = Folder::new(&format!("report-{name}"));
-    let (said, bag) = run(&folder, job, set);
-    let (path, html) = page(&folder, &said, &bag);
+    let (report, bag) = run(&folder, job, set);
+    let (path, html) = page(&folder, &report, &bag);
     for section in holds {
         assert!(html.contains(section), "{name}: {section}");
     }
     assert!(!html.contains("not recorded"), "{name}: everything that is drawn was recorded");
     assert!(html.contains("yes, to the same plan"), "{name}: planned again to the plan that was driven");
-    let (lobe, error_um, deg) = worst(&said);
+    let (lobe, error_um, deg) = worst(&report);
     assert_eq!(error_um.abs() <= 5.0, verdict == "GOOD", "{name}: {error_um} um");
     let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
@@ -190,13 +190,13 @@ fn parts_are_the_deviation(html: &str, error_um: f64) {
 fn a_turned_part_is_shown_where_it_is_worst() {
     let folder = Folder::new("report-turned");
     let short = ["turned.to_mm=22", "form_grid.azimuths=180", "finishing.along_z_mm=0.3", "roughing.along_z_mm=0.8"];
-    let (said, bag) = run(&folder, "turned_cam", &short);
-    let (path, html) = page(&folder, &said, &bag);
+    let (report, bag) = run(&folder, "turned_cam", &short);
+    let (path, html) = page(&folder, &report, &bag);
     assert!(html.contains("form map") && html.contains("id=\"turned\"") && html.contains("yes, to the same plan"));
-    let turned = |key: &str| said["turned"][key].as_f64().expect("a number");
+    let turned = |key: &str| report["turned"][key].as_f64().expect("a number");
     let place = format!("azimuth {:.1}°, z {:.2} mm", turned("form_error_max_deg"), turned("form_error_max_z_mm"));
     let allowed = format!("±{:.1} µm", turned("form_error_allowed_um"));
-    let verdict = if said["good"] == true { "GOOD" } else { "NOT GOOD" };
+    let verdict = if report["good"] == true { "GOOD" } else { "NOT GOOD" };
     let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let worst = texts(&[&signed(turned("form_error_max_um")), &place]);
@@ -217,11 +217,11 @@ fn a_turned_part_is_shown_where_it_is_worst() {
 
 /// A drive fails in the cut: the first screen says which alarm, and what to do.
 #[test]
-fn a_job_that_an_alarm_ended_says_so() {
+fn a_job_ended_by_an_alarm_reports_it() {
     let folder = Folder::new("report-alarm");
-    let (said, bag) = run(&folder, "four_lobe_camshaft", &["faults=[{kind: drive_fault, target: x_axis, at_s: 12}]"]);
-    assert_eq!(said["good"], false, "{said}");
-    let (path, _) = page(&folder, &said, &bag);
+    let (report, bag) = run(&folder, "four_lobe_camshaft", &["faults=[{kind: drive_fault, target: x_axis, at_s: 12}]"]);
+    assert_eq!(report["good"], false, "{report}");
+    let (path, _) = page(&folder, &report, &bag);
     let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let words: [(&str, &[String]); 4] = [

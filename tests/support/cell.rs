@@ -5,7 +5,7 @@
 
 use crate::support::Domain;
 use crate::support::command::share_command_of_cell;
-use camwright_authority::Command;
+use camwright_authority::HeldCommand;
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
@@ -23,7 +23,7 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 /// Machine, interpolator, planner and a client that watches them.
 pub struct Cell {
     /// Everybody in its domain may command it.
-    command: Option<Command>,
+    command: Option<HeldCommand>,
     /// The machine.
     pub machine: MachineSim,
     /// The interpolator.

@@ -3,7 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use camwright_bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
-use camwright_files::convert::keyframes::{Arriving, pages};
+use camwright_files::convert::keyframes::{PartialKeyframe, pages};
 use camwright_msgs::camwright_msgs::msg::MachineKeyframe;
 use camwright_msgs::cdr::{message_from_sample, sample_from_message};
 use serde::de::DeserializeOwned;
@@ -61,7 +61,7 @@ impl Original {
 
     /// Its keyframes, without their states.
     pub fn keyframes(&self) -> Vec<MachineKeyframe> {
-        let mut arriving = Arriving::default();
+        let mut arriving = PartialKeyframe::default();
         let of_keyframes = self.places::<MachineKeyframe>();
         of_keyframes.into_iter().filter_map(|place| arriving.add(&self.decoded(place))).collect()
     }

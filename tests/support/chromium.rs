@@ -83,9 +83,9 @@ impl Chromium {
             let mut bytes = Vec::new();
             while matches!(reader.read_until(0, &mut bytes), Ok(1..)) {
                 bytes.pop();
-                let told = serde_json::from_slice(&bytes).is_ok_and(|value: Value| send.send(value).is_ok());
+                let is_sent = serde_json::from_slice(&bytes).is_ok_and(|value: Value| send.send(value).is_ok());
                 bytes.clear();
-                if !told {
+                if !is_sent {
                     break;
                 }
             }
@@ -112,10 +112,10 @@ impl Chromium {
         let deadline = Instant::now() + PATIENCE;
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
-            let mut told = self.from.recv_timeout(left).unwrap_or_else(|_| panic!("no answer to {method} {order}"));
-            if told["id"] == self.next {
-                assert!(told.get("error").is_none(), "{method}: {}", told["error"]);
-                return told["result"].take();
+            let mut is_sent = self.from.recv_timeout(left).unwrap_or_else(|_| panic!("no answer to {method} {order}"));
+            if is_sent["id"] == self.next {
+                assert!(is_sent.get("error").is_none(), "{method}: {}", is_sent["error"]);
+                return is_sent["result"].take();
             }
         }
     }

@@ -3,7 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use super::{Domain, PATIENCE};
-use camwright_authority::{Command, TakeOptions};
+use camwright_authority::{HeldCommand, TakeOptions};
 use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread};
 use std::time::Duration;
 
@@ -12,44 +12,44 @@ fn options() -> TakeOptions {
 }
 
 /// Shares command of a machine; the node spins on another thread.
-pub fn share_command(node: &Node) -> Command {
-    Command::acquire(node, &options()).expect("command of the machine")
+pub fn share_command(node: &Node) -> HeldCommand {
+    HeldCommand::acquire(node, &options()).expect("command of the machine")
 }
 
 /// Shares command of machine and interpolator, once they know each other.
-pub fn share_command_of_axes(node: &Node) -> Command {
-    Command::acquire(node, &TakeOptions { interpolator: true, ..options() }).expect("command of the axes")
+pub fn share_command_of_axes(node: &Node) -> HeldCommand {
+    HeldCommand::acquire(node, &TakeOptions { interpolator: true, ..options() }).expect("command of the axes")
 }
 
 /// Shares command of a whole cell, once its nodes know each other.
-pub fn share_command_of_cell(node: &Node) -> Command {
-    Command::acquire(node, &options().of_cell()).expect("command of the cell")
+pub fn share_command_of_cell(node: &Node) -> HeldCommand {
+    HeldCommand::acquire(node, &options().for_cell()).expect("command of the cell")
 }
 
 /// Command that a node of its own shares and renews, also after the machine was started again.
 pub struct Shared {
     node: Node,
     spin: Option<SpinThread>,
-    command: Option<Command>,
+    command: Option<HeldCommand>,
 }
 
 impl Shared {
     /// Shares command of the cell in a namespace; hidden as the name is, lists of nodes stay as they are.
-    pub fn of_cell(domain: &Domain, namespace: &str) -> Self {
-        Self::take(domain, namespace, &options().of_cell())
+    pub fn for_cell(domain: &Domain, namespace: &str) -> Self {
+        Self::acquire(domain, namespace, &options().for_cell())
     }
 
     /// Shares command of a machine alone.
-    pub fn of_machine(domain: &Domain, namespace: &str) -> Self {
-        Self::take(domain, namespace, &options())
+    pub fn for_machine(domain: &Domain, namespace: &str) -> Self {
+        Self::acquire(domain, namespace, &options())
     }
 
-    fn take(domain: &Domain, namespace: &str, options: &TakeOptions) -> Self {
+    fn acquire(domain: &Domain, namespace: &str, options: &TakeOptions) -> Self {
         let args = RosArgs::default().with_domain_id(domain.id());
         let args = if namespace.is_empty() { args } else { args.with_namespace(namespace) };
         let node = Node::new(NodeOptions::new("_command", &args)).expect("a node");
         let spin = node.spin_in_thread().expect("a thread");
-        let command = Command::acquire(&node, options).expect("command of the cell");
+        let command = HeldCommand::acquire(&node, options).expect("command of the cell");
         Self { node, spin: Some(spin), command: Some(command) }
     }
 }

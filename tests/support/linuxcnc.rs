@@ -57,12 +57,12 @@ impl LinuxCnc {
             .stdin(Stdio::null())
             .output()
             .expect("rs274 starts");
-        let said = String::from_utf8_lossy(&output.stdout);
-        let against = || format!("{}\n{}", String::from_utf8_lossy(&output.stderr), said.lines().last().unwrap_or(""));
-        if !output.status.success() || !said.contains("PROGRAM_END()") {
+        let text = String::from_utf8_lossy(&output.stdout);
+        let against = || format!("{}\n{}", String::from_utf8_lossy(&output.stderr), text.lines().last().unwrap_or(""));
+        if !output.status.success() || !text.contains("PROGRAM_END()") {
             return Err(against());
         }
-        Ok(Canonical::default().read(&said))
+        Ok(Canonical::default().read(&text))
     }
 }
 
@@ -80,8 +80,8 @@ struct Canonical {
 }
 
 impl Canonical {
-    fn read(mut self, said: &str) -> Vec<Driven> {
-        for line in said.lines() {
+    fn read(mut self, text: &str) -> Vec<Driven> {
+        for line in text.lines() {
             // `   12 N..... NAME(arguments)`
             let words = line.split_once("N..... ").unwrap_or_else(|| panic!("no canonical line: {line}")).1;
             let (name, arguments) = words.split_once('(').unwrap_or_else(|| panic!("no function: {line}"));

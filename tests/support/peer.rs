@@ -82,7 +82,7 @@ impl Peer {
         if !self.answers.iter().any(|answer| answer["id"] == id)
             && let Some(line) = self.process.line_within(std::time::Duration::from_millis(20))
         {
-            self.take(&line);
+            self.queue_line(&line);
         }
         self.answers.iter().any(|answer| answer["id"] == id)
     }
@@ -92,9 +92,9 @@ impl Peer {
     /// # Panics
     /// When the peer reports an error.
     pub fn ask(&mut self, op: &str, arguments: Value) -> Value {
-        let told = arguments.to_string();
+        let message = arguments.to_string();
         let id = self.order(op, arguments);
-        self.answer(id).unwrap_or_else(|error| panic!("{op} {told}: {error}{}", self.process.complaint()))
+        self.answer(id).unwrap_or_else(|error| panic!("{op} {message}: {error}{}", self.process.complaint()))
     }
 
     /// The first event of a kind that fits, taken out; waits for it. Other events stay.
@@ -149,13 +149,13 @@ impl Peer {
         let Some(line) = self.process.line(left) else {
             panic!("the peer ended while {what} was awaited{}", self.process.complaint());
         };
-        self.take(&line);
+        self.queue_line(&line);
     }
 
-    fn take(&mut self, line: &str) {
+    fn queue_line(&mut self, line: &str) {
         match serde_json::from_str::<Value>(line) {
-            Ok(told) if told.get("event").is_some() => self.events.push_back(told),
-            Ok(told) => self.answers.push_back(told),
+            Ok(message) if message.get("event").is_some() => self.events.push_back(message),
+            Ok(message) => self.answers.push_back(message),
             Err(error) => panic!("the peer said what is not JSON ({error}): {line}"),
         }
     }

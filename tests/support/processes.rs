@@ -42,7 +42,7 @@ impl Processes {
     pub fn start(domain: &Domain, namespace: &str, machine: &[&str], bag: &Path) -> Self {
         let more = |name| if name == "machine_sim" { machine } else { &[] };
         let nodes = NAMES.map(|name| start(name, domain, namespace, bag, more(name)));
-        let command = Some(Shared::of_cell(domain, namespace));
+        let command = Some(Shared::for_cell(domain, namespace));
         Self { command, nodes: nodes.into(), bag: bag.to_owned() }
     }
 

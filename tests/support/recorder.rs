@@ -40,7 +40,7 @@ pub fn until(what: &str, mut condition: impl FnMut() -> bool) {
 }
 
 /// A recorder in a thread, and a node that manages it and listens to it.
-pub struct Cell {
+pub struct RecorderUnderTest {
     pub node: Node,
     _spinning: SpinThread,
     status: Arc<Mutex<RecorderStatus>>,
@@ -48,7 +48,7 @@ pub struct Cell {
     recorder: Option<std::thread::JoinHandle<()>>,
 }
 
-impl Cell {
+impl RecorderUnderTest {
     pub fn new(domain: &Domain, recorder: &[&str]) -> Self {
         let shutdown = Shutdown::new();
         let words = [recorder, &["-p", "autostart:=false"]].concat();
@@ -102,7 +102,7 @@ impl Cell {
     }
 }
 
-impl Drop for Cell {
+impl Drop for RecorderUnderTest {
     fn drop(&mut self) {
         self.shutdown.request();
     }

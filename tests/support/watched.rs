@@ -19,8 +19,8 @@ impl<M: camwright_msgs::Message + Clone> Watched<M> {
     pub fn new(cell: &Cell, topic: &str, qos: &Qos) -> Self {
         let last: Arc<Mutex<Option<M>>> = Arc::default();
         let place = Arc::clone(&last);
-        let heard = move |message, _: &_| *place.lock().expect("not poisoned") = Some(message);
-        Self { last, _subscription: cell.client.node.subscribe::<M>(topic, qos, heard).expect("a subscription") }
+        let on_message = move |message, _: &_| *place.lock().expect("not poisoned") = Some(message);
+        Self { last, _subscription: cell.client.node.subscribe::<M>(topic, qos, on_message).expect("a subscription") }
     }
 
     /// The last message, once it is as wanted.
@@ -45,8 +45,8 @@ pub struct LogLines {
 impl LogLines {
     pub fn subscribe(cell: &Cell) -> Self {
         let (sender, lines) = mpsc::channel();
-        let heard = move |log: Log, _: &_| drop(sender.send(log.msg));
-        let subscription = cell.client.node.subscribe("/rosout", &Qos::latched(1000), heard);
+        let on_message = move |log: Log, _: &_| drop(sender.send(log.msg));
+        let subscription = cell.client.node.subscribe("/rosout", &Qos::latched(1000), on_message);
         Self { lines, _subscription: subscription.expect("a subscription") }
     }
 

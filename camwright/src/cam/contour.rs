@@ -298,9 +298,9 @@ impl Contour {
         self.contact_on_face_mm(0.0)?;
         let (grid, breaks) = (self.lift.grid(), self.lift.breaks());
         let contact = |angle| self.contact_on_face_mm(angle).unwrap_or(f64::NAN);
-        let least = smallest_over_turn(grid, &breaks, contact).value;
-        let most = -smallest_over_turn(grid, &breaks, |angle| -contact(angle)).value;
-        Some((least, most))
+        let min = smallest_over_turn(grid, &breaks, contact).value;
+        let max = -smallest_over_turn(grid, &breaks, |angle| -contact(angle)).value;
+        Some((min, max))
     }
 
     /// Pressure angle of the largest magnitude (rad), and its cam angle.

@@ -12,7 +12,7 @@
 //! A robot that is not heard of, not available or reports a fault is waited for; a step that takes too long, or sensors that show
 //! something else, end the handshake with a reason, and it can be begun again. Nothing here orders an axis.
 
-use crate::simulation::work_area::Occupant;
+use crate::simulation::work_area::ActuatorPosition;
 use core::fmt;
 
 /// Wanted content of the chuck.
@@ -89,8 +89,8 @@ pub struct LoaderState {
 pub struct LoadingInputs {
     /// Now (s, of a clock that does not go back).
     pub now_s: f64,
-    pub door: Occupant,
-    pub chuck: Occupant,
+    pub door: ActuatorPosition,
+    pub chuck: ActuatorPosition,
     /// The sensor of the part.
     pub part_present: bool,
     /// Somebody is inside, says the machine.
@@ -139,7 +139,7 @@ pub enum Wait {
 
 /// Why a handshake ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Failure {
+pub enum HandshakeFailure {
     /// A step took longer than it may (s).
     TooLong(Step, f64),
     /// No part after it was loaded.
@@ -152,22 +152,24 @@ pub enum Failure {
     ChuckNotClosed,
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for HandshakeFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::TooLong(Step::OpenDoor, s) => {
+            HandshakeFailure::TooLong(Step::OpenDoor, s) => {
                 write!(
                     f,
                     "the machine was not ready to be loaded within {s} s: open the door, stop the wheel and move x_axis to its safe position; after an alarm in a cut close the door and jog it there"
                 )
             }
-            Failure::TooLong(Step::Enter, s) => write!(f, "the loader did not enter within {s} s"),
-            Failure::TooLong(Step::Inside, s) => write!(f, "the loader did not leave the work area within {s} s"),
-            Failure::TooLong(Step::CloseDoor, s) => write!(f, "the door did not close within {s} s"),
-            Failure::PartMissing => f.write_str("the part is missing after it was loaded"),
-            Failure::PartStillThere => f.write_str("the part is still in the chuck after it was unloaded"),
-            Failure::NotExchanged => f.write_str("the machined part is still in the chuck after the exchange"),
-            Failure::ChuckNotClosed => f.write_str("the chuck does not hold the part that was loaded"),
+            HandshakeFailure::TooLong(Step::Enter, s) => write!(f, "the loader did not enter within {s} s"),
+            HandshakeFailure::TooLong(Step::Inside, s) => {
+                write!(f, "the loader did not leave the work area within {s} s")
+            }
+            HandshakeFailure::TooLong(Step::CloseDoor, s) => write!(f, "the door did not close within {s} s"),
+            HandshakeFailure::PartMissing => f.write_str("the part is missing after it was loaded"),
+            HandshakeFailure::PartStillThere => f.write_str("the part is still in the chuck after it was unloaded"),
+            HandshakeFailure::NotExchanged => f.write_str("the machined part is still in the chuck after the exchange"),
+            HandshakeFailure::ChuckNotClosed => f.write_str("the chuck does not hold the part that was loaded"),
         }
     }
 }
@@ -189,7 +191,7 @@ pub enum Progress {
     /// The chuck holds what was wanted, nobody is inside, the door is closed.
     Done,
     /// It came to nothing.
-    Failed(Failure),
+    Failed(HandshakeFailure),
     /// The robot is inside without leave.
     Uncleared,
 }
@@ -253,7 +255,7 @@ impl Handshake {
     }
 
     /// Looks at what machine and robot show now.
-    pub fn look(&mut self, seen: &LoadingInputs) -> Progress {
+    pub fn advance(&mut self, seen: &LoadingInputs) -> Progress {
         let inside = seen.entered || seen.loader.is_some_and(|loader| loader.inside);
         if inside && !self.clear_to_enter() {
             return Progress::Uncleared;
@@ -268,9 +270,9 @@ impl Handshake {
             Step::Enter => Self::waiting(seen).map_or(Progress::Going(None), Progress::Waiting),
             Step::Inside => self.inside(seen, inside),
             Step::CloseDoor => match seen.door {
-                Occupant::Closed => Progress::Done,
-                Occupant::Closing => Progress::Going(None),
-                Occupant::Open | Occupant::Opening => Progress::Going(Some(LoadingCommand::CloseDoor)),
+                ActuatorPosition::Closed => Progress::Done,
+                ActuatorPosition::Closing => Progress::Going(None),
+                ActuatorPosition::Open | ActuatorPosition::Opening => Progress::Going(Some(LoadingCommand::CloseDoor)),
             },
         };
         self.in_time(progress, seen.now_s)
@@ -286,7 +288,7 @@ impl Handshake {
         let longest_s = self.longest_s();
         match progress {
             Progress::Going(_) if now_s - self.since_s > longest_s => {
-                Progress::Failed(Failure::TooLong(self.step, longest_s))
+                Progress::Failed(HandshakeFailure::TooLong(self.step, longest_s))
             }
             other => other,
         }
@@ -294,9 +296,9 @@ impl Handshake {
 
     fn open_door(&mut self, seen: &LoadingInputs) -> Progress {
         match seen.door {
-            Occupant::Open if seen.is_safe => self.enter(Step::Enter, seen.now_s),
-            Occupant::Open | Occupant::Opening => Progress::Going(None),
-            Occupant::Closed | Occupant::Closing => Progress::Going(Some(LoadingCommand::OpenDoor)),
+            ActuatorPosition::Open if seen.is_safe => self.enter(Step::Enter, seen.now_s),
+            ActuatorPosition::Open | ActuatorPosition::Opening => Progress::Going(None),
+            ActuatorPosition::Closed | ActuatorPosition::Closing => Progress::Going(Some(LoadingCommand::OpenDoor)),
         }
     }
 
@@ -325,13 +327,13 @@ impl Handshake {
     }
 
     /// Fault of the chuck after the robot has left.
-    fn fault_of_result(&self, seen: &LoadingInputs) -> Option<Failure> {
+    fn fault_of_result(&self, seen: &LoadingInputs) -> Option<HandshakeFailure> {
         match (self.request, seen.part_present) {
-            (Request::Load | Request::Exchange, false) => Some(Failure::PartMissing),
-            (Request::Unload, true) => Some(Failure::PartStillThere),
-            (Request::Exchange, true) if !self.was_empty => Some(Failure::NotExchanged),
-            (Request::Load | Request::Exchange, true) if seen.chuck != Occupant::Closed => {
-                Some(Failure::ChuckNotClosed)
+            (Request::Load | Request::Exchange, false) => Some(HandshakeFailure::PartMissing),
+            (Request::Unload, true) => Some(HandshakeFailure::PartStillThere),
+            (Request::Exchange, true) if !self.was_empty => Some(HandshakeFailure::NotExchanged),
+            (Request::Load | Request::Exchange, true) if seen.chuck != ActuatorPosition::Closed => {
+                Some(HandshakeFailure::ChuckNotClosed)
             }
             _ => None,
         }

@@ -74,7 +74,7 @@ pub enum Command {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Refused {
     /// The command does not lead anywhere from this state.
-    #[error("{command} is not taken in state {state}; {}", Takes(*.state))]
+    #[error("{command} is not taken in state {state}; {}", AcceptedCommands(*.state))]
     State { command: Command, state: State },
     /// The mode does not produce.
     #[error("START is not taken in {mode} mode; it is in automatic and semi-automatic mode")]
@@ -263,9 +263,9 @@ impl fmt::Display for Command {
 }
 
 /// Commands accepted in a state, for the operator.
-struct Takes(State);
+struct AcceptedCommands(State);
 
-impl fmt::Display for Takes {
+impl fmt::Display for AcceptedCommands {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut taken = Command::ALL.into_iter().filter(|command| self.0.commanded(*command).is_some());
         match taken.next() {

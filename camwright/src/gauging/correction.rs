@@ -46,7 +46,7 @@ pub(super) const LEFT_MM: f64 = 1e-4;
 
 /// To which radius the turn cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Target {
+pub enum CorrectionTarget {
     /// To the least radius, less a depth (mm, 0 or more) that every phase loses besides. At 0 the turn begins and ends without a step.
     LeastRadius {
         /// The depth (mm).
@@ -58,7 +58,7 @@ pub enum Target {
 
 /// Start of the turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Start {
+pub enum CorrectionStart {
     /// The angle at which the minimum radius leaves the wheel, the first such angle of the headstock from this one on (rad): the correction
     /// can be ready by then. The part turns forward to it, with the wheel at its last logged position.
     AtLeastRadius {
@@ -180,7 +180,11 @@ impl Correction {
     ///
     /// # Errors
     /// A start before the log ends, a target above the least radius, a path that is not resolved by the state's phases.
-    pub fn exact(state: &PartState<'_>, start: Start, target: Target) -> Result<Self, CorrectionError> {
+    pub fn exact(
+        state: &PartState<'_>,
+        start: CorrectionStart,
+        target: CorrectionTarget,
+    ) -> Result<Self, CorrectionError> {
         let start_rad = start_of(state, start)?;
         let law = state.law();
         // Between phases as well, and at the start itself, which is what the turn ends on: else a place in between would not be cut.
@@ -188,12 +192,16 @@ impl Correction {
         let met = (0..=places).map(|place| state.radius_mm(start_rad + phase_rad(place, places) - TURN_RAD));
         let least_mm = met.fold(f64::INFINITY, f64::min);
         let target_mm = match target {
-            Target::LeastRadius { extra_depth_mm } if extra_depth_mm >= 0.0 && extra_depth_mm.is_finite() => {
+            CorrectionTarget::LeastRadius { extra_depth_mm } if extra_depth_mm >= 0.0 && extra_depth_mm.is_finite() => {
                 least_mm - extra_depth_mm
             }
-            Target::LeastRadius { extra_depth_mm } => return Err(CorrectionError::ExtraDepth { extra_depth_mm }),
-            Target::Radius(target_mm) if target_mm <= least_mm => target_mm,
-            Target::Radius(target_mm) => return Err(CorrectionError::TargetAboveLeast { target_mm, least_mm }),
+            CorrectionTarget::LeastRadius { extra_depth_mm } => {
+                return Err(CorrectionError::ExtraDepth { extra_depth_mm });
+            }
+            CorrectionTarget::Radius(target_mm) if target_mm <= least_mm => target_mm,
+            CorrectionTarget::Radius(target_mm) => {
+                return Err(CorrectionError::TargetAboveLeast { target_mm, least_mm });
+            }
         };
         let (ratio, leaves_mm) =
             (law.grinding_n_mm() / law.machine_n_mm(), target_mm - law.threshold_n() / law.machine_n_mm());
@@ -289,14 +297,14 @@ impl Correction {
     /// Steepness on a grid four times finer than its phases.
     #[must_use]
     pub fn steepness(&self) -> Steepness {
-        let mut most = Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 };
+        let mut max = Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 };
         for since_rad in self.places() {
             let sample = self.at(since_rad);
-            most.first_mm_rad = most.first_mm_rad.max(sample.first.abs());
-            most.second_mm_rad2 = most.second_mm_rad2.max(sample.second.abs());
-            most.third_mm_rad3 = most.third_mm_rad3.max(sample.third.abs());
+            max.first_mm_rad = max.first_mm_rad.max(sample.first.abs());
+            max.second_mm_rad2 = max.second_mm_rad2.max(sample.second.abs());
+            max.third_mm_rad3 = max.third_mm_rad3.max(sample.third.abs());
         }
-        most
+        max
     }
 
     /// Places over the turn.
@@ -316,25 +324,25 @@ impl Correction {
             depth.add(before_mm - after_mm);
         }
         Forecast {
-            before_mm: before.most - before.least,
-            radius_mm: after.least,
-            left_mm: after.most - after.least,
-            depth_mm: (depth.least, depth.most),
+            before_mm: before.max - before.min,
+            radius_mm: after.min,
+            left_mm: after.max - after.min,
+            depth_mm: (depth.min, depth.max),
         }
     }
 }
 
 struct Range {
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
 }
 
 impl Range {
-    const EMPTY: Self = Self { least: f64::INFINITY, most: f64::NEG_INFINITY };
+    const EMPTY: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
     fn add(&mut self, value: f64) {
-        self.least = self.least.min(value);
-        self.most = self.most.max(value);
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
     }
 }
 
@@ -346,15 +354,15 @@ fn ramp(difference_mm: f64) -> Result<HermiteSpline, HermiteError> {
 }
 
 /// C at which the turn begins.
-fn start_of(state: &PartState<'_>, start: Start) -> Result<f64, CorrectionError> {
-    let (Start::AtLeastRadius { from_rad: wanted_rad } | Start::At(wanted_rad)) = start;
+fn start_of(state: &PartState<'_>, start: CorrectionStart) -> Result<f64, CorrectionError> {
+    let (CorrectionStart::AtLeastRadius { from_rad: wanted_rad } | CorrectionStart::At(wanted_rad)) = start;
     let logged_rad = state.logged_until_rad().unwrap_or(f64::NEG_INFINITY);
     if !(wanted_rad >= logged_rad && wanted_rad.is_finite()) {
         return Err(CorrectionError::BeforeLogEnds { start_rad: wanted_rad, logged_rad });
     }
     Ok(match start {
-        Start::At(start_rad) => start_rad,
-        Start::AtLeastRadius { from_rad } => minimum_radius_from(state, from_rad),
+        CorrectionStart::At(start_rad) => start_rad,
+        CorrectionStart::AtLeastRadius { from_rad } => minimum_radius_from(state, from_rad),
     })
 }
 

@@ -32,8 +32,8 @@ pub enum DecayError {
         needed_deg: f64,
     },
     /// Phases that are too few or too many.
-    #[error("{phases} phases: between {least} and {most} are needed")]
-    Phases { phases: usize, least: usize, most: usize },
+    #[error("{phases} phases: between {min} and {max} are needed")]
+    Phases { phases: usize, min: usize, max: usize },
     /// The part was hardly cut.
     #[error(
         "depths of cut of {:.3} um rms in the first turn are not above their scatter of {:.3} um",
@@ -47,13 +47,13 @@ pub enum DecayError {
     },
     /// The depths did not decay.
     #[error(
-        "depths of cut decay by {decay} per turn, which must lie between {least} and {most}: the wheel did not stand still"
+        "depths of cut decay by {decay} per turn, which must lie between {min} and {max}: the wheel did not stand still"
     )]
     NoDecay {
         /// λ found, at an end of the range.
         decay: f64,
-        least: f64,
-        most: f64,
+        min: f64,
+        max: f64,
     },
 }
 
@@ -79,7 +79,7 @@ impl Decay {
     /// Less than two turns, phases that do not fit, depths that are not above their scatter or do not decay.
     pub fn from_dwell(record: &GaugeRecord<'_>, from_rad: f64, phases: usize) -> Result<Self, DecayError> {
         if !(FEWEST_PHASES..=MAX_PHASES).contains(&phases) {
-            return Err(DecayError::Phases { phases, least: FEWEST_PHASES, most: MAX_PHASES });
+            return Err(DecayError::Phases { phases, min: FEWEST_PHASES, max: MAX_PHASES });
         }
         let first_rad = record.first_cut_rad().max(from_rad);
         let known_rad = record.last_cut_rad() - first_rad;
@@ -102,7 +102,7 @@ impl Decay {
         }
         let decay = products.best(RANGE);
         if decay < RANGE.0 + 1e-6 || decay > RANGE.1 - 1e-6 {
-            return Err(DecayError::NoDecay { decay, least: RANGE.0, most: RANGE.1 });
+            return Err(DecayError::NoDecay { decay, min: RANGE.0, max: RANGE.1 });
         }
         let explained = products.explained(decay);
         let (phases, spare) = (phases as f64, (phases * (turns - 1) - 1) as f64);

@@ -46,7 +46,7 @@ impl Fit {
 }
 
 /// g at equal phases.
-pub(super) struct Fitted {
+pub(super) struct FittedLaw {
     pub(super) deviations: Vec<f64>,
     /// Standard deviation of a reading about the law (mm), where there is more to it than numbers found.
     pub(super) scatter_mm: Option<f64>,
@@ -67,7 +67,7 @@ pub(super) fn by_depths(
     (first_rad, until_rad): (f64, f64),
     phases: usize,
     harmonics: Option<u32>,
-) -> Result<Fitted, StateError> {
+) -> Result<FittedLaw, StateError> {
     let (feels, delay_rad) = (record.gauge().feels_deflection(), record.gauge().cut_after_rad());
     let ratio = known.law.grinding_n_mm() / known.law.machine_n_mm();
     let less_than_a_turn = StateError::LessThanATurn { known_deg: deg_from_rad((until_rad - first_rad).max(0.0)) };
@@ -107,7 +107,7 @@ pub(super) fn by_depths(
         deviations = Series::from_values(&deviations, kept).without_echo(echo, delay_rad).values(phases);
     }
     // A depth is the difference of two readings.
-    Ok(Fitted { deviations, scatter_mm: (spare > 0.0).then(|| libm::sqrt(0.5 * squares / spare)) })
+    Ok(FittedLaw { deviations, scatter_mm: (spare > 0.0).then(|| libm::sqrt(0.5 * squares / spare)) })
 }
 
 /// From all readings from an angle on.
@@ -117,13 +117,13 @@ pub(super) fn by_readings(
     until_rad: f64,
     phases: usize,
     harmonics: u32,
-) -> Result<Fitted, StateError> {
+) -> Result<FittedLaw, StateError> {
     let kept = harmonics as usize;
     // Twice as many harmonics are fitted: otherwise the part's harmonics above those kept would leak into them, mainly into the odd
     // ones, of which a diameter shows little. A turn of readings resolves no more than half their number.
     #[allow(clippy::cast_possible_truncation, reason = "a number of readings")]
-    let told = (0.5 * record.per_turn()) as usize;
-    let fitted = (2 * kept).min(told.saturating_sub(1)).max(kept);
+    let resolvable = (0.5 * record.per_turn()) as usize;
+    let fitted = (2 * kept).min(resolvable.saturating_sub(1)).max(kept);
     let unknowns = 2 * fitted + 2;
     let mut normal = Normal::new(unknowns);
     for (contacts, readings, zero_mm) in record.sources() {
@@ -144,7 +144,7 @@ pub(super) fn by_readings(
     let Some((solution, squares)) = normal.solve() else { return Err(undetermined) };
     let pairs = solution.as_slice()[2..2 + 2 * kept].chunks(2).map(|pair| (pair[0], pair[1]));
     let spare = (readings - unknowns) as f64;
-    Ok(Fitted {
+    Ok(FittedLaw {
         deviations: Series::from_parts(solution[1], pairs.collect()).values(phases),
         scatter_mm: Some(libm::sqrt(squares.max(0.0) / spare)),
     })

@@ -1,7 +1,7 @@
 //! The log of a journal as the record of its gauge, or of its two.
 
 use super::gauge::Gauge;
-use super::gauged::Gauged;
+use super::gauged_tick::GaugedTick;
 use super::record::{GaugeRecord, Reading, RecordError};
 use alloc::vec::Vec;
 
@@ -46,7 +46,7 @@ impl GaugeSetup {
     /// Readings at the angles that they belong to, up to an angle (rad): an amplifier of first order shows what there was a time constant
     /// ago. Where C stands or an encoder lets it seem to, the later one is left out. A reading of a second gauge that is missing is no
     /// number.
-    pub(super) fn readings(&self, gauged: &[Gauged], until_rad: f64) -> Readings {
+    pub(super) fn readings(&self, gauged: &[GaugedTick], until_rad: f64) -> Readings {
         let two = self.gauge.is_two();
         let count = |wanted: bool| if wanted { gauged.len() } else { 0 };
         let mut readings = Readings { first: Vec::with_capacity(gauged.len()), second: Vec::with_capacity(count(two)) };
@@ -73,8 +73,8 @@ mod tests {
     use crate::gauging::gauge::GaugeSide;
     use core::f64::consts::PI;
 
-    fn log(second_mm: impl Fn(u64) -> Option<f64>) -> Vec<Gauged> {
-        let at = |tick: u64| Gauged {
+    fn log(second_mm: impl Fn(u64) -> Option<f64>) -> Vec<GaugedTick> {
+        let at = |tick: u64| GaugedTick {
             tick,
             c_rad: tick as f64 * PI / 180.0,
             x_mm: 20.0,

@@ -17,15 +17,15 @@ fn circle(count: usize) -> Vec<(f64, f64)> {
 }
 
 impl Series {
-    /// The harmonics of values up to `most`, or as many as they have.
-    pub(super) fn from_values(values: &[f64], most: usize) -> Self {
+    /// The harmonics of values up to `max`, or as many as they have.
+    pub(super) fn from_values(values: &[f64], max: usize) -> Self {
         let count = values.len();
         let share = 1.0 / count as f64;
         // From the first value, so that a radius of 20 mm does not cost the digits of its runout.
         let level = values[0];
         let mean = level + share * values.iter().map(|value| value - level).sum::<f64>();
         let circle = circle(count);
-        let harmonics = (1..=most.min(count / 2))
+        let harmonics = (1..=max.min(count / 2))
             .map(|h| {
                 let (mut cos, mut sin, mut k) = (0.0, 0.0, 0);
                 for value in values {
@@ -104,8 +104,8 @@ mod tests {
         let (echo, delay, count) = (-0.6, 0.9, 360);
         let g = |phi: f64| 1.0 + libm::sin(phi) - 0.3 * libm::cos(3.0 * phi + 0.4);
         let at = |k: usize| TURN_RAD * k as f64 / count as f64;
-        let heard: Vec<f64> = (0..count).map(|k| g(at(k)) - echo * g(at(k) - delay)).collect();
-        let found = Series::from_values(&heard, 15).without_echo(echo, delay).values(count);
+        let measured: Vec<f64> = (0..count).map(|k| g(at(k)) - echo * g(at(k) - delay)).collect();
+        let found = Series::from_values(&measured, 15).without_echo(echo, delay).values(count);
         for (k, found) in found.iter().enumerate() {
             assert!((found - g(at(k))).abs() < 1e-12, "{k}: {found} {}", g(at(k)));
         }

@@ -5,7 +5,7 @@
 
 use super::decay::{Comparison, Decay, DecayError};
 use super::gauge_setup::GaugeSetup;
-use super::gauged::{Gauged, turning_on};
+use super::gauged_tick::{GaugedTick, turning_on};
 use super::record::RecordError;
 use super::stiffness::{
     FeedForce, ForcePoint, ForceReading, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed,
@@ -33,7 +33,7 @@ const PUSH_SPEED_SHARE: f64 = 0.5;
 
 /// A tick of a push.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pushed {
+pub struct PushTick {
     pub tick: u64,
     /// Position of `x_axis` (mm).
     pub x_mm: f64,
@@ -41,8 +41,8 @@ pub struct Pushed {
     pub motor_n: f64,
 }
 
-impl From<Gauged> for Pushed {
-    fn from(gauged: Gauged) -> Self {
+impl From<GaugedTick> for PushTick {
+    fn from(gauged: GaugedTick) -> Self {
         Self { tick: gauged.tick, x_mm: gauged.x_mm, motor_n: gauged.motor_n }
     }
 }
@@ -53,7 +53,7 @@ pub struct IdentifyRequest<'a> {
     /// Gauge that measures the journal.
     pub seen: GaugeSetup,
     /// Readings during the grinding of the journal, with the motor's force.
-    pub gauged: &'a [Gauged],
+    pub gauged: &'a [GaugedTick],
     /// C at the beginning of a turn of infeed in the air (rad).
     pub air_from_rad: f64,
     /// C at the end of the infeed of each pass (rad).
@@ -61,7 +61,7 @@ pub struct IdentifyRequest<'a> {
     /// C from the beginning of the last dwell to where the wheel begins to leave (rad).
     pub dwell_rad: (f64, f64),
     /// Ticks in which the wheel did not turn.
-    pub pushed: &'a [Pushed],
+    pub pushed: &'a [PushTick],
     /// Speed of the push (mm/s).
     pub push_speed_mm_s: f64,
     /// Coulomb's friction of `x_axis`, as its data say (N): by so much the motor's force may be off wherever the axis creeps.
@@ -81,8 +81,8 @@ pub enum IdentifyError {
     #[error(transparent)]
     Decay(#[from] DecayError),
     /// The wheel was not seen to push.
-    #[error("no push of the stopped wheel was logged: {ticks} ticks at its speed, {least} are needed")]
-    NoPush { ticks: usize, least: usize },
+    #[error("no push of the stopped wheel was logged: {ticks} ticks at its speed, {min} are needed")]
+    NoPush { ticks: usize, min: usize },
 }
 
 /// A journal's contact, measured.
@@ -124,7 +124,7 @@ impl Identified {
         let gauge = request.seen.gauge;
         let readings = request.seen.readings(request.gauged, f64::INFINITY);
         let record = readings.record(gauge)?;
-        let force = |gauged: &Gauged| ForceReading { c_rad: gauged.c_rad, force_n: -gauged.motor_n };
+        let force = |gauged: &GaugedTick| ForceReading { c_rad: gauged.c_rad, force_n: -gauged.motor_n };
         let forces: Vec<ForceReading> = turning_on(request.gauged).map(force).collect();
         let of = |what: &'static str| move |source| IdentifyError::Stiffness { what, source };
         let air_n =
@@ -199,7 +199,7 @@ fn with_friction(found: GrindingStiffness, friction_n: f64, points: &[ForcePoint
 /// Force over travel where the stopped wheel pressed on its way in.
 fn push(request: &IdentifyRequest<'_>) -> Result<Vec<ForcePoint>, IdentifyError> {
     let way_mm = request.push_speed_mm_s * request.seen.cycle_time_s;
-    let belongs = |pair: &[Pushed]| {
+    let belongs = |pair: &[PushTick]| {
         let inwards_mm = pair[0].x_mm - pair[1].x_mm;
         pair[1].tick == pair[0].tick + 1 && (inwards_mm - way_mm).abs() <= PUSH_SPEED_SHARE * way_mm
     };
@@ -216,13 +216,13 @@ fn push(request: &IdentifyRequest<'_>) -> Result<Vec<ForcePoint>, IdentifyError>
         }
     }
     let ticks = &request.pushed[best.0..best.1];
-    let least = 10 * PUSH_POINTS;
-    if ticks.len() < least {
-        return Err(IdentifyError::NoPush { ticks: ticks.len(), least });
+    let min = 10 * PUSH_POINTS;
+    if ticks.len() < min {
+        return Err(IdentifyError::NoPush { ticks: ticks.len(), min });
     }
     #[allow(clippy::cast_possible_truncation, reason = "a share")]
     let air = &ticks[..(ticks.len() as f64 * AIR_SHARE) as usize];
-    let mean = |ticks: &[Pushed], of: fn(&Pushed) -> f64| ticks.iter().map(of).sum::<f64>() / ticks.len() as f64;
+    let mean = |ticks: &[PushTick], of: fn(&PushTick) -> f64| ticks.iter().map(of).sum::<f64>() / ticks.len() as f64;
     let air_n = mean(air, |pushed| -pushed.motor_n);
     let together: Vec<ForcePoint> = ticks
         .chunks(ticks.len() / PUSH_POINTS)

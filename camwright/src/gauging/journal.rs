@@ -16,17 +16,19 @@
 //! its wear or by the growth of a machine that has warmed up, and the turn is moved by as much.
 
 use super::Mode;
-use super::correction::{Correction, CorrectionError, Forecast, LEFT_MM, LEFT_SHARE, Start, Target};
+use super::correction::{
+    Correction, CorrectionError, CorrectionStart, CorrectionTarget, Forecast, LEFT_MM, LEFT_SHARE,
+};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
 use super::gauge_setup::{GaugeSetup, Readings};
-use super::gauged::{Gauged, turning_on};
+use super::gauged_tick::{GaugedTick, turning_on};
 use super::identify::IdentifyError;
 use super::published::{PublishedError, PublishedRunout};
 use super::record::{Reading, RecordError};
+use super::smallest_radius::{self, PLACES, SmallestRadius, place_rad};
 use super::spark_out::{self, SparkOutError};
 use super::state::{MeasureSettings, PartState, StateError};
-use super::swept::{self, Lowest, PLACES, place_rad};
 use super::wheel_log::{WheelLog, WheelLogError, WheelPosition};
 use crate::machine::contact_law::ContactLaw;
 use crate::math::hermite::{HermiteError, HermiteSpline, Knot, Sample};
@@ -62,7 +64,7 @@ pub const LOG_ENDS_RAD: f64 = TURN_RAD / 36.0;
 
 /// Returns the required part of a journal's log: from the last turn with infeed to the angle at which the wheel had left.
 #[must_use]
-pub fn needed_log(gauged: &[Gauged], rest_rad: f64, dwell_turns: u32) -> &[Gauged] {
+pub fn needed_log(gauged: &[GaugedTick], rest_rad: f64, dwell_turns: u32) -> &[GaugedTick] {
     let from_rad = rest_rad - f64::from(dwell_turns + 1) * TURN_RAD;
     let from = gauged.partition_point(|gauged| gauged.c_rad < from_rad);
     let until = gauged.partition_point(|gauged| gauged.c_rad <= rest_rad - LOG_ENDS_RAD);
@@ -75,7 +77,7 @@ pub struct JournalRequest<'a> {
     /// Gauge that measures the journal.
     pub seen: GaugeSetup,
     /// The log: from a turn before the dwell on, or later, to where the wheel had left the part.
-    pub gauged: &'a [Gauged],
+    pub gauged: &'a [GaugedTick],
     /// Contact law at the journal.
     pub law: ContactLaw,
     /// Law of the correction.
@@ -173,9 +175,9 @@ impl JournalCorrection {
     /// Smallest radius that a way of the wheel leaves of this journal, as the gauge reads it. `x` is `x_axis` over the angle since C began
     /// to turn, for as many turns as the correction has (mm over rad).
     #[must_use]
-    pub fn lowest(&self, wheel_radius_mm: f64, x: impl Fn(f64) -> Sample) -> Lowest {
-        let lowest = swept::lowest(&self.law, &self.part_mm, self.turns, wheel_radius_mm, x);
-        Lowest { radius_mm: lowest.radius_mm + self.size_offset_mm.unwrap_or(0.0), ..lowest }
+    pub fn lowest(&self, wheel_radius_mm: f64, x: impl Fn(f64) -> Sample) -> SmallestRadius {
+        let lowest = smallest_radius::lowest(&self.law, &self.part_mm, self.turns, wheel_radius_mm, x);
+        SmallestRadius { radius_mm: lowest.radius_mm + self.size_offset_mm.unwrap_or(0.0), ..lowest }
     }
 
     /// Largest radius of the part before it, by `x_axis` (mm).
@@ -243,20 +245,20 @@ impl JournalCorrection {
         let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
         let (decided, begins) = match request.mode {
             Mode::Exact => {
-                let target = Target::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
-                let start = Start::AtLeastRadius { from_rad: earliest_rad };
+                let target = CorrectionTarget::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
+                let start = CorrectionStart::AtLeastRadius { from_rad: earliest_rad };
                 let first = Correction::exact(&state, start, target)?;
                 let start_rad = first.start_rad();
                 // At the least radius the turn begins without slope; noise must not make the wheel dip below it on its way in.
                 let begins = Sample { value: first.at(0.0).value, ..Sample::default() };
                 let logged = with_entry(&positions, start_rad, clear_mm, begins)?;
                 let entered = PartState::measure(&record, WheelLog::new(&logged)?, request.law, &settings)?;
-                let decided = match Correction::exact(&entered, Start::At(start_rad), target) {
+                let decided = match Correction::exact(&entered, CorrectionStart::At(start_rad), target) {
                     // On entering the wheel has already been at the target, but for rounding and the noise between two phases.
                     Err(CorrectionError::TargetAboveLeast { target_mm, least_mm })
                         if target_mm - least_mm < MAX_BELOW_MM =>
                     {
-                        Correction::exact(&entered, Start::At(start_rad), Target::Radius(least_mm))?
+                        Correction::exact(&entered, CorrectionStart::At(start_rad), CorrectionTarget::Radius(least_mm))?
                     }
                     other => other?,
                 };
@@ -305,7 +307,7 @@ fn records(request: &JournalRequest<'_>) -> (Readings, Vec<WheelPosition>) {
     // Of a wheel that is leaving, cuts end somewhere: they are followed by the law, not measured.
     let until_rad = request.rest_rad - DWELL_LEAVES_RAD.0 + request.seen.gauge.known_after_rad();
     let readings = request.seen.readings(request.gauged, until_rad);
-    let position = |gauged: &Gauged| WheelPosition { c_rad: gauged.c_rad, x_mm: gauged.x_mm };
+    let position = |gauged: &GaugedTick| WheelPosition { c_rad: gauged.c_rad, x_mm: gauged.x_mm };
     (readings, turning_on(request.gauged).map(position).collect())
 }
 

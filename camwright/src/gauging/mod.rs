@@ -52,7 +52,7 @@ pub mod decay;
 pub mod fit;
 pub mod gauge;
 pub mod gauge_setup;
-pub mod gauged;
+pub mod gauged_tick;
 mod harmonics;
 pub mod identify;
 pub mod journal;
@@ -61,12 +61,12 @@ pub mod record;
 mod reference_motion;
 pub mod runout;
 pub mod sensitivity;
+pub mod smallest_radius;
 pub mod spark_out;
 pub mod state;
 mod state_error;
 pub mod stiffness;
 pub mod stiffness_map;
-pub mod swept;
 pub mod wheel_log;
 
 /// Method of measuring and correcting a runout.

@@ -32,8 +32,8 @@ pub enum PublishedError {
         needed_deg: f64,
     },
     /// Phases that are too few or too many.
-    #[error("{phases} phases: between {least} and {most} are needed")]
-    Phases { phases: usize, least: usize, most: usize },
+    #[error("{phases} phases: between {min} and {max} are needed")]
+    Phases { phases: usize, min: usize, max: usize },
     /// A depth that is no number.
     #[error(transparent)]
     Depth(#[from] PhasesError),
@@ -62,7 +62,7 @@ impl PublishedRunout {
         phases: usize,
     ) -> Result<Self, PublishedError> {
         if !(FEWEST_PHASES..=MAX_PHASES).contains(&phases) {
-            return Err(PublishedError::Phases { phases, least: FEWEST_PHASES, most: MAX_PHASES });
+            return Err(PublishedError::Phases { phases, min: FEWEST_PHASES, max: MAX_PHASES });
         }
         let gauge = record.gauge();
         let first_rad = gauge.cut_following_rad(from_rad).max(record.first_cut_rad());
@@ -78,9 +78,9 @@ impl PublishedRunout {
             let turn = libm::ceil((first_rad - ROUNDING_RAD - phase_rad) / TURN_RAD);
             depths_mm.push(record.depth_mm(phase_rad + turn * TURN_RAD).ok_or(too_short)?);
         }
-        let least = depths_mm.iter().fold(f64::INFINITY, |least, depth| least.min(*depth));
+        let min = depths_mm.iter().fold(f64::INFINITY, |min, depth| min.min(*depth));
         let ratio = law.grinding_n_mm() / law.machine_n_mm();
-        let runout = RadiusByPhase::new(depths_mm.iter().map(|depth| (depth - least) * ratio).collect())?;
+        let runout = RadiusByPhase::new(depths_mm.iter().map(|depth| (depth - min) * ratio).collect())?;
         Ok(Self { depths_mm, runout, window_rad: (start_rad, start_rad + needed_rad) })
     }
 }

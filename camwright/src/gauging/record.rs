@@ -37,8 +37,8 @@ pub enum RecordError {
     #[error("{given} record(s) given for {needed} gauge(s)")]
     Gauges { given: usize, needed: usize },
     /// Too few to interpolate.
-    #[error("{which}: {count} readings, at least {least} are needed")]
-    TooFew { which: GaugeSide, count: usize, least: usize },
+    #[error("{which}: {count} readings, at least {min} are needed")]
+    TooFew { which: GaugeSide, count: usize, min: usize },
     /// A number that is none: a gauge that lost the part, or a broken one.
     #[error("{which}, reading {index} (tick {tick}): angle or value is not a finite number")]
     NotFinite {
@@ -203,7 +203,7 @@ impl<'a> GaugeRecord<'a> {
 /// Checks that readings are in order.
 fn checked(which: GaugeSide, readings: &[Reading]) -> Result<(), RecordError> {
     if readings.len() < NEIGHBOURS {
-        return Err(RecordError::TooFew { which, count: readings.len(), least: NEIGHBOURS });
+        return Err(RecordError::TooFew { which, count: readings.len(), min: NEIGHBOURS });
     }
     let largest_rad = rad_from_deg(LARGEST_GAP_DEG) + ROUNDING_RAD;
     for (index, reading) in readings.iter().enumerate() {

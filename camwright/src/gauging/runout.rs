@@ -11,8 +11,8 @@ pub const FEWEST_PHASES: usize = 8;
 /// Why radii are no runout.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PhasesError {
-    #[error("radii at {count} phases, at least {least} are needed")]
-    TooFew { count: usize, least: usize },
+    #[error("radii at {count} phases, at least {min} are needed")]
+    TooFew { count: usize, min: usize },
     /// A radius that is no number.
     #[error("radius {index} is not a finite number")]
     NotFinite { index: usize },
@@ -31,7 +31,7 @@ impl RadiusByPhase {
     /// Too few, or one that is no number.
     pub fn new(radii_mm: Vec<f64>) -> Result<Self, PhasesError> {
         if radii_mm.len() < FEWEST_PHASES {
-            return Err(PhasesError::TooFew { count: radii_mm.len(), least: FEWEST_PHASES });
+            return Err(PhasesError::TooFew { count: radii_mm.len(), min: FEWEST_PHASES });
         }
         match radii_mm.iter().position(|radius| !radius.is_finite()) {
             Some(index) => Err(PhasesError::NotFinite { index }),
@@ -55,13 +55,13 @@ impl RadiusByPhase {
     /// Index of the least radius.
     #[must_use]
     pub fn minimum_index(&self) -> usize {
-        let mut least = 0;
+        let mut min = 0;
         for (index, radius) in self.radii_mm.iter().enumerate() {
-            if *radius < self.radii_mm[least] {
-                least = index;
+            if *radius < self.radii_mm[min] {
+                min = index;
             }
         }
-        least
+        min
     }
 
     /// Least radius (mm).
@@ -73,14 +73,14 @@ impl RadiusByPhase {
     /// IR of every phase: by how much its radius exceeds the least (mm).
     #[must_use]
     pub fn runout_mm(&self) -> Vec<f64> {
-        let least = self.minimum_mm();
-        self.radii_mm.iter().map(|radius| radius - least).collect()
+        let min = self.minimum_mm();
+        self.radii_mm.iter().map(|radius| radius - min).collect()
     }
 
     /// TIR, the total indicated runout: largest less least radius (mm).
     #[must_use]
     pub fn total_mm(&self) -> f64 {
-        self.radii_mm.iter().fold(f64::NEG_INFINITY, |most, radius| most.max(*radius)) - self.minimum_mm()
+        self.radii_mm.iter().fold(f64::NEG_INFINITY, |max, radius| max.max(*radius)) - self.minimum_mm()
     }
 
     /// Amplitude of a harmonic (mm): of the first the eccentricity, of the third that of a three-lobed part.

@@ -246,9 +246,9 @@ impl<'a> PartState<'a> {
 fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usize, StateError> {
     let harmonics = settings.fit.harmonics();
     if harmonics > MAX_HARMONICS {
-        return Err(StateError::Harmonics { harmonics, most: MAX_HARMONICS });
+        return Err(StateError::Harmonics { harmonics, max: MAX_HARMONICS });
     }
-    let least = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
+    let min = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
     #[allow(clippy::cast_possible_truncation, reason = "between 0 and MAX_PHASES + 1")]
     let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MAX_PHASES as f64) as usize;
     // A denser record is read at the positions of the phases.
@@ -256,10 +256,10 @@ fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usi
         Fit::Depths { .. } => by_readings().min(MAX_PHASES),
         Fit::Readings { .. } => (PHASES_PER_HARMONIC * harmonics as usize).max(360),
     });
-    if (least..=MAX_PHASES).contains(&phases) {
+    if (min..=MAX_PHASES).contains(&phases) {
         return Ok(phases);
     }
-    Err(StateError::Phases { phases, harmonics, least, most: MAX_PHASES })
+    Err(StateError::Phases { phases, harmonics, min, max: MAX_PHASES })
 }
 
 fn phases_as_number(phases: usize) -> f64 {

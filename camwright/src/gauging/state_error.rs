@@ -25,11 +25,11 @@ pub enum StateError {
         needed_deg: f64,
     },
     /// Phases too few for the harmonics, or for anything, or too many.
-    #[error("{phases} phases for {harmonics} harmonics: between {least} and {most} are needed")]
-    Phases { phases: usize, harmonics: u32, least: usize, most: usize },
+    #[error("{phases} phases for {harmonics} harmonics: between {min} and {max} are needed")]
+    Phases { phases: usize, harmonics: u32, min: usize, max: usize },
     /// More harmonics than any gauge resolves.
-    #[error("{harmonics} harmonics, at most {most} are allowed")]
-    Harmonics { harmonics: u32, most: u32 },
+    #[error("{harmonics} harmonics, at most {max} are allowed")]
+    Harmonics { harmonics: u32, max: u32 },
     /// More unknowns than the readings determine.
     #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
     Undetermined { readings: usize, harmonics: u32 },

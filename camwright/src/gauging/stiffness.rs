@@ -32,8 +32,8 @@ pub struct ForcePoint {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum StiffnessError {
     /// Too few points for a line and its uncertainty.
-    #[error("{points} points, at least {least} are needed")]
-    TooFew { points: usize, least: usize },
+    #[error("{points} points, at least {min} are needed")]
+    TooFew { points: usize, min: usize },
     /// A number that is none.
     #[error("point {index}: way or force is not a finite number")]
     NotFinite {
@@ -84,7 +84,7 @@ pub enum StiffnessError {
 
 /// The line of points by least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Line {
+struct RegressionLine {
     slope: Measured,
     at_zero: Measured,
 }
@@ -100,15 +100,15 @@ const BEND: f64 = 6.0;
 /// Share of the slope by which they may differ in any case: a contact that stiffens as it closes is no push into the air.
 const BEND_SHARE: f64 = 0.05;
 
-impl Line {
+impl RegressionLine {
     fn through(points: &[ForcePoint]) -> Result<Self, StiffnessError> {
         if points.len() < FEWEST_POINTS {
-            return Err(StiffnessError::TooFew { points: points.len(), least: FEWEST_POINTS });
+            return Err(StiffnessError::TooFew { points: points.len(), min: FEWEST_POINTS });
         }
         if let Some(index) = points.iter().position(|point| !(point.way_mm.is_finite() && point.force_n.is_finite())) {
             return Err(StiffnessError::NotFinite { index });
         }
-        let spread = Spread::from_points(points);
+        let spread = RegressionSums::from_points(points);
         // A nanometre: no machine resolves it.
         if spread.range < 1e-6 {
             return Err(StiffnessError::OnePlace { range_mm: spread.range });
@@ -130,7 +130,7 @@ impl Line {
 }
 
 /// Sums about the mean of points.
-struct Spread {
+struct RegressionSums {
     count: f64,
     mean: (f64, f64),
     /// Σ (V − mean)².
@@ -143,21 +143,21 @@ struct Spread {
     range: f64,
 }
 
-impl Spread {
+impl RegressionSums {
     fn from_points(points: &[ForcePoint]) -> Self {
         let count = points.len() as f64;
         let mean = |of: fn(&ForcePoint) -> f64| points.iter().map(of).sum::<f64>() / count;
         let mean = (mean(|point| point.way_mm), mean(|point| point.force_n));
         let mut spread = Self { count, mean, way: 0.0, product: 0.0, rest: 0.0, range: 0.0 };
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
         for point in points {
             let way = point.way_mm - mean.0;
             spread.way += way * way;
             spread.product += way * (point.force_n - mean.1);
-            least = least.min(point.way_mm);
-            most = most.max(point.way_mm);
+            min = min.min(point.way_mm);
+            max = max.max(point.way_mm);
         }
-        spread.range = most - least;
+        spread.range = max - min;
         let slope = spread.slope();
         let rest = |point: &ForcePoint| point.force_n - mean.1 - slope * (point.way_mm - mean.0);
         spread.rest = points.iter().map(|point| rest(point) * rest(point)).sum();
@@ -174,12 +174,12 @@ impl Spread {
 /// # Errors
 /// Points too few, at one place, not rising; or, of six and more, bent as where the wheel touches only after the first of them.
 pub fn machine_stiffness(points: &[ForcePoint]) -> Result<Measured, StiffnessError> {
-    let line = Line::through(points)?;
+    let line = RegressionLine::through(points)?;
     if points.len() >= 2 * FEWEST_POINTS {
         let mut sorted: Vec<ForcePoint> = points.to_vec();
         sorted.sort_by(|a, b| a.way_mm.total_cmp(&b.way_mm));
         let (lower, upper) = sorted.split_at(sorted.len() / 2);
-        let (below, above) = (Spread::from_points(lower), Spread::from_points(upper));
+        let (below, above) = (RegressionSums::from_points(lower), RegressionSums::from_points(upper));
         let (lower_n_mm, upper_n_mm) = (below.slope(), above.slope());
         // The scatter of the upper half: that of one with a corner in it would hide the corner.
         let scatter_n = libm::sqrt(above.rest / (above.count - 2.0));
@@ -209,7 +209,7 @@ impl GrindingStiffness {
     /// # Errors
     /// Points too few, of one feed alone, not rising.
     pub fn from_feeds(points: &[ForcePoint]) -> Result<Self, StiffnessError> {
-        let line = Line::through(points)?;
+        let line = RegressionLine::through(points)?;
         Ok(Self { grinding_n_mm: line.slope, threshold_n: line.at_zero })
     }
 

@@ -23,7 +23,7 @@ pub const SAME_PLACE_MM: f64 = 1.0;
 
 /// The contact with the table at a position, as measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StiffnessPlace {
+pub struct MeasuredStiffness {
     /// Position of the table (mm).
     pub z_mm: f64,
     /// km (N/mm).
@@ -72,12 +72,10 @@ pub enum StiffnessMapError {
     Law(#[from] ContactLawError),
 }
 
-impl StiffnessPlace {
+impl MeasuredStiffness {
     fn check(&self) -> Result<(), StiffnessMapError> {
-        let good = |measured: Measured, least: f64| {
-            measured.value >= least
-                && measured.value.is_finite()
-                && (0.0..f64::INFINITY).contains(&measured.uncertainty)
+        let good = |measured: Measured, min: f64| {
+            measured.value >= min && measured.value.is_finite() && (0.0..f64::INFINITY).contains(&measured.uncertainty)
         };
         let numbers = [
             ("machine stiffness (N/mm)", self.machine_n_mm, f64::MIN_POSITIVE),
@@ -91,7 +89,7 @@ impl StiffnessPlace {
         if !self.z_mm.is_finite() {
             return not("position", Measured { value: self.z_mm, uncertainty: 0.0 });
         }
-        match numbers.into_iter().find(|(_, measured, least)| !good(*measured, *least)) {
+        match numbers.into_iter().find(|(_, measured, min)| !good(*measured, *min)) {
             Some((what, measured, _)) => not(what, measured),
             None => Ok(()),
         }
@@ -112,7 +110,7 @@ fn scaled(measured: Measured, by: f64) -> Measured {
 /// Places in the order of the table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StiffnessMap {
-    places: Vec<StiffnessPlace>,
+    places: Vec<MeasuredStiffness>,
 }
 
 impl StiffnessMap {
@@ -120,8 +118,8 @@ impl StiffnessMap {
     ///
     /// # Errors
     /// Numbers that no measurement gives, one place twice.
-    pub fn new(mut places: Vec<StiffnessPlace>) -> Result<Self, StiffnessMapError> {
-        places.iter().try_for_each(StiffnessPlace::check)?;
+    pub fn new(mut places: Vec<MeasuredStiffness>) -> Result<Self, StiffnessMapError> {
+        places.iter().try_for_each(MeasuredStiffness::check)?;
         places.sort_by(|a, b| a.z_mm.total_cmp(&b.z_mm));
         if let Some(pair) = places.windows(2).find(|pair| pair[1].z_mm - pair[0].z_mm <= SAME_PLACE_MM) {
             let (first_mm, second_mm) = (pair[0].z_mm, pair[1].z_mm);
@@ -132,7 +130,7 @@ impl StiffnessMap {
 
     /// The places that were measured.
     #[must_use]
-    pub fn places(&self) -> &[StiffnessPlace] {
+    pub fn places(&self) -> &[MeasuredStiffness] {
         &self.places
     }
 
@@ -140,7 +138,7 @@ impl StiffnessMap {
     ///
     /// # Errors
     /// A position outside the places.
-    pub fn at(&self, z_mm: f64) -> Result<StiffnessPlace, StiffnessMapError> {
+    pub fn at(&self, z_mm: f64) -> Result<MeasuredStiffness, StiffnessMapError> {
         let (Some(first), Some(last)) = (self.places.first(), self.places.last()) else {
             return Err(StiffnessMapError::Empty);
         };
@@ -158,7 +156,7 @@ impl StiffnessMap {
             value: (1.0 - share) * a.value + share * b.value,
             uncertainty: (1.0 - share) * a.uncertainty + share * b.uncertainty,
         };
-        Ok(StiffnessPlace {
+        Ok(MeasuredStiffness {
             z_mm,
             machine_n_mm: inverse(between(inverse(a.machine_n_mm), inverse(b.machine_n_mm))),
             grinding_n_mm2: between(a.grinding_n_mm2, b.grinding_n_mm2),
@@ -193,8 +191,8 @@ mod tests {
         Measured { value, uncertainty }
     }
 
-    fn place(z_mm: f64, machine_n_mm: f64) -> StiffnessPlace {
-        StiffnessPlace {
+    fn place(z_mm: f64, machine_n_mm: f64) -> MeasuredStiffness {
+        MeasuredStiffness {
             z_mm,
             machine_n_mm: measured(machine_n_mm, 0.01 * machine_n_mm),
             grinding_n_mm2: measured(1.5e3, 50.0),
@@ -218,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_beyond_the_places_that_were_measured() {
+    fn the_map_does_not_extrapolate() {
         let map = StiffnessMap::new(vec![place(80.0, 6e3), place(150.0, 4e3)]).unwrap();
         let beyond = |z_mm| StiffnessMapError::Beyond { z_mm, from_mm: 80.0, to_mm: 150.0 };
         assert_eq!(map.at(220.0), Err(beyond(220.0)));
@@ -229,7 +227,7 @@ mod tests {
 
     #[test]
     fn numbers_that_no_measurement_gives_and_places_that_are_one_are_refused() {
-        let broken = |change: &dyn Fn(&mut StiffnessPlace)| {
+        let broken = |change: &dyn Fn(&mut MeasuredStiffness)| {
             let mut one = place(80.0, 6e3);
             change(&mut one);
             StiffnessMap::new(vec![one])
@@ -249,7 +247,7 @@ mod tests {
     fn a_map_is_never_outside_its_neighbours() {
         for seed in 0..200 {
             let mut noise = Noise::new(seed);
-            let places: Vec<StiffnessPlace> =
+            let places: Vec<MeasuredStiffness> =
                 (0..5).map(|i| place(70.0 * f64::from(i), 1e3 + 1e4 * noise.uniform())).collect();
             let map = StiffnessMap::new(places.clone()).unwrap();
             for i in 0..280 {

@@ -52,13 +52,13 @@ fn fit_name(dialect: Dialect, name: &str) -> Option<String> {
 }
 
 fn check_numbers(dialect: Dialect, program: &Program) -> Result<(), WriteError> {
-    let Some((least, most)) = dialect.rules().numbers else { return Ok(()) };
+    let Some((min, max)) = dialect.rules().numbers else { return Ok(()) };
     let mut seen: Vec<(u32, &String)> = Vec::new();
     let all = core::iter::once((program.number, &program.name))
         .chain(program.subprograms.iter().map(|sub| (sub.number, &sub.name)));
     for (number, name) in all {
-        if !(least..=most).contains(&number) {
-            return Err(WriteError::ProgramNumber { name: name.clone(), number, least, most });
+        if !(min..=max).contains(&number) {
+            return Err(WriteError::ProgramNumber { name: name.clone(), number, min, max });
         }
         if let Some((_, first)) = seen.iter().find(|(there, _)| *there == number) {
             return Err(WriteError::SameNumber { first: (*first).clone(), second: name.clone(), number });
@@ -101,7 +101,7 @@ pub(super) fn text(dialect: Dialect, text: &str) -> Result<String, WriteError> {
     }
     if fitted.len() > TEXT_LENGTH {
         let text = fitted.chars().take(40).collect();
-        return Err(WriteError::LongText { characters: fitted.len(), most: TEXT_LENGTH, text });
+        return Err(WriteError::LongText { characters: fitted.len(), max: TEXT_LENGTH, text });
     }
     Ok(fitted)
 }

@@ -31,8 +31,8 @@ mod write;
 pub use axis::NcAxis;
 pub use dialect::{Dialect, ProgramFile};
 pub use driven::{DrivenMove, driven};
-pub use error::{BlockPlace, WriteError};
-pub use motion::{Action, CallMade, Done, Motion, Pose};
+pub use error::{BlockLocation, WriteError};
+pub use motion::{Action, Done, Motion, Pose, SubprogramCall};
 pub use program::{
     Block, Call, Direction, Format, FormatError, MAX_INCREMENTS, Program, Step, Subprogram, Target, Tool, XValues,
 };

@@ -73,7 +73,7 @@ pub struct Done {
 
 /// A call of a subprogram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CallMade {
+pub struct SubprogramCall {
     /// The subprogram, by its place in [`Motion::subprograms`].
     pub subprogram: u32,
     /// The file of the call, by its place among those that were read.
@@ -90,7 +90,7 @@ pub struct Motion {
     /// Names or numbers of the subprograms, as the control knows them.
     pub subprograms: Vec<String>,
     /// Calls in the order in which they are made.
-    pub calls: Vec<CallMade>,
+    pub calls: Vec<SubprogramCall>,
     /// Actions in their order.
     pub done: Vec<Done>,
 }

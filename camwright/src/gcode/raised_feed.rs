@@ -1,6 +1,6 @@
 //! Feeds that LinuxCNC would drive faster than they are written.
 
-use super::{BlockPlace, NcAxis, Program, driven};
+use super::{BlockLocation, NcAxis, Program, driven};
 use crate::math::units::deg_from_rad;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-6;
      would be there after {driven_s} s"
 )]
 pub struct RaisedFeed {
-    pub place: BlockPlace,
+    pub place: BlockLocation,
     /// The way that its rate is made of: that of the linear axes, or of C where none of them moves.
     pub way: f64,
     /// Unit of the distance: `mm` or `deg`.
@@ -49,7 +49,7 @@ pub fn raised_feeds(program: &Program) -> Vec<RaisedFeed> {
         if slow && known.insert((driven.subprogram, driven.block)) {
             let name = driven.subprogram.and_then(|index| program.subprograms.get(index)).map(|sub| sub.name.clone());
             raised.push(RaisedFeed {
-                place: BlockPlace { subprogram: name, block: driven.block + 1 },
+                place: BlockLocation { subprogram: name, block: driven.block + 1 },
                 way,
                 unit,
                 time_s,

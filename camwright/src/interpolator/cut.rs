@@ -100,7 +100,7 @@ enum Offset {
     /// Leaves the part, or stands off it.
     Off {
         /// State of the infeed at the interruption.
-        left: Left,
+        left: InterruptedInfeed,
         /// Retraction (mm); 0 if only the infeed stops.
         to_mm: f64,
         /// Offset relative to the infeed there (mm over s of path time), from `begin` on.
@@ -109,7 +109,7 @@ enum Offset {
     },
     /// Waits for its phase and returns to the part.
     Back {
-        left: Left,
+        left: InterruptedInfeed,
         to_mm: f64,
         /// The way back, in reverse: relative offset over the time before `until`.
         law: JerkLaw,
@@ -121,7 +121,7 @@ enum Offset {
 
 /// State of the infeed at the interruption.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Left {
+struct InterruptedInfeed {
     at: i64,
     /// The infeed there (mm), and what it was doing to X beyond standing still (mm, s of path time).
     infeed_mm: f64,
@@ -228,7 +228,7 @@ impl Cut {
     }
 
     /// Path time folded back into the plateau, and the turns taken out.
-    fn fold(&self, tau: i64, left: &Left) -> (i64, i64) {
+    fn fold(&self, tau: i64, left: &InterruptedInfeed) -> (i64, i64) {
         if !self.repeats() || left.at > self.plateau.1 || tau <= self.plateau.1 {
             return (tau, 0);
         }
@@ -401,7 +401,7 @@ impl Cut {
                     second: goes.second - stands.second,
                     third: goes.third - stands.third,
                 };
-                Left { at: tau, infeed_mm, moving }
+                InterruptedInfeed { at: tau, infeed_mm, moving }
             }
         };
         (self.undisturbed_rad, self.sparked_out) = (f64::INFINITY, None);

@@ -108,7 +108,7 @@ pub enum Outcome {
 
 /// Result of a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Probed {
+pub enum ProbeOutcome {
     /// The edge, as it read; and by how much the reading of the axis was corrected (counts), 0 where it was not to be.
     Found {
         latch: Latch,
@@ -141,7 +141,7 @@ pub enum Event {
     /// The interpolator raises an alarm.
     Alarm(InterpolatorAlarm),
     /// A probe came to its end.
-    Probed(Probed),
+    Probed(ProbeOutcome),
     /// The motion ended with this tick, and the axes rest.
     Finished(Outcome),
 }

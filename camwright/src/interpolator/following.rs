@@ -22,34 +22,34 @@ struct Reported {
 /// The setpoints that may still be measured.
 #[derive(Debug, Clone)]
 pub(super) struct History {
-    told: Vec<Reported>,
+    reported: Vec<Reported>,
 }
 
 impl History {
     /// Room for what can be between a setpoint and the news of how it was followed: setpoints run D ahead, and D for the way back.
     pub(super) fn new(machine: &MachineDescription) -> Self {
         let room = 2 * machine.feedback_delay_ticks as usize + 64;
-        Self { told: alloc::vec![Reported { tick: u64::MAX, ..Reported::default() }; room] }
+        Self { reported: alloc::vec![Reported { tick: u64::MAX, ..Reported::default() }; room] }
     }
 
     fn place(&self, tick: u64) -> usize {
         // Less than the length, which is far below 2^32.
-        usize::try_from(tick % self.told.len() as u64).unwrap_or(0)
+        usize::try_from(tick % self.reported.len() as u64).unwrap_or(0)
     }
 
-    fn report(&mut self, told: Reported) {
-        let place = self.place(told.tick);
-        self.told[place] = told;
+    fn report(&mut self, reported: Reported) {
+        let place = self.place(reported.tick);
+        self.reported[place] = reported;
     }
 
     fn at(&self, tick: u64) -> Option<&Reported> {
-        self.told.get(self.place(tick)).filter(|told| told.tick == tick)
+        self.reported.get(self.place(tick)).filter(|reported| reported.tick == tick)
     }
 }
 
 /// State of the path following of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Following {
+pub(super) struct PathFollowing {
     /// Its last tick, once it is over.
     ended: Option<u64>,
     /// Tolerances need no more looking at: they were broken, or kept at the end.
@@ -78,7 +78,7 @@ impl Interpolator {
     /// Setpoints of a recent tick.
     #[must_use]
     pub fn desired_at(&self, tick: u64) -> Option<&Setpoint> {
-        self.history.at(tick).map(|told| &told.setpoint)
+        self.history.at(tick).map(|reported| &reported.setpoint)
     }
 
     /// Takes what the encoders read, in the order of ticks. It comes into sight D ticks after its own; every measurement of tick
@@ -88,17 +88,17 @@ impl Interpolator {
         if self.following.is_judged || measured.tick < self.motion_began {
             return;
         }
-        let Some(told) = self.history.at(measured.tick) else { return };
-        let Some(verdict) = self.judge(trajectory, told, measured) else { return };
+        let Some(reported) = self.history.at(measured.tick) else { return };
+        let Some(verdict) = self.judge(trajectory, reported, measured) else { return };
         self.following.is_judged = self.remember(verdict);
     }
 
-    fn judge(&self, trajectory: &Trajectory, told: &Reported, measured: &Measured) -> Option<Feedback> {
+    fn judge(&self, trajectory: &Trajectory, reported: &Reported, measured: &Measured) -> Option<Feedback> {
         let error = |axis: usize| {
             let scale = self.machine.axes[axis].scale;
             FollowingState {
-                position: scale.position(told.setpoint.counts[axis] - measured.counts[axis]),
-                velocity: told.setpoint.velocity[axis] - measured.velocity[axis],
+                position: scale.position(reported.setpoint.counts[axis] - measured.counts[axis]),
+                velocity: reported.setpoint.velocity[axis] - measured.velocity[axis],
                 acceleration: 0.0,
             }
         };
@@ -106,7 +106,7 @@ impl Interpolator {
         let (errors, cycle_s) = (core::array::from_fn(error), self.machine.cycle_time_s());
         match self.following.ended.filter(|ended| tick >= *ended) {
             None => {
-                let time_s = to_ticks(told.tau) * cycle_s;
+                let time_s = to_ticks(reported.tau) * cycle_s;
                 let broken = violation(&tolerances.path, &errors, MotionPhase::Path, time_s);
                 broken.map(|broken| Feedback::OutOfTolerance(tick, broken))
             }
@@ -115,7 +115,7 @@ impl Interpolator {
                 match violation(&tolerances.goal, &errors, MotionPhase::Goal, late_s) {
                     None => Some(Feedback::Settled(tick)),
                     Some(broken) => {
-                        let is_over = tolerances.goal_time_ticks.is_some_and(|most| tick - ended > most);
+                        let is_over = tolerances.goal_time_ticks.is_some_and(|max| tick - ended > max);
                         is_over.then_some(Feedback::OutOfTolerance(tick, broken))
                     }
                 }

@@ -10,7 +10,7 @@ use crate::motion::point_to_point::{JerkLaw, MOVE_SHARE, MoveLaw, solve, stop, w
 
 /// Position on a line, along its coordinate s (0 at the start, 1 at the target), per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Along {
+struct LinePosition {
     s: f64,
     first: f64,
     second: f64,
@@ -54,19 +54,19 @@ impl Line {
         self.ramp_ticks = whole_ticks(override_ramp_s(&self.law, self.geometry.limits()), self.cycle_s).max(1);
     }
 
-    fn along(&self, tick: u64) -> Along {
+    fn along(&self, tick: u64) -> LinePosition {
         if let Some((law, begin, length)) = &self.stop {
             let ticks = tick.saturating_sub(*begin);
             let sample = law.sample(if ticks >= *length { law.duration() } else { ticks as f64 * self.cycle_s });
-            return Along { s: sample.value, first: sample.first, second: sample.second };
+            return LinePosition { s: sample.value, first: sample.first, second: sample.second };
         }
         if self.is_done(tick) {
-            return Along { s: 1.0, first: 0.0, second: 0.0 };
+            return LinePosition { s: 1.0, first: 0.0, second: 0.0 };
         }
         let time = self.clock.at(tick);
         let sample = self.law.sample(to_ticks(time.tau) * self.cycle_s);
         let (first, second) = time.scale(&sample, self.cycle_s);
-        Along { s: self.from + sample.value, first, second }
+        LinePosition { s: self.from + sample.value, first, second }
     }
 
     /// Axes at a tick.

@@ -44,14 +44,14 @@ impl Jog {
     ) -> Result<Self, SetupError> {
         let axis = request.axis;
         let (description, at) = (machine.axis(axis), from[axis.index()]);
-        let (speed, most) = (request.velocity.abs(), description.limits.velocity);
+        let (speed, max) = (request.velocity.abs(), description.limits.velocity);
         // Not a number is neither.
-        if !(speed > 0.0 && speed <= most) {
-            return Err(SetupError::Speed { axis, speed, most });
+        if !(speed > 0.0 && speed <= max) {
+            return Err(SetupError::Speed { axis, speed, max });
         }
         let slow = description.search_velocity;
         if !knows_zero && speed > slow {
-            return Err(SetupError::Lost { axis, speed, most: slow });
+            return Err(SetupError::Lost { axis, speed, max: slow });
         }
         let scale = description.scale;
         let bounds = description.soft_limits.filter(|_| knows_zero);

@@ -41,7 +41,8 @@ mod trajectory_limits;
 mod trajectory_replacement;
 
 pub use exchange::{
-    AppliedInput, Event, MAX_APPLIED, Order, OrderKind, Outcome, Probed, Request, StartError, StepOutput, TickInputs,
+    AppliedInput, Event, MAX_APPLIED, Order, OrderKind, Outcome, ProbeOutcome, Request, StartError, StepOutput,
+    TickInputs,
 };
 pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};
@@ -54,7 +55,7 @@ use crate::machine::setpoint::{Input, Latch, Setpoint};
 use crate::math::fixed_list::FixedList;
 use alloc::boxed::Box;
 use cut::Cut;
-use following::{Following, History};
+use following::{History, PathFollowing};
 use free_rotation::FreeRotation;
 use line::Line;
 use path_time::{ONE, PathClock};
@@ -157,7 +158,7 @@ pub struct Interpolator {
     /// The force monitor's input, as far as it is in sight.
     is_steady: bool,
     history: History,
-    following: Following,
+    following: PathFollowing,
 }
 
 impl Interpolator {
@@ -186,7 +187,7 @@ impl Interpolator {
             decisions: 0,
             is_steady: false,
             history: History::new(machine),
-            following: Following::default(),
+            following: PathFollowing::default(),
         }
     }
 
@@ -200,7 +201,7 @@ impl Interpolator {
         self.hold = false;
         self.cancel = false;
         self.feedback = FixedList::new();
-        self.following = Following::default();
+        self.following = PathFollowing::default();
         self.drop_motion();
     }
 
@@ -258,7 +259,7 @@ impl Interpolator {
         self.alarm = None;
         self.decisions = 0;
         self.is_steady = false;
-        self.following = Following::default();
+        self.following = PathFollowing::default();
         Ok(())
     }
 
@@ -297,7 +298,7 @@ impl Interpolator {
         if self.mode == Mode::Starting {
             self.motion_began = inputs.tick;
         }
-        self.look(inputs.tick, &mut out);
+        self.apply_feedback(inputs.tick, &mut out);
         for request in inputs.requests {
             if out.applied.is_full() {
                 break;
@@ -329,7 +330,7 @@ impl Interpolator {
     }
 
     /// Feedback that comes into sight.
-    fn look(&mut self, tick: u64, out: &mut StepOutput) {
+    fn apply_feedback(&mut self, tick: u64, out: &mut StepOutput) {
         let Some(horizon) = tick.checked_sub(u64::from(self.machine.feedback_delay_ticks)) else { return };
         let mut seen = 0;
         while let Some(feedback) = self.feedback.get(seen).copied()

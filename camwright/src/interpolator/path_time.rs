@@ -46,7 +46,7 @@ impl PathTime {
 
 /// From an anchor on, a rate that changes from one value to another by a quintic smoothstep and then stays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct RateSegment {
     anchor: u64,
     tau: i64,
     from: i64,
@@ -54,7 +54,7 @@ struct Piece {
     ticks: u64,
 }
 
-impl Piece {
+impl RateSegment {
     #[allow(clippy::cast_possible_truncation, reason = "bounded by ticks · 2^32")]
     fn at(&self, tick: u64) -> PathTime {
         let n = tick.saturating_sub(self.anchor);
@@ -84,14 +84,14 @@ impl Piece {
 /// must be reported as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PathClock {
-    piece: Piece,
-    earlier: Option<Piece>,
+    piece: RateSegment,
+    earlier: Option<RateSegment>,
 }
 
 impl PathClock {
     /// Path time 0 at a tick, passing at a steady rate.
     pub(crate) fn starting(tick: u64, rate: i64) -> Self {
-        Self { piece: Piece { anchor: tick, tau: 0, from: rate, to: rate, ticks: 0 }, earlier: None }
+        Self { piece: RateSegment { anchor: tick, tau: 0, from: rate, to: rate, ticks: 0 }, earlier: None }
     }
 
     /// First tick of the last change of its rate; of a clock that just started, the tick from which path time passes.
@@ -122,7 +122,8 @@ impl PathClock {
     pub(crate) fn retarget(&mut self, tick: u64, rate: i64, ticks: u64) {
         let piece = self.piece;
         if rate != piece.to && tick >= piece.steady_from() {
-            self.piece = Piece { anchor: tick, tau: piece.at(tick).tau, from: piece.to, to: rate, ticks: ticks.max(1) };
+            self.piece =
+                RateSegment { anchor: tick, tau: piece.at(tick).tau, from: piece.to, to: rate, ticks: ticks.max(1) };
             self.earlier = Some(piece);
         }
     }

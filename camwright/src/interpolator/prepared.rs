@@ -44,7 +44,7 @@ impl From<Trajectory> for Motion {
 
 /// Data of a segment for the interpolator besides the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Facts {
+pub(crate) struct SegmentData {
     /// Input of a search.
     pub(crate) input: Option<Input>,
     /// Limits of X that the path of a cut leaves to a retract.
@@ -60,7 +60,7 @@ pub(crate) struct Facts {
 pub struct Prepared {
     pub(crate) plan: Arc<Plan>,
     pub(crate) trajectory: Option<Trajectory>,
-    pub(crate) facts: Vec<Facts>,
+    pub(crate) facts: Vec<SegmentData>,
     /// Predicted ticks of everything.
     pub(crate) ticks: u64,
     /// Tick before which a trajectory does not begin.
@@ -182,7 +182,7 @@ impl Prepared {
 struct PlanWalk<'a> {
     plan: &'a Plan,
     machine: &'a MachineDescription,
-    facts: Vec<Facts>,
+    facts: Vec<SegmentData>,
     /// Predicted ticks of the segments so far.
     ticks: u64,
     /// Axes with an edge that can become their zero.
@@ -211,8 +211,12 @@ impl<'a> PlanWalk<'a> {
 
     fn segment(&mut self, index: usize, segment: &Segment) -> Result<(), PrepareError> {
         let machine = self.machine;
-        let mut facts =
-            Facts { input: None, retract_limits: machine.axis(Axis::X).limits, spin: None, ticks_before: self.ticks };
+        let mut facts = SegmentData {
+            input: None,
+            retract_limits: machine.axis(Axis::X).limits,
+            spin: None,
+            ticks_before: self.ticks,
+        };
         match &segment.kind {
             SegmentKind::Move(targets) => self.check_move(index, targets)?,
             SegmentKind::Search { axis, input, limits, travel_counts, .. } => {
@@ -260,7 +264,7 @@ impl<'a> PlanWalk<'a> {
         index: usize,
         cut: &CutSegment,
         segment: &Segment,
-        facts: &mut Facts,
+        facts: &mut SegmentData,
     ) -> Result<(), PrepareError> {
         let curves = Curves::from_segment(self.plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
         check_plateau(index, cut, segment, &curves)?;

@@ -1,6 +1,8 @@
 //! Searches for an edge of an input: of a job's plan, which return to it, of homing, which stop behind it, and probes, which stand off.
 
-use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, Probed, Purpose, StepOutput};
+use super::{
+    Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, ProbeOutcome, Purpose, StepOutput,
+};
 use crate::machine::description::{Axis, MotionLimits};
 use crate::machine::setpoint::{Input, Latch};
 use crate::motion::plan::{AxisTarget, HomeStep, SearchSignal, SegmentKind};
@@ -33,7 +35,7 @@ impl Interpolator {
             && let Some((axis, input, _)) = self.sought_in(motion)
         {
             if is_probe(motion, self.segment) {
-                self.end_probe(Probed::Missed, tick, motion, out);
+                self.end_probe(ProbeOutcome::Missed, tick, motion, out);
                 return;
             }
             self.fail(InterpolatorAlarm::NoEdge { axis, input }, out);
@@ -106,7 +108,7 @@ impl Interpolator {
             Some(SegmentKind::Home(HomeStep::Probe { axis, sought, travel_counts, limits, .. })) => {
                 let is_closed = self.caught.take().is_some();
                 if is_closed == (*sought == SearchSignal::Closing) {
-                    self.end_probe(Probed::AlreadyThere, tick, motion, out);
+                    self.end_probe(ProbeOutcome::AlreadyThere, tick, motion, out);
                 } else if let Err(alarm) = self.enter_seek(*axis, *travel_counts, *limits, tick) {
                     self.fail(alarm, out);
                 }
@@ -135,10 +137,11 @@ impl Interpolator {
         out: &mut StepOutput,
     ) {
         let off = reads.map_or(0, |(reads, _)| reads - latch.counts);
-        let is_near = reads.is_none_or(|(_, most)| off.abs() <= most);
+        let is_near = reads.is_none_or(|(_, max)| off.abs() <= max);
         let correction = if is_near { off } else { 0 };
         self.references[axis.index()] = -correction;
-        let probed = if is_near { Probed::Found { latch, correction } } else { Probed::TooFarOff { latch, off } };
+        let probed =
+            if is_near { ProbeOutcome::Found { latch, correction } } else { ProbeOutcome::TooFarOff { latch, off } };
         out.events.push(Event::Probed(probed));
         let target = stand_off.map(|(away, limits)| AxisTarget { axis, target_counts: latch.counts + away, limits });
         match target.map_or(Ok(false), |target| self.enter_line(&[target], Purpose::Return, tick)) {
@@ -149,7 +152,7 @@ impl Interpolator {
     }
 
     /// A probe without an edge: nothing is corrected.
-    fn end_probe(&mut self, probed: Probed, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+    fn end_probe(&mut self, probed: ProbeOutcome, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         if let Some((axis, ..)) = self.sought_in(motion) {
             self.references[axis.index()] = 0;
         }

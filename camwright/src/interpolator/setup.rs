@@ -50,14 +50,14 @@ pub enum SetupError {
     #[error("the speed factor is {0}; it must be above 0 and at most 1")]
     SpeedFactor(f64),
     /// A speed that an axis has not got (mm/s or rad/s).
-    #[error("{} cannot move at {}; the speed must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *most))]
-    Speed { axis: Axis, speed: f64, most: f64 },
+    #[error("{} cannot move at {}; the speed must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *max))]
+    Speed { axis: Axis, speed: f64, max: f64 },
     /// A speed at which an axis is not moved whose zero is not known (mm/s or rad/s).
     #[error(
         "the zero of {} is unknown, so its maximum speed is its search speed {}, not {}; home it first",
-        axis.joint(), speed_text(*axis, *most), speed_text(*axis, *speed)
+        axis.joint(), speed_text(*axis, *max), speed_text(*axis, *speed)
     )]
-    Lost { axis: Axis, speed: f64, most: f64 },
+    Lost { axis: Axis, speed: f64, max: f64 },
     /// The input is not caught by this axis.
     #[error("{input} catches the position of {}, not of {}", catches.joint(), axis.joint())]
     OtherAxis {
@@ -122,11 +122,11 @@ pub(super) fn counts(axis: Axis, scale: Scale, position: f64, what: &'static str
 pub(super) fn within(machine: &MachineDescription, axis: Axis, at: i64, what: &'static str) -> Result<(), SetupError> {
     let description = machine.axis(axis);
     let Some((low, high)) = description.soft_limits else { return Ok(()) };
-    let (least, most) = (description.scale.counts(low), description.scale.counts(high));
-    if (least..=most).contains(&at) {
+    let (min, max) = (description.scale.counts(low), description.scale.counts(high));
+    if (min..=max).contains(&at) {
         return Ok(());
     }
-    let bound_mm = if at < least { low } else { high };
+    let bound_mm = if at < min { low } else { high };
     Err(SetupError::SoftLimit { axis, what, position_mm: description.scale.position(at), bound_mm })
 }
 
@@ -224,9 +224,9 @@ impl Probe {
         if travel_counts == 0 {
             return Err(SetupError::NoWay(axis));
         }
-        let most = description.limits.velocity;
-        if !(request.speed > 0.0 && request.speed <= most) {
-            return Err(SetupError::Speed { axis, speed: request.speed, most });
+        let max = description.limits.velocity;
+        if !(request.speed > 0.0 && request.speed <= max) {
+            return Err(SetupError::Speed { axis, speed: request.speed, max });
         }
         let limits = description.limits.at_most(request.speed);
         let checked = AxisTarget { axis, target_counts: target, limits };
@@ -252,8 +252,8 @@ impl Probe {
         let reads = match request.reads {
             None => None,
             Some(_) if axis != Axis::X => return Err(SetupError::Zero(axis)),
-            Some((position, most)) if most > 0.0 && most < 10.0 => {
-                Some((counts(axis, scale, position, "the true position")?, scale.counts(most)))
+            Some((position, max)) if max > 0.0 && max < 10.0 => {
+                Some((counts(axis, scale, position, "the true position")?, scale.counts(max)))
             }
             Some((_, value)) => {
                 let what = "the largest correction (mm)";

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// A negative tolerance other than −1.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("joint {}: {quantity} tolerance {value} is negative; 0 takes the default, -1 means none", axis.joint())]
-pub struct IllegalTolerance {
+pub struct InvalidTolerance {
     pub axis: Axis,
     pub quantity: Quantity,
     pub value: f64,
@@ -29,7 +29,7 @@ impl Tolerance {
     ///
     /// # Errors
     /// Any other negative value, or one that is not a number.
-    pub fn requested(self, axis: Axis, asked: [f64; 3]) -> Result<Self, IllegalTolerance> {
+    pub fn requested(self, axis: Axis, asked: [f64; 3]) -> Result<Self, InvalidTolerance> {
         let resolve = |quantity, default: Option<f64>, value: f64| {
             if value > 0.0 {
                 Ok(Some(value))
@@ -38,7 +38,7 @@ impl Tolerance {
             } else if libm::fabs(value + 1.0) <= f64::EPSILON {
                 Ok(None)
             } else {
-                Err(IllegalTolerance { axis, quantity, value })
+                Err(InvalidTolerance { axis, quantity, value })
             }
         };
         Ok(Self {
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(default.requested(Axis::X, [-1.0, 0.0, 0.0]).expect("legal").position, None);
         assert_eq!(
             default.requested(Axis::X, [-2.0, 0.0, 0.0]),
-            Err(IllegalTolerance { axis: Axis::X, quantity: Quantity::Position, value: -2.0 })
+            Err(InvalidTolerance { axis: Axis::X, quantity: Quantity::Position, value: -2.0 })
         );
         assert!(default.requested(Axis::X, [f64::NAN, 0.0, 0.0]).is_err());
     }

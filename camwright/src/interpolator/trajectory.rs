@@ -240,8 +240,8 @@ fn fill_velocities(knots: &mut [Knot]) {
         let d0 = (knots[i].value - knots[i - 1].value) / h0;
         let d1 = (knots[i + 1].value - knots[i].value) / h1;
         // Fritsch and Carlson: no more than three times the flatter neighbour, else the curve swings over.
-        let most = 3.0 * libm::fabs(d0).min(libm::fabs(d1));
-        knots[i].first = if d0 * d1 <= 0.0 { 0.0 } else { ((d0 * h1 + d1 * h0) / (h0 + h1)).clamp(-most, most) };
+        let max = 3.0 * libm::fabs(d0).min(libm::fabs(d1));
+        knots[i].first = if d0 * d1 <= 0.0 { 0.0 } else { ((d0 * h1 + d1 * h0) / (h0 + h1)).clamp(-max, max) };
     }
 }
 

@@ -102,7 +102,7 @@ pub(super) fn check_limits(
             let sample = law.sample(time_s);
             if let Some((low, high)) = description.soft_limits {
                 let beyond = (low - sample.value).max(sample.value - high);
-                if beyond > farthest.as_ref().map_or(0.0, |(most, _)| *most) {
+                if beyond > farthest.as_ref().map_or(0.0, |(max, _)| *max) {
                     let bound = if sample.value < low { low } else { high };
                     let (quantity, value) = (Quantity::Position, sample.value);
                     farthest = Some((beyond, TrajectoryError::Limit { axis, quantity, time_s, value, bound }));
@@ -113,7 +113,7 @@ pub(super) fn check_limits(
                 peaks[k] = peaks[k].max(size);
                 // A client computes with the same limits and other roundings: a millionth is not an excess.
                 let excess = size / bound;
-                if excess > 1.0 + 1e-6 && worst.as_ref().is_none_or(|(most, _)| excess > *most) {
+                if excess > 1.0 + 1e-6 && worst.as_ref().is_none_or(|(max, _)| excess > *max) {
                     let quantity = quantities[k];
                     worst = Some((excess, TrajectoryError::Limit { axis, quantity, time_s, value, bound }));
                 }

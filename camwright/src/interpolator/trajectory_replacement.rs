@@ -4,7 +4,7 @@ use super::execution::trajectory_pose;
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::Pose;
 use super::trajectory::Start;
-use super::{Following, Interpolator, Mode, Prepared, StartError};
+use super::{Interpolator, Mode, PathFollowing, Prepared, StartError};
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
 use alloc::boxed::Box;
@@ -77,7 +77,7 @@ impl Interpolator {
         }
         self.mode = Mode::Trajectory(clock);
         self.motion_began = tick;
-        self.following = Following::default();
+        self.following = PathFollowing::default();
         self.finished = self.motion.replace(motion);
         Ok(())
     }

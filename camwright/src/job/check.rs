@@ -60,10 +60,10 @@ impl JobSpec {
             return Err(JobError::NoLobes);
         }
         if self.passes.is_empty() || self.passes.len() > MAX_PASSES {
-            return Err(JobError::PassCount { count: self.passes.len(), most: MAX_PASSES });
+            return Err(JobError::PassCount { count: self.passes.len(), max: MAX_PASSES });
         }
         if self.blocks_per_turn < MIN_BLOCKS {
-            return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: MIN_BLOCKS });
+            return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, min: MIN_BLOCKS });
         }
         Ok(())
     }
@@ -410,10 +410,10 @@ fn within(
     place: impl Fn() -> Subject,
     key: JobKey,
     value: f64,
-    (least, most): (f64, f64),
+    (min, max): (f64, f64),
     wanted: &'static str,
 ) -> Result<(), JobError> {
-    if (least..=most).contains(&value) {
+    if (min..=max).contains(&value) {
         return Ok(());
     }
     Err(JobError::OutOfRange { place: place(), key, value, wanted })

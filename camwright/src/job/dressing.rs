@@ -245,14 +245,14 @@ impl WheelCourse {
 impl DressingSpec {
     /// Why the wheel must be dressed before a lobe that would end with this wear (mm).
     fn reason(&self, now: &WheelNow, worn_mm: f64, is_first: bool) -> Option<DressReason> {
-        if is_first && self.every_parts.is_some_and(|most| now.parts_since_dress >= most) {
+        if is_first && self.every_parts.is_some_and(|max| now.parts_since_dress >= max) {
             return Some(DressReason::Parts(now.parts_since_dress));
         }
-        if self.every_lobes.is_some_and(|most| now.lobes_since_dress >= most) {
+        if self.every_lobes.is_some_and(|max| now.lobes_since_dress >= max) {
             return Some(DressReason::Lobes(now.lobes_since_dress));
         }
         // A wheel without wear is not made better by a dress.
-        let beyond = self.predicted_error_mm.is_some_and(|most| worn_mm > most) && now.wear_mm > 0.0;
+        let beyond = self.predicted_error_mm.is_some_and(|max| worn_mm > max) && now.wear_mm > 0.0;
         beyond.then_some(DressReason::PredictedError)
     }
 

@@ -85,10 +85,10 @@ pub enum JobError {
         other: &'static str,
     },
     /// No pass, or more than make sense.
-    #[error("the job has {count} passes; it needs 1 to {most}")]
-    PassCount { count: usize, most: usize },
-    #[error("{blocks} blocks per turn; at least {least} are needed")]
-    TooFewBlocks { blocks: u32, least: u32 },
+    #[error("the job has {count} passes; it needs 1 to {max}")]
+    PassCount { count: usize, max: usize },
+    #[error("{blocks} blocks per turn; at least {min} are needed")]
+    TooFewBlocks { blocks: u32, min: u32 },
     /// An obstacle that takes no room.
     #[error(
         "obstacle {name} reaches from {from_mm} to {to_mm} mm with a radius of {radius_mm} mm; it must begin before it ends \

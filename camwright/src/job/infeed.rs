@@ -61,14 +61,14 @@ pub enum InfeedError {
     },
     /// More turns than `MAX_TURNS`.
     #[error(
-        "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {most} are allowed"
+        "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {max} are allowed"
     )]
     TooManyTurns {
         total_mm: f64,
         per_block_mm: f64,
         /// Turns it would take.
         turns: f64,
-        most: u32,
+        max: u32,
     },
     /// RT is less than one count of X.
     #[error("total infeed {total_mm} mm is less than one count of x_axis")]
@@ -127,7 +127,7 @@ impl InfeedSchedule {
         let per_turn_mm = f64::from(blocks) * per_block_mm;
         let turns = total_mm / per_turn_mm;
         if turns.is_nan() || turns > f64::from(MAX_TURNS) + 0.5 {
-            return Err(InfeedError::TooManyTurns { total_mm, per_block_mm, turns, most: MAX_TURNS });
+            return Err(InfeedError::TooManyTurns { total_mm, per_block_mm, turns, max: MAX_TURNS });
         }
         let total_counts = x_scale.counts(total_mm);
         if total_counts < 1 {

@@ -120,18 +120,18 @@ mod tests {
     }
 
     #[test]
-    fn it_reaches_no_farther_than_it_says_and_its_waves_have_no_mean() {
+    fn reach_is_an_upper_bound_and_waves_have_zero_mean() {
         let part = part();
         let all: Vec<f64> = (0..3600).map(|i| part.above_mm(f64::from(i) * TURN_RAD / 3600.0, 100.0)).collect();
-        let most = all.iter().fold(0.0_f64, |most, mm| most.max(mm.abs()));
-        assert!(most <= part.reach_mm() && most > 0.3 * part.reach_mm(), "{most} {}", part.reach_mm());
+        let max = all.iter().fold(0.0_f64, |max, mm| max.max(mm.abs()));
+        assert!(max <= part.reach_mm() && max > 0.3 * part.reach_mm(), "{max} {}", part.reach_mm());
         assert!((all.iter().sum::<f64>() / 3600.0).abs() < 1e-12);
         assert!(RawPart::default().above_mm(1.0, 2.0).abs() < 1e-300);
     }
 
     /// Two opposed contacts see waves of an even count alone.
     #[test]
-    fn a_diameter_shows_all_but_what_is_told_as_unseen() {
+    fn a_diameter_shows_all_but_the_listed_harmonics() {
         let mut part = part();
         part.lobes.push((4, Wave { mm: 0.007, at_rad: 1.0 }));
         part.unknown_mm = 0.05;

@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_says_what_how_much_and_how_much_is_allowed() {
+    fn the_text_states_value_and_limit() {
         let alarm = |kind, value, bound| format!("{}", Alarm { kind, tick: 5, value, bound });
         assert_eq!(
             alarm(AlarmKind::FollowingError(Axis::X), 0.25, 0.1),

@@ -44,11 +44,11 @@ impl WheelDescription {
     pub fn check_speed(&self, radius_mm: f64) -> Result<(), WheelTooFast> {
         let speed_rad_s = self.speed_rad_s(radius_mm);
         match self.max_speed_rad_s {
-            Some(most) if speed_rad_s > most * (1.0 + 1e-9) => Err(WheelTooFast {
+            Some(max) if speed_rad_s > max * (1.0 + 1e-9) => Err(WheelTooFast {
                 radius_mm,
                 surface_speed_m_s: self.surface_speed_m_s,
                 speed_rpm: rpm_from_rad_s(speed_rad_s),
-                most_rpm: rpm_from_rad_s(most),
+                most_rpm: rpm_from_rad_s(max),
             }),
             _ => Ok(()),
         }

@@ -14,8 +14,8 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum BandError {
     /// Too few unknowns: the band would overlap itself.
-    #[error("{unknowns} unknowns, but a cyclic band of this width needs at least {least}")]
-    TooFewUnknowns { unknowns: usize, least: usize },
+    #[error("{unknowns} unknowns, but a cyclic band of this width needs at least {min}")]
+    TooFewUnknowns { unknowns: usize, min: usize },
     /// Not positive definite, in the arithmetic at hand.
     #[error("the matrix is not positive definite at row {row}")]
     NotPositive {
@@ -49,7 +49,7 @@ impl<const W: usize> CyclicBand<W> {
     pub fn factor(&self) -> Result<CyclicCholesky<W>, BandError> {
         let (n, p) = (self.rows.len(), W - 1);
         if n < 2 * p + 1 {
-            return Err(BandError::TooFewUnknowns { unknowns: n, least: 2 * p + 1 });
+            return Err(BandError::TooFewUnknowns { unknowns: n, min: 2 * p + 1 });
         }
         let m = n - p;
         // lower[i][j] is L(i, i − j).
@@ -200,6 +200,6 @@ mod tests {
         let matrix = CyclicBand::<2>::circulant(8, [1.0, 2.0]);
         assert_eq!(matrix.factor(), Err(BandError::NotPositive { row: 1 }));
         let matrix = CyclicBand::<3>::circulant(4, [9.0, 1.0, 1.0]);
-        assert_eq!(matrix.factor(), Err(BandError::TooFewUnknowns { unknowns: 4, least: 5 }));
+        assert_eq!(matrix.factor(), Err(BandError::TooFewUnknowns { unknowns: 4, min: 5 }));
     }
 }

@@ -7,12 +7,12 @@ use super::twofold::Twofold;
 #[derive(Debug, Clone)]
 pub(crate) struct ExactHermite<'a> {
     knots: &'a [Knot],
-    piece: Option<Piece>,
+    piece: Option<QuinticPiece>,
 }
 
 /// The quintic between two knots, in powers of the distance from the left one.
 #[derive(Debug, Clone, Copy)]
-struct Piece {
+struct QuinticPiece {
     left: f64,
     right: f64,
     value: f64,
@@ -23,7 +23,7 @@ struct Piece {
     quintic: f64,
 }
 
-impl Piece {
+impl QuinticPiece {
     /// Same as [`super::hermite::quintic`], but the right knot's deviation from the Taylor parabola keeps all its digits: the piece ends on
     /// the right knot even for large values.
     fn between(left: &Knot, right: &Knot) -> Self {
@@ -74,7 +74,7 @@ impl<'a> ExactHermite<'a> {
         let right = self.knots.partition_point(|knot| knot.at <= rounded);
         match (right.checked_sub(1).and_then(|left| self.knots.get(left)), self.knots.get(right)) {
             (Some(left), Some(right)) => {
-                let piece = Piece::between(left, right);
+                let piece = QuinticPiece::between(left, right);
                 self.piece = Some(piece);
                 piece.at(at)
             }

@@ -12,24 +12,24 @@ const ROUNDING: f64 = 1e-14;
 const MAX_HALVINGS: u32 = 40;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lowest {
+pub struct HullMinimum {
     pub at: f64,
     pub value: f64,
 }
 
 /// Returns the lowest place of a spline.
 #[must_use]
-pub fn lowest(spline: &HermiteSpline) -> Lowest {
+pub fn lowest(spline: &HermiteSpline) -> HullMinimum {
     let knots = spline.knots();
-    let first = Lowest { at: knots[0].at, value: knots[0].value };
-    let of_knots = knots.iter().map(|knot| Lowest { at: knot.at, value: knot.value }).fold(first, lower);
+    let first = HullMinimum { at: knots[0].at, value: knots[0].value };
+    let of_knots = knots.iter().map(|knot| HullMinimum { at: knot.at, value: knot.value }).fold(first, lower);
     let size = knots.iter().map(|knot| knot.value.abs()).fold(0.0, f64::max);
     knots.windows(2).fold(of_knots, |best, pair| {
         below(coefficients(&pair[0], &pair[1]), (pair[0].at, pair[1].at), ROUNDING * size, MAX_HALVINGS, best)
     })
 }
 
-fn lower(a: Lowest, b: Lowest) -> Lowest {
+fn lower(a: HullMinimum, b: HullMinimum) -> HullMinimum {
     if b.value < a.value { b } else { a }
 }
 
@@ -49,14 +49,14 @@ fn coefficients(left: &Knot, right: &Knot) -> [f64; 6] {
 }
 
 /// The lower of `best` and the lowest place of a quintic over an interval.
-fn below(curve: [f64; 6], (from, to): (f64, f64), rounding: f64, halvings: u32, best: Lowest) -> Lowest {
+fn below(curve: [f64; 6], (from, to): (f64, f64), rounding: f64, halvings: u32, best: HullMinimum) -> HullMinimum {
     let hull = curve.iter().copied().fold(f64::INFINITY, f64::min);
     if hull >= best.value - rounding {
         return best;
     }
     let (left, right) = halves(curve);
     let middle = 0.5 * (from + to);
-    let best = lower(best, Lowest { at: middle, value: right[0] });
+    let best = lower(best, HullMinimum { at: middle, value: right[0] });
     if halvings == 0 {
         return best;
     }
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn a_monotone_step_is_lowest_at_its_end() {
         let step = HermiteSpline::new(Vec::from([knot(0.0, 3.0, 0.0, 0.0), knot(2.0, 1.0, 0.0, 0.0)])).expect("a step");
-        assert_eq!(lowest(&step), Lowest { at: 2.0, value: 1.0 });
+        assert_eq!(lowest(&step), HullMinimum { at: 2.0, value: 1.0 });
     }
 
     /// A steep end over a long interval overshoots far below both knots.

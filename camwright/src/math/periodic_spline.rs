@@ -351,8 +351,8 @@ mod tests {
             let mut found = [0.0_f64; 3];
             for i in 0..=200 {
                 let x = spline.sample((from as f64 + (to - from) as f64 * f64::from(i) / 200.0) * step);
-                for (most, x) in found.iter_mut().zip([x.first, x.second, x.third]) {
-                    *most = most.max(x.abs());
+                for (max, x) in found.iter_mut().zip([x.first, x.second, x.third]) {
+                    *max = max.max(x.abs());
                 }
             }
             for (hull, found) in hull.into_iter().zip(found) {

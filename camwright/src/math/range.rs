@@ -4,7 +4,7 @@
 #[must_use]
 pub fn minimum_and_maximum(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
-    values.into_iter().fold(none, |(least, most), value| (least.min(value), most.max(value)))
+    values.into_iter().fold(none, |(min, max), value| (min.min(value), max.max(value)))
 }
 
 /// Least and largest of the products of two numbers, each within a range.
@@ -23,8 +23,8 @@ pub fn scaled((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
 /// Largest magnitude of the sum of numbers, each within a range.
 #[must_use]
 pub fn maximum_of_sum(ranges: impl IntoIterator<Item = (f64, f64)>) -> f64 {
-    let (least, most) = ranges.into_iter().fold((0.0, 0.0), |(least, most), (a, b)| (least + a, most + b));
-    f64::max(-least, most)
+    let (min, max) = ranges.into_iter().fold((0.0, 0.0), |(min, max), (a, b)| (min + a, max + b));
+    f64::max(-min, max)
 }
 
 #[cfg(test)]
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_no_values_there_is_no_range_and_what_is_no_number_is_passed_over() {
+    fn no_values_have_no_range_and_nan_is_skipped() {
         assert_eq!(minimum_and_maximum([]), (f64::INFINITY, f64::NEG_INFINITY));
         assert_eq!(minimum_and_maximum([2.0, f64::NAN, -1.0, 0.5]), (-1.0, 2.0));
     }

@@ -53,11 +53,11 @@ pub enum TubeError {
     #[error("point {index} is not a finite number")]
     NotFinite { index: usize },
     /// Rounding kept the method from coming near the smoothest curve.
-    #[error("the curve found may have {relative_gap:.1} times the least energy in excess, allowed are {most}")]
+    #[error("the curve found may have {relative_gap:.1} times the least energy in excess, allowed are {max}")]
     NotSmoothest {
         /// Excess of ∫ s‴² over the least possible, as a fraction of it.
         relative_gap: f64,
-        most: f64,
+        max: f64,
     },
     /// Independent evaluation of the result leaves the tube.
     #[error("the spline is {deviation} from point {index}, allowed are {half_width}")]
@@ -113,7 +113,7 @@ pub fn smoothest_within(values: &[f64], half_width: f64) -> Result<TubeSpline, T
     }
     let relative_gap = excess(&tube);
     if relative_gap.is_nan() || relative_gap > WORST_GAP {
-        return Err(TubeError::NotSmoothest { relative_gap, most: WORST_GAP });
+        return Err(TubeError::NotSmoothest { relative_gap, max: WORST_GAP });
     }
     let coefficients = tube.c.iter().map(|c| level + half_width * c).collect();
     let spline = PeriodicSpline::from_coefficients(coefficients).map_err(from_spline_error)?;

@@ -93,7 +93,7 @@ impl UniformHermite {
     /// Magnitudes that the first three derivatives do not exceed between a knot and the next, see [`Self::hulls`].
     #[must_use]
     pub fn bounds(&self, left: usize) -> [f64; 3] {
-        self.hulls(left).map(|(least, most)| least.abs().max(most.abs()))
+        self.hulls(left).map(|(min, max)| min.abs().max(max.abs()))
     }
 
     /// Least and largest that the first three derivatives are at most between a knot and the next: a derivative lies within the hull of
@@ -116,8 +116,8 @@ impl UniformHermite {
         let d2 = [d[1] - d[0], d[2] - d[1], d[3] - d[2], d[4] - d[3]];
         let d3 = [d2[1] - d2[0], d2[2] - d2[1], d2[3] - d2[2]];
         let hull = |values: &[f64], times: f64, per: f64| {
-            let (least, most) = minimum_and_maximum(values.iter().copied());
-            (times * least / per, times * most / per)
+            let (min, max) = minimum_and_maximum(values.iter().copied());
+            (times * min / per, times * max / per)
         };
         [hull(&d, 5.0, h), hull(&d2, 20.0, h * h), hull(&d3, 60.0, h * h * h)]
     }

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 pub fn minimum_around(values: &[f64], radius: usize) -> Vec<f64> {
     // Places whose values rise: the first is the least of the window, and who comes after a smaller one is never asked for.
     let mut rising: VecDeque<usize> = VecDeque::new();
-    let mut least = Vec::with_capacity(values.len());
+    let mut min = Vec::with_capacity(values.len());
     let mut next = 0;
     for place in 0..values.len() {
         while next < values.len() && next <= place + radius {
@@ -21,9 +21,9 @@ pub fn minimum_around(values: &[f64], radius: usize) -> Vec<f64> {
         while rising.front().is_some_and(|first| first + radius < place) {
             rising.pop_front();
         }
-        least.push(rising.front().map_or(values[place], |first| values[*first]));
+        min.push(rising.front().map_or(values[place], |first| values[*first]));
     }
-    least
+    min
 }
 
 /// The mean of every value and its neighbours up to `radius` away; beyond its ends the row goes on as it ends.
@@ -58,11 +58,11 @@ mod tests {
     fn windows_are_those_of_the_definition() {
         let values = row();
         for radius in [0_usize, 1, 7, 300] {
-            let (least, means) = (minimum_around(&values, radius), mean_around(&values, radius));
+            let (min, means) = (minimum_around(&values, radius), mean_around(&values, radius));
             for place in 0..values.len() {
                 let (low, high) = (place.saturating_sub(radius), (place + radius).min(values.len() - 1));
                 let wanted = values[low..=high].iter().copied().fold(f64::INFINITY, f64::min);
-                assert_eq!(least[place].to_bits(), wanted.to_bits(), "seed 11, {radius} {place}");
+                assert_eq!(min[place].to_bits(), wanted.to_bits(), "seed 11, {radius} {place}");
                 let at = |offset: usize| values[(place + offset).saturating_sub(radius).min(values.len() - 1)];
                 let wanted: f64 = (0..=2 * radius).map(at).sum::<f64>() / (2 * radius + 1) as f64;
                 assert!((means[place] - wanted).abs() < 1e-12, "seed 11, {radius} {place}");
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn of_nothing_there_is_nothing() {
+    fn no_values_give_no_windows() {
         assert!(minimum_around(&[], 3).is_empty() && mean_around(&[], 3).is_empty());
     }
 }

@@ -108,8 +108,8 @@ impl MovePath {
                 }
             }
             SegmentKind::Cut(cut) => {
-                if let Some((least, last)) = cut_positions(plan, cut) {
-                    (least_x_mm, last_x_mm) = (least.min(x_mm), last);
+                if let Some((min, last)) = cut_positions(plan, cut) {
+                    (least_x_mm, last_x_mm) = (min.min(x_mm), last);
                 }
             }
             SegmentKind::Search { .. }

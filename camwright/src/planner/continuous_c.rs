@@ -10,7 +10,7 @@
 //! and the cut begins a turn later; nothing else changes.
 
 use super::error::PlanError;
-use super::lobe::{Begin, LobePlanner, PlannedLobe, extremes, infeed_of_x_mm};
+use super::lobe::{LobePlanner, LobeStart, PlannedLobe, extremes, infeed_of_x_mm};
 use super::sequence::Sequence;
 use crate::job::dressing::Dress;
 use crate::machine::description::Axis;
@@ -42,7 +42,7 @@ struct Departure {
 /// State at the start of a cut that C enters while turning.
 #[derive(Debug, Clone, Copy)]
 struct Arrival {
-    begin: Begin,
+    begin: LobeStart,
     turning: FlyingStart,
     /// From the predicted arrival to the beginning of the lead-in (s).
     waits_s: f64,
@@ -67,7 +67,7 @@ pub(super) fn grind_turning(
     planner: &LobePlanner<'_>,
     sequence: &mut Sequence<'_>,
     stopping: &[PlannedLobe],
-    begins: &[Begin],
+    begins: &[LobeStart],
     dresses: &[Dress],
     margin_s: f64,
 ) -> Result<Vec<PlannedLobe>, PlanError> {
@@ -80,7 +80,8 @@ pub(super) fn grind_turning(
             sequence.dress(dress, &stopping[index].design.name)?;
         }
         sequence.index_to(index)?;
-        let between = Between { planner, index, stopping: &stopping[index], stopping_begin: begins[index], clear_x_mm };
+        let between =
+            LobeTransitions { planner, index, stopping: &stopping[index], stopping_begin: begins[index], clear_x_mm };
         let goes_on = index + 1 < stopping.len();
         let (lobe, begin, waits_ticks) = match departure {
             None if !goes_on => (stopping[index].clone(), begins[index], 0),
@@ -107,15 +108,15 @@ pub(super) fn grind_turning(
 }
 
 /// One lobe and the ways of C to it and from it.
-struct Between<'a> {
+struct LobeTransitions<'a> {
     planner: &'a LobePlanner<'a>,
     index: usize,
     stopping: &'a PlannedLobe,
-    stopping_begin: Begin,
+    stopping_begin: LobeStart,
     clear_x_mm: f64,
 }
 
-impl Between<'_> {
+impl LobeTransitions<'_> {
     /// C turning with a share of the speed that a pass has at a path angle (rad).
     fn turning(&self, pass: &SpeedPlan, path_rad: f64, share: f64) -> FlyingStart {
         let planner = self.planner;
@@ -138,7 +139,7 @@ impl Between<'_> {
     }
 
     /// From rest at a place to turning on.
-    fn leaving_from_rest(&self, begin: Begin) -> Result<PlannedLobe, PlanError> {
+    fn leaving_from_rest(&self, begin: LobeStart) -> Result<PlannedLobe, PlanError> {
         let mut last = None;
         for share in SPEED_SHARES {
             match self.planner.lobe(self.index, begin, None, Some(self.goes(begin.path_rad, share))) {

@@ -12,11 +12,11 @@
 
 use super::check_forwards;
 use super::dry_run;
-use super::error::Needed;
 use super::error::PlanError;
+use super::error::RequiredPosition;
 use super::gouge::GougeRequest;
+use super::journal_readings::{JournalReadings, Logged, UncorrectedJournal, unknown};
 use super::lobe::{begin_at, soft_limit};
-use super::logged::{Contact, Logged, NotCorrected, unknown};
 use super::sequence::Sequence;
 use super::{PlanStart, PlannedJob};
 use crate::gauging::identify::Identified;
@@ -46,9 +46,9 @@ pub fn decide_corrections(
     job: &JobSpec,
     machine: &MachineDescription,
     first: &PlannedJob,
-    logs: &[Contact],
+    logs: &[JournalReadings],
     measured: &[Option<Identified>],
-) -> Result<Vec<JournalCorrection>, NotCorrected> {
+) -> Result<Vec<JournalCorrection>, UncorrectedJournal> {
     let logged = Logged::new(machine, first, logs);
     let decided = logged.each(|index, journal| {
         let spec = job.correction.as_ref().ok_or(unknown("how it is corrected"))?;
@@ -99,9 +99,9 @@ pub fn plan_corrections(
         let lowest_mm = lowest(&correction.way).value;
         // Its knots lie closer than it bends.
         let (_, highest_mm) = minimum_and_maximum(correction.way.knots().iter().map(|knot| knot.value));
-        soft_limit(machine, Axis::X, lowest_mm, place(), Needed::LowestCorrection)?;
+        soft_limit(machine, Axis::X, lowest_mm, place(), RequiredPosition::LowestCorrection)?;
         let held_mm = highest_mm + job.retract_clearance_mm;
-        soft_limit(machine, Axis::X, held_mm, place(), Needed::CorrectionHold)?;
+        soft_limit(machine, Axis::X, held_mm, place(), RequiredPosition::CorrectionHold)?;
         let speed = FixedPathSpeed::new(&FixedPathRequest {
             path: &path,
             offset: &offset,

@@ -31,7 +31,7 @@ impl Deflections {
     /// As on the base circle. An infeed along X closes in on a flank by its cosine, so that everything is less there.
     #[must_use]
     pub fn from_lobe(plan: &Plan, lobe: usize, stock_mm: f64, law: &ContactLaw) -> Option<Self> {
-        let mut surface = Surface::new(stock_mm, law);
+        let mut surface = GroundLobe::new(stock_mm, law);
         let mut turns = 0;
         for cut in plan.cuts_of(lobe) {
             turns += surface.after(cut, plan.angle_laws.get(cut.infeed)?);
@@ -44,13 +44,13 @@ impl Deflections {
 
 /// A lobe while it is ground, phase by phase.
 #[derive(Debug, Clone)]
-pub struct Surface<'a> {
+pub struct GroundLobe<'a> {
     law: &'a ContactLaw,
     above_mm: [f64; PHASES as usize],
     largest_mm: f64,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> GroundLobe<'a> {
     /// With stock all round (mm).
     #[must_use]
     pub fn new(stock_mm: f64, law: &'a ContactLaw) -> Self {

@@ -1,10 +1,10 @@
 //! The steps of a dress, and what it would cost to keep the path over it.
 
-use super::error::Needed;
 use super::error::PlanError;
+use super::error::RequiredPosition;
 use super::lobe::{Shape, shape_of, soft_limit};
 use super::sequence::Sequence;
-use super::steps::Of;
+use super::steps::StepSubject;
 use crate::cam::contour::Contour;
 use crate::job::dressing::{Dress, PlannedDress, RetainedPath, WheelCourse, kept_path_error};
 use crate::job::grinding::JobSpec;
@@ -24,21 +24,25 @@ impl Sequence<'_> {
     /// The machine stops before anything moves if another wheel is mounted.
     pub(super) fn expect_wheel(&mut self, radius_mm: f64) {
         let label = alloc::format!("wheel of radius {radius_mm:.4} mm");
-        self.steps.command(Of::part(Phase::Home), Command::ExpectWheel { radius_nm: nm_from_mm(radius_mm) }, &label);
+        self.steps.command(
+            StepSubject::part(Phase::Home),
+            Command::ExpectWheel { radius_nm: nm_from_mm(radius_mm) },
+            &label,
+        );
     }
 
     /// Wheel to the dresser, past it and back, and clear of the part again. Its cutting point stands at the dresser's rim
     /// before and after: what comes off moves the wheel's centre, not `x_axis`.
     pub(super) fn dress(&mut self, dress: &Dress, lobe: &str) -> Result<(), PlanError> {
         let Some(dresser) = self.steps.machine.dresser else { return Ok(()) };
-        let of = Of::part(Phase::Dress);
+        let of = StepSubject::part(Phase::Dress);
         let half_mm = 0.5 * dresser.traverse_mm(self.steps.machine.wheel.width_mm);
         let (first_mm, last_mm) = (dresser.z_mm - half_mm, dresser.z_mm + half_mm);
         let place = || Subject::Lobe(lobe.into());
         for z_mm in [first_mm, last_mm] {
-            soft_limit(self.steps.machine, Axis::Z, z_mm, place(), Needed::PastDresser)?;
+            soft_limit(self.steps.machine, Axis::Z, z_mm, place(), RequiredPosition::PastDresser)?;
         }
-        soft_limit(self.steps.machine, Axis::X, dresser.x_mm, place(), Needed::Dresser)?;
+        soft_limit(self.steps.machine, Axis::X, dresser.x_mm, place(), RequiredPosition::Dresser)?;
         let clear = self.steps.counts(Axis::X, self.job.home.x_mm);
         let (first, last) = (self.steps.counts(Axis::Z, first_mm), self.steps.counts(Axis::Z, last_mm));
         let rapid = Some(self.job.rapid_speed_mm_s);

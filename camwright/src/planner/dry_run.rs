@@ -1,7 +1,7 @@
 //! The dry run of a job: the whole plan with X farther out by a stand-off, so that the wheel touches nothing.
 
-use super::error::Needed;
 use super::error::PlanError;
+use super::error::RequiredPosition;
 use super::lobe::{PlannedLobe, extremes, soft_limit};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
@@ -42,10 +42,10 @@ pub(super) fn check(
             return Err(PlanError::DryRun { lobe: lobe.design.name.clone(), stand_off_mm, needed_mm, least_mm: high });
         }
         let held_mm = extremes(lobe.tool_path.spline()).1 + job.passes_infeed_mm() + job.retract_clearance_mm;
-        let what = Needed::DryRunHold;
+        let what = RequiredPosition::DryRunHold;
         soft_limit(machine, Axis::X, held_mm + stand_off_mm, place(), what)?;
     }
-    let what = Needed::DryRunHome;
+    let what = RequiredPosition::DryRunHome;
     soft_limit(machine, Axis::X, job.home.x_mm + stand_off_mm, Subject::Job, what)
 }
 

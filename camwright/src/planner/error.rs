@@ -135,7 +135,7 @@ pub enum PlanError {
     #[error("{}{what} needs {} at {position_mm:.4} mm; its soft limits are {low_mm} to {high_mm} mm", place.prefix(), axis.joint())]
     SoftLimit {
         place: Subject,
-        what: Needed,
+        what: RequiredPosition,
         axis: Axis,
         /// Position needed (mm).
         position_mm: f64,
@@ -199,7 +199,7 @@ pub enum PlanError {
     NotClear {
         place: Subject,
         /// Motion that leaves it there.
-        what: Leaving,
+        what: IdleWheelStep,
         /// Position of X (mm).
         x_mm: f64,
         /// Joint that moves meanwhile.
@@ -273,7 +273,7 @@ fn range((low, high): (f64, f64)) -> String {
 
 /// Position that a plan needs of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Needed {
+pub enum RequiredPosition {
     Home,
     LowestPoint,
     Hold,
@@ -289,7 +289,7 @@ pub enum Needed {
     SearchEnd,
 }
 
-impl core::fmt::Display for Needed {
+impl core::fmt::Display for RequiredPosition {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Home => "the home position",
@@ -311,12 +311,12 @@ impl core::fmt::Display for Needed {
 
 /// Step that leaves the wheel where it is while another axis moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Leaving {
+pub enum IdleWheelStep {
     Home,
     RapidRetract,
 }
 
-impl core::fmt::Display for Leaving {
+impl core::fmt::Display for IdleWheelStep {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Home => "home.x_mm",

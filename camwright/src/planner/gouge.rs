@@ -55,7 +55,7 @@ pub(super) struct GougeRequest<'a> {
 /// The first place at which the wheel would be deeper in the part than allowed.
 pub(super) fn check_gouges(request: &GougeRequest<'_>) -> Result<(), PlanError> {
     let lobes = request.lobes.len();
-    let mut walk = Walk {
+    let mut walk = GougeCheck {
         request,
         at: request.start_counts,
         knows_c: request.c_homed,
@@ -67,7 +67,7 @@ pub(super) fn check_gouges(request: &GougeRequest<'_>) -> Result<(), PlanError> 
     request.plan.segments.iter().try_for_each(|segment| walk.step(segment))
 }
 
-struct Walk<'a> {
+struct GougeCheck<'a> {
     request: &'a GougeRequest<'a>,
     /// Positions of the axes (counts).
     at: [i64; AXIS_COUNT],
@@ -98,7 +98,7 @@ struct DeepestPoint {
     why: &'static str,
 }
 
-impl Walk<'_> {
+impl GougeCheck<'_> {
     fn step(&mut self, segment: &Segment) -> Result<(), PlanError> {
         match &segment.kind {
             SegmentKind::Move(targets) => {

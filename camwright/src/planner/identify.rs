@@ -3,10 +3,10 @@
 
 use super::PlannedJob;
 use super::error::PlanError;
+use super::journal_readings::{JournalReadings, Logged, UncorrectedJournal, unknown};
 use super::lobe::PlannedLobe;
-use super::logged::{Contact, Logged, NotCorrected, unknown};
 use super::sequence::Sequence;
-use super::steps::Of;
+use super::steps::StepSubject;
 use crate::gauging::identify::{Identified, IdentifyRequest};
 use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::job::grinding::{IdentificationSpec, JobSpec};
@@ -30,7 +30,7 @@ impl Sequence<'_> {
         spec: &IdentificationSpec,
     ) -> Result<(), PlanError> {
         let name = lobe.design.name.as_str();
-        let of = Of::lobe(Phase::Position, index, name);
+        let of = StepSubject::lobe(Phase::Position, index, name);
         let machine = self.steps.machine;
         let still = |sequence: &mut Self, label: &str| {
             let ticks = whole_ticks(machine.wheel.spin_up_s, machine.cycle_time_s());
@@ -65,8 +65,8 @@ pub fn identify(
     job: &JobSpec,
     machine: &MachineDescription,
     first: &PlannedJob,
-    logs: &[Contact],
-) -> Vec<Result<Identified, NotCorrected>> {
+    logs: &[JournalReadings],
+) -> Vec<Result<Identified, UncorrectedJournal>> {
     let logged = Logged::new(machine, first, logs);
     let measured = logged.each(|_, journal| {
         let spec = job.identification.as_ref().ok_or(unknown("how its stiffness is measured"))?;

@@ -18,7 +18,7 @@
 
 use super::PlanStart;
 use super::error::PlanError;
-use super::steps::{Of, Steps};
+use super::steps::{StepSubject, Steps};
 
 use crate::cam::surface::Surface;
 use crate::job::turning::{TurningJob, TurningSpeed};
@@ -88,14 +88,14 @@ pub enum TurningError {
     Passes(InsertPathError),
     /// More than a plan should hold.
     #[error(
-        "the {passes} passes have {knots:.0} angles at which the path is computed, at most {most} are allowed: fewer passes, a larger feed, \
+        "the {passes} passes have {knots:.0} angles at which the path is computed, at most {max} are allowed: fewer passes, a larger feed, \
          or fewer angles a turn"
     )]
     TooLong {
         passes: usize,
         /// Angles of all of them.
         knots: f64,
-        most: u32,
+        max: u32,
     },
     /// A speed that the axes do not keep.
     #[error(
@@ -207,7 +207,7 @@ pub fn plan_turning(
     let requests = requests(job, &insert)?;
     let knots: f64 = requests.iter().map(|(_, request)| knots(request)).sum();
     if knots > f64::from(MAX_KNOTS) {
-        return Err(TurningError::TooLong { passes: requests.len(), knots, most: MAX_KNOTS });
+        return Err(TurningError::TooLong { passes: requests.len(), knots, max: MAX_KNOTS });
     }
     let budget = WorkBudget::new(MAX_SURFACE_LOOKS);
     for (index, (depth_mm, request)) in requests.into_iter().enumerate() {
@@ -221,14 +221,14 @@ pub fn plan_turning(
     });
     let plan = Plan { job: job.name.clone(), lobes: alloc::vec![job.name.clone()], ..Plan::default() };
     let mut steps = Steps { machine, at: start.counts, ticks: 0, plan };
-    let home = Of::part(Phase::Home);
+    let home = StepSubject::part(Phase::Home);
     steps.move_axis(home, Axis::X, counts(Axis::X, clear_mm), None, "insert clear of the bar")?;
     steps.home_headstock(home, start.c_homed)?;
     steps.start_wheel(home);
     for (index, pass) in passes.iter().enumerate() {
         add_pass(&mut steps, job, index + 1, pass, clear_mm)?;
     }
-    let back = Of::part(Phase::Return);
+    let back = StepSubject::part(Phase::Return);
     steps.move_axis(back, Axis::Z, counts(Axis::Z, first_z_mm), None, "to before the part's end")?;
     steps.command(back, Command::WheelStop, "insert stop");
     let plan = steps.done();
@@ -319,8 +319,8 @@ fn knots(request: &PathRequest) -> f64 {
 fn air_mm(surface: &Surface, bar_mm: f64, end_mm: f64, insert: &InsertDescription, stock_mm: f64) -> f64 {
     let in_plane = |radius_mm: f64| libm::sqrt((radius_mm * radius_mm - insert.height_mm * insert.height_mm).max(0.0));
     let radius_mm = insert.radius_mm;
-    let least = in_plane(surface.bounds(end_mm - radius_mm, end_mm + radius_mm).least_mm) + radius_mm + stock_mm;
-    let room = (least - in_plane(bar_mm)).clamp(0.0, radius_mm);
+    let min = in_plane(surface.bounds(end_mm - radius_mm, end_mm + radius_mm).least_mm) + radius_mm + stock_mm;
+    let room = (min - in_plane(bar_mm)).clamp(0.0, radius_mm);
     libm::sqrt(radius_mm * radius_mm - room * room) + AIR_MM
 }
 
@@ -336,11 +336,11 @@ fn plan_pass(
     let path = InsertPath::within(&job.surface, request, budget).map_err(wrong)?;
     let limits = |axis: Axis| machine.axis(axis).limits.with_share(MOVE_SHARE);
     let c = limits(Axis::C);
-    let most = AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: c.velocity };
+    let max = AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: c.velocity };
     let spindle = match job.speed {
-        TurningSpeed::Fastest => path.spindle_law(c.velocity, &most, c),
-        TurningSpeed::Constant(wanted_rad_s) => path.spindle_law(wanted_rad_s, &most, c),
-        TurningSpeed::Varied => path.varied_spindle_law(&most, c),
+        TurningSpeed::Fastest => path.spindle_law(c.velocity, &max, c),
+        TurningSpeed::Constant(wanted_rad_s) => path.spindle_law(wanted_rad_s, &max, c),
+        TurningSpeed::Varied => path.varied_spindle_law(&max, c),
     }
     .map_err(wrong)?;
     let bound = spindle.fastest.bound;
@@ -362,7 +362,11 @@ fn add_pass(
     clear_mm: f64,
 ) -> Result<(), TurningError> {
     let machine = steps.machine;
-    let of = |phase: Phase| Of { phase, lobe: Some((0, job.name.as_str())), stock_mm: pass.path.request().stock_mm };
+    let of = |phase: Phase| StepSubject {
+        phase,
+        lobe: Some((0, job.name.as_str())),
+        stock_mm: pass.path.request().stock_mm,
+    };
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
     let wrong = |source| TurningError::Spline { pass: number, source };
     let law = pass.spindle.law.clone();

@@ -1,7 +1,7 @@
 //! Each lobe by itself: its shape, the phase it begins at, its speed plan, and whether there is room.
 
 use super::error::PlanError;
-use super::error::{Leaving, Needed};
+use super::error::{IdleWheelStep, RequiredPosition};
 use super::wheels::no_path;
 use crate::cam::compensation::FormCurve;
 use crate::cam::contour::Contour;
@@ -93,7 +93,7 @@ pub(super) struct Shape {
 
 /// Position of C at the start of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Begin {
+pub(super) struct LobeStart {
     /// C (counts).
     pub(super) c_counts: i64,
     /// σ times the wheel-line angle in the lobe's frame (rad, in 0..2π).
@@ -259,7 +259,7 @@ pub(super) fn begins(
     machine: &MachineDescription,
     schedules: &[InfeedSchedule],
     rotary_indexing: bool,
-) -> Vec<Begin> {
+) -> Vec<LobeStart> {
     let scale = machine.axis(Axis::C).scale;
     let turn_counts = scale.counts(TURN_RAD);
     let sense = f64::from(machine.rotation_sense.signum());
@@ -281,11 +281,11 @@ pub(super) fn begins(
 }
 
 /// Start of a lobe of this phase (rad) for a position of C (counts).
-pub(super) fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i64) -> Begin {
+pub(super) fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i64) -> LobeStart {
     let scale = machine.axis(Axis::C).scale;
     let c_rad = scale.position(c_counts.rem_euclid(scale.counts(TURN_RAD)));
     let path_rad = wrap_turn(c_rad - f64::from(machine.rotation_sense.signum()) * phase_rad);
-    Begin { c_counts, path_rad }
+    LobeStart { c_counts, path_rad }
 }
 
 /// The block that begins at or before an angle. A millionth of a block below the next one counts as the next: an angle
@@ -308,7 +308,7 @@ pub(super) struct LobePlanner<'a> {
 
 impl LobePlanner<'_> {
     /// Start, speed and room of every lobe, each from rest to rest.
-    pub(super) fn all(&self, begins: &[Begin]) -> Result<Vec<PlannedLobe>, PlanError> {
+    pub(super) fn all(&self, begins: &[LobeStart]) -> Result<Vec<PlannedLobe>, PlanError> {
         begins.iter().enumerate().map(|(index, begin)| self.lobe(index, *begin, None, None)).collect()
     }
 
@@ -320,7 +320,7 @@ impl LobePlanner<'_> {
     }
 
     /// Start of a lobe for a position of C (counts).
-    pub(super) fn begin(&self, index: usize, c_counts: i64) -> Begin {
+    pub(super) fn begin(&self, index: usize, c_counts: i64) -> LobeStart {
         begin_at(self.machine, self.job.lobes[index].phase_rad, c_counts)
     }
 
@@ -333,7 +333,7 @@ impl LobePlanner<'_> {
     pub(super) fn lobe(
         &self,
         index: usize,
-        begin: Begin,
+        begin: LobeStart,
         comes: Option<FlyingStart>,
         goes: Option<FlyingStart>,
     ) -> Result<PlannedLobe, PlanError> {
@@ -442,7 +442,7 @@ pub(super) fn check_travel(
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
     let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();
     let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
-    let clear = |place: Subject, what: Leaving, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
+    let clear = |place: Subject, what: IdleWheelStep, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
         Some(highest) if x_mm <= reach(highest) => Err(PlanError::NotClear {
             place,
             what,
@@ -455,26 +455,26 @@ pub(super) fn check_travel(
         }),
         _ => Ok(()),
     };
-    clear(Subject::Job, Leaving::Home, job.home.x_mm, Axis::Z, "home.x_mm must be")?;
-    soft_limit(machine, Axis::X, job.home.x_mm, Subject::Job, Needed::Home)?;
-    soft_limit(machine, Axis::Z, job.home.z_mm, Subject::Job, Needed::Home)?;
+    clear(Subject::Job, IdleWheelStep::Home, job.home.x_mm, Axis::Z, "home.x_mm must be")?;
+    soft_limit(machine, Axis::X, job.home.x_mm, Subject::Job, RequiredPosition::Home)?;
+    soft_limit(machine, Axis::Z, job.home.z_mm, Subject::Job, RequiredPosition::Home)?;
     for (index, lobe) in lobes.iter().enumerate() {
         let place = || Subject::Lobe(lobe.design.name.clone());
         let (low_mm, high_mm) = extremes(lobe.tool_path.spline());
         let infeed_mm = infeed_of_x_mm(job, &lobe.tool_path, lobe.start_rad, total_infeed_mm);
         let retracted_mm = lobe.tool_path.sample(lobe.start_rad).value + infeed_mm + job.rapid_advance_mm;
-        soft_limit(machine, Axis::X, low_mm, place(), Needed::LowestPoint)?;
+        soft_limit(machine, Axis::X, low_mm, place(), RequiredPosition::LowestPoint)?;
         let held_mm = high_mm + total_infeed_mm + job.retract_clearance_mm;
-        soft_limit(machine, Axis::X, held_mm, place(), Needed::Hold)?;
+        soft_limit(machine, Axis::X, held_mm, place(), RequiredPosition::Hold)?;
         if let Some(clear_x_mm) = clear_x_mm {
-            soft_limit(machine, Axis::X, clear_x_mm, place(), Needed::BetweenLobes)?;
+            soft_limit(machine, Axis::X, clear_x_mm, place(), RequiredPosition::BetweenLobes)?;
             if index > 0 {
                 continue;
             }
         }
-        soft_limit(machine, Axis::X, retracted_mm, place(), Needed::RapidAdvance)?;
+        soft_limit(machine, Axis::X, retracted_mm, place(), RequiredPosition::RapidAdvance)?;
         if clear_x_mm.is_none() && index + 1 < lobes.len() {
-            clear(place(), Leaving::RapidRetract, retracted_mm, Axis::Z, "the rapid advance must be")?;
+            clear(place(), IdleWheelStep::RapidRetract, retracted_mm, Axis::Z, "the rapid advance must be")?;
         }
     }
     Ok(())
@@ -486,7 +486,7 @@ pub(super) fn soft_limit(
     axis: Axis,
     position_mm: f64,
     place: Subject,
-    what: Needed,
+    what: RequiredPosition,
 ) -> Result<(), PlanError> {
     match machine.axis(axis).soft_limits {
         Some((low_mm, high_mm)) if !(low_mm..=high_mm).contains(&position_mm) => {

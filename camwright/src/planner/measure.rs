@@ -16,11 +16,11 @@
 use super::check_forwards;
 use super::error::PlanError;
 use super::gouge::GougeRequest;
+use super::journal_readings::{JournalReadings, UncorrectedJournal, seen};
 use super::lobe::{self, LobePlanner, PlannedLobe};
-use super::logged::{Contact, NotCorrected, seen};
 use super::sequence::Sequence;
 use super::{Build, PlanStart, PlannedJob, schedules};
-use crate::gauging::gauged::Gauged;
+use crate::gauging::gauged_tick::GaugedTick;
 use crate::gauging::journal::JournalError;
 use crate::job::grinding::JobSpec;
 use crate::job::infeed::InfeedSchedule;
@@ -61,7 +61,7 @@ pub struct PlannedMeasuring {
 
 /// Gauge result of a journal, and the turns skipped because of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Skipped {
+pub struct SkippedTurns {
     /// Name of the journal.
     pub lobe: String,
     /// Its stock, half of its largest diameter less the radius that it is to have (mm).
@@ -74,7 +74,7 @@ pub struct Skipped {
     pub spark_out_turns: u32,
 }
 
-impl core::fmt::Display for Skipped {
+impl core::fmt::Display for SkippedTurns {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self { lobe, infeed_turns, spark_out_turns, .. } = self;
         let (stock_um, begins_um) = (um_from_mm(self.stock_mm), um_from_mm(self.begins_mm));
@@ -91,7 +91,7 @@ pub struct MeasuredJob {
     /// The plan and what it was made of; it begins where the measuring plan ends.
     pub planned: PlannedJob,
     /// Skipped turns, in the order of the journals.
-    pub skipped: Vec<Skipped>,
+    pub skipped: Vec<SkippedTurns>,
     /// Time saved in the cuts (s).
     pub saved_s: f64,
 }
@@ -137,9 +137,9 @@ pub fn measured_stocks(
     machine: &MachineDescription,
     measuring: &PlannedMeasuring,
     lobes: &[PlannedLobe],
-    logs: &[Contact],
-) -> Result<Vec<f64>, NotCorrected> {
-    let stock_mm = |lobe: &PlannedLobe, log: &Contact, to_rad: f64| {
+    logs: &[JournalReadings],
+) -> Result<Vec<f64>, UncorrectedJournal> {
+    let stock_mm = |lobe: &PlannedLobe, log: &JournalReadings, to_rad: f64| {
         seen(machine)?;
         let gauged = the_turn(&log.gauged, to_rad);
         if let Some(pair) = gauged.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1) {
@@ -160,13 +160,13 @@ pub fn measured_stocks(
         Ok(radius_mm - lobe.design.contour.radius_at(0.0))
     };
     let each = lobes.iter().zip(logs).zip(&measuring.read_to_rad).map(|((lobe, log), to_rad)| {
-        stock_mm(lobe, log, *to_rad).map_err(|source| NotCorrected { lobe: lobe.design.name.clone(), source })
+        stock_mm(lobe, log, *to_rad).map_err(|source| UncorrectedJournal { lobe: lobe.design.name.clone(), source })
     });
     each.collect()
 }
 
 /// Returns the readings of the turn that ends beyond this angle (rad).
-fn the_turn(gauged: &[Gauged], to_rad: f64) -> &[Gauged] {
+fn the_turn(gauged: &[GaugedTick], to_rad: f64) -> &[GaugedTick] {
     let from_rad = to_rad - TURN_RAD + 2.0 * UNREAD_RAD;
     let until = gauged.iter().rposition(|gauged| gauged.c_rad <= to_rad).map_or(0, |last| last + 1);
     let from = gauged[..until].iter().rposition(|gauged| gauged.c_rad < from_rad).map_or(0, |last| last + 1);
@@ -241,7 +241,7 @@ fn shortened(
     schedules: &[InfeedSchedule],
     index: usize,
     stock_mm: f64,
-) -> Result<(JobSpec, Skipped), PlanError> {
+) -> Result<(JobSpec, SkippedTurns), PlanError> {
     let lobe = &job.lobes[index].name;
     let margin_mm = job.measure_stock.map_or(0.0, |stock| stock.margin_mm);
     let begins_mm = |number: usize, turn: u32| {
@@ -280,7 +280,12 @@ fn shortened(
         let per_turn_mm = f64::from(job.blocks_per_turn) * first.infeed_per_block_mm;
         first.total_infeed_mm = per_turn_mm * f64::from(schedules[number].turns() - turn);
     }
-    let skipped =
-        Skipped { lobe: lobe.clone(), stock_mm, begins_mm: begins_mm(number, turn), infeed_turns, spark_out_turns };
+    let skipped = SkippedTurns {
+        lobe: lobe.clone(),
+        stock_mm,
+        begins_mm: begins_mm(number, turn),
+        infeed_turns,
+        spark_out_turns,
+    };
     Ok((shorter, skipped))
 }

@@ -37,9 +37,9 @@ mod dry_run;
 mod error;
 mod gouge;
 mod identify;
+mod journal_readings;
 mod lathe;
 mod lobe;
-mod logged;
 mod measure;
 mod order;
 mod outline;
@@ -53,12 +53,12 @@ mod wheels;
 
 pub use correct::{PlannedCorrection, decide_corrections, plan_corrections};
 pub use dress_now::{DressNowError, plan_dress};
-pub use error::{Leaving, Needed, PlanError};
+pub use error::{IdleWheelStep, PlanError, RequiredPosition};
 pub use identify::identify;
+pub use journal_readings::{ContactFrom, JournalReadings, UncorrectedJournal, rests_rad};
 pub use lathe::{MAX_SURFACE_LOOKS, PlannedPass, PlannedTurning, TurningError, TurningKey, plan_turning};
 pub use lobe::{LobeDesign, PlannedLobe, designs};
-pub use logged::{Contact, ContactFrom, NotCorrected, rests_rad};
-pub use measure::{MeasuredJob, PlannedMeasuring, Skipped, measured_stocks, plan_measured_job, plan_measuring};
+pub use measure::{MeasuredJob, PlannedMeasuring, SkippedTurns, measured_stocks, plan_measured_job, plan_measuring};
 pub use order::{LobeOrder, fastest_order};
 pub use program::{PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
 
@@ -235,7 +235,7 @@ impl<'a> Build<'a> {
         Ok(sequence)
     }
 
-    fn begins(&self, rotary_indexing: bool) -> Vec<lobe::Begin> {
+    fn begins(&self, rotary_indexing: bool) -> Vec<lobe::LobeStart> {
         lobe::begins(self.planner.job, self.planner.machine, self.planner.schedules, rotary_indexing)
     }
 
@@ -248,7 +248,7 @@ impl<'a> Build<'a> {
     fn steps(
         &self,
         mut sequence: Sequence<'a>,
-        begins: &[lobe::Begin],
+        begins: &[lobe::LobeStart],
         rotary_indexing: bool,
     ) -> Result<Plan, PlanError> {
         for (index, (lobe, begin)) in self.stopping.iter().zip(begins.iter().copied()).enumerate() {

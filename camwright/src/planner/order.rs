@@ -82,18 +82,18 @@ impl Table<'_> {
         let n = self.stations.len();
         let sets = 1_usize << n;
         let ways: Vec<Vec<u64>> = (0..n).map(|from| (0..n).map(|to| self.between(from, to)).collect()).collect();
-        let mut least = vec![vec![(u64::MAX, usize::MAX); n]; sets];
+        let mut min = vec![vec![(u64::MAX, usize::MAX); n]; sets];
         for lobe in 0..n {
-            least[1 << lobe][lobe] = (self.to_first(lobe), usize::MAX);
+            min[1 << lobe][lobe] = (self.to_first(lobe), usize::MAX);
         }
         for set in 1..sets {
             for last in (0..n).filter(|last| set & (1 << last) != 0) {
-                let here = least[set][last].0;
+                let here = min[set][last].0;
                 if here == u64::MAX {
                     continue;
                 }
                 for next in (0..n).filter(|next| set & (1 << next) == 0) {
-                    let there = &mut least[set | (1 << next)][next];
+                    let there = &mut min[set | (1 << next)][next];
                     let ticks = here + ways[last][next];
                     if ticks < there.0 {
                         *there = (ticks, last);
@@ -103,10 +103,10 @@ impl Table<'_> {
         }
         let mut set = sets - 1;
         let mut lobes = Vec::with_capacity(n);
-        let mut last = (0..n).min_by_key(|last| least[set][*last].0.saturating_add(self.home(*last)));
+        let mut last = (0..n).min_by_key(|last| min[set][*last].0.saturating_add(self.home(*last)));
         while let Some(lobe) = last {
             lobes.push(lobe);
-            let before = least[set][lobe].1;
+            let before = min[set][lobe].1;
             set &= !(1 << lobe);
             last = (before < n).then_some(before);
         }

@@ -41,13 +41,13 @@ impl Outline {
         let nearest = firsts().fold(f64::INFINITY, f64::min);
         // A nearer point between two of them is at most a spacing beside one, along a contour that bends towards the wheel or away.
         let near = nearest + self.spacing_mm2 * (1.0 + (libm::sqrt(nearest) + wheel_radius_mm) * self.curvature);
-        let mut least = nearest;
+        let mut min = nearest;
         for (index, _) in firsts().enumerate().filter(|(_, square)| *square <= near) {
             let from = index * STRIDE;
             let beside = (from + 1..from + STRIDE).chain(from + POINTS + 1 - STRIDE..from + POINTS);
-            least = beside.map(|i| square_at(&self.points[i % POINTS])).fold(least, f64::min);
+            min = beside.map(|i| square_at(&self.points[i % POINTS])).fold(min, f64::min);
         }
-        libm::sqrt(least) - wheel_radius_mm
+        libm::sqrt(min) - wheel_radius_mm
     }
 }
 

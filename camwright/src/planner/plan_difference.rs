@@ -189,17 +189,16 @@ impl Pair<'_> {
     /// Largest difference of two functions of an angle, at equal steps from `from` to `to`.
     fn over(&mut self, moved: PlanChange, (from, to): (f64, f64), old: impl Fn(f64) -> f64, new: impl Fn(f64) -> f64) {
         let places = places(to - from);
-        let mut most: Option<Difference> = None;
+        let mut max: Option<Difference> = None;
         for place in 0..=places {
             let at = from + (to - from) * f64::from(place) / f64::from(places);
             let (before, after) = (old(at), new(at));
             let by = |difference: &Difference| difference.by().abs();
-            if before.to_bits() != after.to_bits() && most.as_ref().is_none_or(|most| (after - before).abs() > by(most))
-            {
-                most = Some(self.difference(moved, before, after, Some(at)));
+            if before.to_bits() != after.to_bits() && max.as_ref().is_none_or(|max| (after - before).abs() > by(max)) {
+                max = Some(self.difference(moved, before, after, Some(at)));
             }
         }
-        self.moved.extend(most);
+        self.moved.extend(max);
     }
 
     fn cut(&mut self, old: &CutSegment, new: &CutSegment) {
@@ -226,8 +225,8 @@ impl Pair<'_> {
             self.over(PlanChange::Infeed, ends, |at| law.sample(at).value, |at| other.sample(at).value);
         }
         // The cut itself: where C comes turning or turns on is in the predicted time.
-        let most = f64::from(old.turns.min(new.turns)) * TURN_RAD;
-        self.speed((old.speed, new.speed), (0.0, most));
+        let max = f64::from(old.turns.min(new.turns)) * TURN_RAD;
+        self.speed((old.speed, new.speed), (0.0, max));
         let rest =
             |cut: &CutSegment| (cut.retract_mm.to_bits(), cut.hold_mm.to_bits(), cut.until_steady_n, cut.infeed_turns);
         if rest(old) != rest(new) || old.lead.is_some() != new.lead.is_some() {
@@ -241,18 +240,18 @@ impl Pair<'_> {
         if old.start_counts != new.start_counts {
             self.start(self.in_units(Axis::C, old.start_counts), self.in_units(Axis::C, new.start_counts));
         }
-        let mut most = 0.0;
+        let mut max = 0.0;
         for (moved, pair) in
             [(PlanChange::PathOfX, laws(old.path, new.path)), (PlanChange::PathOfZ, laws(old.advance, new.advance))]
         {
             let Some((law, other)) = pair else { continue };
-            most = law.end().min(other.end());
+            max = law.end().min(other.end());
             if moved == PlanChange::PathOfX {
                 self.number(PlanChange::Turns, law.end() / TURN_RAD, other.end() / TURN_RAD);
             }
-            self.over(moved, (0.0, most), |at| law.sample(at).value, |at| other.sample(at).value);
+            self.over(moved, (0.0, max), |at| law.sample(at).value, |at| other.sample(at).value);
         }
-        self.speed((old.speed, new.speed), (0.0, most));
+        self.speed((old.speed, new.speed), (0.0, max));
     }
 
     /// The speed of C where it has come to an angle.

@@ -2,7 +2,7 @@
 
 use super::PlanStart;
 use super::error::PlanError;
-use super::steps::{Of, Steps};
+use super::steps::{StepSubject, Steps};
 
 use crate::gcode::{Motion, ProgramFile};
 use crate::machine::description::{Axis, MachineDescription};
@@ -101,7 +101,7 @@ pub fn plan_program(
     let lobes = request.lobes.iter().map(|lobe| String::from(lobe.name)).collect();
     let plan = Plan { job: String::from(request.name), lobes, ..Plan::default() };
     let mut steps = Steps { machine, at: start.counts, ticks: 0, plan };
-    let home = Of::part(Phase::Home);
+    let home = StepSubject::part(Phase::Home);
     if !machine.is_lathe() {
         let radius_nm = nm_from_mm(request.setup.cutter_radius_mm);
         steps.command(home, Command::ExpectWheel { radius_nm }, "the program's cutter");
@@ -117,8 +117,8 @@ pub fn plan_program(
     let faced = request.faced(&driven, machine)?;
     for ((done, step), lobe) in driven.into_iter().zip(faced) {
         let of = |phase: Phase| match lobe.and_then(|index| Some((index, request.lobes.get(index)?))) {
-            Some((index, lobe)) => Of::lobe(phase, index, lobe.name),
-            None => Of::part(phase),
+            Some((index, lobe)) => StepSubject::lobe(phase, index, lobe.name),
+            None => StepSubject::part(phase),
         };
         match step {
             ProgramStep::Rapid(targets) => {
@@ -152,7 +152,7 @@ pub fn plan_program(
         }
     }
     if cutter_runs {
-        steps.command(Of::part(Phase::Return), Command::WheelStop, "wheel stop");
+        steps.command(StepSubject::part(Phase::Return), Command::WheelStop, "wheel stop");
     }
     let mut plan = steps.done();
     plan.duration_with_indexing_s = plan.duration_s;
@@ -209,7 +209,7 @@ impl ProgramRequest<'_> {
 }
 
 /// A run as a spiral.
-fn add_run(steps: &mut Steps<'_>, of: Of<'_>, run: Run, label: &str) -> Result<(), ProgramPlanError> {
+fn add_run(steps: &mut Steps<'_>, of: StepSubject<'_>, run: Run, label: &str) -> Result<(), ProgramPlanError> {
     let stop_ticks = steps.stop_ticks().map_err(|axis| ProgramPlanError::NoStop { axis })?;
     let ticks = whole_ticks(run.laws.duration_s(), steps.machine.cycle_time_s());
     let turn_counts = steps.counts(Axis::C, TURN_RAD);

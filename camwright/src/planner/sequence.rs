@@ -1,10 +1,10 @@
 //! The steps of a part, one after the other, with the time each is predicted to take.
 
 use super::PlanStart;
-use super::error::Needed;
 use super::error::PlanError;
-use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
-use super::steps::{Of, Steps, shared};
+use super::error::RequiredPosition;
+use super::lobe::{LobeStart, PlannedLobe, Shape, soft_limit};
+use super::steps::{StepSubject, Steps, shared};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription, Station};
@@ -14,7 +14,7 @@ use crate::math::units::TURN_RAD;
 use crate::motion::plan::{Command, CutSegment, Half, Phase, Plan, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use crate::motion::speed_plan::{FixedPathSpeed, SpeedPlan};
-use crate::planner::deflection::Surface;
+use crate::planner::deflection::GroundLobe;
 
 /// Distance of the table before a station's switch at the start of the search (mm), and the limit of the search beyond the switch.
 /// It covers a shifted switch and lets the table reach its search speed; a longer distance costs time at the slow search speed.
@@ -44,7 +44,7 @@ impl<'a> Sequence<'a> {
 
     /// Wheel clear of the part, C on its origin, wheel up to speed.
     pub(super) fn prepare(&mut self) -> Result<(), PlanError> {
-        let of = Of::part(Phase::Home);
+        let of = StepSubject::part(Phase::Home);
         self.steps.move_axis(
             of,
             Axis::X,
@@ -60,7 +60,7 @@ impl<'a> Sequence<'a> {
     /// The table to the station of a lobe.
     pub(super) fn index_to(&mut self, index: usize) -> Result<(), PlanError> {
         let lobe = &self.job.lobes[index];
-        let of = Of { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm: self.job.stock_mm };
+        let of = StepSubject { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm: self.job.stock_mm };
         match self.steps.machine.station(&lobe.station) {
             Some(station) => self.index_table(of, &lobe.name, station),
             None => Ok(()),
@@ -74,14 +74,14 @@ impl<'a> Sequence<'a> {
             return Ok(());
         }
         let name = self.job.lobes[index].name.as_str();
-        let of = Of { phase: Phase::Position, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
+        let of = StepSubject { phase: Phase::Position, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
         self.steps.move_axis(of, Axis::X, target_counts, None, "wheel to just clear of the lobes")
     }
 
     /// C to where a lobe begins (counts), the conventional way.
     pub(super) fn turn_to_lobe(&mut self, index: usize, c_counts: i64) -> Result<(), PlanError> {
         let name = self.job.lobes[index].name.as_str();
-        let of = Of { phase: Phase::RotaryIndex, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
+        let of = StepSubject { phase: Phase::RotaryIndex, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
         self.steps.move_axis(of, Axis::C, c_counts, None, "part to the lobe's cam angle 0")
     }
 
@@ -91,11 +91,11 @@ impl<'a> Sequence<'a> {
         &mut self,
         index: usize,
         lobe: &PlannedLobe,
-        begin: Begin,
+        begin: LobeStart,
         waits_ticks: u64,
     ) -> Result<(), PlanError> {
         let name = lobe.design.name.as_str();
-        let of = |phase: Phase, stock_mm: f64| Of { phase, lobe: Some((index, name)), stock_mm };
+        let of = |phase: Phase, stock_mm: f64| StepSubject { phase, lobe: Some((index, name)), stock_mm };
         let stock_mm = self.job.stock_mm;
         let rapid = Some(self.job.rapid_speed_mm_s);
         let mut retracted = self.steps.at[Axis::X.index()];
@@ -162,7 +162,7 @@ impl<'a> Sequence<'a> {
 
     /// A turn of a journal under the gauge, with the wheel where it is clear of everything; C at its end (rad).
     pub(super) fn gauge(&mut self, index: usize, speed_rad_s: f64) -> Result<f64, PlanError> {
-        let of = Of::lobe(Phase::Position, index, &self.job.lobes[index].name);
+        let of = StepSubject::lobe(Phase::Position, index, &self.job.lobes[index].name);
         let scale = self.steps.machine.axis(Axis::C).scale;
         let turned = self.steps.at[Axis::C.index()] + scale.counts(TURN_RAD);
         self.steps.move_axis(of, Axis::C, turned, Some(speed_rad_s), "one turn under the gauge")?;
@@ -179,7 +179,7 @@ impl<'a> Sequence<'a> {
         speed: &FixedPathSpeed,
         offset: HermiteSpline,
     ) -> Result<(), PlanError> {
-        let of = |phase: Phase| Of { phase, lobe: Some((index, name)), stock_mm: 0.0 };
+        let of = |phase: Phase| StepSubject { phase, lobe: Some((index, name)), stock_mm: 0.0 };
         let turn_counts = self.steps.machine.axis(Axis::C).scale.counts(TURN_RAD);
         self.steps.plan.paths.push(path);
         let cut = CutSegment {
@@ -209,7 +209,7 @@ impl<'a> Sequence<'a> {
 
     /// X to its home position and no more: the wheel runs on and the table stays, for the plan that follows.
     pub(super) fn stand_by(mut self) -> Result<Plan, PlanError> {
-        let of = Of::part(Phase::Return);
+        let of = StepSubject::part(Phase::Return);
         self.steps.move_axis(
             of,
             Axis::X,
@@ -223,7 +223,7 @@ impl<'a> Sequence<'a> {
 
     /// Wheel clear of the part, and up to speed.
     pub(super) fn clear_and_run(&mut self) -> Result<(), PlanError> {
-        let of = Of::part(Phase::Dress);
+        let of = StepSubject::part(Phase::Dress);
         self.steps.move_axis(
             of,
             Axis::X,
@@ -237,13 +237,13 @@ impl<'a> Sequence<'a> {
 
     /// The wheel comes to rest where it is; the plan.
     pub(super) fn stop_wheel(mut self) -> Plan {
-        self.steps.command(Of::part(Phase::Dress), Command::WheelStop, "wheel stop");
+        self.steps.command(StepSubject::part(Phase::Dress), Command::WheelStop, "wheel stop");
         self.done()
     }
 
     /// X, then the table, to the home position; the plan.
     pub(super) fn finish(mut self) -> Result<Plan, PlanError> {
-        let of = Of::part(Phase::Return);
+        let of = StepSubject::part(Phase::Return);
         self.steps.move_axis(
             of,
             Axis::X,
@@ -266,7 +266,7 @@ impl<'a> Sequence<'a> {
     fn foresee(&mut self) {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
             let Some(law) = self.steps.machine.contact_law(&lobe.station, lobe.width_mm) else { continue };
-            let mut surface = Surface::new(self.job.stock_mm, &law);
+            let mut surface = GroundLobe::new(self.job.stock_mm, &law);
             for segment in self.steps.plan.segments.iter_mut().filter(|segment| segment.lobe == Some(index)) {
                 let SegmentKind::Cut(cut) = &segment.kind else { continue };
                 let Some(infeed) = self.steps.plan.angle_laws.get(cut.infeed) else { continue };
@@ -288,14 +288,14 @@ impl<'a> Sequence<'a> {
 
     /// The table goes to just before the switch, whichever side it comes from, then searches for it in its positive
     /// direction: a switch closes at one place only when approached from one side.
-    fn index_table(&mut self, of: Of<'_>, lobe: &str, station: &Station) -> Result<(), PlanError> {
+    fn index_table(&mut self, of: StepSubject<'_>, lobe: &str, station: &Station) -> Result<(), PlanError> {
         let axis = self.steps.machine.axis(Axis::Z);
         let before_mm = station.position_mm - RUN_IN_MM;
         let speed = axis.search_velocity.min(axis.limits.velocity);
         let after_mm = RUN_IN_MM + self.steps.overshoot(Axis::Z, speed);
         let place = || Subject::Lobe(lobe.into());
-        soft_limit(self.steps.machine, Axis::Z, before_mm, place(), Needed::SearchStart)?;
-        soft_limit(self.steps.machine, Axis::Z, station.position_mm + after_mm, place(), Needed::SearchEnd)?;
+        soft_limit(self.steps.machine, Axis::Z, before_mm, place(), RequiredPosition::SearchStart)?;
+        soft_limit(self.steps.machine, Axis::Z, station.position_mm + after_mm, place(), RequiredPosition::SearchEnd)?;
         let label = alloc::format!("table to before {}", station.switch);
         self.steps.move_axis(of, Axis::Z, self.steps.counts(Axis::Z, before_mm), None, &label)?;
         let label = alloc::format!("table to {}", station.switch);
@@ -304,7 +304,7 @@ impl<'a> Sequence<'a> {
         Ok(())
     }
 
-    fn cut_segment(&mut self, path: usize, pass: &SpeedPlan, begin: Begin) -> CutSegment {
+    fn cut_segment(&mut self, path: usize, pass: &SpeedPlan, begin: LobeStart) -> CutSegment {
         let turn_counts = self.steps.machine.axis(Axis::C).scale.counts(TURN_RAD);
         CutSegment {
             path,

@@ -15,13 +15,13 @@ const HOMING_TURNS: f64 = 1.25;
 
 /// Who a step is for.
 #[derive(Clone, Copy)]
-pub(super) struct Of<'a> {
+pub(super) struct StepSubject<'a> {
     pub(super) phase: Phase,
     pub(super) lobe: Option<(usize, &'a str)>,
     pub(super) stock_mm: f64,
 }
 
-impl<'a> Of<'a> {
+impl<'a> StepSubject<'a> {
     pub(super) const fn lobe(phase: Phase, index: usize, name: &'a str) -> Self {
         Self { phase, lobe: Some((index, name)), stock_mm: 0.0 }
     }
@@ -41,7 +41,7 @@ pub(super) struct Steps<'a> {
 
 impl Steps<'_> {
     /// C on its origin, from where it stands, or half a turn away where nobody knows; then its key-way faces the tool.
-    pub(super) fn home_headstock(&mut self, of: Of<'_>, c_homed: bool) -> Result<(), PlanError> {
+    pub(super) fn home_headstock(&mut self, of: StepSubject<'_>, c_homed: bool) -> Result<(), PlanError> {
         let distance = if c_homed {
             wrap_turn(-self.machine.axis(Axis::C).scale.position(self.at[Axis::C.index()]))
         } else {
@@ -54,7 +54,7 @@ impl Steps<'_> {
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")
     }
 
-    pub(super) fn start_wheel(&mut self, of: Of<'_>) {
+    pub(super) fn start_wheel(&mut self, of: StepSubject<'_>) {
         self.command(of, Command::WheelStart, "wheel start");
         let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
         self.add(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
@@ -72,7 +72,7 @@ impl Steps<'_> {
         speed * known_s + speed * (speed / limits.acceleration + limits.acceleration / limits.jerk)
     }
 
-    pub(super) fn add(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
+    pub(super) fn add(&mut self, of: StepSubject<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
         let label = match of.lobe {
             Some((_, name)) => alloc::format!("{name}: {label}"),
             None => String::from(label),
@@ -89,7 +89,7 @@ impl Steps<'_> {
         });
     }
 
-    pub(super) fn command(&mut self, of: Of<'_>, command: Command, label: &str) {
+    pub(super) fn command(&mut self, of: StepSubject<'_>, command: Command, label: &str) {
         // To the machine and back.
         let ticks = 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
         self.add(of, SegmentKind::Command(command), ticks, 0, label);
@@ -97,7 +97,7 @@ impl Steps<'_> {
 
     pub(super) fn move_axis(
         &mut self,
-        of: Of<'_>,
+        of: StepSubject<'_>,
         axis: Axis,
         target_counts: i64,
         speed: Option<f64>,
@@ -109,7 +109,12 @@ impl Steps<'_> {
     }
 
     /// All axes start and arrive together.
-    pub(super) fn move_axes(&mut self, of: Of<'_>, targets: Vec<AxisTarget>, label: &str) -> Result<(), PlanError> {
+    pub(super) fn move_axes(
+        &mut self,
+        of: StepSubject<'_>,
+        targets: Vec<AxisTarget>,
+        label: &str,
+    ) -> Result<(), PlanError> {
         let (ticks, stop_ticks) = self.time_of_move(self.at, &targets, label)?;
         for target in &targets {
             self.at[target.axis.index()] = target.target_counts;
@@ -146,7 +151,7 @@ impl Steps<'_> {
     #[allow(clippy::too_many_arguments, reason = "each is one field of the search")]
     pub(super) fn search(
         &mut self,
-        of: Of<'_>,
+        of: StepSubject<'_>,
         axis: Axis,
         input: &str,
         travel: f64,

@@ -10,15 +10,15 @@ const SETTLED_TICKS: u32 = 8;
 
 /// A setpoint of one axis (counts, s), in true coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Target {
+pub(crate) struct AxisSetpoint {
     pub(crate) position: f64,
     pub(crate) velocity: f64,
     pub(crate) acceleration: f64,
 }
 
-crate::snapshot!(Target { position, velocity, acceleration } on {});
+crate::snapshot!(AxisSetpoint { position, velocity, acceleration } on {});
 
-impl Target {
+impl AxisSetpoint {
     pub(crate) fn resting(position: f64) -> Self {
         Self { position, velocity: 0.0, acceleration: 0.0 }
     }
@@ -59,8 +59,8 @@ pub(crate) struct AxisState {
     inertia: f64,
     /// Largest deceleration of a stop of the machine's own (counts/s²).
     stop: f64,
-    previous: Target,
-    target: Target,
+    previous: AxisSetpoint,
+    target: AxisSetpoint,
     servo: Servo,
     /// Part of the distance of this tick that the setpoint has gone (counts).
     gone: f64,
@@ -83,7 +83,7 @@ impl AxisState {
     pub(crate) fn new(axis: &AxisDescription, step_s: f64) -> Self {
         let start = axis.scale.counts(axis.power_up_position);
         let counts_per_unit = axis.scale.counts_per_unit();
-        let target = Target::resting(start as f64);
+        let target = AxisSetpoint::resting(start as f64);
         Self {
             scale: axis.scale,
             counts_per_unit,
@@ -112,7 +112,7 @@ impl AxisState {
     pub(crate) fn place(&mut self, counts: i64) {
         self.origin = 0;
         self.homed = true;
-        self.target = Target::resting(counts as f64);
+        self.target = AxisSetpoint::resting(counts as f64);
         self.previous = self.target;
         self.servo.place();
         self.clamped = true;
@@ -150,7 +150,7 @@ impl AxisState {
         self.encoder_offset = offset;
     }
 
-    pub(crate) fn target(&self) -> &Target {
+    pub(crate) fn target(&self) -> &AxisSetpoint {
         &self.target
     }
 
@@ -248,7 +248,7 @@ impl AxisState {
 
     /// A new setpoint for the tick that begins, as a reading (counts) and its derivatives (mm or rad, s).
     pub(crate) fn follow(&mut self, counts: i64, velocity: f64, acceleration: f64) {
-        self.begin(Target {
+        self.begin(AxisSetpoint {
             position: counts.saturating_add(self.origin) as f64,
             velocity: velocity * self.counts_per_unit,
             acceleration: acceleration * self.counts_per_unit,
@@ -257,7 +257,7 @@ impl AxisState {
 
     /// The same with something beside it (mm or rad, s): what an alarm adds to the path that it lets end.
     pub(crate) fn follow_beside(&mut self, counts: i64, velocity: f64, acceleration: f64, beside: &Sample) {
-        self.begin(Target {
+        self.begin(AxisSetpoint {
             position: counts.saturating_add(self.origin) as f64 + beside.value * self.counts_per_unit,
             velocity: (velocity + beside.first) * self.counts_per_unit,
             acceleration: (acceleration + beside.second) * self.counts_per_unit,
@@ -265,7 +265,7 @@ impl AxisState {
     }
 
     /// A setpoint of the machine's own, in true coordinates.
-    pub(crate) fn go(&mut self, target: Target) {
+    pub(crate) fn go(&mut self, target: AxisSetpoint) {
         self.begin(target);
     }
 
@@ -276,22 +276,22 @@ impl AxisState {
 
     /// The setpoint rests where it is.
     pub(crate) fn hold(&mut self) {
-        self.begin(Target::resting(self.target.position));
+        self.begin(AxisSetpoint::resting(self.target.position));
     }
 
     /// The setpoint is brought to rest at the axis' acceleration limit, and ends on a count.
     pub(crate) fn decelerate(&mut self, cycle_time_s: f64) {
         let v0 = self.target.velocity;
         if v0 == 0.0 {
-            self.begin(Target::resting(libm::round(self.target.position)));
+            self.begin(AxisSetpoint::resting(libm::round(self.target.position)));
             return;
         }
         let v1 = v0 - libm::copysign((self.stop * cycle_time_s).min(v0.abs()), v0);
         let position = self.target.position + 0.5 * (v0 + v1) * cycle_time_s;
-        self.begin(Target { position, velocity: v1, acceleration: (v1 - v0) / cycle_time_s });
+        self.begin(AxisSetpoint { position, velocity: v1, acceleration: (v1 - v0) / cycle_time_s });
     }
 
-    fn begin(&mut self, target: Target) {
+    fn begin(&mut self, target: AxisSetpoint) {
         self.previous = self.target;
         self.target = target;
         self.gone = 0.0;
@@ -351,7 +351,7 @@ impl AxisState {
 
     /// The drive loses its power: the setpoint is where the axis is.
     pub(crate) fn release(&mut self) {
-        self.target = Target::resting(self.target.position - self.servo.error());
+        self.target = AxisSetpoint::resting(self.target.position - self.servo.error());
         self.previous = self.target;
         self.gone = 0.0;
         self.servo.release();
@@ -372,7 +372,7 @@ impl AxisState {
         let from_velocity = self.servo.tool_velocity();
         let position = self.target.position + self.servo.coast();
         let resting = self.servo.velocity() == 0.0 && self.servo.is_quiet();
-        self.target = Target::resting(if resting { libm::round(position) } else { position });
+        self.target = AxisSetpoint::resting(if resting { libm::round(position) } else { position });
         self.previous = self.target;
         self.clamped = resting;
         if resting {
@@ -386,7 +386,7 @@ impl AxisState {
         let from = self.true_position();
         let from_velocity = self.servo.tool_velocity();
         let position = self.target.position + self.servo.draw(pull, end - from, fastest);
-        self.target = Target::resting(position);
+        self.target = AxisSetpoint::resting(position);
         self.previous = self.target;
         self.clamped = false;
         Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }

@@ -5,7 +5,9 @@
 //! of time, credit, a stop behind every chunk. [`ClosedLoop::direct`] hands each setpoint to the machine in its own tick, which saves the
 //! stream's work and gives the same samples as long as no chunk is lost.
 
-use crate::interpolator::{Event, Interpolator, OrderKind, Outcome, Prepared, Probed, Request, StartError, TickInputs};
+use crate::interpolator::{
+    Event, Interpolator, OrderKind, Outcome, Prepared, ProbeOutcome, Request, StartError, TickInputs,
+};
 use crate::machine::alarm::{Alarm, AlarmKind, Severity};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::{Setpoint, StopPoint};
@@ -56,7 +58,7 @@ struct Sender {
     /// First tick that has not been computed; `None` without a motion.
     next_tick: Option<u64>,
     outcome: Option<Outcome>,
-    probed: Option<Probed>,
+    probed: Option<ProbeOutcome>,
 }
 
 /// The stream of chunks between interpolator and machine.
@@ -131,7 +133,7 @@ impl ClosedLoop {
 
     /// Result of the last motion if it was a probe.
     #[must_use]
-    pub fn probed(&self) -> Option<Probed> {
+    pub fn probed(&self) -> Option<ProbeOutcome> {
         self.sender.probed
     }
 
@@ -343,14 +345,14 @@ impl Stream {
     /// Sends chunks as far ahead as the credit goes, a tenth of it each.
     fn send(&mut self, sender: &mut Sender, machine: &mut Machine) {
         let delay = u64::from(machine.description().feedback_delay_ticks);
-        let most = usize::try_from((delay / 10).max(1)).unwrap_or(1);
+        let max = usize::try_from((delay / 10).max(1)).unwrap_or(1);
         while let Some(first) = sender.next_tick {
             let credit = self.buffer.credit(machine.tick());
-            if first + most as u64 - 1 > credit {
+            if first + max as u64 - 1 > credit {
                 return;
             }
-            let mut dense: Vec<Setpoint> = Vec::with_capacity(most);
-            while let Some(tick) = sender.next_tick.filter(|_| dense.len() < most) {
+            let mut dense: Vec<Setpoint> = Vec::with_capacity(max);
+            while let Some(tick) = sender.next_tick.filter(|_| dense.len() < max) {
                 dense.push(sender.compute(tick, Some((&mut self.buffer, machine))));
             }
             let is_final = sender.next_tick.is_none();

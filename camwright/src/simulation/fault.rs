@@ -228,11 +228,11 @@ impl Fault {
             "encoder_offset" => {
                 let axis = axis()?;
                 // Ten times the trip level is as good as any more.
-                let most = 10.0 * machine.axis(axis).max_following_error;
+                let max = 10.0 * machine.axis(axis).max_following_error;
                 // People give metres for a slide.
                 let si = if axis == Axis::C { 1.0 } else { 1e-3 };
-                if active && !(-most..=most).contains(&value) {
-                    return Err(FaultError::Value { name, value: si * value, low: -si * most, high: si * most });
+                if active && !(-max..=max).contains(&value) {
+                    return Err(FaultError::Value { name, value: si * value, low: -si * max, high: si * max });
                 }
                 Fault::EncoderOffset { axis, offset: if active { value } else { 0.0 } }
             }

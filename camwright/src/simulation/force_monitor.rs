@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn it_says_nothing_before_a_whole_turn_nor_when_it_is_not_asked() {
+    fn no_reading_before_a_whole_turn_or_without_request() {
         let mut monitor = ForceMonitor::default();
         assert!(edges(&mut monitor, 3, |_, _| 5.0).is_empty());
         monitor.watch(1.0);

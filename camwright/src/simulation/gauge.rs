@@ -136,7 +136,7 @@ mod tests {
 
     /// Whichever of two is named first, the cut comes between them; of the same diameter twice, and of two probes, none does.
     #[test]
-    fn of_two_gauges_the_cut_comes_between_them_in_one_order() {
+    fn the_cut_lies_between_two_gauges_in_one_order() {
         let deg = |deg: f64| deg.to_radians();
         let two = |first: f64, second: f64| {
             let second_behind_wheel_rad = Some(deg(second));

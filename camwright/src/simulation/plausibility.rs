@@ -18,7 +18,7 @@ pub enum PlausibilityFault {
 
 /// A setpoint that cannot follow the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Misfit {
+pub struct ImplausibleSetpoint {
     pub axis: Axis,
     pub what: PlausibilityFault,
     /// Value; see [`PlausibilityFault`] for the unit.
@@ -54,7 +54,7 @@ impl Plausibility {
     /// squared (a law of bounded acceleration needs a quarter) and two counts (each position is rounded, and its
     /// rounding error diffused into the next).
     #[must_use]
-    pub fn misfit(&self, from: &Setpoint, to: &Setpoint) -> Option<Misfit> {
+    pub fn misfit(&self, from: &Setpoint, to: &Setpoint) -> Option<ImplausibleSetpoint> {
         let t = self.cycle_time_s;
         for axis in Axis::ALL {
             let i = axis.index();
@@ -70,7 +70,7 @@ impl Plausibility {
             ] {
                 // Written so that a number that is not one is a misfit too.
                 if !(value <= bound && to.acceleration[i].is_finite()) {
-                    return Some(Misfit { axis, what, value, bound });
+                    return Some(ImplausibleSetpoint { axis, what, value, bound });
                 }
             }
         }
@@ -84,7 +84,7 @@ mod tests {
     use crate::machine::reference::cam_grinder;
 
     #[test]
-    fn each_misfit_is_told_from_the_others() {
+    fn violations_are_distinguished() {
         let check = Plausibility::new(&cam_grinder());
         let rest = Setpoint::default();
         assert_eq!(check.misfit(&rest, &rest), None);
@@ -92,13 +92,13 @@ mod tests {
         next.counts[1] = 10_000;
         assert!(matches!(
             check.misfit(&rest, &next),
-            Some(Misfit { axis: Axis::X, what: PlausibilityFault::Jump, .. })
+            Some(ImplausibleSetpoint { axis: Axis::X, what: PlausibilityFault::Jump, .. })
         ));
         let mut next = rest;
         next.velocity[0] = 1.0;
         assert!(matches!(
             check.misfit(&rest, &next),
-            Some(Misfit { axis: Axis::C, what: PlausibilityFault::Acceleration, .. })
+            Some(ImplausibleSetpoint { axis: Axis::C, what: PlausibilityFault::Acceleration, .. })
         ));
         next.velocity[0] = f64::NAN;
         assert!(check.misfit(&rest, &next).is_some());
@@ -106,7 +106,7 @@ mod tests {
         next.velocity[2] = -1000.0;
         assert!(matches!(
             check.misfit(&rest, &next),
-            Some(Misfit { axis: Axis::Z, what: PlausibilityFault::Velocity, .. })
+            Some(ImplausibleSetpoint { axis: Axis::Z, what: PlausibilityFault::Velocity, .. })
         ));
     }
 }

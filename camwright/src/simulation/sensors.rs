@@ -123,12 +123,12 @@ impl StationSwitch {
     pub fn new(start: f64, dog_length: f64, hysteresis: f64, table: f64) -> Self {
         let mut switch =
             Self { start, end: start + dog_length, hysteresis, closed: false, stuck: None, bounces: false, chatter: 0 };
-        switch.look(table);
+        switch.update(table);
         switch
     }
 
     /// Looks anew where the table stands, as after power-up.
-    pub fn look(&mut self, table: f64) {
+    pub fn update(&mut self, table: f64) {
         self.closed = table >= self.start && table <= self.end;
     }
 

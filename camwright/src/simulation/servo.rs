@@ -240,7 +240,7 @@ impl Servo {
         self.force = force;
         let distance = self.mechanics.step(force + demand.disturbance * self.per_force);
         self.error += demand.distance - distance;
-        let seen = self.look(demand.position);
+        let seen = self.read_encoder(demand.position);
         self.seen_way = demand.distance - (seen - self.seen);
         (self.seen, self.demanded_way) = (seen, demand.distance);
         distance
@@ -256,7 +256,7 @@ impl Servo {
     }
 
     /// The error that the encoder shows, with the setpoint at a position (counts).
-    fn look(&mut self, position: f64) -> f64 {
+    fn read_encoder(&mut self, position: f64) -> f64 {
         let (step, noise) = (self.settings.encoder_step_counts, self.settings.encoder_noise_counts);
         let noisy = if noise > 0.0 { noise * self.noise.quick() } else { 0.0 };
         if step > 0.0 {
@@ -272,14 +272,14 @@ impl Servo {
         let forgotten = -libm::expm1(-kv * h);
         let lag_s = if kv > 0.0 { forgotten / kv } else { h };
         let error = self.error * (1.0 - forgotten) + (1.0 - ff) * mean * lag_s;
-        let most = self.max_velocity * h;
+        let max = self.max_velocity * h;
         let distance = demand.distance + (self.error - error);
-        if distance.abs() <= most {
+        if distance.abs() <= max {
             self.ideal_velocity = ff * demand.velocity + kv * error;
             self.error = error;
             return distance;
         }
-        let distance = libm::copysign(most, distance);
+        let distance = libm::copysign(max, distance);
         self.ideal_velocity = distance / h;
         self.error += demand.distance - distance;
         distance

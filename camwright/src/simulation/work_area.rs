@@ -9,7 +9,7 @@ use thiserror::Error;
 /// Position of a door or a chuck.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum Occupant {
+pub enum ActuatorPosition {
     /// At its end: nothing goes through, or the part is held.
     #[default]
     Closed = 0,
@@ -20,12 +20,12 @@ pub enum Occupant {
     Closing = 3,
 }
 
-crate::snapshot_cases!(Occupant { 0 Closed, 1 Opening, 2 Open, 3 Closing });
+crate::snapshot_cases!(ActuatorPosition { 0 Closed, 1 Opening, 2 Open, 3 Closing });
 
 /// A door or a chuck: it goes from one end to the other in so many ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Leaf {
-    place: Occupant,
+    place: ActuatorPosition,
     /// Ticks that it still goes, and for which it has been on its way.
     left: u32,
     under_way: u32,
@@ -38,7 +38,7 @@ crate::snapshot!(Leaf { place, left, under_way, stuck } on { ticks_to_open, tick
 
 impl Leaf {
     #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
-    fn new((opens_s, closes_s): (f64, f64), cycle_time_s: f64, place: Occupant) -> Self {
+    fn new((opens_s, closes_s): (f64, f64), cycle_time_s: f64, place: ActuatorPosition) -> Self {
         let ticks = |time_s: f64| libm::ceil(time_s / cycle_time_s).clamp(1.0, f64::from(u32::MAX)) as u32;
         let (ticks_to_open, ticks_to_close) = (ticks(opens_s), ticks(closes_s));
         Self { place, left: 0, under_way: 0, ticks_to_open, ticks_to_close, stuck: false }
@@ -46,8 +46,8 @@ impl Leaf {
 
     fn order(&mut self, open: bool) {
         let (there, way, ticks) = match open {
-            true => (Occupant::Open, Occupant::Opening, self.ticks_to_open),
-            false => (Occupant::Closed, Occupant::Closing, self.ticks_to_close),
+            true => (ActuatorPosition::Open, ActuatorPosition::Opening, self.ticks_to_open),
+            false => (ActuatorPosition::Closed, ActuatorPosition::Closing, self.ticks_to_close),
         };
         if self.place != there && self.place != way {
             (self.place, self.left, self.under_way) = (way, ticks, 0);
@@ -56,7 +56,7 @@ impl Leaf {
 
     /// At once where nobody ordered it to: by force.
     pub(super) fn force_open(&mut self) {
-        (self.place, self.left, self.under_way) = (Occupant::Open, 0, 0);
+        (self.place, self.left, self.under_way) = (ActuatorPosition::Open, 0, 0);
     }
 
     pub(super) fn set_stuck(&mut self, stuck: bool) {
@@ -66,9 +66,9 @@ impl Leaf {
     /// One tick; true when it has been on its way for twice as long as it takes.
     fn step(&mut self) -> bool {
         let (end, whole) = match self.place {
-            Occupant::Opening => (Occupant::Open, self.ticks_to_open),
-            Occupant::Closing => (Occupant::Closed, self.ticks_to_close),
-            Occupant::Open | Occupant::Closed => return false,
+            ActuatorPosition::Opening => (ActuatorPosition::Open, self.ticks_to_open),
+            ActuatorPosition::Closing => (ActuatorPosition::Closed, self.ticks_to_close),
+            ActuatorPosition::Open | ActuatorPosition::Closed => return false,
         };
         self.under_way = self.under_way.saturating_add(1);
         if !self.stuck {
@@ -87,7 +87,7 @@ impl Leaf {
     }
 
     fn is_moving(&self) -> bool {
-        matches!(self.place, Occupant::Opening | Occupant::Closing)
+        matches!(self.place, ActuatorPosition::Opening | ActuatorPosition::Closing)
     }
 }
 
@@ -154,9 +154,9 @@ impl AccessRefusal {
 /// State of door, chuck and sensors after a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkAreaState {
-    pub door: Occupant,
+    pub door: ActuatorPosition,
     /// The chuck; closed: it holds.
-    pub chuck: Occupant,
+    pub chuck: ActuatorPosition,
     /// The sensor sees a part in the chuck.
     pub part_present: bool,
     /// Somebody is inside, or nobody knows that he has left.
@@ -190,8 +190,8 @@ impl WorkArea {
     pub(super) fn new(description: &LoadingDescription, cycle_time_s: f64) -> Self {
         let LoadingDescription { door_opens_s, door_closes_s, chuck_opens_s, chuck_closes_s, .. } = *description;
         Self {
-            door: Leaf::new((door_opens_s, door_closes_s), cycle_time_s, Occupant::Closed),
-            chuck: Leaf::new((chuck_opens_s, chuck_closes_s), cycle_time_s, Occupant::Open),
+            door: Leaf::new((door_opens_s, door_closes_s), cycle_time_s, ActuatorPosition::Closed),
+            chuck: Leaf::new((chuck_opens_s, chuck_closes_s), cycle_time_s, ActuatorPosition::Open),
             has_part: false,
             sensor_stuck: None,
             person_inside: false,
@@ -202,7 +202,7 @@ impl WorkArea {
 
     /// One tick: the alarms of what does not come to its end.
     pub(super) fn step(&mut self) -> [Option<AlarmKind>; 2] {
-        if self.entered() && self.door.place == Occupant::Closing {
+        if self.entered() && self.door.place == ActuatorPosition::Closing {
             // Its edge opens it again.
             self.door.order(true);
         }
@@ -225,8 +225,8 @@ impl WorkArea {
     pub(super) fn hindrance(&self) -> Option<AccessRefusal> {
         let wanted = [
             (self.entered(), AccessRefusal::Entered),
-            (self.door.place != Occupant::Closed, AccessRefusal::Door),
-            (self.chuck.place != Occupant::Closed, AccessRefusal::Chuck),
+            (self.door.place != ActuatorPosition::Closed, AccessRefusal::Door),
+            (self.chuck.place != ActuatorPosition::Closed, AccessRefusal::Chuck),
         ];
         wanted.into_iter().find_map(|(is_so, hindrance)| is_so.then_some(hindrance))
     }
@@ -238,7 +238,7 @@ impl WorkArea {
             chuck: self.chuck.place,
             part_present: self.part_present(),
             entered: self.entered(),
-            is_safe: quiet && self.door.place == Occupant::Open,
+            is_safe: quiet && self.door.place == ActuatorPosition::Open,
             hindrance: self.hindrance(),
         }
     }
@@ -254,7 +254,7 @@ impl WorkArea {
 
     /// Opens or closes the chuck of a machine in which nothing moves. With the door closed a part would fall.
     pub(super) fn order_chuck(&mut self, open: bool) -> Result<(), LoadingRefused> {
-        if open && self.door.place != Occupant::Open {
+        if open && self.door.place != ActuatorPosition::Open {
             return Err(LoadingRefused::DoorNotOpen);
         }
         self.chuck.order(open);
@@ -263,10 +263,10 @@ impl WorkArea {
 
     /// Puts a part into the open chuck, or takes it out.
     pub(super) fn change_part(&mut self, put_in: bool) -> Result<(), LoadingRefused> {
-        if self.door.place != Occupant::Open {
+        if self.door.place != ActuatorPosition::Open {
             return Err(LoadingRefused::DoorNotOpen);
         }
-        if self.chuck.place != Occupant::Open {
+        if self.chuck.place != ActuatorPosition::Open {
             return Err(LoadingRefused::ChuckNotOpen);
         }
         if put_in == self.has_part {
@@ -280,7 +280,7 @@ impl WorkArea {
     pub(super) fn holds_part(&self) -> Result<(), LoadingRefused> {
         match (self.part_present(), self.chuck.place) {
             (false, _) => Err(LoadingRefused::NoPart),
-            (true, Occupant::Closed) => Ok(()),
+            (true, ActuatorPosition::Closed) => Ok(()),
             (true, _) => Err(LoadingRefused::ChuckNotClosed),
         }
     }

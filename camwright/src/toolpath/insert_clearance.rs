@@ -195,7 +195,7 @@ pub struct Clearance {
 
 /// The heights at which an insert can stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heights {
+pub struct HeightRange {
     /// Least H (mm): less, and the flank touches.
     pub lowest_mm: f64,
     /// Largest H (mm): more, and the tool scrapes.
@@ -220,7 +220,7 @@ const LOOKED_AT: (u32, u32, u32, u32) = (90, 24, 12, 40);
 
 /// A point of the surface: radius, atan(r′/r), azimuth, z.
 #[derive(Debug, Clone, Copy)]
-struct Spot {
+struct SurfaceSample {
     radius: f64,
     slope: f64,
     azimuth: f64,
@@ -233,14 +233,18 @@ struct Spot {
 /// smaller slope and a larger radius, or for H below 0 with both smaller.
 #[derive(Debug, Clone)]
 pub struct ClearanceMap {
-    low: [Vec<Spot>; 2],
-    high: [Vec<Spot>; 2],
-    least: Spot,
+    low: [Vec<SurfaceSample>; 2],
+    high: [Vec<SurfaceSample>; 2],
+    min: SurfaceSample,
     flank: Flank,
 }
 
 /// Keeps spots that no other beats: in the order given, those whose slope is lower than all before.
-fn front(mut spots: Vec<Spot>, order: impl Fn(&Spot) -> f64, slope: impl Fn(&Spot) -> f64) -> Vec<Spot> {
+fn front(
+    mut spots: Vec<SurfaceSample>,
+    order: impl Fn(&SurfaceSample) -> f64,
+    slope: impl Fn(&SurfaceSample) -> f64,
+) -> Vec<SurfaceSample> {
     spots.sort_by(|a, b| order(a).total_cmp(&order(b)).then(slope(a).total_cmp(&slope(b))));
     let mut best = f64::INFINITY;
     spots.retain(|spot| {
@@ -286,13 +290,13 @@ impl ClearanceMap {
             for angle in 0..angles {
                 let azimuth = f64::from(angle) * TURN_RAD / f64::from(angles);
                 let point = surface.point(azimuth, z);
-                spots.push(Spot { radius: point.radius_mm, slope: -point.normal_lead_rad(), azimuth, z });
+                spots.push(SurfaceSample { radius: point.radius_mm, slope: -point.normal_lead_rad(), azimuth, z });
             }
         }
-        let least = spots.iter().copied().fold(spots[0], |a, b| if b.radius < a.radius { b } else { a });
+        let min = spots.iter().copied().fold(spots[0], |a, b| if b.radius < a.radius { b } else { a });
         // A radius that is none, beyond the ends of a cone, has no place in any order.
         if spots.iter().any(|spot| !(spot.radius > 0.0 && spot.radius.is_finite())) {
-            let (what, value) = (InsertClearanceKey::SurfaceRadius, least.radius);
+            let (what, value) = (InsertClearanceKey::SurfaceRadius, min.radius);
             return Err(InsertClearanceError::BadNumber { what, value, allowed: "above 0 and finite" });
         }
         let low = [
@@ -303,13 +307,13 @@ impl ClearanceMap {
             front(spots.clone(), |spot| spot.radius, |spot| -spot.slope),
             front(spots, |spot| -spot.radius, |spot| -spot.slope),
         ];
-        Ok(Self { low, high, least, flank })
+        Ok(Self { low, high, min, flank })
     }
 
     /// Least and largest asin(H/r) + atan(r′/r), which is −ν, and where.
     fn lean(&self, height_mm: f64) -> (AngleAt, AngleAt) {
         let side = usize::from(height_mm < 0.0);
-        let at = |spot: &Spot| {
+        let at = |spot: &SurfaceSample| {
             let offset = libm::asin(height_mm / spot.radius);
             AngleAt { angle_rad: offset + spot.slope, turned_rad: spot.azimuth + offset, z_mm: spot.z }
         };
@@ -324,9 +328,9 @@ impl ClearanceMap {
     /// # Errors
     /// A rake plane that passes beside the surface.
     pub fn at(&self, height_mm: f64) -> Result<Clearance, InsertClearanceError> {
-        let bound_mm = self.least.radius;
+        let bound_mm = self.min.radius;
         if height_mm.is_nan() || height_mm.abs() >= bound_mm {
-            let (azimuth_deg, z_mm) = (deg_from_rad(self.least.azimuth), self.least.z);
+            let (azimuth_deg, z_mm) = (deg_from_rad(self.min.azimuth), self.min.z);
             return Err(InsertClearanceError::Misses { height_mm, azimuth_deg, z_mm, bound_mm });
         }
         let (low, high) = self.lean(height_mm);
@@ -371,8 +375,8 @@ impl ClearanceMap {
     ///
     /// # Errors
     /// No height works.
-    pub fn heights(&self) -> Result<Heights, InsertClearanceError> {
-        let least_radius_mm = self.least.radius;
+    pub fn heights(&self) -> Result<HeightRange, InsertClearanceError> {
+        let least_radius_mm = self.min.radius;
         let edge = least_radius_mm * (1.0 - 1e-9);
         let margins = |height: f64| {
             let (low, high) = self.lean(height);
@@ -409,7 +413,7 @@ impl ClearanceMap {
                 break;
             }
         }
-        Ok(Heights { lowest_mm, highest_mm, best_mm, least_radius_mm })
+        Ok(HeightRange { lowest_mm, highest_mm, best_mm, least_radius_mm })
     }
 }
 
@@ -425,7 +429,7 @@ pub fn flank_distance_mm(surface: &Surface, path: &InsertPath, flank: &Flank) ->
     let narrower = libm::tan(flank.relief_rad);
     let (angles, places, across, down) = LOOKED_AT;
     let (start, end) = (path.x().start(), path.x().end());
-    let mut least = (f64::INFINITY, start, request.from_mm, 0.0);
+    let mut min = (f64::INFINITY, start, request.from_mm, 0.0);
     for place in 0..places {
         let from = start + (end - start) * f64::from(place) / f64::from(places);
         for angle in 0..angles {
@@ -452,14 +456,14 @@ pub fn flank_distance_mm(surface: &Surface, path: &InsertPath, flank: &Flank) ->
                     }
                     let distance = libm::hypot(radius * cos - x, z - z_mm) - cone;
                     // What is not a number is nowhere, and must not hide.
-                    if distance < least.0 || distance.is_nan() {
-                        least = (if distance.is_nan() { f64::NEG_INFINITY } else { distance }, turned, z_mm, below_mm);
+                    if distance < min.0 || distance.is_nan() {
+                        min = (if distance.is_nan() { f64::NEG_INFINITY } else { distance }, turned, z_mm, below_mm);
                     }
                 }
             }
         }
     }
-    let (distance, turned, z_mm, below_mm) = least;
+    let (distance, turned, z_mm, below_mm) = min;
     if distance < -INSIDE_MM {
         let turned_deg = deg_from_rad(wrap_turn(turned));
         return Err(InsertClearanceError::MeetsFlank {

@@ -194,14 +194,14 @@ impl<'a> RakeSection<'a> {
         }
         let bounds = surface.bounds(from_mm, to_mm);
         let height_mm = y_mm.abs();
-        let least = bounds.least_mm.max(0.0);
+        let min = bounds.least_mm.max(0.0);
         // Not a number misses too. At the axis itself there is nothing to turn.
         if !(bounds.least_mm > height_mm && bounds.largest_mm.is_finite()) {
             let (azimuth, z_mm) = bounds.least_at;
             let azimuth_deg = deg_from_rad(azimuth);
-            return Err(RakeSectionError::Misses { height_mm, azimuth_deg, z_mm, bound_mm: least });
+            return Err(RakeSectionError::Misses { height_mm, azimuth_deg, z_mm, bound_mm: min });
         }
-        let (near, far) = (libm::asin(height_mm / bounds.largest_mm), libm::asin(height_mm / least));
+        let (near, far) = (libm::asin(height_mm / bounds.largest_mm), libm::asin(height_mm / min));
         let leads = if y_mm < 0.0 { (-far, -near) } else { (near, far) };
         let single = bounds.steepest_ratio * libm::tan(far) < 1.0;
         Ok(Self { surface, y_mm, from_mm, to_mm, bounds, leads, single, budget: None })
@@ -306,8 +306,8 @@ impl<'a> RakeSection<'a> {
     fn walk(&self, turned_rad: f64, z_mm: f64) -> Result<f64, RakeSectionError> {
         let y = self.y_mm;
         // |d(r − ρ)/dx| = |r_φ·y/ρ² + x/ρ|, and outside ρ is at least r.
-        let least = self.bounds.least_mm;
-        let steepest = 1.0 + self.bounds.steepest_mm_rad * y.abs() / (least * least);
+        let min = self.bounds.least_mm;
+        let steepest = 1.0 + self.bounds.steepest_mm_rad * y.abs() / (min * min);
         let mut x = libm::sqrt(self.bounds.largest_mm * self.bounds.largest_mm - y * y) + 1e-6;
         let mut lead = 0.0;
         for _ in 0..MAX_WALK {
@@ -319,7 +319,7 @@ impl<'a> RakeSection<'a> {
             }
             lead = libm::atan2(y, x);
             let outside = libm::hypot(x, y) - self.surface.radius(lead + turned_rad, z_mm);
-            if outside < 1e-9 * least {
+            if outside < 1e-9 * min {
                 return Ok(lead);
             }
             x -= outside / steepest;

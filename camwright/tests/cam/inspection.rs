@@ -2,7 +2,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, camshaft_segments, lobe, printed, program, random_segments};
+use cams::{SplitMix64, camshaft_segments, lobe, printed, program, random_segments};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::{ArmSide, Follower, FollowerError, Pivot, SwingLift};
 use camwright::cam::inspection::{Inspection, InspectionError};
@@ -20,7 +20,7 @@ fn on_axis(radius_mm: f64) -> Follower {
 }
 
 /// One follower of each kind, with random measures that fit the base circle.
-fn one_of_each(random: &mut Seeded, base: f64) -> [Follower; 8] {
+fn one_of_each(random: &mut SplitMix64, base: f64) -> [Follower; 8] {
     let mut pivot = || {
         let side = random.one_of(&[ArmSide::Ahead, ArmSide::Behind]);
         let distance_mm = base + random.within(40.0, 90.0);
@@ -48,7 +48,7 @@ fn one_of_each(random: &mut Seeded, base: f64) -> [Follower; 8] {
 fn every_follower_reads_its_own_lift_back() {
     let mut made = [0; 8];
     for seed in 0..24 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = program(random.within(0.0, TURN_RAD), &random_segments(&mut random));
         let base = random.within(14.0, 30.0);
         for (kind, follower) in one_of_each(&mut random, base).into_iter().enumerate() {
@@ -76,7 +76,7 @@ fn every_follower_reads_its_own_lift_back() {
 fn contour_to_lift_to_contour_returns_between_all_followers() {
     let (mut made, mut overlooked) = (0, 0);
     for seed in 51..53 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         // The last is the reference lobe, concave for a roller.
         let (law, base) = match seed {
             52 => (lobe(MotionLaw::Polynomial345, 6.0, 62.0), 16.0),

@@ -3,14 +3,14 @@
 
 use crate::cams;
 
-use cams::{Seeded, absolute, printed_rows, program, random_segments};
+use cams::{SplitMix64, absolute, printed_rows, program, random_segments};
 use camwright::cam::lift::halves::{check_flank, whole_turn};
 use camwright::cam::lift::{AngleUnit, LengthUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
 
 const SEED: u64 = 20_260_003;
 
 /// A table of a random cam: its rows and its digit (mm).
-fn random_table(random: &mut Seeded) -> (Vec<LiftRow>, f64) {
+fn random_table(random: &mut SplitMix64) -> (Vec<LiftRow>, f64) {
     let law = program(0.0, &random_segments(random));
     let resolution_mm = random.one_of(&[1e-2, 1e-3, 1e-4, 1e-5]);
     let blocks = random.one_of(&[180, 360, 719, 1440, 3600]);
@@ -47,7 +47,7 @@ const DEFECTS: [Defect; 7] = [
 ];
 
 /// Returns whether a finding names this defect at this row (line = row + 2).
-fn tells(finding: &LiftError, defect: Defect, row: usize) -> bool {
+fn reports(finding: &LiftError, defect: Defect, row: usize) -> bool {
     let line = row + 2;
     match *finding {
         LiftError::DuplicateAngle { line: at, previous_line, .. } => {
@@ -66,7 +66,7 @@ fn tells(finding: &LiftError, defect: Defect, row: usize) -> bool {
 #[test]
 fn every_seeded_defect_is_found_at_its_line_and_nothing_else() {
     eprintln!("seed {SEED}");
-    let mut random = Seeded(SEED);
+    let mut random = SplitMix64(SEED);
     for case in 0..400 {
         let (clean, digit_mm) = random_table(&mut random);
         let (n, offset_mm) = (clean.len(), conspicuous_mm(&clean, digit_mm));
@@ -99,7 +99,7 @@ fn every_seeded_defect_is_found_at_its_line_and_nothing_else() {
         let findings = LiftTable::findings(&rows, &absolute(digit_mm));
         for &(defect, row) in &planted {
             assert!(
-                findings.iter().any(|finding| tells(finding, defect, row)),
+                findings.iter().any(|finding| reports(finding, defect, row)),
                 "seed {SEED}, case {case}, {n} rows of {digit_mm}: {defect:?} in line {} is not told: {findings:?}",
                 row + 2
             );
@@ -119,7 +119,7 @@ fn every_seeded_defect_is_found_at_its_line_and_nothing_else() {
 #[test]
 fn random_tables_without_defects_never_trip() {
     eprintln!("seed {SEED}");
-    let mut random = Seeded(SEED ^ 1);
+    let mut random = SplitMix64(SEED ^ 1);
     for case in 0..1500 {
         let (rows, digit_mm) = random_table(&mut random);
         let read = LiftTable::read(&rows, &absolute(digit_mm));
@@ -135,7 +135,7 @@ fn random_tables_without_defects_never_trip() {
 #[test]
 fn a_wrong_increment_is_found_at_its_line() {
     eprintln!("seed {SEED}");
-    let mut random = Seeded(SEED ^ 2);
+    let mut random = SplitMix64(SEED ^ 2);
     for case in 0..200 {
         let (lifts, digit_mm) = random_table(&mut random);
         let (n, offset_mm) = (lifts.len(), conspicuous_mm(&lifts, digit_mm));
@@ -163,7 +163,7 @@ fn a_wrong_increment_is_found_at_its_line() {
 #[test]
 fn noise_raises_the_allowance_of_its_own_table() {
     eprintln!("seed {SEED}");
-    let mut random = Seeded(SEED ^ 3);
+    let mut random = SplitMix64(SEED ^ 3);
     let (mut found, cases) = (0, 60);
     for case in 0..cases {
         let law = program(0.0, &random_segments(&mut random));
@@ -186,14 +186,14 @@ fn noise_raises_the_allowance_of_its_own_table() {
 #[test]
 fn no_rows_make_the_checks_panic() {
     eprintln!("seed {SEED}");
-    let mut random = Seeded(SEED ^ 4);
+    let mut random = SplitMix64(SEED ^ 4);
     let mut tables = 0;
     for case in 0..3000 {
         let any_count = usize::try_from(random.next() % 60).expect("small");
         let count = random.one_of(&[40, 41, 20, any_count]);
         let step = random.one_of(&[0.0, 1e-7, 1e-3, 0.1, 9.0, 9.0, 9.0, 18.0, 10.0, 1e9]);
         let wild = random.one_of(&[0.0, 0.02, 0.5]);
-        let any = |random: &mut Seeded, plain: f64| {
+        let any = |random: &mut SplitMix64, plain: f64| {
             if random.within(0.0, 1.0) < wild {
                 random.one_of(&[f64::NAN, f64::INFINITY, -1e308, 1e308, 1e-300, -1.0, 0.0, 999.0, 1e15])
             } else {

@@ -81,7 +81,7 @@ fn crank_degrees_of_a_half_table_are_halved() {
 }
 
 #[test]
-fn the_nose_stands_where_it_is_told() {
+fn the_nose_is_at_its_declared_angle() {
     let law = lobe(MotionLaw::Polynomial4567, 6.0, 60.0);
     let flank = closing(&printed_rows(&law, 360, 1e-3), 70);
     let (rows, _) = whole_turn(&flank, None, 25.0, &absolute(1e-3)).unwrap();
@@ -146,7 +146,7 @@ fn what_is_no_flank_is_refused_with_its_line() {
 
 /// A stray row of a mirrored flank is one finding, at its line.
 #[test]
-fn a_fault_of_a_mirrored_flank_is_told_once() {
+fn a_fault_of_a_mirrored_flank_is_reported_once() {
     let whole = printed_rows(&lobe(MotionLaw::Polynomial345, 6.0, 60.0), 360, 1e-3);
     let mut flank = closing(&whole, 90);
     flank[25].value_mm += 0.3;

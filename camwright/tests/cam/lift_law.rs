@@ -11,16 +11,16 @@ use camwright::math::units::{TURN_RAD, rad_from_deg};
 
 /// Largest error of the second derivative as a fraction of its range, and the largest third derivative.
 fn recovery(truth: &LiftLaw, read: impl Fn(f64) -> (f64, f64)) -> (f64, f64) {
-    let (mut error, mut jerk, mut least, mut most) = (0.0_f64, 0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
+    let (mut error, mut jerk, mut min, mut max) = (0.0_f64, 0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
     for i in 0..36_000 {
         let angle = TURN_RAD * (f64::from(i) + 0.37) / 36_000.0;
         let second = truth.sample(angle).second;
         let (read_second, read_third) = read(angle);
         error = error.max((second - read_second).abs());
         jerk = jerk.max(read_third.abs());
-        (least, most) = (least.min(second), most.max(second));
+        (min, max) = (min.min(second), max.max(second));
     }
-    (error / (most - least), jerk)
+    (error / (max - min), jerk)
 }
 
 /// The hard one: 0.1° blocks of 1 µm. Measured: 0.41 % of the range (jerk 330 mm/rad³, truly 331), where a spline
@@ -163,7 +163,7 @@ fn segments_that_make_no_lift_are_refused() {
         MotionProgram::new(0.0, &segments).unwrap_err()
     };
     use MotionLaw::{ConstantVelocity, Cycloidal, Dwell};
-    assert_eq!(make(&[]), ProgramError::SegmentCount { count: 0, most: 1000 });
+    assert_eq!(make(&[]), ProgramError::SegmentCount { count: 0, max: 1000 });
     assert!(
         matches!(make(&[(Dwell, half, 0.0)]), ProgramError::AngleSpan { covered_deg } if (covered_deg - 180.0).abs() < 1e-9)
     );

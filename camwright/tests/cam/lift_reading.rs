@@ -2,7 +2,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, absolute, lobe, printed, printed_rows, segment};
+use cams::{SplitMix64, absolute, lobe, printed, printed_rows, segment};
 use camwright::cam::lift::law::alternatives;
 use camwright::cam::lift::{
     LengthUnit, LiftDeclaration, LiftLaw, LiftLawError, LiftTable, LiftWarning, MotionProgram, ProgramError, Reading,
@@ -49,7 +49,7 @@ fn the_cubic_spline_goes_through_every_figure_with_continuous_acceleration() {
 /// wider the tolerance the less jerk.
 #[test]
 fn smoothing_stays_within_its_tolerance_and_lowers_the_jerk() {
-    let mut random = Seeded(77);
+    let mut random = SplitMix64(77);
     let law = lobe(MotionLaw::Polynomial4567, 8.0, 62.0);
     let truth = law.peak_jerk_mm_rad3();
     let mut rows = printed_rows(&law, 720, 1e-3);

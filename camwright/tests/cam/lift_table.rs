@@ -2,7 +2,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, absolute, camshaft_segments, lobe_value, printed_rows, printed_values, program};
+use cams::{SplitMix64, absolute, camshaft_segments, lobe_value, printed_rows, printed_values, program};
 use camwright::cam::lift::{AngleUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
 use camwright::cam::motion_law::MotionLaw;
 
@@ -213,7 +213,7 @@ fn steps_are_refused_where_they_are() {
 /// No sound table is taken for a broken one: every law, any number of blocks, any digit.
 #[test]
 fn sound_tables_pass() {
-    let mut random = Seeded(41);
+    let mut random = SplitMix64(41);
     for law in [
         MotionLaw::Harmonic,
         MotionLaw::Cycloidal,
@@ -241,7 +241,7 @@ fn other_findings() {
     let rows = rows();
     assert_eq!(
         only_finding(&rows[..11], &LiftDeclaration { blocks: Some(11), ..absolute(1e-3) }),
-        LiftError::TooFewRows { count: 11, least: 12 }
+        LiftError::TooFewRows { count: 11, min: 12 }
     );
     assert!(matches!(only_finding(&rows, &absolute(0.0)), LiftError::BadResolution { .. }));
     assert!(matches!(only_finding(&rows, &absolute(f64::INFINITY)), LiftError::BadResolution { .. }));

@@ -2,7 +2,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, contour_unless_undercut, lobe, program, random_segments};
+use cams::{SplitMix64, contour_unless_undercut, lobe, program, random_segments};
 use camwright::cam::contour::{Contour, ContourError};
 use camwright::cam::follower::{ArmSide, Follower, FollowerError, Pivot, SwingLift};
 use camwright::cam::lift::LiftLaw;
@@ -69,7 +69,7 @@ fn points(contour: &Contour) -> Vec<Vector2<f64>> {
 const POINTS: u32 = 20_000;
 
 /// Smallest value over the contour: over its points, then over points between the neighbours of the best.
-fn least(contour: &Contour, points: &[Vector2<f64>], value: impl Fn(Vector2<f64>) -> f64) -> f64 {
+fn min(contour: &Contour, points: &[Vector2<f64>], value: impl Fn(Vector2<f64>) -> f64) -> f64 {
     let best =
         (0..points.len()).min_by(|&a, &b| value(points[a]).total_cmp(&value(points[b]))).expect("a contour has points");
     let step = TURN_RAD / f64::from(POINTS);
@@ -79,7 +79,7 @@ fn least(contour: &Contour, points: &[Vector2<f64>], value: impl Fn(Vector2<f64>
 }
 
 /// A random oscillating follower that can lie on the base circle.
-fn random_follower(random: &mut Seeded, base: f64) -> Follower {
+fn random_follower(random: &mut SplitMix64, base: f64) -> Follower {
     let side = random.one_of(&SIDES);
     if random.next().is_multiple_of(2) {
         let radius = random.within(4.0, 15.0);
@@ -202,8 +202,8 @@ fn flat_face_in_use_is_the_largest_velocity() {
     let law = lobe(MotionLaw::Cycloidal, 3.0, 75.0);
     let contour = Contour::from_lift(&law, &Follower::Flat, 18.0).unwrap();
     let fastest = 2.0 * 3.0 / rad_from_deg(75.0);
-    let (least, most) = contour.face_in_use_mm().unwrap();
-    assert!((least + fastest).abs() < 1e-9 && (most - fastest).abs() < 1e-9, "{least} {most}");
+    let (min, max) = contour.face_in_use_mm().unwrap();
+    assert!((min + fastest).abs() < 1e-9 && (max - fastest).abs() < 1e-9, "{min} {max}");
 }
 
 /// The roller touches the contour and enters it nowhere, the face lies on it: found from points of the contour alone.
@@ -211,7 +211,7 @@ fn flat_face_in_use_is_the_largest_velocity() {
 fn oscillating_follower_touches_its_contour_and_enters_it_nowhere() {
     let mut made = 0;
     for seed in 0..120 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = program(random.within(0.0, TURN_RAD), &random_segments(&mut random));
         let base = random.within(12.0, 30.0);
         let follower = random_follower(&mut random, base);
@@ -223,11 +223,11 @@ fn oscillating_follower_touches_its_contour_and_enters_it_nowhere() {
             let (found, wanted) = match follower {
                 Follower::OscillatingRoller { radius_mm, arm_mm, .. } => {
                     let centre = pivot + arm_mm * arm;
-                    (least(&contour, &points, |p| (p - centre).norm()), radius_mm)
+                    (min(&contour, &points, |p| (p - centre).norm()), radius_mm)
                 }
                 Follower::OscillatingFlat { face_offset_mm, pivot: Pivot { side, .. } } => {
                     let normal = turned(arm, if side == ArmSide::Ahead { -PI / 2.0 } else { PI / 2.0 });
-                    let highest = -least(&contour, &points, |p| (pivot - p).dot(&normal));
+                    let highest = -min(&contour, &points, |p| (pivot - p).dot(&normal));
                     // Where the common normal passes the instant centre of cam and arm.
                     let rate = match contour.follower() {
                         Follower::OscillatingFlat { pivot: Pivot { lift: SwingLift::Degrees, .. }, .. } => PI / 180.0,
@@ -237,8 +237,8 @@ fn oscillating_follower_touches_its_contour_and_enters_it_nowhere() {
                     let along = contour.contact_on_face_mm(angle).unwrap();
                     assert!((along - pivot.norm() * psi.cos() / (1.0 - rate)).abs() < 1e-10, "seed {seed}");
                     assert!(((contour.point(angle) - pivot).dot(&arm) - along).abs() < 1e-10, "seed {seed}");
-                    let (least, most) = contour.face_in_use_mm().unwrap();
-                    assert!(least <= along + 1e-9 && along <= most + 1e-9, "seed {seed}");
+                    let (min, max) = contour.face_in_use_mm().unwrap();
+                    assert!(min <= along + 1e-9 && along <= max + 1e-9, "seed {seed}");
                     (highest, face_offset_mm)
                 }
                 other => panic!("{other:?}"),
@@ -293,7 +293,7 @@ fn rates_are_those_of_the_points() {
 #[test]
 fn mirrored_lift_and_arm_give_the_mirrored_contour() {
     for seed in 200..230 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let segments = random_segments(&mut random);
         let backwards: Vec<_> =
             segments.iter().rev().map(|s| camwright::cam::lift::MotionSegment { rise_mm: -s.rise_mm, ..*s }).collect();
@@ -328,7 +328,7 @@ fn mirrored_lift_and_arm_give_the_mirrored_contour() {
 fn swept_wheel_leaves_the_contour_of_an_oscillating_follower() {
     let (mut made, mut too_large) = (0, 0);
     for seed in 300..360 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = program(random.within(0.0, TURN_RAD), &random_segments(&mut random));
         let base = random.within(14.0, 30.0);
         let follower = random_follower(&mut random, base);
@@ -349,7 +349,7 @@ fn swept_wheel_leaves_the_contour_of_an_oscillating_follower() {
         let points = points(&contour);
         for angle in angles(41) {
             let (sin, cos) = angle.sin_cos();
-            let pushed = -least(&contour, &points, |p| {
+            let pushed = -min(&contour, &points, |p| {
                 let across = p.y * cos - p.x * sin;
                 if across.abs() > wheel {
                     return f64::INFINITY;

@@ -3,12 +3,12 @@
 use crate::cams;
 use crate::solids;
 
-use cams::Seeded;
+use cams::SplitMix64;
 use camwright::cam::contour::Contour;
 use camwright::cam::surface::cams::CamAlong;
 use camwright::cam::surface::grid::Grid;
 use camwright::cam::surface::mesh::{Triangle, cut_by_rake_plane, surface_of};
-use camwright::cam::surface::solid::{Along, Harmonic, Solid};
+use camwright::cam::surface::solid::{Harmonic, LinearInZ, Solid};
 use camwright::cam::surface::{Surface, SurfaceError};
 use camwright::math::units::TURN_RAD;
 use solids::{CYLINDER, ECCENTRIC, ELLIPTIC_CONE, cam_along_z, mesh_of, raised_cosine, random_lobed, solid};
@@ -60,7 +60,7 @@ fn derivatives_of_every_kind_are_those_of_differences() {
     derivatives_agree(&solid(ECCENTRIC), 1e-6, "eccentric");
     derivatives_agree(&solid(ELLIPTIC_CONE), 1e-6, "elliptic cone");
     derivatives_agree(&cam_along_z(), 1e-5, "cams");
-    let mut random = Seeded(5);
+    let mut random = SplitMix64(5);
     for _ in 0..20 {
         derivatives_agree(&solid(random_lobed(|low, high| random.within(low, high))), 1e-5, "lobed, seed 5");
     }
@@ -101,7 +101,7 @@ fn a_grid_of_a_cylinder_is_exactly_the_cylinder() {
 
 /// A grid that begins anywhere and repeats its first column after a turn is the same surface.
 #[test]
-fn a_closing_column_says_nothing_new() {
+fn a_closing_column_adds_no_data() {
     let cone = solid(ELLIPTIC_CONE);
     let z = vec![0.0, 5.0, 10.0, 20.0];
     let plain = Surface::grid(&Grid::sampled(90, z.clone(), |a, z| cone.radius(a, z))).unwrap();
@@ -170,32 +170,32 @@ fn a_mesh_is_read_as_the_solid_its_corners_lie_on() {
 fn triangles_cut_by_the_rake_plane_lie_on_the_section() {
     let cone = solid(ELLIPTIC_CONE);
     let triangles = mesh_of(&cone, 360, 20, 0.0);
-    let mut most = 0.0_f64;
+    let mut max = 0.0_f64;
     for turned in [0.0, 0.5, 2.0, 4.0] {
         let cuts = cut_by_rake_plane(&triangles, turned, -14.0);
         assert!(cuts.len() >= 40, "{}", cuts.len());
         // End faces are cut too, across the part.
         for [x, z] in cuts.into_iter().flatten().filter(|[x, z]| *x > 0.0 && *z > 1e-6 && *z < 20.0 - 1e-6) {
-            most = most.max((cone.radius(libm::atan2(-14.0, x) + turned, z) - libm::hypot(x, 14.0)).abs());
+            max = max.max((cone.radius(libm::atan2(-14.0, x) + turned, z) - libm::hypot(x, 14.0)).abs());
         }
     }
-    assert!(most > 1e-4 && most < 5e-3, "{most}");
+    assert!(max > 1e-4 && max < 5e-3, "{max}");
 }
 
 #[test]
 fn bounds_hold_everywhere_and_are_near() {
-    let mut random = Seeded(77);
+    let mut random = SplitMix64(77);
     for round in 0..40 {
         let surface = solid(random_lobed(|low, high| random.within(low, high)));
         let bounds = surface.bounds(0.0, 20.0);
-        let (mut least, mut largest, mut ratio) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        let (mut min, mut largest, mut ratio) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         for (azimuth, z) in places(0.0, 20.0) {
             let point = surface.point(azimuth, z);
-            (least, largest) = (least.min(point.radius_mm), largest.max(point.radius_mm));
+            (min, largest) = (min.min(point.radius_mm), largest.max(point.radius_mm));
             ratio = ratio.max(point.by_azimuth.abs() / point.radius_mm);
             assert!(point.by_azimuth.abs() <= bounds.steepest_mm_rad && point.by_z.abs() <= bounds.steepest_along);
         }
-        assert!(least >= bounds.least_mm && least < bounds.least_mm + 0.2, "seed 77, {round}: {least} {bounds:?}");
+        assert!(min >= bounds.least_mm && min < bounds.least_mm + 0.2, "seed 77, {round}: {min} {bounds:?}");
         assert!(largest <= bounds.largest_mm && largest > bounds.largest_mm - 0.2, "seed 77, {round}");
         assert!(ratio <= bounds.steepest_ratio, "seed 77, {round}");
     }
@@ -204,7 +204,7 @@ fn bounds_hold_everywhere_and_are_near() {
 #[test]
 fn solids_that_are_none_are_refused() {
     let refused = |solid: Solid| Surface::solid(solid, 0.0, 20.0).unwrap_err();
-    let along = Along::constant;
+    let along = LinearInZ::constant;
     for radius_mm in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
         assert!(matches!(refused(Solid::Cylinder { radius_mm }), SurfaceError::BadNumber { .. }), "{radius_mm}");
     }
@@ -213,7 +213,7 @@ fn solids_that_are_none_are_refused() {
         assert!(matches!(error, SurfaceError::BadNumber { .. }), "{error}");
     }
     // The cone ends in its tip at z = 15.
-    let tip = Along { at_zero: 15.0, per_mm: -1.0 };
+    let tip = LinearInZ { at_zero: 15.0, per_mm: -1.0 };
     let error = refused(Solid::EllipticCone { first_mm: tip, second_mm: along(20.0), azimuth_rad: 0.0 });
     assert!(matches!(error, SurfaceError::ReachesAxis { .. }), "{error}");
     let wave = |waves, amplitude| Harmonic { waves, amplitude_mm: along(amplitude), phase_rad: along(0.0) };
@@ -293,7 +293,7 @@ fn meshes_that_are_no_turned_part_are_refused() {
     through.push([[0.0, 0.0, 3.0], [5.0, 0.0, 4.0], [0.0, 5.0, 4.0]]);
     assert!(matches!(refused(&through), SurfaceError::ReachesAxis { .. }));
     // Anything at all is answered, not panicked over.
-    let mut random = Seeded(11);
+    let mut random = SplitMix64(11);
     for round in 0..300_u32 {
         let triangles: Vec<Triangle> =
             (0..4 + round % 60).map(|_| [(); 3].map(|()| [(); 3].map(|()| random.within(-30.0, 30.0)))).collect();

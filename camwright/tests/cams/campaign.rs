@@ -1,6 +1,6 @@
 //! Random cams, legal and illegal mixed, through everything that is planned of a cam: from a seed to a verdict.
 
-use crate::cams::{Seeded, segment};
+use crate::cams::{SplitMix64, segment};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
 use camwright::cam::inspection::Inspection;
@@ -24,7 +24,7 @@ pub(crate) enum Verdict {
 }
 
 /// Mostly a law that starts and ends at rest, now and then any.
-fn law(random: &mut Seeded) -> MotionLaw {
+fn law(random: &mut SplitMix64) -> MotionLaw {
     const SMOOTH: [MotionLaw; 5] = [
         MotionLaw::Cycloidal,
         MotionLaw::Polynomial345,
@@ -36,7 +36,7 @@ fn law(random: &mut Seeded) -> MotionLaw {
 }
 
 /// Segments as somebody might write them: most make a cam, some do not.
-fn segments(random: &mut Seeded) -> (f64, Vec<MotionSegment>) {
+fn segments(random: &mut SplitMix64) -> (f64, Vec<MotionSegment>) {
     let mut segments = vec![segment(MotionLaw::Dwell, random.within(0.3, 3.0), 0.0)];
     let mut lift = 0.0;
     for _ in 0..1 + random.next() % 3 {
@@ -57,7 +57,7 @@ fn segments(random: &mut Seeded) -> (f64, Vec<MotionSegment>) {
     (random.within(-1.0, 7.0), segments)
 }
 
-fn follower(random: &mut Seeded, base_radius_mm: f64) -> Follower {
+fn follower(random: &mut SplitMix64, base_radius_mm: f64) -> Follower {
     let radius_mm = random.within(0.5, 20.0);
     let offset_mm = if random.next().is_multiple_of(2) { 0.0 } else { random.within(-0.5, 0.5) * base_radius_mm };
     let side = if random.next().is_multiple_of(2) { ArmSide::Ahead } else { ArmSide::Behind };
@@ -73,14 +73,14 @@ fn follower(random: &mut Seeded, base_radius_mm: f64) -> Follower {
     }
 }
 
-fn limits(random: &mut Seeded, velocity: f64, acceleration: f64, jerk: f64) -> MotionLimits {
+fn limits(random: &mut SplitMix64, velocity: f64, acceleration: f64, jerk: f64) -> MotionLimits {
     let mut near = |value: f64| value * 10_f64.powf(random.within(-0.7, 0.7));
     MotionLimits { velocity: near(velocity), acceleration: near(acceleration), jerk: near(jerk) }
 }
 
 /// One cam.
 pub(crate) fn judge(seed: u64) -> Verdict {
-    let mut random = Seeded(seed);
+    let mut random = SplitMix64(seed);
     let (start_rad, segments) = segments(&mut random);
     let base_radius_mm = random.within(4.0, 45.0);
     let follower = follower(&mut random, base_radius_mm);
@@ -100,7 +100,7 @@ pub(crate) fn judge(seed: u64) -> Verdict {
 }
 
 /// The follower that the contour was made for reads its lift again.
-fn returns(contour: &Contour, random: &mut Seeded) -> Result<(), String> {
+fn returns(contour: &Contour, random: &mut SplitMix64) -> Result<(), String> {
     let gauge = Inspection::new(contour, &contour.follower()).map_err(|error| format!("its own gauge: {error}"))?;
     for _ in 0..8 {
         let angle = random.within(0.0, TURN_RAD);
@@ -114,7 +114,12 @@ fn returns(contour: &Contour, random: &mut Seeded) -> Result<(), String> {
 }
 
 /// Turning the lift turns the contour.
-fn rotates(contour: &Contour, start_rad: f64, segments: &[MotionSegment], random: &mut Seeded) -> Result<(), String> {
+fn rotates(
+    contour: &Contour,
+    start_rad: f64,
+    segments: &[MotionSegment],
+    random: &mut SplitMix64,
+) -> Result<(), String> {
     let by = random.within(0.1, 6.0);
     let program = MotionProgram::new(start_rad + by, segments).map_err(|error| format!("turned: {error}"))?;
     let lift = LiftLaw::from_program(program).map_err(|error| format!("turned: {error}"))?;
@@ -133,7 +138,7 @@ fn rotates(contour: &Contour, start_rad: f64, segments: &[MotionSegment], random
 }
 
 /// The fastest turn at a random removal rate under random limits, checked forwards.
-fn turns(path: &ToolPath, random: &mut Seeded) -> Result<(), String> {
+fn turns(path: &ToolPath, random: &mut SplitMix64) -> Result<(), String> {
     let c = limits(random, 31.4, 300.0, 3e4);
     let x = limits(random, 500.0, 1e4, 1e6);
     let (rate_mm2_s, infeed_mm) = (10_f64.powf(random.within(-0.5, 1.7)), 10_f64.powf(random.within(-2.5, -0.7)));
@@ -158,8 +163,8 @@ fn turns(path: &ToolPath, random: &mut Seeded) -> Result<(), String> {
             sample.first.abs() * v / x.velocity,
             (sample.second * v * v + sample.first * a).abs() / x.acceleration,
         ];
-        if let Some(most) = uses.iter().find(|use_of| use_of.is_nan() || **use_of > 1.001) {
-            return Err(format!("{most} of a limit at {} deg: {uses:?}", rad_from_deg(1.0).recip() * angle));
+        if let Some(max) = uses.iter().find(|use_of| use_of.is_nan() || **use_of > 1.001) {
+            return Err(format!("{max} of a limit at {} deg: {uses:?}", rad_from_deg(1.0).recip() * angle));
         }
     }
     Ok(())

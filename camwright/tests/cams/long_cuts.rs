@@ -1,6 +1,6 @@
 //! Random cuts of 1 to 2,000 turns, from a seed to a verdict: none may be refused because a position was rounded.
 
-use crate::cams::{Seeded, random_law, reference_contour};
+use crate::cams::{SplitMix64, random_law, reference_contour};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::{InfeedDirection, SpeedLaw};
@@ -40,7 +40,7 @@ pub(crate) fn reference_cut() -> CutVerdict {
 
 /// One cut.
 pub(crate) fn judge_cut(seed: u64) -> CutVerdict {
-    let mut random = Seeded(seed);
+    let mut random = SplitMix64(seed);
     let contour = if random.next().is_multiple_of(3) {
         reference_contour()
     } else {

@@ -13,9 +13,9 @@ use camwright::motion::speed_plan::Cutting;
 use camwright::toolpath::wheel_path::ToolPath;
 
 /// The `SplitMix64` generator: the same numbers on every machine.
-pub(crate) struct Seeded(pub(crate) u64);
+pub(crate) struct SplitMix64(pub(crate) u64);
 
-impl Seeded {
+impl SplitMix64 {
     pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -85,7 +85,7 @@ pub(crate) fn camshaft_segments() -> Vec<MotionSegment> {
 }
 
 /// Random segments: one to three rises of random laws, dwells between some of them.
-pub(crate) fn random_segments(random: &mut Seeded) -> Vec<MotionSegment> {
+pub(crate) fn random_segments(random: &mut SplitMix64) -> Vec<MotionSegment> {
     const LAWS: [MotionLaw; 5] = [
         MotionLaw::Cycloidal,
         MotionLaw::Polynomial345,
@@ -113,7 +113,7 @@ pub(crate) fn random_segments(random: &mut Seeded) -> Vec<MotionSegment> {
 }
 
 /// Random segments from a random angle on, their rises up to so many times as high.
-pub(crate) fn random_law(random: &mut Seeded, steepest: f64) -> LiftLaw {
+pub(crate) fn random_law(random: &mut SplitMix64, steepest: f64) -> LiftLaw {
     let (start, steepness) = (random.within(0.0, TURN_RAD), random.within(1.0, steepest));
     let mut segments = random_segments(random);
     segments.iter_mut().for_each(|segment| segment.rise_mm *= steepness);

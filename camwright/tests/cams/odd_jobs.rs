@@ -1,6 +1,6 @@
 //! Jobs with numbers that nobody means, from a seed to a verdict: refused with a reason or planned, never a panic.
 
-use crate::cams::{Seeded, lobe, random_law, reference_contour};
+use crate::cams::{SplitMix64, lobe, random_law, reference_contour};
 use camwright::cam::follower::Follower;
 use camwright::cam::motion_law::MotionLaw;
 use camwright::cam::surface::Surface;
@@ -57,7 +57,7 @@ const ODD: [f64; 24] = [
     f64::NAN,
 ];
 
-fn odd(random: &mut Seeded, value: &mut f64) {
+fn odd(random: &mut SplitMix64, value: &mut f64) {
     *value = match random.next() % 4 {
         0 => *value * 10_f64.powf(random.within(-12.0, 12.0)),
         1 => -*value,
@@ -65,12 +65,12 @@ fn odd(random: &mut Seeded, value: &mut f64) {
     };
 }
 
-fn odd_whole(random: &mut Seeded, value: &mut u32) {
+fn odd_whole(random: &mut SplitMix64, value: &mut u32) {
     *value = random.one_of(&[0, 1, 2, 36, 1000, 100_000, u32::MAX - 1, u32::MAX]);
 }
 
 /// The grinding job of a seed.
-fn ground(random: &mut Seeded) -> JobSpec {
+fn ground(random: &mut SplitMix64) -> JobSpec {
     let law = if random.next().is_multiple_of(2) {
         lobe(MotionLaw::Polynomial345, 6.0, 62.0)
     } else {
@@ -125,7 +125,7 @@ fn ground(random: &mut Seeded) -> JobSpec {
 }
 
 /// One to three numbers of a grinding job, replaced.
-fn spoil(random: &mut Seeded, job: &mut JobSpec) {
+fn spoil(random: &mut SplitMix64, job: &mut JobSpec) {
     for _ in 0..1 + random.next() % 3 {
         let last = job.passes.len().saturating_sub(1);
         match random.next() % 20 {
@@ -175,7 +175,7 @@ fn spoil(random: &mut Seeded, job: &mut JobSpec) {
 }
 
 /// A turning job with one to three numbers replaced.
-fn turned(random: &mut Seeded) -> Option<TurningJob> {
+fn turned(random: &mut SplitMix64) -> Option<TurningJob> {
     let contour = reference_contour();
     let mut length_mm = 4.0;
     if random.next().is_multiple_of(8) {
@@ -230,7 +230,7 @@ fn turned(random: &mut Seeded) -> Option<TurningJob> {
 pub(crate) fn judge_odd_job(seed: u64) -> (OddVerdict, Duration) {
     let began = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         if random.next().is_multiple_of(4) {
             let job = turned(&mut random)?;
             return Some(plan_turning(&job, &lathe(), None).map(drop).map_err(|error| error.to_string()));

@@ -1,11 +1,11 @@
 //! Random journals whose runout is corrected, by both modes, with one gauge and two, quiet and noisy; held at any tick.
 
-use crate::Found;
-use crate::cams::Seeded;
+use crate::JobEnd;
+use crate::cams::SplitMix64;
 use crate::drive::{Tick, drive, requests};
 use crate::grinding::journal;
 use camwright::gauging::Mode;
-use camwright::gauging::gauged::Gauged;
+use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::interpolator::{Interpolator, Outcome, Request};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, SpeedLaw, StiffnessSource,
@@ -18,7 +18,7 @@ use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::math::units::{TURN_RAD, rad_s_from_rpm};
 use camwright::motion::plan::Plan;
-use camwright::planner::{Contact, decide_corrections, plan_corrections, plan_job};
+use camwright::planner::{JournalReadings, decide_corrections, plan_corrections, plan_job};
 use camwright::simulation::Machine;
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 
@@ -28,7 +28,7 @@ const QUIET_MM: f64 = 3e-4;
 const NOISY_MM: f64 = 1.5e-3;
 const NOISE_MM: f64 = 2e-4;
 
-fn machine(random: &mut Seeded, mode: Mode) -> MachineDescription {
+fn machine(random: &mut SplitMix64, mode: Mode) -> MachineDescription {
     let grinding_n_mm = random.within(2e4, 5e4);
     let ratio = random.within(0.05, 0.5);
     let stiffness = vec![
@@ -58,9 +58,9 @@ fn machine(random: &mut Seeded, mode: Mode) -> MachineDescription {
     MachineDescription { contact: Some(contact), gauge: Some(gauge), rotation_sense, ..machine }
 }
 
-fn job(random: &mut Seeded, mode: Mode) -> JobSpec {
+fn job(random: &mut SplitMix64, mode: Mode) -> JobSpec {
     let radius_mm = random.within(12.0, 30.0);
-    let wave = |random: &mut Seeded, most_mm: f64| Wave {
+    let wave = |random: &mut SplitMix64, most_mm: f64| Wave {
         mm: random.within(0.0, most_mm),
         at_rad: random.within(0.0, TURN_RAD),
     };
@@ -149,8 +149,8 @@ struct Shop {
 }
 
 impl Shop {
-    fn run(&mut self, plan: &Plan, requests: &[(u64, Request)]) -> Result<Vec<Contact>, String> {
-        let mut logs = vec![Contact::default(); plan.lobes.len()];
+    fn run(&mut self, plan: &Plan, requests: &[(u64, Request)]) -> Result<Vec<JournalReadings>, String> {
+        let mut logs = vec![JournalReadings::default(); plan.lobes.len()];
         let sense = f64::from(self.machine.description().rotation_sense);
         let (journal, station_mm) = (&mut self.journal, self.station_mm);
         let each = |tick: &Tick<'_>| {
@@ -161,7 +161,7 @@ impl Shop {
             let (Some(lobe), Some(value_mm)) = (report.lobe, report.gauge_mm[0]) else { return };
             let (c_rad, x_mm, motor_n) = (report.axes[0].position, report.axes[1].position, report.axes[1].effort);
             let second_mm = report.gauge_mm[1];
-            logs[lobe].gauged.push(Gauged { tick: report.tick, c_rad, x_mm, value_mm, second_mm, motor_n });
+            logs[lobe].gauged.push(GaugedTick { tick: report.tick, c_rad, x_mm, value_mm, second_mm, motor_n });
         };
         match drive(plan, &mut self.interpolator, &mut self.machine, requests, each)? {
             Outcome::Completed => Ok(logs),
@@ -171,13 +171,13 @@ impl Shop {
 }
 
 /// One job, from its seed.
-pub(crate) fn judge(seed: u64) -> Found {
-    let mut random = Seeded(seed);
+pub(crate) fn judge(seed: u64) -> JobEnd {
+    let mut random = SplitMix64(seed);
     let mode = random.one_of(&[Mode::Exact, Mode::Published, Mode::Published]);
     let (machine, job) = (machine(&mut random, mode), job(&mut random, mode));
     let first = match plan_job(&job, &machine, 60.0, None) {
         Ok(first) => first,
-        Err(error) => return Found::Refused(error.to_string()),
+        Err(error) => return JobEnd::Refused(error.to_string()),
     };
     let radius_mm = job.profiles[0].base_radius_mm;
     let station_mm = machine.station("LS2").expect("it is there").position_mm;
@@ -208,21 +208,21 @@ pub(crate) fn judge(seed: u64) -> Found {
     let asked = disturbed(&first.plan);
     let logs = match shop.run(&first.plan, &asked) {
         Ok(logs) => logs,
-        Err(error) => return Found::Gouge(format!("first half: {error}; {asked:?}")),
+        Err(error) => return JobEnd::Gouge(format!("first half: {error}; {asked:?}")),
     };
     let noisy = machine.gauge.as_ref().is_some_and(|gauge| gauge.noise_mm > 0.0);
     let allowed_mm = if noisy { NOISY_MM } else { QUIET_MM };
     let before_mm = radius_mm - shop.journal.least_mm();
     if before_mm > allowed_mm {
-        return Found::Gouge(format!("the first half goes {:.3} um below the design", 1e3 * before_mm));
+        return JobEnd::Gouge(format!("the first half goes {:.3} um below the design", 1e3 * before_mm));
     }
     let decided = match decide_corrections(&job, &machine, &first, &logs, &[]) {
         Ok(decided) => decided,
-        Err(error) => return Found::Refused(error.to_string()),
+        Err(error) => return JobEnd::Refused(error.to_string()),
     };
     let second = match plan_corrections(&job, &machine, &first, &decided) {
         Ok(second) => second,
-        Err(error) => return Found::Refused(error.to_string()),
+        Err(error) => return JobEnd::Refused(error.to_string()),
     };
     let asked = disturbed(&second.plan);
     let mut fault = shop.run(&second.plan, &asked).err();
@@ -233,5 +233,5 @@ pub(crate) fn judge(seed: u64) -> Found {
         let depths = format!("{:.3} um, on the machine {:.3} um", 1e3 * depth_mm, 1e3 * on_machine_mm);
         fault = Some(format!("{mode:?}: {depths} below the design; {}; {asked:?}", decided[0]));
     }
-    fault.map_or(Found::Clean { deepest_mm: depth_mm }, Found::Gouge)
+    fault.map_or(JobEnd::Clean { deepest_mm: depth_mm }, JobEnd::Gouge)
 }

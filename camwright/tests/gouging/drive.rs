@@ -1,6 +1,6 @@
 //! A plan through the real interpolator, with holds, overrides and cancels at any tick.
 
-use crate::cams::Seeded;
+use crate::cams::SplitMix64;
 use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
 use camwright::machine::alarm::Severity;
 use camwright::machine::description::Axis;
@@ -21,7 +21,7 @@ pub(crate) struct Tick<'a> {
 }
 
 /// Actions of an operator, by the ticks since the start: holds of any length and overrides, and at times a cancel.
-pub(crate) fn requests(random: &mut Seeded, ticks: u64) -> Vec<(u64, Request)> {
+pub(crate) fn requests(random: &mut SplitMix64, ticks: u64) -> Vec<(u64, Request)> {
     let mut requests = Vec::new();
     let count = random.next() % 6;
     let mut at = 0;

@@ -1,7 +1,7 @@
 //! Random grinding jobs: cams, eccentrics and journals, rough and finish, with C stopping or turning on, held, slowed and cancelled.
 
-use crate::Found;
-use crate::cams::{Seeded, lobe_segments, program};
+use crate::JobEnd;
+use crate::cams::{SplitMix64, lobe_segments, program};
 use crate::drive::{drive, requests};
 use crate::sweep::Touch;
 use camwright::cam::follower::Follower;
@@ -34,7 +34,7 @@ pub(crate) fn journal(radius_mm: f64) -> ProfileSpec {
     }
 }
 
-fn profile(random: &mut Seeded) -> ProfileSpec {
+fn profile(random: &mut SplitMix64) -> ProfileSpec {
     const LAWS: [MotionLaw; 4] =
         [MotionLaw::Polynomial4567, MotionLaw::Polynomial345, MotionLaw::ModifiedSine, MotionLaw::Cycloidal];
     let base_radius_mm = random.within(14.0, 22.0);
@@ -61,7 +61,7 @@ fn profile(random: &mut Seeded) -> ProfileSpec {
     }
 }
 
-fn speed(random: &mut Seeded) -> SpeedLaw {
+fn speed(random: &mut SplitMix64) -> SpeedLaw {
     let most_rad_s = rad_s_from_rpm(random.within(60.0, 150.0));
     match random.next() % 4 {
         0 => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: random.within(2.0, 20.0), most_rad_s },
@@ -70,7 +70,7 @@ fn speed(random: &mut Seeded) -> SpeedLaw {
     }
 }
 
-fn pass(random: &mut Seeded, name: &str, along: InfeedDirection, course: InfeedCourse) -> PassSpec {
+fn pass(random: &mut SplitMix64, name: &str, along: InfeedDirection, course: InfeedCourse) -> PassSpec {
     let infeed_per_block_mm = random.one_of(&[0.000_005, 0.000_025, 0.000_05]);
     PassSpec {
         name: name.into(),
@@ -84,7 +84,7 @@ fn pass(random: &mut Seeded, name: &str, along: InfeedDirection, course: InfeedC
     }
 }
 
-pub(crate) fn job(random: &mut Seeded) -> JobSpec {
+pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
     let profiles: Vec<ProfileSpec> = (0..2).map(|_| profile(random)).collect();
     let count = 1 + random.next() % 3;
     let lobes = (1..=count).map(|number| LobeSpec {
@@ -132,7 +132,7 @@ pub(crate) fn job(random: &mut Seeded) -> JobSpec {
     }
 }
 
-pub(crate) fn machine(random: &mut Seeded) -> MachineDescription {
+pub(crate) fn machine(random: &mut SplitMix64) -> MachineDescription {
     let mut machine = cam_grinder().with_drives(DriveSettings::IDEAL);
     machine.rotation_sense = random.one_of(&[1, 1, -1]);
     let times = 10_f64.powf(random.within(-0.4, 0.3));
@@ -142,14 +142,14 @@ pub(crate) fn machine(random: &mut Seeded) -> MachineDescription {
 }
 
 /// One job, from its seed.
-pub(crate) fn judge(seed: u64) -> Found {
-    let mut random = Seeded(seed);
+pub(crate) fn judge(seed: u64) -> JobEnd {
+    let mut random = SplitMix64(seed);
     let (job, machine, wheel_mm) = (job(&mut random), machine(&mut random), random.within(45.0, 60.0));
     let mut simulated = Machine::new(machine.clone(), PersistentState::new(&machine)).expect("a machine");
     let start = PlanStart { counts: simulated.setpoint().counts, c_homed: false };
     let planned = match plan_job(&job, &machine, wheel_mm, Some(start)) {
         Ok(planned) => planned,
-        Err(error) => return Found::Refused(error.to_string()),
+        Err(error) => return JobEnd::Refused(error.to_string()),
     };
     let touches = planned.lobes.iter().map(|lobe| {
         let contour = &lobe.design.contour;
@@ -172,11 +172,11 @@ pub(crate) fn judge(seed: u64) -> Found {
                 continue;
             }
             is_cut[lobe] |= cuts;
-            let least =
+            let min =
                 |touch: &Touch| tick.c_rad.map_or_else(|| touch.highest(), |c_rad| touch.at(sense * c_rad - phase_rad));
-            let depth_mm = least(design) - tick.x_mm;
+            let depth_mm = min(design) - tick.x_mm;
             deepest_mm = deepest_mm.max(depth_mm);
-            let in_raw_mm = if is_cut[lobe] { f64::NEG_INFINITY } else { least(raw) - tick.x_mm };
+            let in_raw_mm = if is_cut[lobe] { f64::NEG_INFINITY } else { min(raw) - tick.x_mm };
             if fault.is_none() && (depth_mm > NOTHING_MM || in_raw_mm > NOTHING_MM) {
                 fault = Some(format!(
                     "tick {}, {}: {:.3} um below the design of {}, {:.3} um in the raw part; requests {requests:?}",
@@ -190,8 +190,8 @@ pub(crate) fn judge(seed: u64) -> Found {
         }
     });
     match (outcome, fault) {
-        (_, Some(fault)) => Found::Gouge(fault),
-        (Err(error), None) => Found::Gouge(format!("{error}; requests {requests:?}")),
-        (Ok(_), None) => Found::Clean { deepest_mm },
+        (_, Some(fault)) => JobEnd::Gouge(fault),
+        (Err(error), None) => JobEnd::Gouge(format!("{error}; requests {requests:?}")),
+        (Ok(_), None) => JobEnd::Clean { deepest_mm },
     }
 }

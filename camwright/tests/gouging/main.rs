@@ -31,7 +31,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Outcome of a job.
-pub(crate) enum Found {
+pub(crate) enum JobEnd {
     /// It was not planned.
     Refused(String),
     /// It ran, and its deepest place beside the design (mm).
@@ -41,20 +41,20 @@ pub(crate) enum Found {
 }
 
 /// Judges seeds and prints what became of them; how many ran.
-fn all(kind: &str, seeds: Range<u64>, judge: impl Fn(u64) -> Found) -> usize {
+fn all(kind: &str, seeds: Range<u64>, judge: impl Fn(u64) -> JobEnd) -> usize {
     let (mut ran, mut deepest, mut refused, mut wrong) = (0, (f64::NEG_INFINITY, 0), BTreeMap::new(), Vec::new());
     for seed in seeds {
         match judge(seed) {
-            Found::Clean { deepest_mm } => {
+            JobEnd::Clean { deepest_mm } => {
                 ran += 1;
                 deepest = if deepest_mm > deepest.0 { (deepest_mm, seed) } else { deepest };
             }
-            Found::Refused(why) => {
+            JobEnd::Refused(why) => {
                 let why: String = why.chars().filter(|c| !c.is_ascii_digit()).take(70).collect();
                 let (count, _) = refused.entry(why).or_insert((0, seed));
                 *count += 1;
             }
-            Found::Gouge(fault) => {
+            JobEnd::Gouge(fault) => {
                 println!("{kind} seed {seed}: {fault}");
                 wrong.push(seed);
             }

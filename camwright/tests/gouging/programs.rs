@@ -1,7 +1,7 @@
 //! Programs of several controls for the reference lobe, at any speed, held and slowed at any tick.
 
-use crate::Found;
-use crate::cams::Seeded;
+use crate::JobEnd;
+use crate::cams::SplitMix64;
 use crate::drive::{drive, requests};
 use crate::shop::{Part, STATION_MM, plan, program, setup, start};
 use crate::sweep::Touch;
@@ -16,14 +16,14 @@ use camwright::simulation::Machine;
 const NOTHING_MM: f64 = 2e-4;
 
 /// One program, from its seed.
-pub(crate) fn judge(seed: u64, touch: &Touch) -> Found {
-    let mut random = Seeded(seed);
+pub(crate) fn judge(seed: u64, touch: &Touch) -> JobEnd {
+    let mut random = SplitMix64(seed);
     let machine = cam_grinder().with_drives(DriveSettings::IDEAL);
     let dialect = random.one_of(&Dialect::ALL);
     let (posted, read) = program(&Part::lobe(), dialect, random.within(3.0, 25.0));
     let planned = match plan(&read, setup(), &machine) {
         Ok(planned) => planned,
-        Err(error) => return Found::Refused(error.to_string()),
+        Err(error) => return JobEnd::Refused(error.to_string()),
     };
     let rounding_mm = planned.runs.iter().map(|(_, run)| run.laws.rounding_mm).fold(0.0, f64::max);
     let allowed_mm = posted.turns[1].deviation.error_mm + rounding_mm + NOTHING_MM;
@@ -37,8 +37,8 @@ pub(crate) fn judge(seed: u64, touch: &Touch) -> Found {
         if (tick.z_mm - STATION_MM).abs() >= 17.5 {
             return;
         }
-        let least = tick.c_rad.map_or_else(|| touch.highest(), |c_rad| touch.at(c_rad));
-        let depth_mm = least - tick.x_mm;
+        let min = tick.c_rad.map_or_else(|| touch.highest(), |c_rad| touch.at(c_rad));
+        let depth_mm = min - tick.x_mm;
         deepest_mm = deepest_mm.max(depth_mm);
         if depth_mm > allowed_mm && fault.is_none() {
             let label = &tick.segment.label;
@@ -46,8 +46,8 @@ pub(crate) fn judge(seed: u64, touch: &Touch) -> Found {
         }
     });
     match (outcome, fault) {
-        (_, Some(fault)) => Found::Gouge(fault),
-        (Err(error), None) => Found::Gouge(format!("{error}; requests {requests:?}")),
-        (Ok(_), None) => Found::Clean { deepest_mm },
+        (_, Some(fault)) => JobEnd::Gouge(fault),
+        (Err(error), None) => JobEnd::Gouge(format!("{error}; requests {requests:?}")),
+        (Ok(_), None) => JobEnd::Clean { deepest_mm },
     }
 }

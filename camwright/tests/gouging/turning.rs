@@ -1,7 +1,7 @@
 //! Random turned parts: the insert's edge beside the surface, held and slowed at any tick.
 
-use crate::Found;
-use crate::cams::Seeded;
+use crate::JobEnd;
+use crate::cams::SplitMix64;
 use crate::drive::{drive, requests};
 use crate::solids::random_lobed;
 use camwright::cam::surface::Surface;
@@ -21,7 +21,7 @@ const NOTHING_MM: f64 = 1e-4;
 /// Points of the edge on either side of its middle.
 const EDGE: i32 = 40;
 
-fn job(random: &mut Seeded) -> TurningJob {
+fn job(random: &mut SplitMix64) -> TurningJob {
     let solid = random_lobed(|low, high| random.within(low, high));
     let surface = Surface::solid(solid, 0.0, LENGTH_MM).expect("a solid");
     let bounds = surface.bounds(0.0, LENGTH_MM);
@@ -45,8 +45,8 @@ fn job(random: &mut Seeded) -> TurningJob {
 }
 
 /// One part, from its seed.
-pub(crate) fn judge(seed: u64) -> Found {
-    let mut random = Seeded(seed);
+pub(crate) fn judge(seed: u64) -> JobEnd {
+    let mut random = SplitMix64(seed);
     let job = job(&mut random);
     let machine = lathe().with_drives(DriveSettings::IDEAL);
     let insert = machine.insert.expect("a lathe");
@@ -54,7 +54,7 @@ pub(crate) fn judge(seed: u64) -> Found {
     let start = PlanStart { counts: simulated.setpoint().counts, c_homed: false };
     let planned = match plan_turning(&job, &machine, Some(start)) {
         Ok(planned) => planned,
-        Err(error) => return Found::Refused(error.to_string()),
+        Err(error) => return JobEnd::Refused(error.to_string()),
     };
     let ticks = planned.plan.segments.iter().map(|segment| segment.ticks).sum();
     let requests = requests(&mut random, ticks);
@@ -85,8 +85,8 @@ pub(crate) fn judge(seed: u64) -> Found {
         }
     });
     match (outcome, fault) {
-        (_, Some(fault)) => Found::Gouge(fault),
-        (Err(error), None) => Found::Gouge(format!("{error}; requests {requests:?}")),
-        (Ok(_), None) => Found::Clean { deepest_mm },
+        (_, Some(fault)) => JobEnd::Gouge(fault),
+        (Err(error), None) => JobEnd::Gouge(format!("{error}; requests {requests:?}")),
+        (Ok(_), None) => JobEnd::Clean { deepest_mm },
     }
 }

@@ -438,14 +438,14 @@ impl Bench {
     }
 
     /// Steps until the motion ends.
-    pub(crate) fn finish(&mut self, most: u64) -> Outcome {
-        for _ in 0..most {
+    pub(crate) fn finish(&mut self, max: u64) -> Outcome {
+        for _ in 0..max {
             if let Some(outcome) = self.outcome {
                 return outcome;
             }
             self.step(&[]);
         }
-        panic!("not finished after {most} ticks: {:?}", self.rows.last());
+        panic!("not finished after {max} ticks: {:?}", self.rows.last());
     }
 
     pub(crate) fn last(&self) -> &Row {
@@ -482,11 +482,11 @@ impl Bench {
                     jerk.abs() <= limits.jerk + 8.0 * count / (dt * dt * dt),
                     "{what}: {axis:?} {tick} j {jerk} {status:?}"
                 );
-                let told = 0.5
+                let expected = 0.5
                     * (self.rows[i].setpoint.velocity[axis.index()] + self.rows[i - 1].setpoint.velocity[axis.index()]);
                 // The mean of two velocities misses the mean velocity by at most jerk · dt² / 8 or so.
                 let slack = 2.0 * count / dt + 0.25 * limits.jerk * dt * dt;
-                assert!((v - told).abs() <= slack, "{what}: {axis:?} {tick}: told {told}, went {v}");
+                assert!((v - expected).abs() <= slack, "{what}: {axis:?} {tick}: told {expected}, went {v}");
             }
         }
     }
@@ -507,11 +507,11 @@ impl Bench {
                 continue;
             }
             // The reported turn omits inserted turns, and is not rounded to counts: it selects the turn only.
-            let told = row.status.turn * TURN_RAD;
+            let expected = row.status.turn * TURN_RAD;
             let c = (row.setpoint.counts[0] as f64) / TURN as f64 * TURN_RAD;
-            let turns = ((c - told) / TURN_RAD).round();
+            let turns = ((c - expected) / TURN_RAD).round();
             let c = c - turns * TURN_RAD;
-            assert!((c - told).abs() < 1e-6 + 2.0 * TURN_RAD / TURN as f64, "{what}: {c} {told} {law_end}");
+            assert!((c - expected).abs() < 1e-6 + 2.0 * TURN_RAD / TURN as f64, "{what}: {c} {expected} {law_end}");
             let x = plan.paths[0].sample(cut.path_start_rad + c).value + plan.angle_laws[0].sample(c).value;
             let slope = plan.paths[0].sample(cut.path_start_rad + c).first;
             let error = row.setpoint.counts[1] as f64 - x * PER_MM as f64;

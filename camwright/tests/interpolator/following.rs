@@ -28,16 +28,16 @@ fn of_x(position: Option<f64>, velocity: Option<f64>) -> [Tolerance; 3] {
 }
 
 /// Steps with an axis that comes after its setpoint by a time constant; it is measured every tenth tick, after `delay` ticks.
-struct Lagging {
+struct LaggingAxis {
     lag_ticks: usize,
     delay: u64,
-    told: Vec<Setpoint>,
+    setpoints: Vec<Setpoint>,
     measured: Vec<Measured>,
 }
 
-impl Lagging {
+impl LaggingAxis {
     fn new(lag_ticks: usize, delay: u64) -> Self {
-        Self { lag_ticks, delay, told: Vec::new(), measured: Vec::new() }
+        Self { lag_ticks, delay, setpoints: Vec::new(), measured: Vec::new() }
     }
 
     fn step(&mut self, bench: &mut Bench, requests: &[Request]) -> StepOutput {
@@ -50,27 +50,27 @@ impl Lagging {
             !is_due
         });
         let out = bench.step(requests);
-        self.told.push(out.setpoint);
+        self.setpoints.push(out.setpoint);
         if tick.is_multiple_of(10) {
-            let then = self.told[self.told.len().saturating_sub(1 + self.lag_ticks)];
+            let then = self.setpoints[self.setpoints.len().saturating_sub(1 + self.lag_ticks)];
             self.measured.push(Measured { tick, counts: then.counts, velocity: then.velocity });
         }
         out
     }
 
-    fn finish(&mut self, bench: &mut Bench, most: u64) -> Outcome {
-        for _ in 0..most {
+    fn finish(&mut self, bench: &mut Bench, max: u64) -> Outcome {
+        for _ in 0..max {
             if let Some(outcome) = bench.outcome {
                 return outcome;
             }
             self.step(bench, &[]);
         }
-        panic!("not finished after {most} ticks: {:?}", bench.rows.last());
+        panic!("not finished after {max} ticks: {:?}", bench.rows.last());
     }
 }
 
 #[test]
-fn a_broken_path_tolerance_ends_the_trajectory_at_rest_on_its_path_and_says_what_when_and_by_how_much() {
+fn a_broken_path_tolerance_ends_the_trajectory_at_rest_and_is_reported_with_its_size() {
     // 20 ms behind at v mm/s is 0.02 · v mm: 0.5 mm at 25 mm/s, which the law reaches when 30 u²(1 − u)² = 1.25.
     let law = twenty_mm(FollowingTolerances::default());
     let law = law.law(Axis::X).expect("X moves");
@@ -81,7 +81,7 @@ fn a_broken_path_tolerance_ends_the_trajectory_at_rest_on_its_path_and_says_what
     for delay in [1, 7, 20] {
         let mut bench = Bench::new(machine());
         bench.start(Motion::from(twenty_mm(tolerances)));
-        let outcome = Lagging::new(20, delay).finish(&mut bench, 3000);
+        let outcome = LaggingAxis::new(20, delay).finish(&mut bench, 3000);
         let Outcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
         assert_eq!((broken.axis, broken.stretch, broken.allowed), (Axis::X, MotionPhase::Path, 0.5));
         assert!((broken.time_s - first).abs() < 1e-9, "{} {first}", broken.time_s);
@@ -98,7 +98,7 @@ fn a_broken_path_tolerance_ends_the_trajectory_at_rest_on_its_path_and_says_what
         let tolerances = FollowingTolerances { path: of_x(Some(allowed), None), ..FollowingTolerances::default() };
         let mut bench = Bench::new(machine());
         bench.start(Motion::from(twenty_mm(tolerances)));
-        assert_eq!(Lagging::new(lag_ticks, 1).finish(&mut bench, 3000), Outcome::Completed);
+        assert_eq!(LaggingAxis::new(lag_ticks, 1).finish(&mut bench, 3000), Outcome::Completed);
     }
 }
 
@@ -114,14 +114,14 @@ fn a_goal_is_reached_when_the_axes_are_there_and_missed_when_its_time_is_over() 
     for ticks in [None, Some(400)] {
         let mut bench = Bench::new(machine.clone());
         bench.start(Motion::from(twenty_mm(goal(ticks))));
-        assert_eq!(Lagging::new(300, 1).finish(&mut bench, 3000), Outcome::Completed);
+        assert_eq!(LaggingAxis::new(300, 1).finish(&mut bench, 3000), Outcome::Completed);
         let over = bench.rows.len() as u64 - 1001;
         assert!((290..=330).contains(&over), "{over} ticks after the end, 20 of them until it is in sight");
         assert_eq!(bench.counts(), [0, 20 * PER_MM, 0]);
     }
     let mut bench = Bench::new(machine.clone());
     bench.start(Motion::from(twenty_mm(goal(Some(100)))));
-    let outcome = Lagging::new(300, 1).finish(&mut bench, 3000);
+    let outcome = LaggingAxis::new(300, 1).finish(&mut bench, 3000);
     let Outcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
     assert_eq!((broken.axis, broken.stretch), (Axis::X, MotionPhase::Goal));
     assert!((broken.time_s - 0.110).abs() < 0.011, "{}", broken.time_s);
@@ -132,7 +132,7 @@ fn a_goal_is_reached_when_the_axes_are_there_and_missed_when_its_time_is_over() 
     // Held at the end, cancelled there: it ends.
     let mut bench = Bench::new(machine);
     bench.start(Motion::from(twenty_mm(goal(None))));
-    let mut lagging = Lagging::new(100_000, 1);
+    let mut lagging = LaggingAxis::new(100_000, 1);
     for _ in 0..1500 {
         lagging.step(&mut bench, &[]);
     }
@@ -146,7 +146,7 @@ fn what_was_decided_by_measurements_is_among_the_inputs_that_are_recorded() {
     let tolerances = FollowingTolerances { goal: of_x(Some(0.001), None), ..FollowingTolerances::default() };
     let mut bench = Bench::new(machine());
     bench.start(Motion::from(twenty_mm(tolerances)));
-    let (mut lagging, mut settled) = (Lagging::new(3, 5), Vec::new());
+    let (mut lagging, mut settled) = (LaggingAxis::new(3, 5), Vec::new());
     while bench.outcome.is_none() {
         let tick = bench.tick;
         let out = lagging.step(&mut bench, &[]);
@@ -289,7 +289,7 @@ fn a_trajectory_that_waits_gives_way() {
     let trajectory = Trajectory::from_points(&[Axis::Z], &z, &start, &machine).expect("within limits");
     let motion = Box::new(Prepared::new(Motion::from(trajectory), &machine).expect("good"));
     bench.interpolator.splice(tick, motion).unwrap_or_else(|(error, _)| panic!("{error}"));
-    assert_eq!(bench.interpolator.planned_at(tick + 1000).map(|told| told.counts), Some([0, 0, 5 * PER_MM]));
+    assert_eq!(bench.interpolator.planned_at(tick + 1000).map(|setpoints| setpoints.counts), Some([0, 0, 5 * PER_MM]));
     assert_eq!(bench.finish(2000), Outcome::Completed);
     assert_eq!((bench.counts(), bench.last().tick), ([0, 0, 5 * PER_MM], tick + 1000));
 }

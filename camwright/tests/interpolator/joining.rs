@@ -9,9 +9,9 @@ use camwright::machine::description::MachineDescription;
 const TOLERANCE: [f64; 3] = [0.01, 0.5, 0.5];
 
 /// A small generator, the same in every run.
-struct Words(u64);
+struct WordGenerator(u64);
 
-impl Words {
+impl WordGenerator {
     fn next(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -31,7 +31,13 @@ impl Words {
 }
 
 /// From rest to rest along a quintic in so many points, at a share of the limits; forms as ROS knows them.
-fn travel(words: &mut Words, from: f64, axis: Axis, share: f64, machine: &MachineDescription) -> Vec<TrajectoryPoint> {
+fn travel(
+    words: &mut WordGenerator,
+    from: f64,
+    axis: Axis,
+    share: f64,
+    machine: &MachineDescription,
+) -> Vec<TrajectoryPoint> {
     let limits = machine.axis(axis).limits;
     let far = words.between(0.01, 1.0).powi(3) * if axis == Axis::C { 30.0 } else { 40.0 };
     let (v, a, j) = (limits.velocity * share, limits.acceleration * share, limits.jerk * share);
@@ -56,7 +62,7 @@ fn travel(words: &mut Words, from: f64, axis: Axis, share: f64, machine: &Machin
 #[test]
 fn a_start_anywhere_within_tolerance_is_joined_within_limits_and_time() {
     let machine = machine();
-    let mut words = Words(0x1122_3344_5566_7788);
+    let mut words = WordGenerator(0x1122_3344_5566_7788);
     let (mut beside, mut delayed, mut longest_s): (u32, u32, f64) = (0, 0, 0.0);
     for round in 0..3000 {
         let axis = Axis::ALL[(words.next() % 3) as usize];
@@ -139,7 +145,7 @@ fn a_start_beyond_tolerance_is_refused_with_joint_value_and_allowance() {
 #[test]
 fn two_axes_of_which_one_has_no_room_are_moved_to_their_first_points_together() {
     let machine = machine();
-    let mut words = Words(7);
+    let mut words = WordGenerator(7);
     let x = travel(&mut words, 50.0, Axis::X, 1.0, &machine);
     let points: Vec<TrajectoryPoint> = x
         .iter()

@@ -2,6 +2,7 @@
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "test figures are small; rest is exactly zero")]
 
 mod bench;
+mod continuous_c;
 mod disturbances;
 mod feedback;
 mod following;
@@ -16,7 +17,6 @@ mod sparking_out;
 mod spirals;
 mod tails;
 mod trajectories;
-mod turning_on;
 mod varied;
 
 use bench::{Bench, PER_MM, SAFE_X, TURN, cut_only, machine, whole_job};
@@ -88,7 +88,7 @@ fn increments_are_error_diffused_and_close_exactly_after_n_turns() {
 }
 
 #[test]
-fn stock_turn_phase_and_percent_are_told() {
+fn stock_turn_phase_and_percent_are_reported() {
     let machine = machine();
     let mut bench = Bench::new(machine.clone());
     bench.start_plan(whole_job(&machine, 6.0));

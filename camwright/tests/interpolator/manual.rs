@@ -26,15 +26,15 @@ fn start(cell: &mut ClosedLoop, jog: Jog) {
 /// Steps, and the fastest that the setpoint of an axis went, per second.
 fn fastest(cell: &mut ClosedLoop, ticks: usize, axis: usize) -> f64 {
     let mut before = cell.machine().setpoint().counts[axis];
-    let mut most = 0;
+    let mut max = 0;
     for _ in 0..ticks {
         cell.step(&[]);
         let now = cell.machine().setpoint().counts[axis];
-        most = most.max((now - before).abs());
+        max = max.max((now - before).abs());
         before = now;
     }
     let scale = cell.machine().description().axes[axis].scale;
-    scale.position(most) / cell.machine().description().cycle_time_s()
+    scale.position(max) / cell.machine().description().cycle_time_s()
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn an_axis_without_a_zero_goes_slowly_and_beyond_what_would_be_its_limit() {
     let slow = machine.axis(Axis::Z).search_velocity;
     cell.parts_mut().0.set_homed(Axis::Z, false);
     match jog(&cell, Axis::Z, 1.01 * slow, Some(1.0)) {
-        Err(SetupError::Lost { most, .. }) => assert_eq!(most.to_bits(), slow.to_bits()),
+        Err(SetupError::Lost { max, .. }) => assert_eq!(max.to_bits(), slow.to_bits()),
         other => panic!("{other:?}"),
     }
     let by = jog(&cell, Axis::Z, slow, Some(3.0)).expect("slow enough");

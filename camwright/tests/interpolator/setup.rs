@@ -1,7 +1,7 @@
 //! Set-up work on the machine: moves end on their counts, a probe's edge is where the part truly is, at every speed.
 
 use camwright::interpolator::setup::{MoveTo, Probe, ProbeRequest, SetupError, targets};
-use camwright::interpolator::{Motion, Outcome, Prepared, Probed, Request, StartError};
+use camwright::interpolator::{Motion, Outcome, Prepared, ProbeOutcome, Request, StartError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
     Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, StiffnessAt,
@@ -81,7 +81,7 @@ fn touch(speed: f64) -> ProbeRequest {
     }
 }
 
-fn probe(cell: &mut ClosedLoop, request: &ProbeRequest) -> Result<Probed, SetupError> {
+fn probe(cell: &mut ClosedLoop, request: &ProbeRequest) -> Result<ProbeOutcome, SetupError> {
     let from = cell.machine().setpoint().counts;
     let probe = Probe::new(request, from, cell.machine().description())?;
     assert_eq!(run(cell, Motion::Probe(probe)), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
@@ -163,12 +163,12 @@ fn the_running_wheel_touches_where_the_part_is_at_every_speed() {
         let mut cell = cell(&description());
         near(&mut cell, 20.5);
         let found = probe(&mut cell, &touch(speed)).expect("a probe");
-        let Probed::Found { latch, correction: 0 } = found else { panic!("{found:?}") };
+        let ProbeOutcome::Found { latch, correction: 0 } = found else { panic!("{found:?}") };
         assert!((latch.counts - 20 * PER_MM).abs() <= 1, "{speed} mm/s: {}", latch.counts);
         assert_eq!(cell.machine().setpoint().counts[X], latch.counts + PER_MM);
         // What the wheel took on its way on, and no more: the delay is 20 ms.
-        let least = cell.machine().part().lobe("J1").expect("it is there").radii_mm()[0];
-        let taken = RADIUS_MM - least;
+        let min = cell.machine().part().lobe("J1").expect("it is there").radii_mm()[0];
+        let taken = RADIUS_MM - min;
         assert!(taken > 0.0 && taken < 0.05, "{speed} mm/s: {taken} mm");
     }
 }
@@ -187,7 +187,7 @@ fn a_stopped_wheel_touches_a_part_that_gives_way_and_leaves_it_whole() {
         let mut cell = cell(&machine);
         near(&mut cell, 20.5);
         let found = probe(&mut cell, &ProbeRequest { most_force_n: 2000.0, ..touch(speed) }).expect("a probe");
-        let Probed::Found { latch, .. } = found else { panic!("{found:?}") };
+        let ProbeOutcome::Found { latch, .. } = found else { panic!("{found:?}") };
         assert!((latch.counts - 20 * PER_MM).abs() <= 1, "{speed} mm/s: {}", latch.counts);
         assert!(cell.machine().part().lobe("J1").expect("there").radii_mm().iter().all(|r| *r >= RADIUS_MM));
         assert!(cell.machine().alarms().is_empty());
@@ -222,12 +222,12 @@ fn touching_off_takes_the_growth_of_the_wheelhead_out_of_the_zero() {
     let mut cell = grown_cell(&machine);
     near(&mut cell, 20.5);
     let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
-    let Ok(Probed::Found { latch, correction }) = probe(&mut cell, &request) else { panic!("found") };
+    let Ok(ProbeOutcome::Found { latch, correction }) = probe(&mut cell, &request) else { panic!("found") };
     assert!((latch.counts - 2_000_800).abs() <= 1, "{}", latch.counts);
     assert_eq!(correction, 2_000_000 - latch.counts);
     assert_eq!(cell.machine().setpoint().counts[X], 2_100_000, "one millimetre off the radius, in the new reading");
     let again = cell.machine().part().lobe("J1").expect("there").radii_mm()[0];
-    let Ok(Probed::Found { latch, correction }) = probe(&mut cell, &request) else { panic!("found") };
+    let Ok(ProbeOutcome::Found { latch, correction }) = probe(&mut cell, &request) else { panic!("found") };
     let wanted = machine.axis(Axis::X).scale.counts(again);
     assert!((latch.counts - wanted).abs() <= 1, "{} {wanted}", latch.counts);
     assert_eq!(correction, 2_000_000 - latch.counts);
@@ -251,7 +251,7 @@ fn a_dress_after_a_touch_off_leaves_the_reading_right() {
     let mut cell = grown_cell(&machine);
     near(&mut cell, 20.5);
     let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
-    assert!(matches!(probe(&mut cell, &request), Ok(Probed::Found { correction: -801..=-799, .. })));
+    assert!(matches!(probe(&mut cell, &request), Ok(ProbeOutcome::Found { correction: -801..=-799, .. })));
     let (plan, _) = camwright::planner::plan_dress(&machine, cell.machine().lasting().wheel(), 0.02).expect("a dress");
     assert_eq!(run(&mut cell, Motion::Plan(plan.into())), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
     assert_eq!(cell.machine().lasting().dress_count, 1);
@@ -259,7 +259,7 @@ fn a_dress_after_a_touch_off_leaves_the_reading_right() {
     assert_eq!(run(&mut cell, Motion::Move(back.expect("within travel"))), Ok(Outcome::Completed));
     near(&mut cell, 20.5);
     let left = machine.axis(Axis::X).scale.counts(cell.machine().part().lobe("J1").expect("there").radii_mm()[0]);
-    let Ok(Probed::Found { latch, .. }) = probe(&mut cell, &touch(0.1)) else { panic!("found") };
+    let Ok(ProbeOutcome::Found { latch, .. }) = probe(&mut cell, &touch(0.1)) else { panic!("found") };
     assert!((latch.counts - left).abs() <= 1, "{} {left}", latch.counts);
 }
 
@@ -269,7 +269,7 @@ fn a_zero_that_would_move_too_far_stays_and_so_does_the_reading() {
     near(&mut cell, 20.5);
     let request = ProbeRequest { reads: Some((20.3, 0.2)), ..touch(0.2) };
     let found = probe(&mut cell, &request).expect("a probe");
-    let Probed::TooFarOff { latch, off } = found else { panic!("{found:?}") };
+    let ProbeOutcome::TooFarOff { latch, off } = found else { panic!("{found:?}") };
     assert_eq!((off, latch.counts), (2_030_000 - latch.counts, cell.machine().setpoint().counts[X] - PER_MM));
 }
 
@@ -277,7 +277,7 @@ fn a_zero_that_would_move_too_far_stays_and_so_does_the_reading() {
 fn a_probe_that_meets_nothing_stands_at_its_target_and_is_no_alarm() {
     let mut cell = cell_with(&description(), vec![10.0; 3600]);
     near(&mut cell, 18.5);
-    assert_eq!(probe(&mut cell, &touch(0.5)), Ok(Probed::Missed));
+    assert_eq!(probe(&mut cell, &touch(0.5)), Ok(ProbeOutcome::Missed));
     assert_eq!(cell.machine().setpoint().counts[X], 18 * PER_MM);
     assert!(cell.machine().alarms().is_empty());
 }
@@ -305,7 +305,7 @@ fn both_edges_of_the_key_way_tell_the_angle_at_which_the_part_is_clamped() {
                     reads: None,
                 };
                 match probe(&mut cell, &request) {
-                    Ok(Probed::Found { latch, .. }) => latch.counts,
+                    Ok(ProbeOutcome::Found { latch, .. }) => latch.counts,
                     other => panic!("{other:?}"),
                 }
             };
@@ -318,7 +318,7 @@ fn both_edges_of_the_key_way_tell_the_angle_at_which_the_part_is_clamped() {
 }
 
 #[test]
-fn a_key_way_under_its_switch_is_told_before_anything_moves() {
+fn a_key_way_under_its_switch_is_reported_before_motion() {
     let mut cell = cell(&description());
     cell.parts_mut().1.set_keyway(rad_from_deg(140.0));
     let request = ProbeRequest {
@@ -329,10 +329,10 @@ fn a_key_way_under_its_switch_is_told_before_anything_moves() {
         input_name: "key_way".into(),
         ..touch(1.0)
     };
-    assert_eq!(probe(&mut cell, &request), Ok(Probed::AlreadyThere));
+    assert_eq!(probe(&mut cell, &request), Ok(ProbeOutcome::AlreadyThere));
     assert_eq!(cell.machine().setpoint().counts[C], 0);
     let opens = ProbeRequest { until_open: true, stand_off: 0.0, ..request };
-    assert!(matches!(probe(&mut cell, &opens), Ok(Probed::Found { .. })));
+    assert!(matches!(probe(&mut cell, &opens), Ok(ProbeOutcome::Found { .. })));
 }
 
 #[test]
@@ -342,21 +342,21 @@ fn probes_that_cannot_be_are_refused_with_what_is_allowed() {
     let refused = |request: &ProbeRequest, machine: &MachineDescription| {
         Probe::new(request, from, machine).expect_err("refused").to_string()
     };
-    let told = |change: &dyn Fn(&mut ProbeRequest)| {
+    let refusal = |change: &dyn Fn(&mut ProbeRequest)| {
         let mut request = touch(0.1);
         change(&mut request);
         refused(&request, &machine)
     };
-    assert!(told(&|r| r.speed = 3.0).contains("the wheel would run on by"));
-    assert!(told(&|r| r.stand_off = 0.0).contains("the wheel must leave the part"));
-    assert!(told(&|r| r.target = 4.0).contains("the soft limit is 5 mm"));
-    assert!(told(&|r| r.target = 30.0).contains("is already at or beyond the target"));
-    assert!(told(&|r| r.axis = Axis::C).contains("wheel_contact catches the position of x_axis, not of c_axis"));
-    assert!(told(&|r| r.stand_off = 225.0).contains("the stand-off from the start of x_axis is 255"));
-    assert!(told(&|r| r.most_force_n = -1.0).contains("it must be 0 to 1000000"));
-    assert!(told(&|r| r.reads = Some((20.0, f64::NAN))).contains("largest correction"));
+    assert!(refusal(&|r| r.speed = 3.0).contains("the wheel would run on by"));
+    assert!(refusal(&|r| r.stand_off = 0.0).contains("the wheel must leave the part"));
+    assert!(refusal(&|r| r.target = 4.0).contains("the soft limit is 5 mm"));
+    assert!(refusal(&|r| r.target = 30.0).contains("is already at or beyond the target"));
+    assert!(refusal(&|r| r.axis = Axis::C).contains("wheel_contact catches the position of x_axis, not of c_axis"));
+    assert!(refusal(&|r| r.stand_off = 225.0).contains("the stand-off from the start of x_axis is 255"));
+    assert!(refusal(&|r| r.most_force_n = -1.0).contains("it must be 0 to 1000000"));
+    assert!(refusal(&|r| r.reads = Some((20.0, f64::NAN))).contains("largest correction"));
     for speed in [0.0, -1.0, f64::NAN, 501.0] {
-        assert!(told(&|r| r.speed = speed).contains("cannot move at"), "{speed}");
+        assert!(refusal(&|r| r.speed = speed).contains("cannot move at"), "{speed}");
     }
     let without = MachineDescription { gap_detector: None, ..machine.clone() };
     assert_eq!(refused(&touch(0.1), &without), "the machine has no gap detector");

@@ -74,13 +74,13 @@ fn an_input_that_opens_again_in_time_leaves_out_nothing() {
     let (plan, start) = sparking_out(&machine, 4);
     let mut bench = Bench::at(machine, start);
     bench.start_plan(plan);
-    let mut told = [false; 2];
+    let mut seen = [false; 2];
     while bench.outcome.is_none() {
         bench.step(&[]);
-        for (told, (at, closes)) in told.iter_mut().zip([(TURN, true), (2 * TURN, false)]) {
-            if !*told && bench.counts()[0] >= at {
+        for (seen, (at, closes)) in seen.iter_mut().zip([(TURN, true), (2 * TURN, false)]) {
+            if !*seen && bench.counts()[0] >= at {
                 bench.force_is_steady(closes);
-                *told = true;
+                *seen = true;
             }
         }
     }
@@ -156,7 +156,7 @@ fn a_hold_in_spark_out_makes_another_whole_turn_necessary() {
 }
 
 #[test]
-fn a_cut_that_waits_for_a_force_nobody_watches_is_refused() {
+fn a_cut_that_waits_for_an_unmonitored_force_is_refused() {
     let machine = machine();
     let (mut plan, _) = sparking_out(&machine, 4);
     plan.segments.remove(0);

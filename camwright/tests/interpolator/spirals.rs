@@ -98,9 +98,9 @@ fn x_and_z_follow_c_along_the_spiral_and_c_closes_after_whole_turns() {
     assert_on_spiral(&bench, "spiral");
     assert_eq!(bench.counts(), report.end_counts);
     assert_eq!(bench.counts(), [i64::from(TURNS) * TURN, SAFE_X, (50 - i64::from(TURNS)) * PER_MM]);
-    let told = bench.rows.iter().filter(|row| row.status.turns > 0.0);
-    assert!(told.clone().all(|row| row.status.turns == f64::from(TURNS)));
-    assert!(told.clone().any(|row| (row.status.turn - 3.5).abs() < 0.01));
+    let turning_rows = bench.rows.iter().filter(|row| row.status.turns > 0.0);
+    assert!(turning_rows.clone().all(|row| row.status.turns == f64::from(TURNS)));
+    assert!(turning_rows.clone().any(|row| (row.status.turn - 3.5).abs() < 0.01));
 }
 
 #[test]

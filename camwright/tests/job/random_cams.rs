@@ -12,7 +12,7 @@ use odd_jobs::{OddVerdict, judge_odd_job};
 
 /// Zero, next to nothing, beyond anything, infinite and not a number where a job has a number.
 #[test]
-fn jobs_with_numbers_that_nobody_means_are_refused_or_planned() {
+fn jobs_with_odd_numbers_are_refused_or_planned() {
     let (mut planned, mut refused) = (0, 0);
     for seed in (1..=24).chain([28, 43]) {
         match judge_odd_job(seed).0 {

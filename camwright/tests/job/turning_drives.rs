@@ -12,7 +12,7 @@ use camwright::math::units::{TURN_RAD, rad_s_from_rpm, um_from_mm};
 use camwright::motion::plan::Plan;
 use camwright::planner::plan_turning;
 use camwright::simulation::lathe_drives::{
-    DriveFlaw, Drives, FeedForward, Finding, FlawAxes, FlawOf, GainSearch, MinimumGain, TurningDrives,
+    AxisFlaw, DriveFlaw, Drives, FeedForward, Finding, FlawAxes, GainSearch, MinimumGain, TurningDrives,
     TurningDrivesError,
 };
 use camwright::simulation::turned_part::PartGrid;
@@ -96,8 +96,8 @@ fn plan(job: &TurningJob, machine: &MachineDescription) -> Plan {
     plan_turning(job, machine, None).unwrap_or_else(|error| panic!("{error}")).plan
 }
 
-fn check_finding(told: &Finding) {
-    match told {
+fn check_finding(finding: &Finding) {
+    match finding {
         Finding::Drives(drives, form) => println!(
             "{drives}: {:.2} to {:.2} um, {:.2} um beyond cusps",
             um_from_mm(form.lowest.deviation_mm),
@@ -185,7 +185,7 @@ fn the_least_gain_keeps_the_tolerance_and_a_tenth_less_does_not() {
 
 /// At 300 1/min no gain of X keeps the tolerance, because C alone exceeds it: the result says so, and the lag of C agrees.
 #[test]
-fn where_no_gain_is_enough_it_is_told_what_leaves_the_rest() {
+fn where_no_gain_suffices_the_remaining_flaw_is_reported() {
     let (job, machine) = (at_rpm(300.0), machine());
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
     let found = study.minimum_gain(&search(FeedForward::Whole), check_finding).expect("a search");
@@ -198,7 +198,7 @@ fn where_no_gain_is_enough_it_is_told_what_leaves_the_rest() {
     assert!(best_mm > TOLERANCE_MM && tried.iter().all(|gain| gain.form.is_none_or(|form| form.beyond_mm >= best_mm)));
     assert!(flaws.windows(2).all(|pair| pair[0].form.beyond_mm <= pair[1].form.beyond_mm));
     let of =
-        |axes, flaw| flaws.iter().find(|found| found.of == FlawOf { axes, flaw }).map(|found| found.form.beyond_mm);
+        |axes, flaw| flaws.iter().find(|found| found.of == AxisFlaw { axes, flaw }).map(|found| found.form.beyond_mm);
     let of_one = |axis, flaw| of(FlawAxes::One(axis), flaw);
     assert!(of_one(Axis::Z, DriveFlaw::Backlash).is_some() && of_one(Axis::X, DriveFlaw::Backlash).is_none());
     assert!(of_one(Axis::X, DriveFlaw::FeedForward).is_none(), "it is whole");

@@ -162,7 +162,7 @@ fn a_part_that_this_machine_cannot_turn_is_refused_with_its_reason() {
     assert!(matches!(refused(&TurningJob { passes, ..cam() }, &machine), TurningError::Passes(_)));
     let passes = Passes { deepest_mm: 0.004, rough_feed: Feed::AlongZ(0.01), ..cam().passes };
     let error = refused(&TurningJob { passes, ..cam() }, &machine);
-    assert!(matches!(error, TurningError::TooLong { passes: 751, most: 1_000_000, .. }), "{error}");
+    assert!(matches!(error, TurningError::TooLong { passes: 751, max: 1_000_000, .. }), "{error}");
     let far = TurningJob { part_zero_mm: 1e5, ..cam() };
     assert!(matches!(refused(&far, &machine), TurningError::Check(_)), "beyond Z's soft limit");
 }

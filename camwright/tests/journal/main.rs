@@ -7,7 +7,7 @@ mod stock;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::LiftLaw;
 use camwright::gauging::Mode;
-use camwright::gauging::gauged::Gauged;
+use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::gauging::journal::JournalCorrection;
 use camwright::interpolator::{Motion, Prepared};
 use camwright::job::grinding::{
@@ -23,7 +23,7 @@ use camwright::machine::reference::cam_grinder;
 use camwright::math::hermite::HermiteSpline;
 use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::Plan;
-use camwright::planner::{Contact, PlanError, PlannedJob, decide_corrections, plan_corrections, plan_job};
+use camwright::planner::{JournalReadings, PlanError, PlannedJob, decide_corrections, plan_corrections, plan_job};
 use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
@@ -123,9 +123,9 @@ fn job(mode: Mode) -> JobSpec {
 }
 
 /// A cell: interpolator and machine with the raw part.
-struct Cell(ClosedLoop);
+struct MachineUnderTest(ClosedLoop);
 
-impl Cell {
+impl MachineUnderTest {
     fn new(description: &MachineDescription, job: &JobSpec) -> Self {
         let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
         for lobe in &job.lobes {
@@ -139,14 +139,15 @@ impl Cell {
     }
 
     /// Runs a plan; what the gauge read of each lobe.
-    fn run(&mut self, plan: &Plan) -> Vec<Contact> {
+    fn run(&mut self, plan: &Plan) -> Vec<JournalReadings> {
         let description = self.0.machine().description().clone();
         let prepared = Prepared::new(Motion::Plan(Arc::new(plan.clone())), &description).expect("a plan");
-        let mut logs = vec![Contact::default(); plan.lobes.len()];
+        let mut logs = vec![JournalReadings::default(); plan.lobes.len()];
         let simulated = self.0.simulate(Box::new(prepared), |_, report| {
             let (c_rad, x_mm, motor_n) = (report.axes[0].position, report.axes[1].position, report.axes[1].effort);
             let (Some(lobe), Some(value_mm)) = (report.lobe, report.gauge_mm[0]) else { return };
-            let gauged = Gauged { tick: report.tick, c_rad, x_mm, value_mm, second_mm: report.gauge_mm[1], motor_n };
+            let gauged =
+                GaugedTick { tick: report.tick, c_rad, x_mm, value_mm, second_mm: report.gauge_mm[1], motor_n };
             match report.wheel_rad_s == 0.0 {
                 true => logs[lobe].pushed.push(gauged.into()),
                 false => logs[lobe].gauged.push(gauged),
@@ -168,14 +169,14 @@ impl Cell {
 /// For each journal: runout before and after (mm), how far its size is off (mm), and what was decided.
 fn ground(description: &MachineDescription, job: &JobSpec) -> Vec<(f64, f64, f64, JournalCorrection)> {
     let first: PlannedJob = plan_job(job, description, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
-    let mut cell = Cell::new(description, job);
+    let mut cell = MachineUnderTest::new(description, job);
     let logs = cell.run(&first.plan);
     let decided = decide_corrections(job, description, &first, &logs, &[]).unwrap_or_else(|error| panic!("{error}"));
     let before: Vec<f64> = job.lobes.iter().map(|lobe| cell.runout_mm(&lobe.name).0).collect();
     let second = plan_corrections(job, description, &first, &decided).unwrap_or_else(|error| panic!("{error}"));
     cell.run(&second.plan);
     let results = job.lobes.iter().zip(before).zip(decided);
-    let told = results.map(|((lobe, before_mm), decided)| {
+    let lines = results.map(|((lobe, before_mm), decided)| {
         let (after_mm, off_mm) = cell.runout_mm(&lobe.name);
         eprintln!(
             "{}: {:.3} um, {:.4} um left, size {:+.4} um off: {decided}",
@@ -186,7 +187,7 @@ fn ground(description: &MachineDescription, job: &JobSpec) -> Vec<(f64, f64, f64
         );
         (before_mm, after_mm, off_mm, decided)
     });
-    told.collect()
+    lines.collect()
 }
 
 /// One turn takes 99 % of the runout and brings the journal to size, however soft the machine and wherever the gauge.
@@ -257,7 +258,7 @@ fn the_published_way_in_never_goes_below_where_the_turn_begins() {
 fn a_correction_that_gouges_is_refused_with_where_and_how_much() {
     let (machine, job) = (grinder(0.2, 270.0), job(Mode::Published));
     let first = plan_job(&job, &machine, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
-    let logs = Cell::new(&machine, &job).run(&first.plan);
+    let logs = MachineUnderTest::new(&machine, &job).run(&first.plan);
     let decided = decide_corrections(&job, &machine, &first, &logs, &[]).unwrap_or_else(|error| panic!("{error}"));
     // The slope and curvature of a noisy turn where the way in ends.
     let mut steep = decided.clone();
@@ -295,7 +296,7 @@ fn a_gauge_that_does_not_fit_its_method_is_refused_when_the_job_is_planned() {
 
 /// An amplifier of 50 Hz lags by 1° at a turn a second.
 #[test]
-fn a_lagging_gauge_tells_the_same() {
+fn a_lagging_gauge_gives_the_same_result() {
     let mut machine = grinder(0.2, 270.0);
     if let Some(gauge) = &mut machine.gauge {
         gauge.bandwidth_rad_s = Some(50.0 * TURN_RAD);

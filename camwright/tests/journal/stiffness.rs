@@ -48,7 +48,7 @@ fn what_is_measured_on_the_journals_is_what_the_machine_is() {
     };
     let job = identifying_job();
     let first = plan_job(&job, &machine, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
-    let mut cell = Cell::new(&machine, &job);
+    let mut cell = MachineUnderTest::new(&machine, &job);
     let logs = cell.run(&first.plan);
     let measured: Vec<Option<Identified>> = identify(&job, &machine, &first, &logs)
         .into_iter()
@@ -120,8 +120,8 @@ fn one_feed_and_no_turn_in_the_air_tell_no_stiffness() {
 #[test]
 fn what_is_kept_for_the_machine_beats_its_description() {
     let truth = grinder(0.2, 270.0);
-    let mut told = truth.clone();
-    if let Some(contact) = &mut told.contact {
+    let mut changed = truth.clone();
+    if let Some(contact) = &mut changed.contact {
         contact.stiffness.iter_mut().for_each(|at| at.n_mm *= 1.5);
     }
     let left = |stiffness: StiffnessSource| {
@@ -135,12 +135,12 @@ fn what_is_kept_for_the_machine_beats_its_description() {
         if let Some(spec) = &mut job.correction {
             (spec.stiffness, spec.contacts) = (stiffness, contacts);
         }
-        let first = plan_job(&job, &told, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
-        let mut cell = Cell::new(&truth, &job);
+        let first = plan_job(&job, &changed, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
+        let mut cell = MachineUnderTest::new(&truth, &job);
         let logs = cell.run(&first.plan);
-        let decided = decide_corrections(&job, &told, &first, &logs, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let decided = decide_corrections(&job, &changed, &first, &logs, &[]).unwrap_or_else(|error| panic!("{error}"));
         let before_mm = cell.runout_mm("J1").0;
-        let second = plan_corrections(&job, &told, &first, &decided).unwrap_or_else(|error| panic!("{error}"));
+        let second = plan_corrections(&job, &changed, &first, &decided).unwrap_or_else(|error| panic!("{error}"));
         cell.run(&second.plan);
         cell.runout_mm("J1").0 / before_mm
     };
@@ -169,7 +169,7 @@ fn a_job_that_insists_on_what_is_kept_is_refused_where_nothing_is() {
 /// The log does not contain turns that a hold adds to the first journal's cut, so that journal gives no stiffness; the second one,
 /// with an undisturbed cut, gives the same result as without the hold.
 #[test]
-fn a_journal_that_was_held_tells_no_stiffness_and_those_after_it_do() {
+fn a_held_journal_yields_no_stiffness_and_later_ones_do() {
     let machine = grinder(0.2, 270.0);
     let mut job = identifying_job();
     if let Some(identification) = &mut job.identification {
@@ -177,7 +177,7 @@ fn a_journal_that_was_held_tells_no_stiffness_and_those_after_it_do() {
     }
     let first = plan_job(&job, &machine, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(first.plan.half, Half::Whole, "nothing follows what only measures");
-    let mut cell = Cell::new(&machine, &job);
+    let mut cell = MachineUnderTest::new(&machine, &job);
     let mut logs = cell.run(&first.plan);
     let whole = identify(&job, &machine, &first, &logs);
     let middle = logs[0].gauged.len() / 2;

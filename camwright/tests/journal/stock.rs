@@ -18,13 +18,16 @@ fn measuring_job(unknown_mm: f64) -> JobSpec {
 }
 
 /// Runout of every journal, and how far its size is off (mm).
-type Left = Vec<(f64, f64)>;
+type RemainingErrors = Vec<(f64, f64)>;
 
 /// Measures, plans anew, grinds and corrects; what was planned anew, and of every journal what is left of runout and size (mm).
-fn measured_and_ground(machine: &MachineDescription, job: &JobSpec) -> Result<(MeasuredJob, Left), Box<PlanError>> {
+fn measured_and_ground(
+    machine: &MachineDescription,
+    job: &JobSpec,
+) -> Result<(MeasuredJob, RemainingErrors), Box<PlanError>> {
     let whole = plan_job(job, machine, 60.0, None)?;
     let measuring = plan_measuring(job, machine, 60.0, &whole.lobes, None)?;
-    let mut cell = Cell::new(machine, job);
+    let mut cell = MachineUnderTest::new(machine, job);
     let logs = cell.run(&measuring.plan);
     let stocks = measured_stocks(machine, &measuring, &whole.lobes, &logs).unwrap_or_else(|error| panic!("{error}"));
     let measured = plan_measured_job(job, machine, 60.0, &whole, &measuring, &stocks)?;
@@ -64,8 +67,8 @@ fn a_part_with_too_much_stock_is_refused_before_the_wheel_comes_near_it() {
     let machine = grinder(0.2, 270.0);
     let error = measured_and_ground(&machine, &measuring_job(0.08)).unwrap_err();
     assert!(matches!(&*error, PlanError::TooMuchStock { lobe, .. } if lobe == "J1"), "{error:?}");
-    let told = error.to_string();
-    assert!(told.contains("0.18") && told.contains("0.1770 mm are the most"), "{told}");
+    let text = error.to_string();
+    assert!(text.contains("0.18") && text.contains("0.1770 mm are the most"), "{text}");
     let error = measured_and_ground(&machine, &measuring_job(-0.09)).unwrap_err();
     assert!(error.to_string().contains("nothing to grind"), "{error}");
 }

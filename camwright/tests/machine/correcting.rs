@@ -1,7 +1,7 @@
 //! A journal that runs out, on the simulated machine: its gauge reads, one turn corrects, and the part is round.
 
 use super::{ideal, machine, setpoint};
-use camwright::gauging::correction::{Correction, Start, Target};
+use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::gauge::Gauge;
 use camwright::gauging::record::{GaugeRecord, Reading};
 use camwright::gauging::state::{MeasureSettings, PartState};
@@ -48,14 +48,14 @@ fn journal_grinder(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> (Machine
 }
 
 /// A machine that turns a journal of radius 20 mm and some stock, 50 µm out of round by two harmonics.
-struct Turning {
+struct TurningJournal {
     machine: Machine,
     tick: u32,
     readings: Vec<Reading>,
     positions: Vec<WheelPosition>,
 }
 
-impl Turning {
+impl TurningJournal {
     fn new(description: &MachineDescription) -> Self {
         let azimuth = |i: usize| TURN_RAD * i as f64 / DEFAULT_AZIMUTHS as f64;
         let raw = |azimuth: f64| 20.12 + 0.02 * (azimuth - 1.0).cos() + 0.005 * (3.0 * azimuth).sin();
@@ -128,7 +128,7 @@ fn feed_and_dwell(c_rad: f64) -> Sample {
 /// Runout before the turn that corrects and what it leaves (mm), and the correction's own forecast of both.
 fn corrected(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> ((f64, f64), (f64, f64)) {
     let (description, law) = journal_grinder(machine_n_mm, gamma_deg, noise_mm);
-    let mut turning = Turning::new(&description);
+    let mut turning = TurningJournal::new(&description);
     let ends = (FEED_TURNS + DWELL_TURNS) * TURN_RAD;
     turning.until(ends, feed_and_dwell);
     let (readings, positions) = (turning.readings.clone(), turning.positions.clone());
@@ -136,8 +136,9 @@ fn corrected(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> ((f64, f64), (
     let record = GaugeRecord::from_one(gauge, &readings).expect("a record");
     let log = WheelLog::new(&positions).expect("a log");
     let part = PartState::measure(&record, log, law, &MeasureSettings::default()).expect("a part");
-    let start = Start::AtLeastRadius { from_rad: ends };
-    let correction = Correction::exact(&part, start, Target::LeastRadius { extra_depth_mm: 0.0 }).expect("a turn");
+    let start = CorrectionStart::AtLeastRadius { from_rad: ends };
+    let correction =
+        Correction::exact(&part, start, CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 }).expect("a turn");
     let begins = correction.start_rad();
     turning.until(begins, feed_and_dwell);
     let before_mm = turning.runout_mm();

@@ -6,7 +6,7 @@ use camwright::machine::description::{Axis, LoadingDescription, MachineDescripti
 use camwright::simulation::Machine;
 use camwright::simulation::fault::{Fault, LoadingFault};
 use camwright::simulation::tick_report::{MotionState, TickReport};
-use camwright::simulation::work_area::{AccessRefusal, LoadingRefused, Occupant};
+use camwright::simulation::work_area::{AccessRefusal, ActuatorPosition, LoadingRefused};
 use camwright::simulation::{MachineCommand, ResetRefused};
 
 /// A machine with a door of 200 and 300 ticks and a chuck of 50 and 80.
@@ -35,7 +35,7 @@ fn ready() -> Machine {
     let area = machine.work_area().expect("it has one");
     assert_eq!(
         (area.door, area.chuck, area.part_present, area.hindrance),
-        (Occupant::Closed, Occupant::Closed, true, None)
+        (ActuatorPosition::Closed, ActuatorPosition::Closed, true, None)
     );
     machine
 }
@@ -54,9 +54,12 @@ fn door_and_chuck_take_their_times_and_the_part_goes_in_through_both() {
     assert_eq!(machine.change_part(true), Err(LoadingRefused::DoorNotOpen));
     assert_eq!(machine.holds_part(), Err(LoadingRefused::NoPart));
     machine.order_door(true).expect("nothing moves");
-    assert_eq!(idle(&mut machine, 199).last().and_then(|r| r.work_area).map(|a| a.door), Some(Occupant::Opening));
+    assert_eq!(
+        idle(&mut machine, 199).last().and_then(|r| r.work_area).map(|a| a.door),
+        Some(ActuatorPosition::Opening)
+    );
     let report = idle(&mut machine, 1).pop().and_then(|report| report.work_area).expect("an area");
-    assert!(report.door == Occupant::Open && report.is_safe && !report.part_present);
+    assert!(report.door == ActuatorPosition::Open && report.is_safe && !report.part_present);
     machine.order_chuck(false).expect("an empty chuck closes too");
     idle(&mut machine, 80);
     assert_eq!(machine.change_part(true), Err(LoadingRefused::ChuckNotOpen));
@@ -141,7 +144,7 @@ fn with_the_door_open_a_reset_waits_for_the_wheel() {
 }
 
 #[test]
-fn nothing_opens_while_axes_or_wheel_move_and_nothing_closes_on_somebody() {
+fn nothing_opens_in_motion_and_nothing_closes_on_a_person() {
     let mut machine = ready();
     let moves = travel(&machine, Axis::Z, 20.0, 400);
     follow(&mut machine, &moves[..200]);
@@ -167,7 +170,7 @@ fn nothing_opens_while_axes_or_wheel_move_and_nothing_closes_on_somebody() {
     // Who enters a closing door opens it again.
     machine.see_loader(true, false);
     idle(&mut machine, 200);
-    assert_eq!(machine.work_area().expect("an area").door, Occupant::Open);
+    assert_eq!(machine.work_area().expect("an area").door, ActuatorPosition::Open);
     assert!(machine.alarms().is_empty());
 }
 
@@ -204,7 +207,7 @@ fn what_does_not_come_to_its_end_is_an_alarm_after_twice_its_time() {
     strike(&mut machine, LoadingFault::DoorStuck(false));
     machine.reset().expect("at rest");
     idle(&mut machine, 200);
-    assert_eq!(machine.work_area().expect("an area").door, Occupant::Open);
+    assert_eq!(machine.work_area().expect("an area").door, ActuatorPosition::Open);
     strike(&mut machine, LoadingFault::ChuckStuck(true));
     machine.order_chuck(true).expect("the door is open");
     idle(&mut machine, 101);

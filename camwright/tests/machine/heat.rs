@@ -6,7 +6,7 @@ use camwright::machine::description::{
 };
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
-use camwright::simulation::workpiece::{CutAt, DEFAULT_AZIMUTHS, DEGREES};
+use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, DEGREES, RemovalAtDegree};
 
 const Z_MM: f64 = 60.0;
 const WIDTH_MM: f64 = 15.0;
@@ -36,7 +36,7 @@ fn plunged(
     raw_mm: impl Fn(f64) -> f64,
     turns: f64,
     x: impl Fn(f64) -> (f64, f64, f64),
-) -> Vec<CutAt> {
+) -> Vec<RemovalAtDegree> {
     #[allow(clippy::cast_possible_truncation, reason = "some thousand ticks")]
     let ticks = (turns * TURN_S / description.cycle_time_s()) as u32;
     let setpoints: Vec<Setpoint> = turned::turning(description, Z_MM, turns, ticks, x);
@@ -88,7 +88,8 @@ fn what_stands_out_of_a_raw_part_is_cut_harder_and_hotter() {
     let description = grinder(Some(PROCESS));
     let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
     let degrees = plunged(&description, |azimuth| 20.28 + 0.015 * azimuth.cos(), 6.0, feed);
-    let mean = |from: usize, of: fn(&CutAt) -> f64| (from..from + 30).map(|i| of(&degrees[i])).sum::<f64>() / 30.0;
+    let mean =
+        |from: usize, of: fn(&RemovalAtDegree) -> f64| (from..from + 30).map(|i| of(&degrees[i])).sum::<f64>() / 30.0;
     let (out, back) = (mean(20, |at| at.power_w_mm), mean(165, |at| at.power_w_mm));
     assert!(out > 1.05 * back, "{out} W/mm where it stands out, {back} W/mm opposite");
     assert!(mean(20, |at| at.burn_index) > mean(165, |at| at.burn_index));

@@ -215,8 +215,8 @@ fn what_differs_is_named_with_both_values() {
     other.load_lobe("I1", "LS1", 15.0, vec![23.1; 720]).expect("the raw lobe again");
     let mut codec = SnapshotCodec::comparing(&octets);
     let error = other.snapshot(&mut codec).expect_err("a cut lobe");
-    let told = format!("{}: {error}", codec.place());
-    assert!(told.starts_with("part[0].radii[") && told.ends_with("it is 23.1"), "{told}");
+    let text = format!("{}: {error}", codec.place());
+    assert!(text.starts_with("part[0].radii[") && text.ends_with("it is 23.1"), "{text}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The simulated machine: what it does with setpoints, and what it leaves of a part.
 
+mod compliance;
 mod correcting;
 mod drives;
 mod grinding;
@@ -7,7 +8,6 @@ mod guarding;
 mod heat;
 mod keyframes;
 mod motion;
-mod pressing;
 mod slow;
 mod stopping;
 mod turned;

@@ -4,7 +4,7 @@
 use crate::cams;
 use crate::solids;
 
-use cams::Seeded;
+use cams::SplitMix64;
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::grid::Grid;
 use camwright::machine::description::MotionLimits;
@@ -44,7 +44,7 @@ fn walk(law: &SpindleLaw, path: &InsertPath, limits: &AxisLimits, c: MotionLimit
     let at = |t: f64| law.sample(t).value;
     let functions: [(_, Function<'_>, _); 3] =
         [("C", &at, c), ("X", &|t| x.sample(at(t)).value, limits.x), ("Z", &|t| z.sample(at(t)).value, limits.z)];
-    let (mut t, end, mut most) = (0.0, law.end(), 0.0_f64);
+    let (mut t, end, mut max) = (0.0, law.end(), 0.0_f64);
     while t < end {
         // Neither a standstill nor a knot of the law is stepped over.
         let h = (path.x().step() / 8.0 / law.sample(t).first.max(0.5)).min(1e-3);
@@ -56,12 +56,12 @@ fn walk(law: &SpindleLaw, path: &InsertPath, limits: &AxisLimits, c: MotionLimit
             {
                 let noise = 8.0 * f64::EPSILON * 200.0 / h.powi(order);
                 assert!(found.abs() <= limit + noise, "{what}, {axis} at {t} s of {end}: {order}. {found} {limit}");
-                most = most.max((found.abs() - noise) / limit);
+                max = max.max((found.abs() - noise) / limit);
             }
         }
         t += h;
     }
-    most
+    max
 }
 
 /// From rest to rest, on to the path's end, and never back.
@@ -79,7 +79,7 @@ fn begins_and_ends(law: &SpindleLaw, path: &InsertPath) {
 
 #[test]
 fn random_parts_are_turned_within_all_limits_and_no_slower_than_at_constant_speed() {
-    let mut random = Seeded(711);
+    let mut random = SplitMix64(711);
     let (mut planned, mut sooner) = (0, 0);
     for round in 0..40 {
         let surface = solid(random_lobed(|low, high| random.within(low, high)));
@@ -109,7 +109,7 @@ fn random_parts_are_turned_within_all_limits_and_no_slower_than_at_constant_spee
         let gain = constant.law.end() / law.law.end();
         assert!(gain >= 1.0, "{what}: {gain}");
         sooner += usize::from(gain > 1.01);
-        let most = walk(&law, &path, &limits, c, &what);
+        let max = walk(&law, &path, &limits, c, &what);
         println!(
             "{what}: {:.2} s instead of {:.2}, {:.1} times as fast, {:.2} to {:.2} rad/s, up to {:.3} of a limit; {:?}",
             law.law.end(),
@@ -117,11 +117,11 @@ fn random_parts_are_turned_within_all_limits_and_no_slower_than_at_constant_spee
             gain,
             law.range_rad_s.0,
             law.range_rad_s.1,
-            most,
+            max,
             law.bounds[0]
         );
         // Ranges are wider than what is reached, but not by much.
-        assert!(gain < 1.01 || most > 0.7, "{what}: only {most} of a limit is used");
+        assert!(gain < 1.01 || max > 0.7, "{what}: only {max} of a limit is used");
     }
     assert!(planned > 25 && sooner > 10, "{planned} planned, {sooner} sooner");
 }

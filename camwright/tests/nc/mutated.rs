@@ -1,6 +1,6 @@
 //! Damaged programs: whatever is in a file, reading it ends with a motion or a sentence.
 
-use crate::cams::Seeded;
+use crate::cams::SplitMix64;
 use crate::sample::{random_program, two_cams};
 use camwright::gcode::{Dialect, ProgramFile, XValues, read};
 
@@ -52,7 +52,7 @@ const PIECES: [&str; 44] = [
     "\0",
 ];
 
-fn at(random: &mut Seeded, text: &str) -> usize {
+fn at(random: &mut SplitMix64, text: &str) -> usize {
     let mut at = usize::try_from(random.next() % (text.len() as u64 + 1)).expect("an index");
     while !text.is_char_boundary(at) {
         at -= 1;
@@ -60,7 +60,7 @@ fn at(random: &mut Seeded, text: &str) -> usize {
     at
 }
 
-fn damage(random: &mut Seeded, files: &mut Vec<ProgramFile>) {
+fn damage(random: &mut SplitMix64, files: &mut Vec<ProgramFile>) {
     for _ in 0..1 + random.next() % 4 {
         if files.is_empty() {
             return;
@@ -97,7 +97,7 @@ fn damage(random: &mut Seeded, files: &mut Vec<ProgramFile>) {
 fn damaged_programs_are_read_or_refused() {
     let (mut read_well, mut refused) = (0, 0);
     for seed in 0..12_000 {
-        let random = &mut Seeded(seed);
+        let random = &mut SplitMix64(seed);
         let dialect = random.one_of(&Dialect::ALL);
         let program = if seed % 3 == 0 { two_cams(XValues::Radius) } else { random_program(seed % 100) };
         let mut files = dialect.write(&program).expect("it can be written");
@@ -108,10 +108,10 @@ fn damaged_programs_are_read_or_refused() {
             Ok(_) => read_well += 1,
             Err(error) => {
                 refused += 1;
-                let said = error.to_string();
-                assert!(said.contains(", line ") && said.len() < 400, "seed {seed}: {said}");
+                let text = error.to_string();
+                assert!(text.contains(", line ") && text.len() < 400, "seed {seed}: {text}");
                 if let Some(file) = files.iter().find(|file| file.name == error.file) {
-                    assert!(error.line as usize <= file.text.lines().count() + 1, "seed {seed}: {said}");
+                    assert!(error.line as usize <= file.text.lines().count() + 1, "seed {seed}: {text}");
                 }
             }
         }
@@ -123,7 +123,7 @@ fn damaged_programs_are_read_or_refused() {
 #[test]
 fn noise_is_refused() {
     for seed in 0..3_000 {
-        let random = &mut Seeded(seed);
+        let random = &mut SplitMix64(seed);
         let pieces = random.next() % 60;
         let text: String = (0..pieces).map(|_| random.one_of(&PIECES)).collect();
         for dialect in Dialect::ALL {

@@ -22,8 +22,8 @@ pub(crate) fn assert_same(dialect: Dialect, program: &Program, motion: &Motion, 
             (None, None) => {}
             (Some(time_s), Some(wanted)) => {
                 let feed = 60.0 / wanted;
-                let most = if dialect == Dialect::Fanuc { 6e-4_f64.max(6e-8 * feed) } else { 6e-7 * feed };
-                assert!((60.0 / time_s - feed).abs() < most, "{what}: motion {index} {time_s} s, {wanted} s meant");
+                let max = if dialect == Dialect::Fanuc { 6e-4_f64.max(6e-8 * feed) } else { 6e-7 * feed };
+                assert!((60.0 / time_s - feed).abs() < max, "{what}: motion {index} {time_s} s, {wanted} s meant");
             }
             _ => panic!("{what}: motion {index} is {time_s:?}, meant {:?}", meant.time_s),
         }

@@ -176,8 +176,8 @@ fn calls_call_what_there_is() {
 
 #[test]
 fn coordinates_have_no_more_digits_than_the_control_reads() {
-    let sentence = |word: &str, digits: u32, most: u32| {
-        format!("main program, block 1: {word} has {digits} digits, this control reads at most {most}")
+    let sentence = |word: &str, digits: u32, max: u32| {
+        format!("main program, block 1: {word} has {digits} digits, this control reads at most {max}")
     };
     let rapid = |axis, count| broken(with_block(&Block::Rapid(target(&[(axis, count)]))));
     refused(Dialect::Fanuc, &rapid(NcAxis::C, 100_000_000), &sentence("C10000.0000", 9, 8));

@@ -1,6 +1,6 @@
 //! Small programs to write.
 
-use crate::cams::Seeded;
+use crate::cams::SplitMix64;
 use camwright::gcode::{Block, Call, Direction, Format, NcAxis, Program, Step, Subprogram, Target, Tool, XValues};
 use camwright::toolpath::cutter_path::CarriageAxis;
 
@@ -64,7 +64,7 @@ pub(crate) fn two_cams(x_values: XValues) -> Program {
     }
 }
 
-fn random_target(random: &mut Seeded) -> Target {
+fn random_target(random: &mut SplitMix64) -> Target {
     let mut target = Target::default();
     while target.named().next().is_none() {
         for axis in NcAxis::ALL {
@@ -78,7 +78,7 @@ fn random_target(random: &mut Seeded) -> Target {
     target
 }
 
-fn random_block(random: &mut Seeded) -> Block {
+fn random_block(random: &mut SplitMix64) -> Block {
     match random.next() % 12 {
         0 => Block::Comment("a comment, with µ".into()),
         1 => Block::ToolChange(random.one_of(&[1, 12])),
@@ -96,7 +96,7 @@ fn random_block(random: &mut Seeded) -> Block {
 
 /// Any program that every dialect can say.
 pub(crate) fn random_program(seed: u64) -> Program {
-    let random = &mut Seeded(seed);
+    let random = &mut SplitMix64(seed);
     let x_values = random.one_of(&[XValues::Radius, XValues::Diameter]);
     let format = Format::new(random.one_of(&[1, 3, 4, 5, 6]), random.one_of(&[1, 3, 4, 6]), x_values);
     let count = random.next() % 4;

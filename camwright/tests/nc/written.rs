@@ -88,8 +88,8 @@ fn feeds_that_linuxcnc_would_raise_are_found_in_radius_and_diameter() {
         assert_eq!(raised.len(), 2, "the subprogram is called twice: {raised:?}");
         assert!((raised[0].driven_s - 0.6).abs() < 1e-9 && (raised[0].way - 0.001).abs() < 1e-12);
         assert!((raised[1].driven_s - 60.0).abs() < 1e-9 && raised[1].unit == "deg" && raised[1].place.block == 5);
-        let said = raised[0].to_string();
-        assert!(said.starts_with("subprogram A, block 3: 0.001 mm in 0.61 s are 0.0983"), "{said}");
+        let text = raised[0].to_string();
+        assert!(text.starts_with("subprogram A, block 3: 0.001 mm in 0.61 s are 0.0983"), "{text}");
     }
 }
 

@@ -49,8 +49,8 @@ fn ideal_drives_leave_the_tolerance_of_the_blocks_and_of_their_corners() {
                 1e3 * finish.laws.ramp_s
             );
             assert!(finish.laws.rounding_mm > 1e-6 && finish.laws.rounding_mm <= finish.tolerance_mm);
-            let most = blocks_mm + finish.laws.rounding_mm + SIMULATED_MM;
-            assert!(low > -most && high < most, "{} {dialect:?}: {low} {high}, {most} allowed", part.name);
+            let max = blocks_mm + finish.laws.rounding_mm + SIMULATED_MM;
+            assert!(low > -max && high < max, "{} {dialect:?}: {low} {high}, {max} allowed", part.name);
             // Coarser blocks than that would be found.
             assert!(high.max(-low) > 0.2 * blocks_mm, "{low} {high}");
         }
@@ -60,7 +60,7 @@ fn ideal_drives_leave_the_tolerance_of_the_blocks_and_of_their_corners() {
 /// The error of the drives adds to the rounding of the control, position by position: both are largest on the flanks, where lag may
 /// compensate the rounding.
 #[test]
-fn ordinary_drives_leave_some_micrometres_besides_and_more_the_faster_the_part_turns() {
+fn ordinary_drives_leave_an_error_that_grows_with_speed() {
     let part = Part::lobe();
     let mut before = 0.0;
     for (rpm, most_mm) in [(15.0, 1e-3), (50.0, 5e-3)] {

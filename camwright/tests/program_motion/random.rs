@@ -1,6 +1,6 @@
 //! Seeded random programs: what is planned keeps its limits and its tolerance, and what is refused is refused for an axis.
 
-use crate::cams::Seeded;
+use crate::cams::SplitMix64;
 use crate::ideal;
 use crate::shop::{STATION_MM, blocks, plan, setup};
 use camwright::machine::reference::lathe;
@@ -10,7 +10,7 @@ use camwright::planner::program_motion::{ProgramMotionFault, ProgramSetup};
 use std::fmt::Write;
 
 /// Feeds of one run: C (deg), X of the wheel's centre, Z (mm), time (s).
-fn random_feeds(random: &mut Seeded) -> Vec<[f64; 4]> {
+fn random_feeds(random: &mut SplitMix64) -> Vec<[f64; 4]> {
     let hurry = random.one_of(&[0.006, 0.012, 0.05, 0.3]);
     let (mut c, mut x, mut z) = (0.0, 85.0, 20.0);
     (0..3 + random.next() % 40)
@@ -41,7 +41,7 @@ fn what_is_planned_keeps_its_limits_and_its_tolerance_and_what_is_refused_names_
     let machine = ideal();
     let (mut planned, mut refused) = (0, 0);
     for seed in 0..150 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let feeds = random_feeds(&mut random);
         let tolerance_mm = random.one_of(&[0.002, 0.02, 0.2]);
         let read = blocks(&text(&feeds, tolerance_mm));

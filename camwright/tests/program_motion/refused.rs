@@ -19,7 +19,7 @@ fn changed(from: &str, to: &str) -> Read {
 }
 
 #[test]
-fn a_short_program_is_planned_and_each_of_its_faults_is_told_with_its_line() {
+fn a_short_program_is_planned_and_each_fault_is_reported_with_its_line() {
     let machine = ideal();
     let good = plan(&blocks(GOOD), setup(), &machine).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((good.runs.len(), good.runs[0].1.blocks), (1, 3));
@@ -49,7 +49,7 @@ fn a_short_program_is_planned_and_each_of_its_faults_is_told_with_its_line() {
 
 /// A tolerance that leaves the corners too sharp for the axes says how wide a window it allows, and where.
 #[test]
-fn corners_that_may_not_be_rounded_enough_are_told_with_what_they_need() {
+fn corners_that_need_more_rounding_are_reported_with_the_amount() {
     let found = refused(&changed("P0.05", "P0.00001"), setup());
     assert!(found.starts_with("short.ngc, line ") && found.contains("mm/s"), "{found}");
     assert!(found.contains("as the path tolerance of 0.010 um allows"), "{found}");
@@ -92,7 +92,7 @@ fn a_program_for_another_wheel_is_an_alarm_before_anything_moves() {
 
 /// Feeds at two stations: what comes before a lobe's feeds belongs to it, what comes after the last to nobody.
 #[test]
-fn every_step_is_told_with_the_lobe_that_it_is_for() {
+fn every_step_is_reported_with_its_lobe() {
     let second = GOOD.replace("Z20 C0", "Z70 C540").replace("C540 F60", "C1080 F60").replace("C450", "C990");
     let second = second.replace("C90 F60", "C630 F60");
     let planned = plan(&blocks(&format!("{GOOD}\n{second}")), setup(), &ideal()).unwrap_or_else(|e| panic!("{e}"));

@@ -3,7 +3,7 @@
 use crate::cams::reference_contour;
 use crate::setup::{Shop, lobe_path_of};
 use camwright::cam::form::Form;
-use camwright::gcode::post::{Lead, Posted, TurnSpeed, post};
+use camwright::gcode::post::{Lead, PostedProgram, TurnSpeed, post};
 use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};
 use camwright::interpolator::{Motion, Outcome, Prepared};
 use camwright::machine::description::{Axis, MachineDescription};
@@ -78,7 +78,7 @@ pub(crate) struct Read {
 }
 
 /// The program of a part, written and read.
-pub(crate) fn program(part: &Part, dialect: Dialect, rpm: f64) -> (Posted, Read) {
+pub(crate) fn program(part: &Part, dialect: Dialect, rpm: f64) -> (PostedProgram, Read) {
     let shop = Shop { dialect, rpm, most_blocks_s: 1000.0, ..Shop::default() };
     let mut request = shop.cam(&part.path);
     request.tool.radius_mm = part.wheel_mm();

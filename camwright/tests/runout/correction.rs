@@ -2,7 +2,7 @@
 
 use crate::part::{ANGLES_DEG, Contacts, DWELLS_FROM_RAD, Part, RATIOS, Station, diameter, from, journal, law, rad};
 use camwright::gauging::Mode;
-use camwright::gauging::correction::{Correction, Start, Target};
+use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::gauge::Gauge;
 use camwright::gauging::record::GaugeRecord;
@@ -13,7 +13,7 @@ use camwright::gauging::state::{MeasureSettings, PartState};
 use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
-const AT_LEAST: Target = Target::LeastRadius { extra_depth_mm: 0.0 };
+const AT_LEAST: CorrectionTarget = CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 };
 
 /// The share of the runout that one correction turn leaves, and the runout before it.
 fn left(
@@ -26,7 +26,7 @@ fn left(
     let log = part.log.clone();
     let state = PartState::measure(record, WheelLog::new(&log).unwrap(), law(ratio), settings).unwrap();
     let from_rad = part.c_rad();
-    let correction = Correction::exact(&state, Start::AtLeastRadius { from_rad }, AT_LEAST).unwrap();
+    let correction = Correction::exact(&state, CorrectionStart::AtLeastRadius { from_rad }, AT_LEAST).unwrap();
     assert_eq!(correction.mode(), Mode::default());
     let (before, after) = part.correct(&correction, wheel_mm);
     (after / before, before)
@@ -75,9 +75,10 @@ fn without_interpolation_only_rounding_is_left() {
         let settings = MeasureSettings { fit: Fit::Depths { harmonics: None }, ..MeasureSettings::default() };
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
         // At a phase of the reference, the wheel having stayed until then.
-        let least = Correction::exact(&state, Start::AtLeastRadius { from_rad: part.c_rad() }, AT_LEAST).unwrap();
-        let start_rad = rad((least.start_rad() / rad(1.0)).ceil());
-        let correction = Correction::exact(&state, Start::At(start_rad), AT_LEAST).unwrap();
+        let min =
+            Correction::exact(&state, CorrectionStart::AtLeastRadius { from_rad: part.c_rad() }, AT_LEAST).unwrap();
+        let start_rad = rad((min.start_rad() / rad(1.0)).ceil());
+        let correction = Correction::exact(&state, CorrectionStart::At(start_rad), AT_LEAST).unwrap();
         let (before, after) = part.correct(&correction, wheel_mm);
         eprintln!("km/kg {ratio}: {:.2} um to {:.1e} um", before * 1e3, after * 1e3);
         assert!(after < 1e-10, "{after}");
@@ -162,7 +163,7 @@ fn a_wheel_that_was_clear_of_the_part_corrects_as_well() {
         let log = part.log.clone();
         let settings = MeasureSettings { phases: Some(3600), ..MeasureSettings::default() };
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
-        let start = Start::AtLeastRadius { from_rad: part.c_rad() };
+        let start = CorrectionStart::AtLeastRadius { from_rad: part.c_rad() };
         let correction = Correction::exact(&state, start, AT_LEAST).unwrap();
         assert!((correction.at(0.0).value - correction.leaves_mm()).abs() < 1e-5);
         let (before, after) = part.correct(&correction, 25.0);
@@ -180,7 +181,7 @@ fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
         let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
         let log = WheelLog::new(&part.log).unwrap();
         let state = PartState::measure(&record, log, law(ratio), &MeasureSettings::default()).unwrap();
-        let start = Start::AtLeastRadius { from_rad: part.c_rad() };
+        let start = CorrectionStart::AtLeastRadius { from_rad: part.c_rad() };
         let correction = Correction::exact(&state, start, AT_LEAST).unwrap();
         let (first, last) = (correction.at(0.0), correction.at(2.0 * PI));
         assert!((first.value - wheel_mm).abs() < 1e-6, "{}", first.value - wheel_mm);
@@ -192,14 +193,14 @@ fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
         assert!(forecast.depth_mm.0 > -1e-9 && forecast.left_mm < 1e-3 * forecast.before_mm, "{forecast:?}");
         // The steepest of the path, against differences.
         let steepness = correction.steepness();
-        let most = (0..7200)
+        let max = (0..7200)
             .map(|i| {
                 (correction.at(rad(f64::from(i) * 0.05 + 0.05)).value - correction.at(rad(f64::from(i) * 0.05)).value)
                     .abs()
             })
             .fold(0.0, f64::max)
             / rad(0.05);
-        assert!((steepness.first_mm_rad / most - 1.0).abs() < 1e-3, "{steepness:?} {most}");
+        assert!((steepness.first_mm_rad / max - 1.0).abs() < 1e-3, "{steepness:?} {max}");
         let limits = camwright::machine::description::MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };
         let fastest = steepness.fastest_rad_s(limits);
         let used = [
@@ -223,7 +224,8 @@ fn size_and_runout_can_be_had_in_one_turn() {
         PartState::measure(&record, WheelLog::new(&log).unwrap(), law(0.2), &MeasureSettings::default()).unwrap();
     let least_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
     let target_mm = least_mm - 0.004;
-    let correction = Correction::exact(&state, Start::At(part.c_rad()), Target::Radius(target_mm)).unwrap();
+    let correction =
+        Correction::exact(&state, CorrectionStart::At(part.c_rad()), CorrectionTarget::Radius(target_mm)).unwrap();
     for _ in 0..3600 {
         let since = part.c_rad() - correction.start_rad();
         part.pass(correction.at(since).value);
@@ -248,8 +250,8 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
             let (mut part, _) = known(ratio, &[(f64::from(harmonic), 0.01, 0.0)]);
             let (_, thought) = known(ratio, &[(f64::from(harmonic), 0.01, rad(error_deg))]);
             let state = PartState::from_known_radii(&thought, law(ratio)).unwrap();
-            let below = Target::LeastRadius { extra_depth_mm: 0.003 };
-            let correction = Correction::exact(&state, Start::At(0.0), below).unwrap();
+            let below = CorrectionTarget::LeastRadius { extra_depth_mm: 0.003 };
+            let correction = Correction::exact(&state, CorrectionStart::At(0.0), below).unwrap();
             for _ in 0..3600 {
                 part.pass(correction.at(part.c_rad()).value);
             }
@@ -272,8 +274,8 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
             let thought: Vec<f64> =
                 radii.radii_mm().iter().map(|radius| 20.0 + (radius - 20.0) * (1.0 + error)).collect();
             let state = PartState::from_known_radii(&RadiusByPhase::new(thought).unwrap(), wrong).unwrap();
-            let below = Target::LeastRadius { extra_depth_mm: 0.01 };
-            let correction = Correction::exact(&state, Start::At(0.0), below).unwrap();
+            let below = CorrectionTarget::LeastRadius { extra_depth_mm: 0.01 };
+            let correction = Correction::exact(&state, CorrectionStart::At(0.0), below).unwrap();
             for _ in 0..3600 {
                 part.pass(correction.at(part.c_rad()).value);
             }
@@ -287,7 +289,7 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
 
 /// λⁿ, against the reference, and the whole turns that a spark-out takes for what a correction does in one.
 #[test]
-fn a_spark_out_takes_the_turns_that_are_told() {
+fn a_spark_out_takes_the_reported_turns() {
     for ratio in RATIOS {
         let (mut part, wheel_mm) = journal(720, ratio, &[], 1.0, 1);
         let before = part.runout();

@@ -23,7 +23,7 @@ fn push(machine_n_mm: f64, points: u32, noise: &mut Noise) -> Vec<ForcePoint> {
 /// The reported uncertainty is correct: the errors of many pushes, each divided by its uncertainty, scatter as Student's distribution does,
 /// √(ν/(ν−2)).
 #[test]
-fn pushing_a_stopped_wheel_tells_the_machine_stiffness_and_how_well_it_is_known() {
+fn pushing_a_stopped_wheel_gives_machine_stiffness_with_uncertainty() {
     let seed = 77;
     let mut noise = Noise::new(seed);
     let mut squares = 0.0;
@@ -109,7 +109,7 @@ fn decay_of(km_kg: f64, sigma_mm: f64, dwell: f64, seed: u64) -> Decay {
 }
 
 #[test]
-fn a_dwell_tells_its_decay_to_rounding() {
+fn a_dwell_gives_its_decay_to_rounding() {
     for km_kg in RATIOS {
         for dwell in [2.5, 4.5] {
             let found = decay_of(km_kg, 0.0, dwell, 1);
@@ -123,7 +123,7 @@ fn a_dwell_tells_its_decay_to_rounding() {
 
 /// No bias, and errors no larger than the uncertainty says: it takes depths that share a reading for independent, and is a little too large.
 #[test]
-fn the_decay_of_noisy_depths_is_as_uncertain_as_it_says_and_has_no_bias() {
+fn the_decay_of_noisy_depths_is_unbiased_with_a_correct_uncertainty() {
     let seeds = 200_u32;
     for km_kg in [0.1, 0.2, 0.5] {
         let (mut sum, mut squares, mut uncertainty) = (0.0, 0.0, 0.0);

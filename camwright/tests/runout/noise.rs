@@ -1,7 +1,7 @@
 //! Effect of the noise of the readings.
 
 use crate::part::{DWELLS_FROM_RAD, Station, diameter, from, journal, law};
-use camwright::gauging::correction::{Correction, Start, Target};
+use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::record::GaugeRecord;
 use camwright::gauging::sensitivity::{noise_after_dwell, noise_of_radius_mm};
@@ -25,8 +25,8 @@ fn left_um(ratio: f64, dwell: f64, fed_turns: f64, fit: Fit, seeds: u64) -> Vec<
             let record = GaugeRecord::from_one(diameter(270.0), from(&readings, from_rad - 1.6)).unwrap();
             let settings = MeasureSettings { fit, from_rad: Some(from_rad), ..MeasureSettings::default() };
             let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
-            let start = Start::AtLeastRadius { from_rad: part.c_rad() };
-            let target = Target::LeastRadius { extra_depth_mm: 0.0 };
+            let start = CorrectionStart::AtLeastRadius { from_rad: part.c_rad() };
+            let target = CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 };
             let correction = Correction::exact(&state, start, target).unwrap();
             part.correct(&correction, wheel_mm).1 * 1e3
         })

@@ -211,8 +211,8 @@ impl Part {
 
     /// TIR (mm).
     pub(crate) fn runout(&self) -> f64 {
-        let most = self.radii.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        most - self.radii.iter().copied().fold(f64::INFINITY, f64::min)
+        let max = self.radii.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        max - self.radii.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -68,8 +68,8 @@ fn to_the_letter(ratio: f64) -> (f64, f64, f64) {
     // The window's first cut is a quarter of a turn after its first reading; every 5 deg one is seen.
     let first = 16 * phases + phases / 4;
     let depth = |number: usize| part.left[first + 50 * number - phases] - part.left[first + 50 * number];
-    let least = (0..72).map(depth).fold(f64::INFINITY, f64::min);
-    let ir = |number: usize| (depth(number % 72) - least) / ratio;
+    let min = (0..72).map(depth).fold(f64::INFINITY, f64::min);
+    let ir = |number: usize| (depth(number % 72) - min) / ratio;
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for (phase, radius) in part.radii.iter().enumerate() {
         let place = (phase + phases - phases / 4) % phases;

@@ -1,7 +1,7 @@
 //! Measurements and corrections that are not possible are refused with a reason.
 
 use crate::part::{DWELLS_FROM_RAD, Part, Station, diameter, from, journal, law, rad};
-use camwright::gauging::correction::{Correction, CorrectionError, Start, Target};
+use camwright::gauging::correction::{Correction, CorrectionError, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::published::{PublishedError, PublishedRunout};
 use camwright::gauging::record::{GaugeRecord, Reading};
@@ -36,11 +36,11 @@ fn records_that_tell_no_state_are_refused() {
     assert!(matches!(measure(all, short, USUAL), StateError::LogTooShort { .. }));
     for phases in [30, 100_000] {
         let refused = measure(all, log, MeasureSettings { phases: Some(phases), ..USUAL });
-        assert!(matches!(refused, StateError::Phases { least: 31, .. }), "{refused}");
+        assert!(matches!(refused, StateError::Phases { min: 31, .. }), "{refused}");
     }
     for fit in [Fit::Readings { harmonics: 101 }, Fit::Depths { harmonics: Some(u32::MAX) }] {
         let refused = measure(all, log, MeasureSettings { fit, ..USUAL });
-        assert!(matches!(refused, StateError::Harmonics { most: 100, .. }), "{refused}");
+        assert!(matches!(refused, StateError::Harmonics { max: 100, .. }), "{refused}");
     }
     let late = MeasureSettings { from_rad: Some(DWELLS_FROM_RAD + 4.0), ..USUAL };
     assert!(matches!(measure(all, log, late), StateError::LessThanATurn { .. }));
@@ -110,20 +110,24 @@ fn corrections_that_cannot_be_are_refused() {
     let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
     let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
-    let at = Start::At(part.c_rad());
-    let refused = |start: Start, target: Target| Correction::exact(&state, start, target).unwrap_err();
-    let usual = Target::LeastRadius { extra_depth_mm: 0.0 };
-    assert!(matches!(refused(Start::At(1.0), usual), CorrectionError::BeforeLogEnds { .. }));
+    let at = CorrectionStart::At(part.c_rad());
+    let refused =
+        |start: CorrectionStart, target: CorrectionTarget| Correction::exact(&state, start, target).unwrap_err();
+    let usual = CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 };
+    assert!(matches!(refused(CorrectionStart::At(1.0), usual), CorrectionError::BeforeLogEnds { .. }));
     assert!(matches!(
-        refused(Start::AtLeastRadius { from_rad: f64::NAN }, usual),
+        refused(CorrectionStart::AtLeastRadius { from_rad: f64::NAN }, usual),
         CorrectionError::BeforeLogEnds { .. }
     ));
     for extra_depth_mm in [-1e-3, f64::NAN, f64::INFINITY] {
-        assert!(matches!(refused(at, Target::LeastRadius { extra_depth_mm }), CorrectionError::ExtraDepth { .. }));
+        assert!(matches!(
+            refused(at, CorrectionTarget::LeastRadius { extra_depth_mm }),
+            CorrectionError::ExtraDepth { .. }
+        ));
     }
     let least_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
     for target_mm in [least_mm + 0.002, f64::NAN] {
-        assert!(matches!(refused(at, Target::Radius(target_mm)), CorrectionError::TargetAboveLeast { .. }));
+        assert!(matches!(refused(at, CorrectionTarget::Radius(target_mm)), CorrectionError::TargetAboveLeast { .. }));
     }
     let runout = state.radii_at(part.c_rad()).unwrap();
     let no_wheel = Correction::published(&runout, &law(0.2), f64::NAN, 0.0).unwrap_err();
@@ -139,8 +143,8 @@ fn a_step_within_the_turn_is_refused() {
     let readings: Vec<_> = part.readings[0].iter().copied().filter(|reading| reading.c_rad < lifted_rad).collect();
     let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
-    let start = Start::At(lifted_rad + rad(90.0));
-    let refused = Correction::exact(&state, start, Target::LeastRadius { extra_depth_mm: 0.0 }).unwrap_err();
+    let start = CorrectionStart::At(lifted_rad + rad(90.0));
+    let refused = Correction::exact(&state, start, CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 }).unwrap_err();
     assert!(matches!(refused, CorrectionError::NotResolved { .. }), "{refused}");
 }
 

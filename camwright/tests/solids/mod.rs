@@ -7,14 +7,14 @@ use camwright::cam::lift::LiftLaw;
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;
 use camwright::cam::surface::mesh::Triangle;
-use camwright::cam::surface::solid::{Along, Harmonic, Solid};
+use camwright::cam::surface::solid::{Harmonic, LinearInZ, Solid};
 use camwright::math::units::TURN_RAD;
 
 pub(crate) const CYLINDER: Solid = Solid::Cylinder { radius_mm: 20.0 };
 pub(crate) const ECCENTRIC: Solid = Solid::Eccentric { radius_mm: 21.0, eccentricity_mm: 2.5, azimuth_rad: 0.7 };
 pub(crate) const ELLIPTIC_CONE: Solid = Solid::EllipticCone {
-    first_mm: Along { at_zero: 24.0, per_mm: -0.1 },
-    second_mm: Along { at_zero: 21.0, per_mm: -0.06 },
+    first_mm: LinearInZ { at_zero: 24.0, per_mm: -0.1 },
+    second_mm: LinearInZ { at_zero: 21.0, per_mm: -0.06 },
     azimuth_rad: 0.3,
 };
 
@@ -73,9 +73,9 @@ pub(crate) fn mesh_of(surface: &Surface, angles: u32, bands: u32, phase_rad: f64
 pub(crate) fn random_lobed(mut within: impl FnMut(f64, f64) -> f64) -> Solid {
     let harmonics = (1..=4).map(|waves| Harmonic {
         waves,
-        amplitude_mm: Along { at_zero: within(-1.0, 1.0) / f64::from(waves), per_mm: within(-0.01, 0.01) },
-        phase_rad: Along { at_zero: within(-3.0, 3.0), per_mm: within(-0.02, 0.02) },
+        amplitude_mm: LinearInZ { at_zero: within(-1.0, 1.0) / f64::from(waves), per_mm: within(-0.01, 0.01) },
+        phase_rad: LinearInZ { at_zero: within(-3.0, 3.0), per_mm: within(-0.02, 0.02) },
     });
     let harmonics = harmonics.collect();
-    Solid::Lobed { mean_mm: Along { at_zero: within(19.0, 24.0), per_mm: within(-0.05, 0.05) }, harmonics }
+    Solid::Lobed { mean_mm: LinearInZ { at_zero: within(19.0, 24.0), per_mm: within(-0.05, 0.05) }, harmonics }
 }

@@ -3,7 +3,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, reference_lobe};
+use cams::{SplitMix64, reference_lobe};
 use camwright::gcode::archimedean::{Chain, Knots, Request, Travelling, theoretical_pieces};
 use camwright::math::hermite::Sample;
 use camwright::math::units::{TURN_RAD, um_from_mm};
@@ -60,7 +60,7 @@ fn the_reference_lobe_takes_as_many_pieces_as_theory_says() {
 struct Waves(Vec<(f64, f64, f64)>);
 
 impl Waves {
-    fn random(seeded: &mut Seeded) -> Self {
+    fn random(seeded: &mut SplitMix64) -> Self {
         let count = seeded.within(1.0, 6.0).floor();
         Self(
             (1..6)
@@ -84,7 +84,7 @@ impl Waves {
 
 #[test]
 fn random_travels_are_kept_and_free_knots_never_take_more_pieces() {
-    let mut seeded = Seeded(6);
+    let mut seeded = SplitMix64(6);
     for round in 0..40 {
         let (a, b) = (Waves::random(&mut seeded), Waves::random(&mut seeded));
         let (first, second) = (|angle: f64| a.at(angle), |angle: f64| b.at(angle));
@@ -144,8 +144,8 @@ fn fewest_by_trying(function: impl Fn(f64) -> f64, places: usize, heights: usize
 }
 
 #[test]
-fn nobody_who_tries_every_chain_finds_one_with_fewer_pieces() {
-    let mut seeded = Seeded(61);
+fn exhaustive_search_finds_no_chain_with_fewer_pieces() {
+    let mut seeded = SplitMix64(61);
     let mut as_few = 0;
     for round in 0..12 {
         let (waves, phase) = (seeded.within(1.0, 4.0).floor(), seeded.within(0.0, TURN_RAD));

@@ -3,7 +3,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, contour_unless_undercut, lobe, random_law};
+use cams::{SplitMix64, contour_unless_undercut, lobe, random_law};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::cam::motion_law::MotionLaw;
@@ -56,7 +56,7 @@ fn a_face_does_what_a_flat_follower_does() {
 fn a_swept_face_leaves_the_contour() {
     let (mut made, mut hollow, mut small) = (0, 0, 0);
     for seed in 0..80 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = random_law(&mut random, 16.0);
         let follower = match random.next() % 3 {
             0 => Follower::Flat,

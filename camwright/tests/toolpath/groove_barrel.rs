@@ -4,7 +4,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, lobe, program, random_law, segment};
+use cams::{SplitMix64, lobe, program, random_law, segment};
 use camwright::cam::lift::LiftLaw;
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::units::{TURN_RAD, rad_from_deg, um_from_mm};
@@ -116,21 +116,21 @@ fn the_shift_of_a_smaller_mill_leaves_what_the_formulas_say() {
                     um_from_mm(formula(outer)),
                     um_from_mm(exact(floor)),
                     um_from_mm(exact(outer)),
-                    um_from_mm(errors.most.error_mm),
-                    errors.most.radius_mm,
-                    errors.most.azimuth_rad.to_degrees(),
-                    um_from_mm(errors.least.error_mm),
-                    errors.least.radius_mm,
-                    errors.least.azimuth_rad.to_degrees(),
+                    um_from_mm(errors.max.error_mm),
+                    errors.max.radius_mm,
+                    errors.max.azimuth_rad.to_degrees(),
+                    um_from_mm(errors.min.error_mm),
+                    errors.min.radius_mm,
+                    errors.min.azimuth_rad.to_degrees(),
                 );
                 for x in [floor, outer] {
                     assert!((exact(x) / formula(x) - 1.0).abs() < 0.05, "{x}: {} {}", exact(x), formula(x));
                 }
                 if y_axis {
                     assert!(um_from_mm(errors.worst().error_mm) < most_um, "{errors:?}");
-                    assert!(errors.least.error_mm > -1e-6, "a shifted axis never cuts in: {errors:?}");
+                    assert!(errors.min.error_mm > -1e-6, "a shifted axis never cuts in: {errors:?}");
                 } else {
-                    assert!(errors.least.error_mm < -5.0 * formula(mean).abs(), "it cuts in: {errors:?}");
+                    assert!(errors.min.error_mm < -5.0 * formula(mean).abs(), "it cuts in: {errors:?}");
                 }
             }
         }
@@ -142,7 +142,7 @@ fn the_shift_of_a_smaller_mill_leaves_what_the_formulas_say() {
 fn wall_errors_are_those_of_the_swept_mill() {
     let mut made = 0;
     for seed in 0..40 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = random_law(&mut random, 6.0);
         let (roller, floor) = (random.within(4.0, 12.0), random.within(25.0, 40.0));
         let outer = floor + random.within(4.0, 15.0);
@@ -153,7 +153,7 @@ fn wall_errors_are_those_of_the_swept_mill() {
         let paths = groove.paths(mill(radius, y_axis), leaves, Coverage::Walls).unwrap();
         for (path, wall) in [(&paths[0], Wall::Inner), (&paths[paths.len() - 1], Wall::Outer)] {
             let errors = groove.wall_errors(path, radius, leaves, wall);
-            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
             for _ in 0..60 {
                 let (angle, share) = (random.within(0.0, TURN_RAD), random.one_of(&[0.0, 0.3, 1.0]));
                 let rate = law.sample(angle).first;
@@ -165,13 +165,13 @@ fn wall_errors_are_those_of_the_swept_mill() {
                 }
                 let x = floor + share * (surface - floor);
                 let left = swept(&law, path, (roller - leaves, radius), wall.side(), angle, x);
-                assert!(left < errors.most.error_mm + 2e-6, "seed {seed}: {left} {errors:?}");
-                assert!(left > errors.least.error_mm - 2e-6, "seed {seed}: {left} {errors:?}");
-                (least, most) = (least.min(left), most.max(left));
+                assert!(left < errors.max.error_mm + 2e-6, "seed {seed}: {left} {errors:?}");
+                assert!(left > errors.min.error_mm - 2e-6, "seed {seed}: {left} {errors:?}");
+                (min, max) = (min.min(left), max.max(left));
             }
             // A hundred and twenty places come near the worst ones.
-            let range = errors.most.error_mm - errors.least.error_mm;
-            assert!(most - least > 0.4 * range - 1e-6, "seed {seed}: {least} to {most}, {errors:?}");
+            let range = errors.max.error_mm - errors.min.error_mm;
+            assert!(max - min > 0.4 * range - 1e-6, "seed {seed}: {min} to {max}, {errors:?}");
             made += 1;
         }
     }
@@ -184,7 +184,7 @@ fn wall_errors_are_those_of_the_swept_mill() {
 fn nothing_is_left_between_the_walls() {
     let mut deepest = f64::NEG_INFINITY;
     for seed in 0..16 {
-        let mut random = Seeded(500 + seed);
+        let mut random = SplitMix64(500 + seed);
         let law = random_law(&mut random, 6.0);
         let (roller, floor) = (random.within(6.0, 12.0), random.within(25.0, 40.0));
         let outer = floor + random.within(4.0, 15.0);
@@ -210,7 +210,7 @@ fn nothing_is_left_between_the_walls() {
 fn undercut_is_what_the_roller_does_to_its_own_walls() {
     let (mut sound, mut under) = (0, 0);
     for seed in 0..60 {
-        let mut random = Seeded(1000 + seed);
+        let mut random = SplitMix64(1000 + seed);
         let law = random_law(&mut random, 16.0);
         let (roller, floor) = (random.within(4.0, 12.0), random.within(20.0, 40.0));
         let outer = floor + random.within(4.0, 15.0);

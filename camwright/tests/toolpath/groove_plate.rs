@@ -3,7 +3,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, lobe, program, random_law, segment};
+use cams::{SplitMix64, lobe, program, random_law, segment};
 use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
 use camwright::cam::lift::LiftLaw;
 use camwright::cam::motion_law::MotionLaw;
@@ -98,7 +98,7 @@ fn an_eccentric_groove_is_a_ring() {
     assert!((tightest.value - pitch_radius).abs() < 1e-6 && groove.tightest(Wall::Outer).is_none(), "{tightest:?}");
 }
 
-fn random_follower(random: &mut Seeded) -> Follower {
+fn random_follower(random: &mut SplitMix64) -> Follower {
     let radius_mm = random.within(3.0, 9.0);
     if random.next().is_multiple_of(2) {
         return roller(radius_mm, random.within(-6.0, 6.0));
@@ -114,7 +114,7 @@ fn random_follower(random: &mut Seeded) -> Follower {
 fn no_path_cuts_into_a_wall_and_nothing_is_left() {
     let mut made = 0;
     for seed in 0..40 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = random_law(&mut random, 3.0);
         let (follower, base) = (random_follower(&mut random), random.within(30.0, 50.0));
         let Ok(groove) = PlateGroove::new(&law, &follower, base) else { continue };
@@ -159,7 +159,7 @@ fn no_path_cuts_into_a_wall_and_nothing_is_left() {
 fn undercut_is_what_the_roller_does_to_its_own_walls() {
     let (mut sound, mut inner, mut outer) = (0, 0, 0);
     for seed in 0..40 {
-        let mut random = Seeded(1000 + seed);
+        let mut random = SplitMix64(1000 + seed);
         let law = random_law(&mut random, 30.0);
         let (follower, base) = (roller(random.within(6.0, 30.0), random.within(-3.0, 3.0)), random.within(10.0, 25.0));
         let Follower::Roller { radius_mm, .. } = follower else { panic!("a roller") };

@@ -3,7 +3,7 @@
 use crate::cams;
 use crate::solids;
 
-use cams::Seeded;
+use cams::SplitMix64;
 use camwright::cam::surface::Surface;
 use camwright::math::units::rad_from_deg;
 use camwright::toolpath::insert_clearance::{ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
@@ -46,7 +46,7 @@ fn at_centre_an_eccentric_takes_its_steepest_slope_from_the_relief() {
 /// The least over all spots is that over those that were kept, above and below centre.
 #[test]
 fn spots_that_were_left_out_do_not_decide() {
-    let mut random = Seeded(90);
+    let mut random = SplitMix64(90);
     for round in 0..30 {
         let surface = solid(random_lobed(|low, high| random.within(low, high)));
         let map = map(&surface, Flank::default());

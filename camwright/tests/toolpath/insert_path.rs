@@ -4,10 +4,10 @@
 use crate::cams;
 use crate::solids;
 
-use cams::Seeded;
+use cams::SplitMix64;
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::mesh::surface_of;
-use camwright::cam::surface::solid::{Along, Harmonic, Solid};
+use camwright::cam::surface::solid::{Harmonic, LinearInZ, Solid};
 use camwright::machine::description::MotionLimits;
 use camwright::math::units::TURN_RAD;
 use camwright::toolpath::insert_path::{
@@ -92,7 +92,7 @@ fn distance(section: impl Fn(f64) -> f64, x: f64, z: f64, reach: f64) -> f64 {
 fn keeps_its_distance(surface: &Surface, formula: Formula, request: &PathRequest, what: &str) -> InsertPath {
     let path = InsertPath::new(surface, request).unwrap_or_else(|error| panic!("{what}: {error}"));
     let reach = request.insert_radius_mm + request.stock_mm;
-    let mut random = Seeded(2012);
+    let mut random = SplitMix64(2012);
     let mut worst = 0.0_f64;
     for _ in 0..250 {
         let turned = random.within(path.x().start(), path.x().end());
@@ -202,7 +202,7 @@ fn sections_of_solids_are_their_closed_forms() {
 /// A cone r = 20 + kz has dx/dz = k·r/√(r² − y₀²).
 #[test]
 fn a_cone_is_steeper_below_centre_than_at_centre() {
-    let cone = Solid::Lobed { mean_mm: Along { at_zero: 20.0, per_mm: 0.2 }, harmonics: Vec::new() };
+    let cone = Solid::Lobed { mean_mm: LinearInZ { at_zero: 20.0, per_mm: 0.2 }, harmonics: Vec::new() };
     let surface = Surface::solid(cone, 0.0, 30.0).unwrap();
     let section = RakeSection::new(&surface, Y, 0.0, 30.0).unwrap();
     for k in 0..=30_u32 {
@@ -358,7 +358,7 @@ fn feed_along_the_curve_is_constant_along_the_curve() {
 /// A hollow of 4 mm radius under an insert of 6 mm: the insert bridges it, cuts nothing, and the material left is reported. The groove is
 /// r = 24 − a(1 + cos(πz/ℓ)): its bottom has the radius ℓ²/(aπ²).
 #[test]
-fn hollows_too_tight_for_the_insert_are_bridged_and_told() {
+fn hollows_too_tight_for_the_insert_are_bridged_and_reported() {
     let (a, half) = (0.6, 5.0);
     let z: Vec<f64> = (0..=400).map(|k| -20.0 + 0.1 * f64::from(k)).collect();
     let groove =
@@ -389,17 +389,17 @@ fn hollows_too_tight_for_the_insert_are_bridged_and_told() {
 /// A deep square has flanks whose rake section is not proven to be single; the outermost point is found, with nothing in front.
 #[test]
 fn nothing_stands_in_front_of_a_point_of_the_section() {
-    let mut random = Seeded(31);
+    let mut random = SplitMix64(31);
     let (mut met, mut refused, mut proven) = (0, 0, 0);
     for round in 0..120 {
         let waves = 2 + u32::try_from(random.next() % 6).unwrap();
         let depth = random.within(2.0, 8.0);
         let harmonic = Harmonic {
             waves,
-            amplitude_mm: Along { at_zero: depth, per_mm: 0.02 },
-            phase_rad: Along { at_zero: random.within(0.0, 6.0), per_mm: 0.03 },
+            amplitude_mm: LinearInZ { at_zero: depth, per_mm: 0.02 },
+            phase_rad: LinearInZ { at_zero: random.within(0.0, 6.0), per_mm: 0.03 },
         };
-        let lobed = Solid::Lobed { mean_mm: Along::constant(28.0), harmonics: vec![harmonic] };
+        let lobed = Solid::Lobed { mean_mm: LinearInZ::constant(28.0), harmonics: vec![harmonic] };
         let surface = Surface::solid(lobed, 0.0, 20.0).unwrap();
         let y = -random.within(6.0, 19.4);
         let Ok(section) = RakeSection::new(&surface, y, 0.0, 20.0) else { continue };
@@ -425,8 +425,8 @@ fn nothing_stands_in_front_of_a_point_of_the_section() {
 /// Six deep waves below which the rake plane passes so low that one stands before the next: X would have to jump.
 #[test]
 fn what_stands_behind_something_else_is_refused() {
-    let harmonic = Harmonic { waves: 6, amplitude_mm: Along::constant(5.0), phase_rad: Along::constant(0.0) };
-    let lobed = Solid::Lobed { mean_mm: Along::constant(28.0), harmonics: vec![harmonic] };
+    let harmonic = Harmonic { waves: 6, amplitude_mm: LinearInZ::constant(5.0), phase_rad: LinearInZ::constant(0.0) };
+    let lobed = Solid::Lobed { mean_mm: LinearInZ::constant(28.0), harmonics: vec![harmonic] };
     let surface = Surface::solid(lobed, 0.0, 20.0).unwrap();
     let plan = |plane_y_mm| InsertPath::new(&surface, &PathRequest { plane_y_mm, ..request(5.0, 7.0) });
     assert!(plan(-2.0).is_ok());
@@ -445,7 +445,7 @@ fn what_stands_behind_something_else_is_refused() {
 
 #[test]
 fn random_solids_keep_their_distance_or_are_refused() {
-    let mut random = Seeded(404);
+    let mut random = SplitMix64(404);
     let mut planned = 0;
     for round in 0..40 {
         let surface = solid(random_lobed(|low, high| random.within(low, high)));
@@ -564,13 +564,13 @@ fn the_highest_cusp_is_that_of_its_section_seen_along_the_normal() {
     let flat = 0.4 * 0.4 / 8.0 / 6.0;
     let cylinder = on(CYLINDER, Y);
     assert!((cylinder - flat * (1.0 - Y * Y / 400.0).sqrt()).abs() < 1e-12, "{cylinder}");
-    let slope = Along { per_mm: 0.25, ..Along::constant(20.0) };
+    let slope = LinearInZ { per_mm: 0.25, ..LinearInZ::constant(20.0) };
     let cone = Solid::EllipticCone { first_mm: slope, second_mm: slope, azimuth_rad: 0.0 };
     let cone = on(cone, 0.0);
     assert!((cone - flat * 1.0625).abs() < 1e-12, "{cone}");
     // The eccentric: its centre stands farthest from the rake plane where the disc leans least, 21 mm in radius.
-    let least = on(ECCENTRIC, Y);
+    let min = on(ECCENTRIC, Y);
     let lean = |azimuth: f64| (1.0 - ((Y - 2.5 * azimuth.sin()) / 21.0).powi(2)).sqrt();
     let wanted = (0..3600).map(|i| flat * lean(f64::from(i) / 3600.0 * TURN_RAD)).fold(0.0, f64::max);
-    assert!((least / wanted - 1.0).abs() < 1e-3, "{least} {wanted}");
+    assert!((min / wanted - 1.0).abs() < 1e-3, "{min} {wanted}");
 }

@@ -2,7 +2,7 @@
 
 use crate::cams;
 
-use cams::{Seeded, camshaft_segments, lobe, printed, program, random_segments};
+use cams::{SplitMix64, camshaft_segments, lobe, printed, program, random_segments};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::LiftLaw;
@@ -95,7 +95,7 @@ fn flat_follower_has_the_support_function_form() {
 fn swept_wheel_leaves_the_contour() {
     let mut made = 0;
     for seed in 0..40 {
-        let mut random = Seeded(seed);
+        let mut random = SplitMix64(seed);
         let law = program(random.within(0.0, TURN_RAD), &random_segments(&mut random));
         let follower = match random.next() % 3 {
             0 => Follower::Flat,

@@ -70,7 +70,7 @@ impl Grant {
     }
 
     /// Returns true where a message of a topic is taken; a refusal is logged once for each sender.
-    pub fn takes(&self, topic: &str, writer: &Guid, node: &Node) -> bool {
+    pub fn accepts(&self, topic: &str, writer: &Guid, node: &Node) -> bool {
         let Some(reason) = self.refusal_of(writer) else { return true };
         let who = node.who(writer);
         node.warn_once(&format!("{topic} of {who} refused"), &format!("{topic} of {who} refused: {reason}"));
@@ -137,9 +137,9 @@ impl Grant {
         if answer.success { Ok(()) } else { Err(answer.message.clone()) }
     }
 
-    fn look(&self) {
+    fn poll_silence(&self) {
         if let Some((_, silence)) = &mut lock(&self.view).machine {
-            silence.look();
+            silence.poll();
         }
     }
 }
@@ -183,7 +183,7 @@ pub fn join(
         })?;
     let reports = node.timer(LOOK, move || {
         let mut reporter = lock(&reporter);
-        reporter.grant.look();
+        reporter.grant.poll_silence();
         reporter.report();
     });
     Ok(Membership { _holder: holder, _reports: reports })

@@ -142,7 +142,7 @@ impl Lease {
     pub(super) fn acquire(&mut self, by: Participant, wanted: LeaseRequest<'_>, now: Instant) -> Result<(), String> {
         let lease = duration(wanted.lease_s)?;
         check_name(wanted.name)?;
-        self.look(now);
+        self.expire(now);
         if let Some(holder) = &self.holder
             && !holder.may_change(by, wanted.name)
         {
@@ -165,7 +165,7 @@ impl Lease {
     /// # Errors
     /// The caller does not have it.
     pub(super) fn release(&mut self, by: Participant, name: &str, now: Instant) -> Result<(), String> {
-        self.look(now);
+        self.expire(now);
         match &self.holder {
             None => Ok(()),
             Some(holder) if holder.may_change(by, name) => {
@@ -220,7 +220,7 @@ impl Lease {
                 self.number += 1;
             }
         }
-        self.look(now);
+        self.expire(now);
         Ok(())
     }
 
@@ -248,7 +248,7 @@ impl Lease {
     }
 
     /// Ends what has run out: a lease under which nothing is under way, and the role of a silent member.
-    pub(super) fn look(&mut self, now: Instant) {
+    pub(super) fn expire(&mut self, now: Instant) {
         for place in &mut self.members {
             if place.as_mut().is_some_and(|member| member.silence.check(now) || member.silence.is_lost()) {
                 *place = None;
@@ -405,14 +405,14 @@ mod tests {
         for tenth in 0..100 {
             let now = begin + tenth * S / 10;
             lease.join(NODE, Role::Interpolator, (0, true), now).unwrap();
-            lease.look(now);
+            lease.expire(now);
         }
         assert_eq!(lease.refusal(ANNA, begin + 10 * S), None);
         lease.release(ANNA, "anna", begin + 10 * S).unwrap();
         assert!(lease.refusal(ANNA, begin + 10 * S).is_some());
         assert_eq!(lease.refusal_of_motion(NODE, begin + 10 * S), None, "it comes to its end");
         lease.join(NODE, Role::Interpolator, (0, false), begin + 10 * S).unwrap();
-        lease.look(begin + 13 * S);
+        lease.expire(begin + 13 * S);
         assert!(lease.refusal_of_motion(NODE, begin + 13 * S).is_some(), "nothing begins without a lease");
         assert!(lease.refusal_of_motion(BERT, begin + 10 * S).is_some());
     }
@@ -428,7 +428,7 @@ mod tests {
         assert_eq!(lease.refusal(NODE, begin), None, "a member is internal");
         assert!(lease.refusal_of_motion(NODE, begin).is_some(), "it moves nothing without a lease");
         for tenth in 1..40 {
-            lease.look(begin + tenth * S / 10);
+            lease.expire(begin + tenth * S / 10);
         }
         lease.join(BERT, Role::Planner, (0, false), begin + 4 * S).unwrap();
         assert_eq!(lease.member(Role::Planner), None, "it has not heard of this lease yet");

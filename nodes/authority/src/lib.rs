@@ -7,18 +7,18 @@
 //! Every service, goal and command topic of machine, interpolator and planner is closed unless `rules.rs` lists it as open. The requests of
 //! all services pass one hook ([`camwright_ros::Authority`]).
 
-mod desk;
+mod command_server;
 mod grant;
+mod held_command;
 mod lease;
 mod machine_topic;
 mod one_sender;
 mod rules;
-mod taken;
 
-pub use desk::{CommandServer, Open};
+pub use command_server::{CommandServer, Open};
 pub use grant::{Grant, Membership, join};
+pub use held_command::{HeldCommand, TakeError, TakeOptions};
 pub use lease::Role;
 pub use machine_topic::subscribe_to_machine;
 pub use one_sender::OneSender;
 pub use rules::{Access, access};
-pub use taken::{Command, TakeError, TakeOptions};

@@ -19,11 +19,11 @@ impl OneSender {
     }
 
     /// Returns true where a message counts; that of a second sender is logged.
-    pub fn takes(&mut self, writer: &Guid, node: &Node) -> bool {
+    pub fn accepts(&mut self, writer: &Guid, node: &Node) -> bool {
         let (by, now) = (participant_of(*writer), Instant::now());
-        if let Some((sender, heard)) = self.sender
+        if let Some((sender, last_message)) = self.sender
             && sender != by
-            && now.duration_since(heard) <= self.limit
+            && now.duration_since(last_message) <= self.limit
             && node.knows_participant(&sender)
         {
             let (topic, who, first) = (self.topic, node.who(writer), node.who(&sender));

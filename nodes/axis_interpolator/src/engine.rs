@@ -51,7 +51,7 @@ pub(super) struct Engine {
     /// A chunk that waits until the machine knows of an order within it: the job's end, or an alarm.
     withheld: Option<Box<ChunkBuffer>>,
     /// The last news; `None` before the machine has spoken.
-    seen: Option<LastSeen>,
+    seen: Option<LastFeedback>,
     pub(super) running: Option<Running>,
     pub(super) next_tick: u64,
     sequence: u32,
@@ -68,7 +68,7 @@ pub(super) struct Engine {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct LastSeen {
+struct LastFeedback {
     tick: u64,
     credit_tick: u64,
     is_standstill: bool,
@@ -78,7 +78,7 @@ struct LastSeen {
     commands_received: u32,
 }
 
-impl LastSeen {
+impl LastFeedback {
     /// A machine that withholds its credit at rest is about to execute many ticks: what begins now would come late.
     fn gives_credit(&self) -> bool {
         self.credit_tick > self.tick
@@ -147,9 +147,10 @@ impl Engine {
                 ToEngine::StayOn => self.next_trajectory = NextTrajectory::None,
                 ToEngine::MachineLost => self.lose_machine(),
                 ToEngine::Query { tick } => {
-                    let told = self.interpolator.desired_at(tick).copied();
-                    let told = told.filter(|_| self.running.is_some()).or_else(|| self.interpolator.planned_at(tick));
-                    self.send(FromEngine::Queried(told));
+                    let setpoint = self.interpolator.desired_at(tick).copied();
+                    let setpoint =
+                        setpoint.filter(|_| self.running.is_some()).or_else(|| self.interpolator.planned_at(tick));
+                    self.send(FromEngine::Queried(setpoint));
                 }
                 ToEngine::Chunk(chunk) => {
                     if self.pool.len() < CHUNK_POOL {
@@ -199,8 +200,8 @@ impl Engine {
         if let Some(measured) = &news.measured {
             self.interpolator.measured(measured);
             let at_rest = Setpoint { counts: news.setpoint_counts, ..Setpoint::default() };
-            let told = self.interpolator.desired_at(measured.tick).copied().unwrap_or(at_rest);
-            self.send(FromEngine::Tracking(Tracking { told, measured: *measured }));
+            let setpoint = self.interpolator.desired_at(measured.tick).copied().unwrap_or(at_rest);
+            self.send(FromEngine::Tracking(Tracking { setpoint, measured: *measured }));
         }
         for (place, number) in self.known_alarms.iter_mut().zip(news.alarms.iter().copied().chain(std::iter::repeat(0)))
         {
@@ -217,7 +218,7 @@ impl Engine {
                 }
             }
         }
-        self.seen = Some(LastSeen {
+        self.seen = Some(LastFeedback {
             tick: news.tick,
             credit_tick: news.credit_tick,
             is_standstill: news.is_standstill,
@@ -324,7 +325,7 @@ impl Engine {
 
     /// Starts the waiting motion when the axes stand still; an alarm ends the wait.
     fn start_waiting(&mut self) {
-        let may_begin = |seen: &LastSeen| seen.has_alarms || (seen.is_standstill && seen.gives_credit());
+        let may_begin = |seen: &LastFeedback| seen.has_alarms || (seen.is_standstill && seen.gives_credit());
         let Some(seen) = self.seen.filter(may_begin) else { return };
         if seen.has_alarms {
             if let Some(made) = self.take_waiting() {
@@ -342,7 +343,7 @@ impl Engine {
     /// Prepares the start of a motion of a machine at rest, with the machine's next message. At pace realtime the tick of the last one
     /// may be old, since a machine at rest reports less often. At pace fast the machine has to attend: a tick that passed could not be
     /// made up for, and setpoints for it would be late.
-    fn attend(&mut self, made: PreparedMotion, job: JobEnds, seen: LastSeen) {
+    fn attend(&mut self, made: PreparedMotion, job: JobEnds, seen: LastFeedback) {
         self.begin_sequence(seen);
         self.attending = Some((made, job, Instant::now()));
         if !seen.is_realtime {
@@ -351,7 +352,7 @@ impl Engine {
     }
 
     /// Continues the command number from what the machine has received, so that no receipt of an earlier motion counts for this one.
-    fn begin_sequence(&mut self, seen: LastSeen) {
+    fn begin_sequence(&mut self, seen: LastFeedback) {
         self.sequence = seen.commands_received;
         self.unacknowledged.clear();
     }
@@ -364,7 +365,7 @@ impl Engine {
         }
     }
 
-    fn start_now(&mut self, made: PreparedMotion, job: JobEnds, seen: LastSeen) {
+    fn start_now(&mut self, made: PreparedMotion, job: JobEnds, seen: LastFeedback) {
         let PreparedMotion { motion, record } = made;
         let is_trajectory = motion.is_trajectory();
         let rest = self.interpolator.rest_state();

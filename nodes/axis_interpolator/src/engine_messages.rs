@@ -38,7 +38,7 @@ pub(super) enum MotionForecast {
 /// Path following of the axes at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Tracking {
-    pub(super) told: Setpoint,
+    pub(super) setpoint: Setpoint,
     pub(super) measured: Measured,
 }
 

@@ -1,6 +1,6 @@
 //! End of a goal: its state and its result.
 
-use camwright::interpolator::{Outcome, Probed};
+use camwright::interpolator::{Outcome, ProbeOutcome};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_files::convert::si_from_counts;
 use camwright_msgs::camwright_msgs::action::{Jog, JogResult, Probe, ProbeResult};
@@ -39,7 +39,7 @@ pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Ou
 pub(super) fn end_probe(
     goal: &GoalHandle<Probe>,
     outcome: Outcome,
-    probed: Option<Probed>,
+    probed: Option<ProbeOutcome>,
     mut result: ProbeResult,
     machine: &MachineDescription,
 ) {
@@ -47,11 +47,11 @@ pub(super) fn end_probe(
     let scale = machine.axis(axis).scale;
     let si = |counts: i64| si_from_counts(scale, counts);
     let input = &goal.goal().input;
-    result.already_there = probed == Some(Probed::AlreadyThere);
+    result.already_there = probed == Some(ProbeOutcome::AlreadyThere);
     let (latch, off, correction) = match probed {
-        Some(Probed::Found { latch, correction }) => (Some(latch), correction, correction),
-        Some(Probed::TooFarOff { latch, off }) => (Some(latch), off, 0),
-        Some(Probed::Missed | Probed::AlreadyThere) | None => (None, 0, 0),
+        Some(ProbeOutcome::Found { latch, correction }) => (Some(latch), correction, correction),
+        Some(ProbeOutcome::TooFarOff { latch, off }) => (Some(latch), off, 0),
+        Some(ProbeOutcome::Missed | ProbeOutcome::AlreadyThere) | None => (None, 0, 0),
     };
     if let Some(latch) = latch {
         (result.found, result.tick) = (true, latch.tick);
@@ -62,15 +62,15 @@ pub(super) fn end_probe(
     }
     let verb = if goal.goal().until_open { "open" } else { "close" };
     let failed = match probed {
-        Some(Probed::Found { .. }) => None,
-        Some(Probed::TooFarOff { off, .. }) => Some(format!(
+        Some(ProbeOutcome::Found { .. }) => None,
+        Some(ProbeOutcome::TooFarOff { off, .. }) => Some(format!(
             "the edge is off by {:.6} m, more than the {:.6} m by which the zero may be corrected; it stays as it was",
             si(off),
             goal.goal().most_correction
         )),
-        Some(Probed::Missed) if goal.goal().may_miss => None,
-        Some(Probed::Missed) => Some(format!("{} went to its target and {input} did not {verb}", axis.joint())),
-        Some(Probed::AlreadyThere) => Some(format!("{input} does not {verb}: it is so already; nothing moved")),
+        Some(ProbeOutcome::Missed) if goal.goal().may_miss => None,
+        Some(ProbeOutcome::Missed) => Some(format!("{} went to its target and {input} did not {verb}", axis.joint())),
+        Some(ProbeOutcome::AlreadyThere) => Some(format!("{input} does not {verb}: it is so already; nothing moved")),
         None => Some("the probe returned no result".to_owned()),
     };
     match failed {

@@ -3,7 +3,7 @@
 use super::engine_messages::Ended;
 use super::goal_end::{self, GoalEnd, close};
 use camwright::interpolator::tolerance::MotionPhase;
-use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
+use camwright::interpolator::{Outcome, ProbeOutcome, SearchStep, Status};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_files::convert::{m_from_mm, si_from_counts};
@@ -37,7 +37,7 @@ type Ending = (i32, String);
 
 /// Goal being served; none between motions.
 #[derive(Debug, Default)]
-pub(super) struct Served {
+pub(super) struct ActiveGoal {
     goal: Option<Goal>,
     /// Who has command, for those who ask meanwhile.
     name: String,
@@ -53,10 +53,10 @@ pub(super) struct Served {
     /// The interpolator's own alarm, if it raised one.
     pub(super) alarm: Option<(u16, String)>,
     /// Result of a probe.
-    pub(super) probed: Option<Probed>,
+    pub(super) probed: Option<ProbeOutcome>,
 }
 
-impl Served {
+impl ActiveGoal {
     /// Returns whether a goal is being served.
     pub(super) fn is_busy(&self) -> bool {
         self.goal.is_some()

@@ -89,7 +89,7 @@ impl Shared {
         let delay = self
             .machine()
             .map(|machine| Duration::from_nanos(u64::from(machine.cycle_time_ns)) * machine.feedback_delay_ticks);
-        vec![command, lock(&self.heard).report(delay.filter(|_| self.clock().is_some()))]
+        vec![command, lock(&self.machine_health).report(delay.filter(|_| self.clock().is_some()))]
     }
 }
 
@@ -100,29 +100,33 @@ mod tests {
 
     #[test]
     fn what_must_have_been_between_two_messages_is_lost() {
-        let mut heard = MachineHealth::default();
+        let mut machine_health = MachineHealth::default();
         let file = locate::locate("machines", "cam_grinder", "yaml", None).expect("shipped");
         let machine = machine_file::parse(&file.path, &file.text, &[]).expect("shipped").description;
         assert_eq!(machine.stream_period_ticks(), 10);
         // News between two periods is a message more, and none is missed.
         for tick in [20, 30, 33, 33, 40, 50] {
-            heard.update(&MachineStream { tick, ..MachineStream::default() }, &machine);
+            machine_health.update(&MachineStream { tick, ..MachineStream::default() }, &machine);
         }
-        assert_eq!((heard.messages, heard.lost), (6, 0));
+        assert_eq!((machine_health.messages, machine_health.lost), (6, 0));
         for tick in [80, 95, 100] {
-            heard.update(&MachineStream { tick, ..MachineStream::default() }, &machine);
+            machine_health.update(&MachineStream { tick, ..MachineStream::default() }, &machine);
         }
-        assert_eq!((heard.messages, heard.lost), (9, 3), "60, 70 and 90");
+        assert_eq!((machine_health.messages, machine_health.lost), (9, 3), "60, 70 and 90");
         let idle = MachineStream { motion: MachineStream::MOTION_STANDSTILL, ..MachineStream::default() };
         for tick in [110, 150, 200, 300] {
-            heard.update(&MachineStream { tick, ..idle.clone() }, &machine);
+            machine_health.update(&MachineStream { tick, ..idle.clone() }, &machine);
         }
-        assert_eq!((heard.messages, heard.lost), (13, 4), "at rest every fifth period: 250");
-        heard.lost = 3;
-        let told = heard.report(Some(Duration::from_secs(100)));
-        assert_eq!(told.level, DiagnosticStatus::WARN);
-        assert!(told.message.starts_with("3 messages"), "{}", told.message);
-        assert_eq!(heard.report(Some(Duration::from_secs(100))).level, DiagnosticStatus::ERROR, "silent since");
-        assert_eq!(heard.report(None).level, DiagnosticStatus::WARN);
+        assert_eq!((machine_health.messages, machine_health.lost), (13, 4), "at rest every fifth period: 250");
+        machine_health.lost = 3;
+        let status = machine_health.report(Some(Duration::from_secs(100)));
+        assert_eq!(status.level, DiagnosticStatus::WARN);
+        assert!(status.message.starts_with("3 messages"), "{}", status.message);
+        assert_eq!(
+            machine_health.report(Some(Duration::from_secs(100))).level,
+            DiagnosticStatus::ERROR,
+            "silent since"
+        );
+        assert_eq!(machine_health.report(None).level, DiagnosticStatus::WARN);
     }
 }

@@ -45,7 +45,7 @@ use camwright_threads::ring::{Sender, Waker, ring};
 use camwright_threads::silence::LOOK;
 use engine::Engine;
 use engine_messages::{JobEnds, MachineFeedback, PreparedMotion, ToEngine};
-use goals::Served;
+use goals::ActiveGoal;
 use health::MachineHealth;
 use joint_trajectory::arrival::Arrival;
 use manual::HeldJog;
@@ -94,10 +94,10 @@ struct Shared {
     stop: Arc<AtomicBool>,
     /// Decides who may ask for motion.
     grant: Arc<Grant>,
-    served: Arc<Mutex<Served>>,
+    served: Arc<Mutex<ActiveGoal>>,
     clock: Arc<Mutex<Option<TickClock>>>,
     /// The machine and the way into its engine; nothing before the machine has said what it is.
-    cell: Mutex<Option<Cell>>,
+    cell: Mutex<Option<MachineConnection>>,
     plans: Mutex<Plans>,
     rest_counts: Mutex<[i64; AXIS_COUNT]>,
     /// Which axes know their zero.
@@ -108,7 +108,7 @@ struct Shared {
     hindrance: Mutex<String>,
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
-    heard: Mutex<MachineHealth>,
+    machine_health: Mutex<MachineHealth>,
     partners: Mutex<partners::Partners>,
     /// Telemetry that was dropped.
     drops: DropCounter,
@@ -120,18 +120,18 @@ struct Shared {
 
 /// State that exists once the machine is known.
 #[derive(Debug)]
-struct Cell {
+struct MachineConnection {
     machine: MachineDescription,
-    inlet: Inlet,
+    inlet: EngineInlet,
     threads: Threads,
     waker: Waker,
 }
 
 /// The way into the engine.
 #[derive(Debug, Clone)]
-struct Inlet(Arc<Mutex<Sender<ToEngine>>>);
+struct EngineInlet(Arc<Mutex<Sender<ToEngine>>>);
 
-impl Inlet {
+impl EngineInlet {
     fn send(&self, message: ToEngine) -> bool {
         lock(&self.0).send(message).is_ok()
     }
@@ -175,7 +175,7 @@ impl AxisInterpolator {
             held: Mutex::default(),
             hindrance: Mutex::default(),
             tick: AtomicU64::new(0),
-            heard: Mutex::default(),
+            machine_health: Mutex::default(),
             partners: Mutex::new(partners::Partners::new(liveness::limit(&node))),
             drops: DropCounter::default(),
             arrival: Mutex::default(),
@@ -304,12 +304,12 @@ impl Shared {
         }
     }
 
-    fn start_engine(self: &Arc<Self>, machine: &MachineDescription) -> Result<Cell, NodeError> {
+    fn start_engine(self: &Arc<Self>, machine: &MachineDescription) -> Result<MachineConnection, NodeError> {
         let waker = Waker::default();
         let pump_waker = Waker::default();
         let (inlet, inbox) = ring(RING, &waker);
         let (outbox, reports) = ring(RING, &pump_waker);
-        let inlet = Inlet(Arc::new(Mutex::new(inlet)));
+        let inlet = EngineInlet(Arc::new(Mutex::new(inlet)));
         let engine = Engine::new(machine, inbox, outbox, Arc::clone(&self.stop));
         let pump = Pump::new(self, machine)?;
         let mut threads = Threads::default();
@@ -325,7 +325,7 @@ impl Shared {
                 back.send(message);
             });
         })?;
-        Ok(Cell { machine: machine.clone(), inlet, threads, waker })
+        Ok(MachineConnection { machine: machine.clone(), inlet, threads, waker })
     }
 
     fn receive(&self, message: &MachineStream, writer: Guid) {
@@ -339,7 +339,7 @@ impl Shared {
             *place = *value;
         }
         *lock(&self.rest_counts) = counts;
-        lock(&self.heard).update(message, &cell.machine);
+        lock(&self.machine_health).update(message, &cell.machine);
         let is_new = self.tick.swap(message.tick, Ordering::AcqRel) < message.tick;
         cell.inlet.send(ToEngine::News(Box::new(MachineFeedback {
             tick: message.tick,

@@ -139,7 +139,7 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<ServiceHandle, RosError> {
 pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Subscription, RosError> {
     let this = Arc::clone(shared);
     shared.node.subscribe::<Empty>("~/hold_to_run", &Qos::default_topic(), move |_, info| {
-        if !this.grant.takes("~/hold_to_run", &info.writer, &this.node) {
+        if !this.grant.accepts("~/hold_to_run", &info.writer, &this.node) {
             return;
         }
         let tick = this.machine_tick();

@@ -87,7 +87,7 @@ impl Shared {
 
     /// Looks after all of them, ten times a second.
     pub(super) fn check_partners(&self) {
-        let is_lost = lock(&self.partners).machine.as_mut().is_some_and(|machine| machine.silence.look());
+        let is_lost = lock(&self.partners).machine.as_mut().is_some_and(|machine| machine.silence.poll());
         if is_lost {
             let text = self.silent_machine().unwrap_or_default();
             self.lose_machine(&text);
@@ -115,7 +115,7 @@ impl Shared {
             let mut partners = lock(&self.partners);
             let plan_by = partners.plan_by;
             let planner = partners.planner.as_mut().filter(|planner| Some(planner.participant) == plan_by);
-            planner.and_then(|planner| planner.silence.look().then_some(planner.silence.limit_s()))
+            planner.and_then(|planner| planner.silence.poll().then_some(planner.silence.limit_s()))
         };
         let Some(limit_s) = lost else { return };
         let mut served = lock(&self.served);
@@ -137,7 +137,7 @@ impl Shared {
             if !waits {
                 partners.pages.reset();
             }
-            partners.pages.look()
+            partners.pages.poll()
         };
         if waits && is_late {
             lock(&self.plans).forget_waiting();

@@ -1,7 +1,7 @@
 //! From what the engine reports to messages, and to the goal that is being served.
 
 use super::engine_messages::{Command, Ended, FromEngine, MotionForecast, ToEngine, Tracking};
-use super::goals::Served;
+use super::goals::ActiveGoal;
 use super::joint_trajectory::arrival::Step;
 use super::joint_trajectory::{settings, tracking};
 use super::{Shared, lock};
@@ -18,7 +18,7 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState
 use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::control_msgs::srv::QueryTrajectoryStateResponse;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_ros::liveness::Complaint;
+use camwright_ros::liveness::LimitedWarning;
 use camwright_ros::{Node, Publisher, Qos, RosError, Telemetry};
 use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Receiver, Waker};
@@ -65,7 +65,7 @@ pub(super) struct Pump {
     shared: Weak<Shared>,
     clock: Arc<Mutex<Option<TickClock>>>,
     outlets: Outlets,
-    served: Arc<Mutex<Served>>,
+    served: Arc<Mutex<ActiveGoal>>,
     order: u32,
     order_tick: u64,
     inputs_told: u64,
@@ -74,7 +74,7 @@ pub(super) struct Pump {
     feed_override: f64,
     last_state: Option<InterpolatorState>,
     told_state: Instant,
-    complaint: Complaint,
+    complaint: LimitedWarning,
 }
 
 impl Pump {
@@ -93,7 +93,7 @@ impl Pump {
             feed_override: 1.0,
             last_state: None,
             told_state: Instant::now(),
-            complaint: Complaint::default(),
+            complaint: LimitedWarning::default(),
         })
     }
 
@@ -291,7 +291,7 @@ impl Pump {
         Ok(())
     }
 
-    fn served(&self) -> std::sync::MutexGuard<'_, Served> {
+    fn served(&self) -> std::sync::MutexGuard<'_, ActiveGoal> {
         // Held for a message or a look at a name, never across a wait.
         self.served.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -361,8 +361,8 @@ impl Pump {
         if self.alarms.as_ref() == Some(&alarms) {
             return Ok(());
         }
-        let told = self.alarms.insert(alarms).clone();
-        let message = MachineAlarms { stamp: clock.stamp(tick), tick, alarms: told };
+        let alarm_list = self.alarms.insert(alarms).clone();
+        let message = MachineAlarms { stamp: clock.stamp(tick), tick, alarms: alarm_list };
         self.outlets.alarms.publish_within(&message, VITAL_LIMIT)
     }
 

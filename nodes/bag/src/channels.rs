@@ -72,9 +72,9 @@ const DEFINITION_BYTES: usize = 256 << 20;
 
 /// Remaining memory for definitions.
 #[derive(Debug, Default)]
-pub(super) struct DefinitionRoom(usize);
+pub(super) struct DefinitionMemory(usize);
 
-impl DefinitionRoom {
+impl DefinitionMemory {
     pub(super) fn reserve(&mut self, path: &Path, bytes: usize) -> Result<(), BagError> {
         self.0 = self.0.saturating_add(bytes);
         if self.0 <= DEFINITION_BYTES {
@@ -88,7 +88,7 @@ impl DefinitionRoom {
 /// Schemas and channels as they come by in a file.
 #[derive(Debug, Default)]
 pub(super) struct Channels {
-    room: DefinitionRoom,
+    room: DefinitionMemory,
     seen: BTreeSet<u16>,
     schemas: HashMap<u16, (String, String)>,
     /// The topic of each channel, by its place in the bag.

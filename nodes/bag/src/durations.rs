@@ -110,8 +110,8 @@ mod tests {
             assert_eq!((counter_of(longest), counter_of(longest + 1)), (counter, counter + 1));
         }
         for ns in (0..64).map(|shift| u64::MAX >> shift).chain([1000, 49_999, 123_456_789]) {
-            let told = longest_of(counter_of(ns));
-            assert!(told >= ns && told - ns <= ns / 16, "{ns} ns is told as {told} ns");
+            let reported = longest_of(counter_of(ns));
+            assert!(reported >= ns && reported - ns <= ns / 16, "{ns} ns is told as {reported} ns");
         }
     }
 
@@ -122,10 +122,12 @@ mod tests {
         for us in 1..=10_000 {
             durations.add(Duration::from_micros(us));
         }
-        let told = durations.summary();
-        assert_eq!((told.count, told.longest_ns), (10_000, 10_000_000));
-        for (told, exact) in [(told.p50_ns, 5_000_000), (told.p99_ns, 9_900_000), (told.p99_9_ns, 9_990_000)] {
-            assert!((exact..=exact + exact / 16).contains(&told), "{told} ns for {exact} ns");
+        let reported = durations.summary();
+        assert_eq!((reported.count, reported.longest_ns), (10_000, 10_000_000));
+        for (reported, exact) in
+            [(reported.p50_ns, 5_000_000), (reported.p99_ns, 9_900_000), (reported.p99_9_ns, 9_990_000)]
+        {
+            assert!((exact..=exact + exact / 16).contains(&reported), "{reported} ns for {exact} ns");
         }
         let one = Durations::default();
         one.add(Duration::from_nanos(777));

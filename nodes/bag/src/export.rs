@@ -29,10 +29,10 @@ pub fn to_bag(bag: &Bag, into: &Path, preset: Preset) -> Result<Exported, BagErr
     };
     let copied = copy();
     progress.finish_and_clear();
-    let mut told = bag.custom_data().clone();
+    let mut custom_data = bag.custom_data().clone();
     // The copy is one file.
-    told.remove(REPEATED);
-    let outcome = copied.and_then(|count| writer.close_as_it_was(told).map(|_| count));
+    custom_data.remove(REPEATED);
+    let outcome = copied.and_then(|count| writer.close_as_it_was(custom_data).map(|_| count));
     match outcome {
         Ok(messages) => Ok(Exported { paths: vec![into.to_owned()], messages, left_out: Vec::new() }),
         Err(error) => {

@@ -22,12 +22,12 @@ const GROUP_VALUES: usize = 8 << 20;
 /// A table under way.
 pub(super) struct ParquetFile {
     writer: SerializedFileWriter<File>,
-    columns: Vec<Gathered>,
+    columns: Vec<ColumnGroup>,
     values: usize,
 }
 
 /// The values of a column since the last group, with what Parquet calls their levels: whether there is one, and whether it begins a row.
-struct Gathered {
+struct ColumnGroup {
     values: Values,
     definitions: Vec<i16>,
     repetitions: Vec<i16>,
@@ -54,7 +54,7 @@ impl ParquetFile {
             .build();
         let writer = SerializedFileWriter::new(file, schema, Arc::new(properties)).map_err(failed)?;
         let times = [ColumnType::Signed(64), ColumnType::Signed(64)];
-        let columns = times.iter().chain(columns.iter().map(|column| &column.kind)).map(Gathered::new).collect();
+        let columns = times.iter().chain(columns.iter().map(|column| &column.kind)).map(ColumnGroup::new).collect();
         Ok(Self { writer, columns, values: 0 })
     }
 
@@ -88,7 +88,7 @@ impl ParquetFile {
     }
 }
 
-impl Gathered {
+impl ColumnGroup {
     fn new(kind: &ColumnType) -> Self {
         let (element, is_list) = match kind {
             ColumnType::List(element) => (element.as_ref(), true),

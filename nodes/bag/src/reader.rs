@@ -9,7 +9,7 @@ use mcap::records::{ChunkIndex, MessageHeader, Record, Statistics};
 use mcap::sans_io::indexed_reader::{IndexedReadEvent, IndexedReader, IndexedReaderOptions};
 use mcap::{McapError, Summary};
 
-use super::channels::{Channels, DefinitionRoom, storage_files, topic_of};
+use super::channels::{Channels, DefinitionMemory, storage_files, topic_of};
 use super::metadata::{self, BagMetadata, RECORDER_VERSION};
 use super::records::{RECORD_LIMIT, Records, last_metadata_record, open_file, read_summary, tolerant};
 use super::sequence_check::{Numbers, SequenceCheck};
@@ -174,7 +174,7 @@ impl Bag {
         {
             let mut channels: Vec<_> = summary.channels.values().collect();
             channels.sort_by_key(|c| c.id);
-            let mut room = DefinitionRoom::default();
+            let mut room = DefinitionMemory::default();
             for channel in channels {
                 room.reserve(&path, channel.schema.as_ref().map_or(0, |s| s.data.len()))?;
                 let (type_name, definition) = channel.schema.as_ref().map_or((String::new(), String::new()), |s| {
@@ -321,11 +321,11 @@ impl Messages<'_> {
 fn is_worth_reading_by(summary: &Summary) -> bool {
     let chunks = &summary.chunk_indexes;
     let limit = RECORD_LIMIT as u64;
-    let mut told = BTreeSet::new();
+    let mut starts = BTreeSet::new();
     let is_sound = chunks.iter().all(|chunk| {
         (chunk.message_index_length > 0 || chunk.message_end_time == 0)
             && chunk.uncompressed_size <= limit
-            && told.insert(chunk.chunk_start_offset)
+            && starts.insert(chunk.chunk_start_offset)
     });
     let all: u64 = chunks.iter().fold(0, |sum, chunk| sum.saturating_add(chunk.uncompressed_size));
     let follows = |pair: &[ChunkIndex]| pair[1].message_start_time >= pair[0].message_end_time;

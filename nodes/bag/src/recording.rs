@@ -180,9 +180,9 @@ impl Recording {
 
     /// Returns whether a message may be queued beside `mine` bytes of its topic and `all` bytes of all topics.
     fn has_room(&self, mine: u64, all: u64) -> bool {
-        let most = self.queue_bytes;
-        let is_rare = mine <= most / RARE;
-        all <= most && (is_rare || (mine <= most / 2 && all <= most - most / KEPT_FOR_RARE))
+        let max = self.queue_bytes;
+        let is_rare = mine <= max / RARE;
+        all <= max && (is_rare || (mine <= max / 2 && all <= max - max / KEPT_FOR_RARE))
     }
 
     /// Notes that `count` messages were lost before they could be handed over; they enter `camwright.lost_total`. Returns whether

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::Record;
 
-use super::channels::{Channels, DefinitionRoom, files_in, storage_files, topic_of};
+use super::channels::{Channels, DefinitionMemory, files_in, storage_files, topic_of};
 use super::json::quoted;
 use super::metadata::{self, BagMetadata};
 use super::records::read_summary;
-use super::salvage::{Loss, Piece, Proof, Salvage};
+use super::salvage::{Loss, Proof, Salvage, SalvagedPiece};
 use super::sequence_check::{Numbers, SequenceCheck};
 use super::writer::REPEATED;
 use super::{BagError, BagWriter, Message, Topic, TopicId, WriterOptions};
@@ -130,7 +130,7 @@ pub fn recover(path: &Path, into: &Path) -> Result<Recovery, BagError> {
         Err(BagError::Metadata { .. }) => files_in(path)?,
         other => other?,
     };
-    let mut rescue = Rescue::new(into)?;
+    let mut rescue = BagRebuild::new(into)?;
     let outcome = files.iter().try_for_each(|file| rescue.file(file));
     if let Err(error) = outcome {
         // Ours, made a moment ago, and nothing that anybody should take for a bag.
@@ -143,12 +143,12 @@ pub fn recover(path: &Path, into: &Path) -> Result<Recovery, BagError> {
 
 /// The topics of one file, by channel.
 #[derive(Default)]
-struct Names {
+struct ChannelTopics {
     known: BTreeMap<u16, (String, TopicId)>,
     repeated: BTreeMap<u16, Topic>,
 }
 
-impl Names {
+impl ChannelTopics {
     fn find(&mut self, channel: u16, writer: &mut BagWriter) -> Result<Option<(String, TopicId)>, BagError> {
         if let Some(topic) = self.repeated.get(&channel).filter(|_| !self.known.contains_key(&channel)) {
             let id = writer.add_topic(topic)?;
@@ -164,14 +164,14 @@ impl Names {
     }
 }
 
-struct Rescue {
+struct BagRebuild {
     writer: BagWriter,
     recovery: Recovery,
     numbers: BTreeMap<usize, Numbers>,
     custom_data: BTreeMap<String, String>,
 }
 
-impl Rescue {
+impl BagRebuild {
     fn new(into: &Path) -> Result<Self, BagError> {
         let writer = BagWriter::create(into, &WriterOptions::default())?;
         let recovery = Recovery { into: into.to_owned(), ..Recovery::default() };
@@ -182,10 +182,10 @@ impl Rescue {
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let mut salvage = Salvage::open(path)?;
         let mut channels = Channels::default();
-        let mut topics = Names::default();
+        let mut topics = ChannelTopics::default();
         // Where a chunk is lost that defines a topic, the summary of a file that was closed still knows it.
         if let Ok(Some(summary)) = read_summary(path) {
-            let mut room = DefinitionRoom::default();
+            let mut room = DefinitionMemory::default();
             for channel in summary.channels.values() {
                 let schema = channel.schema.as_ref();
                 if room.reserve(path, schema.map_or(0, |s| s.data.len())).is_err() {
@@ -201,7 +201,7 @@ impl Rescue {
         }
         while let Some(piece) = salvage.next()? {
             match piece {
-                Piece::Whole(records, proof) => {
+                SalvagedPiece::Whole(records, proof) => {
                     let unproved =
                         records.iter().filter(|r| proof == Proof::None && matches!(r, Record::Message { .. }));
                     self.recovery.unproved += unproved.count() as u64;
@@ -209,7 +209,7 @@ impl Rescue {
                         self.record(path, record, &mut channels, &mut topics)?;
                     }
                 }
-                Piece::Lost(Loss { offset, bytes, reason, messages }) => {
+                SalvagedPiece::Lost(Loss { offset, bytes, reason, messages }) => {
                     let messages = messages.into_iter().map(|(id, count)| (topics.name(id), count)).collect();
                     self.recovery.losses.push(Lost { file: name.clone(), offset, bytes, reason, messages });
                 }
@@ -224,7 +224,7 @@ impl Rescue {
         path: &Path,
         record: Record<'static>,
         channels: &mut Channels,
-        topics: &mut Names,
+        topics: &mut ChannelTopics,
     ) -> Result<(), BagError> {
         match record {
             Record::Message { header, data } => {
@@ -248,8 +248,8 @@ impl Rescue {
             }
             Record::Metadata(mut m) if m.name == metadata::RECORD_NAME => {
                 let text = m.metadata.remove(metadata::RECORD_KEY);
-                if let Some(Ok(told)) = text.as_deref().map(BagMetadata::parse_record) {
-                    self.custom_data = told.custom_data;
+                if let Some(Ok(recorded)) = text.as_deref().map(BagMetadata::parse_record) {
+                    self.custom_data = recorded.custom_data;
                 }
             }
             other => match channels.note(path, other) {

@@ -32,7 +32,7 @@ const LOOKS: u64 = 32;
 
 /// Something of the file, in its order.
 #[derive(Debug)]
-pub(super) enum Piece {
+pub(super) enum SalvagedPiece {
     /// Records: the content of a chunk that is whole, or one that stands by itself.
     Whole(Vec<Record<'static>>, Proof),
     /// Bytes of which nothing can be had.
@@ -88,7 +88,7 @@ impl Salvage {
     }
 
     /// The next piece, or none at the end.
-    pub(super) fn next(&mut self) -> Result<Option<Piece>, BagError> {
+    pub(super) fn next(&mut self) -> Result<Option<SalvagedPiece>, BagError> {
         while !self.closed && self.at < self.length {
             let begin = self.at;
             let Some((opcode, length)) = self.head(begin)? else {
@@ -119,12 +119,12 @@ impl Salvage {
             match piece {
                 Ok(Some(records)) => {
                     let proof = if opcode == op::CHUNK { Proof::CheckSum } else { Proof::None };
-                    return Ok(Some(Piece::Whole(records, proof)));
+                    return Ok(Some(SalvagedPiece::Whole(records, proof)));
                 }
                 Ok(None) => {}
                 Err(reason) if opcode == op::CHUNK && self.is_at_a_record()? => {
                     let messages = self.messages_by_index()?;
-                    return Ok(Some(Piece::Lost(Loss { offset: begin, bytes: end - begin, reason, messages })));
+                    return Ok(Some(SalvagedPiece::Lost(Loss { offset: begin, bytes: end - begin, reason, messages })));
                 }
                 // Its length may be what is damaged.
                 Err(reason) => return self.search(begin, &reason).map(Some),
@@ -167,7 +167,7 @@ impl Salvage {
     }
 
     /// Goes on at the next chunk that is whole; what lies before it is lost.
-    fn search(&mut self, begin: u64, reason: &str) -> Result<Piece, BagError> {
+    fn search(&mut self, begin: u64, reason: &str) -> Result<SalvagedPiece, BagError> {
         let mut from = begin + 1;
         self.at = self.length;
         'windows: while from + MIN_RECORD as u64 <= self.length {
@@ -191,7 +191,7 @@ impl Salvage {
             from += WINDOW as u64;
         }
         let (bytes, messages) = (self.at - begin, BTreeMap::new());
-        Ok(Piece::Lost(Loss { offset: begin, bytes, reason: reason.to_owned(), messages }))
+        Ok(SalvagedPiece::Lost(Loss { offset: begin, bytes, reason: reason.to_owned(), messages }))
     }
 
     fn read(&mut self, at: u64, length: u64) -> Result<Vec<u8>, BagError> {
@@ -259,7 +259,7 @@ fn records_of(body: &[u8]) -> Result<Vec<Record<'static>>, McapError> {
 /// Unpacks a chunk after checking its check sum, and passes on operation code and content of each record.
 pub(super) fn walk_chunk(
     body: &[u8],
-    mut told: impl FnMut(u8, &[u8]) -> Result<(), McapError>,
+    mut on_record: impl FnMut(u8, &[u8]) -> Result<(), McapError>,
 ) -> Result<(), McapError> {
     let mut record = vec![op::CHUNK];
     record.extend_from_slice(&(body.len() as u64).to_le_bytes());
@@ -274,7 +274,7 @@ pub(super) fn walk_chunk(
                 reader.notify_read(now.len());
                 left = later;
             }
-            LinearReadEvent::Record { data, opcode } => told(opcode, data)?,
+            LinearReadEvent::Record { data, opcode } => on_record(opcode, data)?,
         }
     }
     Ok(())

@@ -55,12 +55,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gaps_are_told_once_and_what_fills_them_too() {
+    fn gaps_and_late_messages_are_reported_once() {
         let mut numbers = Numbers::default();
-        let told = [5, 6, 10, 8, 8, 7, 9, 6, 11, 0, 0, u32::MAX].map(|number| numbers.check(number));
+        let checked = [5, 6, 10, 8, 8, 7, 9, 6, 11, 0, 0, u32::MAX].map(|number| numbers.check(number));
         use SequenceCheck::{Again, Missed, New};
         let expected =
             [New(0), New(0), New(3), Missed, Again, Missed, Missed, Again, New(0), New(0), New(0), New(u32::MAX - 12)];
-        assert_eq!(told, expected);
+        assert_eq!(checked, expected);
     }
 }

@@ -36,14 +36,14 @@ fn fields(cursor: &mut Cursor<'_>, definition: &Definition, index: usize) -> Res
 
 fn field(cursor: &mut Cursor<'_>, definition: &Definition, field: &Field) -> Result<(), String> {
     let count = cursor.count(field.shape)?;
-    if let Shape::BoundedSequence(most) = field.shape
-        && count > most
+    if let Shape::BoundedSequence(max) = field.shape
+        && count > max
     {
-        return Err(format!("{count} elements, {most} are allowed"));
+        return Err(format!("{count} elements, {max} are allowed"));
     }
     match &field.kind {
         Kind::Nested(index) => (0..count).try_for_each(|_| fields(cursor, definition, *index)),
-        Kind::Text(most) => (0..count).try_for_each(|_| text(cursor, *most)),
+        Kind::Text(max) => (0..count).try_for_each(|_| text(cursor, *max)),
         Kind::Primitive(primitive) => primitives(cursor, *primitive, count),
     }
 }
@@ -72,7 +72,7 @@ fn numbers<const N: usize>(cursor: &mut Cursor<'_>, count: usize) -> Result<(), 
     cursor.read(bytes).map(drop)
 }
 
-fn text(cursor: &mut Cursor<'_>, most: Option<usize>) -> Result<(), String> {
+fn text(cursor: &mut Cursor<'_>, max: Option<usize>) -> Result<(), String> {
     let length = usize::try_from(cursor.length()?).map_err(|error| error.to_string())?;
     let bytes = cursor.read(length)?;
     let Some((0, letters)) = bytes.split_last() else { return Err("a text without the zero at its end".into()) };
@@ -82,8 +82,8 @@ fn text(cursor: &mut Cursor<'_>, most: Option<usize>) -> Result<(), String> {
     if std::str::from_utf8(letters).is_err() {
         return Err("a text that is not UTF-8".into());
     }
-    match most {
-        Some(most) if letters.len() > most => Err(format!("a text of {} bytes, {most} are allowed", letters.len())),
+    match max {
+        Some(max) if letters.len() > max => Err(format!("a text of {} bytes, {max} are allowed", letters.len())),
         _ => Ok(()),
     }
 }

@@ -277,9 +277,9 @@ impl BagWriter {
         if self.current.messages() <= repeated {
             return false;
         }
-        let is_large = self.split.bytes.is_some_and(|most| self.current.bytes().saturating_sub(head_bytes) >= most);
-        let is_long = self.split.duration.zip(self.current.log_times_ns()).is_some_and(|(most, (first, _))| {
-            log_time_ns.saturating_sub(first) > u64::try_from(most.as_nanos()).unwrap_or(u64::MAX)
+        let is_large = self.split.bytes.is_some_and(|max| self.current.bytes().saturating_sub(head_bytes) >= max);
+        let is_long = self.split.duration.zip(self.current.log_times_ns()).is_some_and(|(max, (first, _))| {
+            log_time_ns.saturating_sub(first) > u64::try_from(max.as_nanos()).unwrap_or(u64::MAX)
         });
         is_large || is_long
     }
@@ -382,8 +382,8 @@ impl BagWriter {
     ///
     /// # Errors
     /// As [`BagWriter::close`].
-    pub(super) fn close_as_it_was(mut self, told: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
-        self.custom_data = told;
+    pub(super) fn close_as_it_was(mut self, custom_data: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
+        self.custom_data = custom_data;
         self.finish()
     }
 
@@ -391,8 +391,8 @@ impl BagWriter {
     ///
     /// # Errors
     /// As [`BagWriter::close`].
-    pub(super) fn close_as_recovered(mut self, told: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
-        self.custom_data.extend(told);
+    pub(super) fn close_as_recovered(mut self, custom_data: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
+        self.custom_data.extend(custom_data);
         self.custom_data.insert("camwright.outcome".into(), Outcome::Recovered.word().into());
         self.finish()
     }

@@ -159,13 +159,13 @@ impl WriterTask {
 
     /// Ends the recording before the disk is full.
     fn check_disk(&mut self) {
-        let least = self.min_free_bytes;
+        let min = self.min_free_bytes;
         let Some(free) = self.writer.as_ref().and_then(|writer| free_bytes(writer.directory())) else { return };
         self.shared.free_bytes.store(free, Ordering::Relaxed);
-        if free < least {
+        if free < min {
             self.step(|writer| {
                 let directory = writer.directory().display();
-                writer.give_up(format!("{free} bytes are free on the disk of {directory}, {least} are to be left"));
+                writer.give_up(format!("{free} bytes are free on the disk of {directory}, {min} are to be left"));
                 Ok(())
             });
         }
@@ -199,7 +199,7 @@ impl WriterTask {
     fn close(&mut self, outcome: Outcome) {
         let Some(mut writer) = self.writer.take() else { return };
         let (losses, enqueue) = (self.shared.losses(), self.shared.enqueue());
-        let told = [
+        let counters = [
             ("camwright.lost_on_the_way", losses.missed),
             ("camwright.lost_queue_full", losses.queue_full),
             ("camwright.lost_not_taken", losses.dropped.saturating_sub(losses.queue_full)),
@@ -209,7 +209,7 @@ impl WriterTask {
             ("camwright.enqueue_p99_9_ns", enqueue.p99_9_ns),
             ("camwright.enqueue_max_ns", enqueue.longest_ns),
         ];
-        for (key, value) in told {
+        for (key, value) in counters {
             writer.add_metadata(key, value.to_string());
         }
         self.closed = Some(writer.close(outcome, losses.dropped + losses.missed));
@@ -218,6 +218,6 @@ impl WriterTask {
 
 /// Free space on the disk of a directory for ordinary users (B).
 pub fn free_bytes(directory: &Path) -> Option<u64> {
-    let told = rustix::fs::statvfs(directory).ok()?;
-    Some(told.f_bavail.saturating_mul(told.f_frsize))
+    let stats = rustix::fs::statvfs(directory).ok()?;
+    Some(stats.f_bavail.saturating_mul(stats.f_frsize))
 }

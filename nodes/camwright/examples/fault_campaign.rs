@@ -65,7 +65,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     let (plan, _) = plan_from_pages(&prepared.pages, &description)?;
     let designs: Vec<&LobeDesign> = prepared.planned.lobes.iter().map(|lobe| &lobe.design).collect();
     let mut rows: BTreeMap<String, Row> = BTreeMap::new();
-    let mut told = String::new();
+    let mut text = String::new();
     for (description, only) in [(&description, None), (&drained, Some("power loss"))] {
         let motion = Prepared::new(Motion::Plan(Arc::new(plan.clone())), description)?;
         let failed = |alarm: Option<camwright::machine::alarm::Alarm>| format!("the job without a fault: {alarm:?}");
@@ -73,7 +73,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
         let (healthy, _) = Campaign::new(&plan, &designs, motion.clone(), cell.clone(), &[]).map_err(failed)?;
         let moments = seeded_moments(seed, count, healthy.struck_within());
         let (campaign, frames) = Campaign::new(&plan, &designs, motion, cell, &moments).map_err(failed)?;
-        told = format!("deepest cut of the job without a fault {:.2} um", um_from_mm(campaign.healthy_mm));
+        text = format!("deepest cut of the job without a fault {:.2} um", um_from_mm(campaign.healthy_mm));
         for frame in &frames {
             let is_meant =
                 |case: &FaultCase| only.is_none_or(|name| case.fault == Fault::PowerLoss(true) && case.name == name);
@@ -87,7 +87,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
             }
         }
     }
-    println!("{job}: every fault at {count} moments, seed {seed}; {told}");
+    println!("{job}: every fault at {count} moments, seed {seed}; {text}");
     println!(
         "{:<28} {:>5}  {:<24} {:>9} {:>9} {:>9} {:>9}",
         "fault", "cases", "alarms", "rest ms", "cut um", "bound um", "margin"

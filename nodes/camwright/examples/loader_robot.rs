@@ -9,7 +9,7 @@
 #![allow(clippy::print_stdout, reason = "a command")]
 #![allow(dead_code, reason = "the tests steer the robot by hand as well")]
 
-use camwright_authority::{Command, TakeOptions};
+use camwright_authority::{HeldCommand, TakeOptions};
 use camwright_msgs::camwright_msgs::msg::{CellState, LoaderState, LoadingState};
 use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandRequest, CellCommandResponse};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
@@ -25,7 +25,7 @@ const ANSWER: Duration = Duration::from_secs(90);
 
 /// Received messages, and a condition variable for new ones.
 #[derive(Debug, Default)]
-struct Heard {
+struct ReceivedStates {
     cell: Option<CellState>,
     loading: Option<LoadingState>,
 }
@@ -42,7 +42,7 @@ struct Signals {
 pub(crate) struct Robot {
     /// Its node.
     pub(crate) node: Node,
-    heard: Arc<(Mutex<Heard>, Condvar)>,
+    received: Arc<(Mutex<ReceivedStates>, Condvar)>,
     signals: Arc<Mutex<Signals>>,
     publisher: Publisher<LoaderState>,
     command: Client<CellCommand>,
@@ -62,28 +62,28 @@ impl Robot {
     /// DDS that cannot start.
     pub(crate) fn start(args: &RosArgs, raw_parts: u32) -> Result<Self, RosError> {
         let node = Node::new(NodeOptions::new("loader_robot", args))?;
-        let heard: Arc<(Mutex<Heard>, Condvar)> = Arc::default();
-        let (of_cell, of_loading) = (Arc::clone(&heard), Arc::clone(&heard));
+        let received: Arc<(Mutex<ReceivedStates>, Condvar)> = Arc::default();
+        let (of_cell, of_loading) = (Arc::clone(&received), Arc::clone(&received));
         let latched = Qos::latched(1);
         let cell = node.subscribe("job_planner/cell_state", &latched, move |state: CellState, _| {
-            update(&of_cell, |heard| heard.cell = Some(state));
+            update(&of_cell, |received| received.cell = Some(state));
         })?;
         let loading = node.subscribe("job_planner/loading", &latched, move |state: LoadingState, _| {
-            update(&of_loading, |heard| heard.loading = Some(state));
+            update(&of_loading, |received| received.loading = Some(state));
         })?;
         let state =
             LoaderState { name: "loader".into(), available: true, parts_left: raw_parts, ..LoaderState::default() };
         let signals = Arc::new(Mutex::new(Signals { state, is_silent: false }));
         let publisher = node.publisher("loader/state", &Qos::default_topic())?;
-        let (said, says, clock) = (Arc::clone(&signals), publisher.clone(), node.clone());
-        let timer = node.timer(SIGNALS, move || publish(&said, &says, &clock));
+        let (sent_signals, state_publisher, clock) = (Arc::clone(&signals), publisher.clone(), node.clone());
+        let timer = node.timer(SIGNALS, move || publish(&sent_signals, &state_publisher, &clock));
         Ok(Self {
             command: node.client("job_planner/cell_command")?,
             open_chuck: node.client("job_planner/open_chuck")?,
             close_chuck: node.client("job_planner/close_chuck")?,
             place_part: node.client("machine/place_part")?,
             take_part: node.client("machine/take_part")?,
-            heard,
+            received,
             signals,
             publisher,
             _timer: timer,
@@ -108,19 +108,19 @@ impl Robot {
     ///
     /// # Errors
     /// They are not within the time.
-    fn wait<R>(&self, what: &str, mut wanted: impl FnMut(&Heard) -> Option<R>) -> Result<R, String> {
+    fn wait<R>(&self, what: &str, mut wanted: impl FnMut(&ReceivedStates) -> Option<R>) -> Result<R, String> {
         let end = Instant::now() + ANSWER;
-        let mut heard = self.heard.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut received = self.received.0.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
-            if let Some(found) = wanted(&heard) {
+            if let Some(found) = wanted(&received) {
                 return Ok(found);
             }
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                let cell = heard.cell.as_ref().map(|cell| (&cell.state_name, &cell.substate, &cell.stop_reason));
+                let cell = received.cell.as_ref().map(|cell| (&cell.state_name, &cell.substate, &cell.stop_reason));
                 return Err(format!("waited {} s for {what}; the cell is {cell:?}", ANSWER.as_secs()));
             }
-            heard = self.heard.1.wait_timeout(heard, left).unwrap_or_else(PoisonError::into_inner).0;
+            received = self.received.1.wait_timeout(received, left).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -129,7 +129,7 @@ impl Robot {
     /// # Errors
     /// It does not come.
     pub(crate) fn cell(&self, what: &str, wanted: impl Fn(&CellState) -> bool) -> Result<CellState, String> {
-        self.wait(what, |heard| heard.cell.clone().filter(|cell| wanted(cell)))
+        self.wait(what, |received| received.cell.clone().filter(|cell| wanted(cell)))
     }
 
     /// Waits for a state of the loading.
@@ -137,7 +137,7 @@ impl Robot {
     /// # Errors
     /// It does not come.
     pub(crate) fn loading(&self, what: &str, wanted: impl Fn(&LoadingState) -> bool) -> Result<LoadingState, String> {
-        self.wait(what, |heard| heard.loading.clone().filter(|loading| wanted(loading)))
+        self.wait(what, |received| received.loading.clone().filter(|loading| wanted(loading)))
     }
 
     /// A command to the cell.
@@ -201,13 +201,13 @@ impl Robot {
     pub(crate) fn tend(&self) -> Result<Vec<u8>, String> {
         let mut served = Vec::new();
         loop {
-            let is_over = self.wait("a request", |heard| {
-                let cell = heard.cell.as_ref()?;
+            let is_over = self.wait("a request", |received| {
+                let cell = received.cell.as_ref()?;
                 let failed = matches!(cell.state, CellState::HELD | CellState::STOPPED | CellState::ABORTED);
                 if failed {
                     return Some(Err(format!("the cell is {}: {}", cell.state_name, cell.stop_reason)));
                 }
-                let clear = heard.loading.as_ref().is_some_and(|loading| loading.clear_to_enter);
+                let clear = received.loading.as_ref().is_some_and(|loading| loading.clear_to_enter);
                 (clear || cell.state == CellState::COMPLETE).then_some(Ok(!clear))
             })??;
             if is_over {
@@ -244,9 +244,9 @@ impl Robot {
     }
 }
 
-fn update(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
-    change(&mut heard.0.lock().unwrap_or_else(PoisonError::into_inner));
-    heard.1.notify_all();
+fn update(received: &(Mutex<ReceivedStates>, Condvar), change: impl FnOnce(&mut ReceivedStates)) {
+    change(&mut received.0.lock().unwrap_or_else(PoisonError::into_inner));
+    received.1.notify_all();
 }
 
 fn publish(signals: &Mutex<Signals>, publisher: &Publisher<LoaderState>, node: &Node) {
@@ -269,7 +269,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let overrides: Vec<String> = words.collect();
     let robot = Robot::start(&args, parts)?;
     // Shared: an operator may command beside the robot.
-    let _command = Command::acquire(&robot.node, &TakeOptions::new("loader robot").shared().of_cell())?;
+    let _command = HeldCommand::acquire(&robot.node, &TakeOptions::new("loader robot").shared().for_cell())?;
     robot.start_run(&job, &overrides, parts)?;
     let served = robot.tend()?;
     let end = robot.cell("the end of the run", |cell| cell.state == CellState::COMPLETE)?;

@@ -64,7 +64,7 @@ const SILENCE: std::time::Duration = std::time::Duration::from_millis(2500);
 
 /// The machine that the bridge makes of a controller.
 #[derive(Debug)]
-struct Standing {
+struct BridgedMachine {
     machine: MachineDescription,
     buffer: SetpointBuffer,
     clock: TickClock,
@@ -76,7 +76,7 @@ struct Standing {
     commands_received: u32,
     alarms: Vec<Alarm>,
     alarms_changed: bool,
-    told: (u8, usize, bool, u32),
+    reported: (u8, usize, bool, u32),
     estop: bool,
 }
 
@@ -94,7 +94,7 @@ struct Shared {
     node: Node,
     file: Arc<Machine>,
     outlets: Arc<Outlets>,
-    standing: Arc<Mutex<Option<Standing>>>,
+    standing: Arc<Mutex<Option<BridgedMachine>>>,
 }
 
 impl Bridge {
@@ -120,15 +120,17 @@ impl Bridge {
         let (state, chunks, orders) = (shared.clone(), shared.clone(), shared.clone());
         let (of_chunks, of_orders) = (Arc::clone(&desk), Arc::clone(&desk));
         let subscriptions = vec![
-            node.subscribe(&format!("{controller}/controller_state"), &many, move |said, _| state.receive(&said))?,
-            node.subscribe("machine/setpoints", &many, move |said, info| {
-                if of_chunks.takes_motion("machine/setpoints", &info.writer) {
-                    chunks.follow(&said, participant(info.writer));
+            node.subscribe(&format!("{controller}/controller_state"), &many, move |message, _| {
+                state.receive(&message)
+            })?,
+            node.subscribe("machine/setpoints", &many, move |message, info| {
+                if of_chunks.accepts_motion("machine/setpoints", &info.writer) {
+                    chunks.follow(&message, participant(info.writer));
                 }
             })?,
-            node.subscribe("machine/commands", &many, move |said, info| {
-                if of_orders.takes_motion("machine/commands", &info.writer) {
-                    orders.obey(&said, participant(info.writer));
+            node.subscribe("machine/commands", &many, move |message, info| {
+                if of_orders.accepts_motion("machine/commands", &info.writer) {
+                    orders.obey(&message, participant(info.writer));
                 }
             })?,
         ];
@@ -161,7 +163,7 @@ fn participant(mut writer: Guid) -> Guid {
 }
 
 impl Shared {
-    fn standing(&self) -> MutexGuard<'_, Option<Standing>> {
+    fn standing(&self) -> MutexGuard<'_, Option<BridgedMachine>> {
         self.standing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -172,13 +174,13 @@ impl Shared {
     }
 
     /// Executes every tick up to the time of the controller's state.
-    fn receive(&self, said: &JointTrajectoryControllerState) {
-        let Some(feedback) = feedback(said) else {
-            return self.node.logger().warn(&format!("the controller has joints {:?}", said.joint_names));
+    fn receive(&self, message: &JointTrajectoryControllerState) {
+        let Some(feedback) = feedback(message) else {
+            return self.node.logger().warn(&format!("the controller has joints {:?}", message.joint_names));
         };
         let mut standing = self.standing();
         let Some(standing) = standing.as_mut() else {
-            *standing = Some(Standing::new(&self.file.description, feedback));
+            *standing = Some(BridgedMachine::new(&self.file.description, feedback));
             return;
         };
         while standing.clock.ns(standing.tick + 1) <= feedback.ns {
@@ -194,7 +196,7 @@ impl Shared {
     }
 
     /// Publishes a tick.
-    fn publish(&self, standing: &mut Standing, now: &Feedback, mut news: MachineStream) -> Result<(), RosError> {
+    fn publish(&self, standing: &mut BridgedMachine, now: &Feedback, mut news: MachineStream) -> Result<(), RosError> {
         let (tick, stamp) = (standing.tick, standing.clock.stamp(standing.tick));
         let mut joints = JointState { name: joint_names(), ..JointState::default() };
         joints.header.stamp = stamp.clone();
@@ -204,8 +206,8 @@ impl Shared {
         }
         joints.velocity.extend(now.velocity);
         self.outlets.joint_states.publish(&joints)?;
-        let told = (news.motion, standing.alarms.len(), standing.holder.is_some(), standing.commands_received);
-        let changed = std::mem::replace(&mut standing.told, told) != told || standing.alarms_changed;
+        let reported = (news.motion, standing.alarms.len(), standing.holder.is_some(), standing.commands_received);
+        let changed = std::mem::replace(&mut standing.reported, reported) != reported || standing.alarms_changed;
         if std::mem::take(&mut standing.alarms_changed) || tick == 1 {
             self.outlets.alarms.publish(&MachineAlarms {
                 stamp: stamp.clone(),
@@ -231,14 +233,14 @@ impl Shared {
     }
 
     /// A chunk: judged by the core's buffer, then all that is there from now on goes to the controller.
-    fn follow(&self, said: &JointTrajectory, sender: Guid) {
+    fn follow(&self, message: &JointTrajectory, sender: Guid) {
         let mut standing = self.standing();
         let Some(standing) = standing.as_mut() else { return };
         if standing.holder.is_some_and(|holder| holder != sender) {
             return standing.raise(AlarmKind::SecondWriter, 0.0, 0.0);
         }
         let refused = |first_tick| (AlarmKind::ChunkRefused, first_tick, 0.0);
-        let Ok(chunk) = chunk_from_trajectory(said, &standing.machine, standing.clock) else {
+        let Ok(chunk) = chunk_from_trajectory(message, &standing.machine, standing.clock) else {
             return standing.refuse(refused(NO_TICK));
         };
         let first_tick = chunk.first_tick as f64;
@@ -264,31 +266,31 @@ impl Shared {
         }
     }
 
-    fn obey(&self, said: &MachineCommand, sender: Guid) {
+    fn obey(&self, message: &MachineCommand, sender: Guid) {
         let mut standing = self.standing();
         let Some(standing) = standing.as_mut() else { return };
         if standing.holder.is_some_and(|holder| holder != sender) {
             return standing.raise(AlarmKind::SecondWriter, 0.0, 0.0);
         }
-        if said.sequence == 1 {
+        if message.sequence == 1 {
             standing.commands_received = 0;
         }
         let expected = standing.commands_received + 1;
-        if said.sequence != expected {
-            return standing.raise(AlarmKind::CommandGap, f64::from(said.sequence), f64::from(expected));
+        if message.sequence != expected {
+            return standing.raise(AlarmKind::CommandGap, f64::from(message.sequence), f64::from(expected));
         }
-        if said.tick <= standing.tick {
-            return standing.raise(AlarmKind::LateCommand, (standing.tick + 1 - said.tick) as f64, 0.0);
+        if message.tick <= standing.tick {
+            return standing.raise(AlarmKind::LateCommand, (standing.tick + 1 - message.tick) as f64, 0.0);
         }
-        standing.commands_received = said.sequence;
-        match said.kind {
+        standing.commands_received = message.sequence;
+        match message.kind {
             // Of jobs it keeps no book, and an input that it has not got is not closed.
             MachineCommand::JOB_BEGIN | MachineCommand::JOB_END | MachineCommand::ASK => {}
-            MachineCommand::ALARM => match u16::try_from(said.counts).ok().and_then(AlarmKind::from_number) {
+            MachineCommand::ALARM => match u16::try_from(message.counts).ok().and_then(AlarmKind::from_number) {
                 Some(kind) => standing.raise(kind, f64::NAN, 0.0),
                 None => standing.own("the sender's alarm has a number that is not in the table"),
             },
-            kind => standing.own(&format!("command {kind} for {:?}: a bridge has nothing for it", said.target)),
+            kind => standing.own(&format!("command {kind} for {:?}: a bridge has nothing for it", message.target)),
         }
     }
 
@@ -319,7 +321,7 @@ impl Shared {
     }
 }
 
-impl Standing {
+impl BridgedMachine {
     fn new(machine: &MachineDescription, feedback: Feedback) -> Self {
         let clock = TickClock {
             epoch_ns: feedback.ns.div_euclid(1_000_000_000) * 1_000_000_000,
@@ -338,7 +340,7 @@ impl Standing {
             commands_received: 0,
             alarms: Vec::new(),
             alarms_changed: true,
-            told: Default::default(),
+            reported: Default::default(),
             estop: false,
         }
     }
@@ -474,12 +476,12 @@ impl Standing {
 }
 
 /// Place and velocity of each axis, by its joint.
-fn feedback(said: &JointTrajectoryControllerState) -> Option<Feedback> {
-    let mut feedback = Feedback { ns: ns_from_time(&said.header.stamp), ..Feedback::default() };
+fn feedback(message: &JointTrajectoryControllerState) -> Option<Feedback> {
+    let mut feedback = Feedback { ns: ns_from_time(&message.header.stamp), ..Feedback::default() };
     for axis in Axis::ALL {
-        let place = said.joint_names.iter().position(|name| name == axis.joint())?;
-        feedback.position[axis.index()] = *said.feedback.positions.get(place)?;
-        feedback.velocity[axis.index()] = said.feedback.velocities.get(place).copied().unwrap_or(0.0);
+        let place = message.joint_names.iter().position(|name| name == axis.joint())?;
+        feedback.position[axis.index()] = *message.feedback.positions.get(place)?;
+        feedback.velocity[axis.index()] = message.feedback.velocities.get(place).copied().unwrap_or(0.0);
     }
     Some(feedback)
 }

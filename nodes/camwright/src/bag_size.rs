@@ -156,14 +156,14 @@ impl BagSize {
     /// One line for people: how large, and what makes most of it.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let mut most: Vec<&TopicSize> = self.topics.iter().collect();
-        most.sort_by_key(|t| std::cmp::Reverse(t.messages * (t.bytes + FRAMING)));
-        let most: Vec<String> = most
+        let mut largest: Vec<&TopicSize> = self.topics.iter().collect();
+        largest.sort_by_key(|t| std::cmp::Reverse(t.messages * (t.bytes + FRAMING)));
+        let largest: Vec<String> = largest
             .iter()
             .take(3)
             .map(|t| format!("{} {:.1} MB", t.topic, megabytes(t.messages * (t.bytes + FRAMING))))
             .collect();
-        format!("{:.1} MB of bag, uncompressed ({})", megabytes(self.bytes()), most.join(", "))
+        format!("{:.1} MB of bag, uncompressed ({})", megabytes(self.bytes()), largest.join(", "))
     }
 
     /// What is wrong with the room for it on the disk of a directory that need not be there yet; nothing where there is enough.
@@ -251,10 +251,10 @@ fn interpolator_topics(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pac
     };
     // Points of the path, then those of the stop that follows if nothing else comes.
     // At pace fast a chunk has as many ticks as the machine has gone ahead meanwhile: from one message of the stream to a full chunk, half-way here.
-    let least = usize::try_from(stream_ticks).unwrap_or(CHUNK_TICKS).min(CHUNK_TICKS);
+    let minimum = usize::try_from(stream_ticks).unwrap_or(CHUNK_TICKS).min(CHUNK_TICKS);
     let dense = match pace {
-        Pace::Realtime => least,
-        Pace::Fast => least.midpoint(CHUNK_TICKS),
+        Pace::Realtime => minimum,
+        Pace::Fast => minimum.midpoint(CHUNK_TICKS),
     };
     let points = dense + STOP_POINTS;
     let chunk =

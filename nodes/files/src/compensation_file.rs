@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_job_learns_only_where_it_says_so_and_with_the_usual_settings_then() {
+    fn a_job_learns_only_on_request_with_default_settings() {
         assert!(load(&[]).unwrap().spec.compensation.is_none());
         let usual = load(&["form_compensation={}"]).unwrap().spec.compensation.unwrap();
         let (spec, wanted) = (usual.spec, CompensationSpec::default());
@@ -143,8 +143,8 @@ mod tests {
     }
 
     #[test]
-    fn a_setting_out_of_range_is_told_with_its_bound() {
-        for (set, told) in [
+    fn a_setting_out_of_range_is_reported_with_its_bound() {
+        for (set, expected) in [
             ("form_compensation.gain=1.5", "form_compensation.gain is 1.5; it must be 0.000001 to 1"),
             ("form_compensation.gain=0.0", "form_compensation.gain is 0; it must be 0.000001 to 1"),
             ("form_compensation.harmonics=400", "form_compensation.harmonics is 400; it must be 1 to 180"),
@@ -153,7 +153,7 @@ mod tests {
             ("form_compensation.learn=1", "form_compensation.learn is an unknown key; did you mean learned?"),
         ] {
             let error = load(&[set]).err().unwrap();
-            assert!(error.contains(told), "{set}: {error}");
+            assert!(error.contains(expected), "{set}: {error}");
         }
     }
 

@@ -37,12 +37,12 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Surface, Vec<ConfigError
 }
 
 /// Lines of the head and of every row.
-struct Lines {
+struct RowLines {
     head: u64,
     rows: Vec<u64>,
 }
 
-fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
+fn parse(path: &Path, text: &str) -> Result<(Grid, RowLines), Vec<ConfigError>> {
     let refuse = |line: u64, message: String| ConfigError::at(FileLocation::line(path, line), message);
     let mut written = (1..).zip(text.lines()).filter(|(_, line)| {
         let line = line.trim();
@@ -76,7 +76,7 @@ fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
     }
     let columns = azimuths_deg.len();
     let azimuths_rad = azimuths_deg.iter().map(|azimuth| rad_from_deg(*azimuth)).collect();
-    let mut lines = Lines { head, rows: Vec::new() };
+    let mut lines = RowLines { head, rows: Vec::new() };
     let mut grid = Grid { azimuths_rad, z_mm: Vec::new(), radii_mm: Vec::new() };
     for (line, row) in written {
         if grid.radii_mm.len() + columns > MAX_RADII {
@@ -123,7 +123,7 @@ fn short(cell: &str) -> String {
 }
 
 /// The core counts rows and columns; a message of this program begins with the file and the line.
-fn at_line(path: &Path, error: &SurfaceError, lines: &Lines) -> ConfigError {
+fn at_line(path: &Path, error: &SurfaceError, lines: &RowLines) -> ConfigError {
     let line = match error {
         SurfaceError::BadRadius { row, .. }
         | SurfaceError::ZNotIncreasing { row, .. }
@@ -159,10 +159,11 @@ pub fn write(surface: &Surface, azimuths: u32, places_mm: &[f64], to: &mut dyn W
 #[cfg(test)]
 mod tests {
     use super::*;
-    use camwright::cam::surface::solid::{Along, Solid};
+    use camwright::cam::surface::solid::{LinearInZ, Solid};
 
     fn cone() -> Surface {
-        let (first_mm, second_mm) = (Along { at_zero: 24.0, per_mm: -0.1 }, Along { at_zero: 21.0, per_mm: -0.06 });
+        let (first_mm, second_mm) =
+            (LinearInZ { at_zero: 24.0, per_mm: -0.1 }, LinearInZ { at_zero: 21.0, per_mm: -0.06 });
         Surface::solid(Solid::EllipticCone { first_mm, second_mm, azimuth_rad: 0.3 }, 0.0, 20.0).unwrap()
     }
 
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_is_told_with_its_line_and_value() {
+    fn every_error_is_reported_with_its_line_and_value() {
         let change = |line: usize, change: &dyn Fn(&str) -> String| -> String {
             let lines = table()
                 .lines()
@@ -246,8 +247,8 @@ mod tests {
             ),
             (table().replace('.', ";"), "is not a number"),
         ] {
-            let told = refusal(&text);
-            assert!(told.contains(words), "{words}: {told}");
+            let error = refusal(&text);
+            assert!(error.contains(words), "{words}: {error}");
         }
         // All of them, up to a number.
         assert_eq!(refusal(&table().replace(".", "x")).lines().count(), MAX_FINDINGS);
@@ -261,7 +262,7 @@ mod tests {
         let row = vec!["1"; 36_001].join(",");
         let azimuths: Vec<String> = (0..36_000).map(|k| format!("{}", f64::from(k) / 100.0)).collect();
         let text = format!("z_mm,{}\n{}", azimuths.join(","), (row + "\n").repeat(450));
-        let told = refusal(&text);
-        assert!(told.contains("part.csv:446: there are more than 16000000 radii"), "{told}");
+        let error = refusal(&text);
+        assert!(error.contains("part.csv:446: there are more than 16000000 radii"), "{error}");
     }
 }

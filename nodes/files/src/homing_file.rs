@@ -96,7 +96,7 @@ mod tests {
         assert!(
             machine.axes[1].needs_homing && homing.final_mm_s.to_bits() == machine.axes[1].limits.velocity.to_bits()
         );
-        for (home, told) in [
+        for (home, expected) in [
             (
                 "{search_velocity_mm_s: 20, switch_mm: 175, home_mm: 150}",
                 "search and latch velocity and use_index must be",
@@ -113,7 +113,7 @@ mod tests {
             ),
         ] {
             let refused = read(home).expect_err("no homing");
-            assert!(refused.contains(told) && refused.contains("x_axis"), "{home}: {refused}");
+            assert!(refused.contains(expected) && refused.contains("x_axis"), "{home}: {refused}");
         }
     }
 }

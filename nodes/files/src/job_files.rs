@@ -61,11 +61,11 @@ impl Document {
         kind: &str,
         name: &str,
         extension: &str,
-        most: u64,
+        max: u64,
     ) -> Result<LocatedBytes, ConfigError> {
         match self.recorded.find(kind, name) {
             Some((path, bytes)) => Ok(LocatedBytes { path, bytes: bytes.to_vec() }),
-            None => locate_bytes(kind, name, extension, Some(&self.path), most),
+            None => locate_bytes(kind, name, extension, Some(&self.path), max),
         }
     }
 }

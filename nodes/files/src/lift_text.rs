@@ -191,7 +191,7 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
     let path = &located.path;
     let text = located.text.trim_start_matches('\u{feff}');
     let lines = text.lines().count();
-    let Sorted { titles, mut said, body } = sorted(path, text, format.header_lines.unwrap_or(0).min(lines))?;
+    let SortedLines { titles, mut comments, body } = sorted(path, text, format.header_lines.unwrap_or(0).min(lines))?;
     let at = |number: u64, message: String| vec![ConfigError::at(FileLocation::line(path, number), message)];
     let Some(&(first_row, first_text)) = body.first() else {
         return Err(match titles.last() {
@@ -200,7 +200,7 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         });
     };
     let (columns, header) = columns(path, &titles, first_row, format)?;
-    said.extend(titles.iter().filter(|(number, _)| header != Some(*number)));
+    comments.extend(titles.iter().filter(|(number, _)| header != Some(*number)));
     let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnit::Cam), |(_, angle)| angle);
     if columns.angle.is_some() && format.step_deg.is_some() {
         let message = "the table has a column of angles, and the job declares a step as if it had none";
@@ -220,29 +220,29 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         last_digit_mm: columns.mm_per_unit,
         lines,
         findings: Vec::new(),
-        doubts: doubts(path, &said, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
+        doubts: doubts(path, &comments, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
     };
     read_rows(&mut printed, path, &body, &columns, Separator::from_line(first_text, format.decimal_comma), format);
     Ok(printed)
 }
 
 /// The lines of a text by what they are, each with its number.
-struct Sorted<'a> {
+struct SortedLines<'a> {
     /// Before the first row.
     titles: Vec<(u64, &'a str)>,
     /// Comments, and lines that the job skips.
-    said: Vec<(u64, &'a str)>,
+    comments: Vec<(u64, &'a str)>,
     body: Vec<(u64, &'a str)>,
 }
 
-fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<Sorted<'a>, Vec<ConfigError>> {
+fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<SortedLines<'a>, Vec<ConfigError>> {
     let mut titles: Vec<(u64, &str)> = Vec::new();
-    let mut said: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(skipped).collect();
+    let mut comments: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(skipped).collect();
     let mut body: Vec<(u64, &str)> = Vec::new();
     for (number, line) in (1_u64..).zip(text.lines()).skip(skipped) {
         let content = line.split('#').next().unwrap_or("").trim();
         if content.is_empty() || content.starts_with("//") || content.starts_with(['!', '%', '*']) {
-            said.push((number, line));
+            comments.push((number, line));
         } else if body.is_empty() && !begins_with_number(content) {
             titles.push((number, content));
         } else if body.len() == MAX_ROWS {
@@ -253,7 +253,7 @@ fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<Sorted<'a>, 
             body.push((number, line.split('#').next().unwrap_or("").trim_matches(' ').trim_end()));
         }
     }
-    Ok(Sorted { titles, said, body })
+    Ok(SortedLines { titles, comments, body })
 }
 
 /// Reads rows into what is printed, with what is wrong in them.
@@ -329,8 +329,8 @@ fn columns(
         for (number, text) in titles {
             for (index, name) in names(text).into_iter().enumerate() {
                 if column(&name).is_some_and(|known| known != Column::Ignored) && declared.get(index) != Some(&name) {
-                    let said = declared.get(index).map_or("no such column", String::as_str);
-                    return Err(refuse(*number, format!("column {name}, but the job declares {said}")));
+                    let comments = declared.get(index).map_or("no such column", String::as_str);
+                    return Err(refuse(*number, format!("column {name}, but the job declares {comments}")));
                 }
             }
         }
@@ -448,17 +448,19 @@ fn decimals(cell: &str) -> i32 {
 }
 
 /// Comments and titles that name another unit than the declared one.
-fn doubts(path: &Path, said: &[(u64, &str)], unit: LengthUnit, angle: Option<AngleUnit>) -> Vec<ConfigError> {
+fn doubts(path: &Path, comments: &[(u64, &str)], unit: LengthUnit, angle: Option<AngleUnit>) -> Vec<ConfigError> {
     let mut doubts = Vec::new();
-    for (number, line) in said {
+    for (number, line) in comments {
         let words: Vec<String> =
             line.split(|c: char| !c.is_ascii_alphanumeric()).map(str::to_ascii_lowercase).collect();
-        let says = |known: &[&str]| words.iter().find(|word| known.contains(&word.as_str()));
-        let (inches, millimetres) =
-            (says(&["inch", "inches"]), says(&["mm", "millimetre", "millimetres", "millimeter", "millimeters"]));
-        let (cam, crank) = (says(&["cam", "camshaft"]), says(&["crank", "crankshaft"]));
-        let mut doubt = |said: Option<&String>, against: Option<&String>, declared: &str| {
-            if let (Some(word), None) = (said, against) {
+        let has_unit = |known: &[&str]| words.iter().find(|word| known.contains(&word.as_str()));
+        let (inches, millimetres) = (
+            has_unit(&["inch", "inches"]),
+            has_unit(&["mm", "millimetre", "millimetres", "millimeter", "millimeters"]),
+        );
+        let (cam, crank) = (has_unit(&["cam", "camshaft"]), has_unit(&["crank", "crankshaft"]));
+        let mut doubt = |comments: Option<&String>, against: Option<&String>, declared: &str| {
+            if let (Some(word), None) = (comments, against) {
                 let message = format!("the file says {word:?} here, declared are {declared}");
                 doubts.push(ConfigError::at(FileLocation::line(path, *number), message));
             }

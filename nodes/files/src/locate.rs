@@ -83,7 +83,7 @@ impl LocatedBytes {
 }
 
 /// Location of a file.
-enum Found {
+enum FileSource {
     File(PathBuf),
     BuiltIn(PathBuf, &'static str),
 }
@@ -105,24 +105,23 @@ pub fn locate_bytes(
     name: &str,
     extension: &str,
     relative_to: Option<&Path>,
-    most: u64,
+    max: u64,
 ) -> Result<LocatedBytes, ConfigError> {
     let path = match find(kind, name, extension, relative_to)? {
-        Found::File(path) => path,
-        Found::BuiltIn(path, text) => return Ok(LocatedBytes { path, bytes: text.as_bytes().to_vec() }),
+        FileSource::File(path) => path,
+        FileSource::BuiltIn(path, text) => return Ok(LocatedBytes { path, bytes: text.as_bytes().to_vec() }),
     };
-    let too_large = |length: u64| {
-        ConfigError::at(FileLocation::file(&path), format!("has {length} bytes, at most {most} are read"))
-    };
+    let too_large =
+        |length: u64| ConfigError::at(FileLocation::file(&path), format!("has {length} bytes, at most {max} are read"));
     let file = File::open(&path).map_err(|error| unreadable(&path, &error))?;
     let length = file.metadata().map_err(|error| unreadable(&path, &error))?.len();
-    if length > most {
+    if length > max {
         return Err(too_large(length));
     }
     let mut bytes = Vec::new();
     // What grows while it is read, or has no length, is bounded too.
-    file.take(most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&path, &error))?;
-    if bytes.len() as u64 > most {
+    file.take(max + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&path, &error))?;
+    if bytes.len() as u64 > max {
         return Err(too_large(bytes.len() as u64));
     }
     Ok(LocatedBytes { path, bytes })
@@ -144,12 +143,12 @@ fn unreadable(path: &Path, error: &std::io::Error) -> ConfigError {
 /// The file on the disk that [`locate`] finds; none for what is built in or not there.
 pub(super) fn file_of(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Option<PathBuf> {
     match find(kind, name, extension, relative_to).ok()? {
-        Found::File(path) => Some(path),
-        Found::BuiltIn(..) => None,
+        FileSource::File(path) => Some(path),
+        FileSource::BuiltIn(..) => None,
     }
 }
 
-fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Found, ConfigError> {
+fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<FileSource, ConfigError> {
     // The path of a copy leads to the copy.
     let name = name.strip_prefix(IN_BINARY).unwrap_or(name);
     let with_extension =
@@ -170,11 +169,11 @@ fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> 
         candidates.push(root.join(kind).join(&with_extension));
     }
     if let Some(path) = candidates.into_iter().find(|path| path.is_file()) {
-        return Ok(Found::File(path));
+        return Ok(FileSource::File(path));
     }
     let built_in = |key: &str| BUILT_IN.iter().find(|(path, _)| *path == key);
     if let Some((path, text)) = built_in(&format!("{kind}/{with_extension}")).or_else(|| built_in(&with_extension)) {
-        return Ok(Found::BuiltIn(PathBuf::from(format!("{IN_BINARY}{path}")), text));
+        return Ok(FileSource::BuiltIn(PathBuf::from(format!("{IN_BINARY}{path}")), text));
     }
     let known = list(kind);
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();

@@ -106,9 +106,9 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<PersistentS
             file.wheel_radius_mm
         )));
     }
-    let most = file.wheel_radius_mm - low;
-    if !(0.0..=most.max(0.0)).contains(&file.wheel_wear_mm) {
-        return Err(refuse(format!("wheel_wear_mm is {}, the wheel can lose 0 to {most}", file.wheel_wear_mm)));
+    let max = file.wheel_radius_mm - low;
+    if !(0.0..=max.max(0.0)).contains(&file.wheel_wear_mm) {
+        return Err(refuse(format!("wheel_wear_mm is {}, the wheel can lose 0 to {max}", file.wheel_wear_mm)));
     }
     // What was written before the machine grew begins as a machine that has never run.
     let new = PersistentState::new(description);

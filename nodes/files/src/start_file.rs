@@ -34,13 +34,13 @@ impl StartFile {
             StartFile::Number(number) => named(&number.to_string()).or_else(|| numbered(*number)),
             StartFile::Name(name) => named(name).or_else(|| name.parse().ok().and_then(numbered)),
         };
-        let told = match self {
+        let text = match self {
             StartFile::Number(number) => number.to_string(),
             StartFile::Name(name) => name.clone(),
         };
         let names = || lobes.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>().join(", ");
         found.map(Some).ok_or_else(|| {
-            document.error("start_at", format!("unknown start lobe {told:?}; the lobes are {}", names()))
+            document.error("start_at", format!("unknown start lobe {text:?}; the lobes are {}", names()))
         })
     }
 }

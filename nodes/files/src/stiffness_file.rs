@@ -5,7 +5,7 @@ use super::contact_file::PER_MM;
 use super::schema;
 use super::yaml::Document;
 use camwright::gauging::stiffness::Measured;
-use camwright::gauging::stiffness_map::{SAME_PLACE_MM, StiffnessMap, StiffnessMapError, StiffnessPlace};
+use camwright::gauging::stiffness_map::{MeasuredStiffness, SAME_PLACE_MM, StiffnessMap, StiffnessMapError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -41,7 +41,7 @@ struct ContactEntry {
 /// A place and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredContact {
-    pub place: StiffnessPlace,
+    pub place: MeasuredStiffness,
     pub lobe: String,
     pub job: String,
     /// Which part it was, of those on which stiffness was measured.
@@ -162,7 +162,7 @@ impl ContactEntry {
     fn kept(self) -> StoredContact {
         let per_um =
             |value: f64, uncertainty: f64| Measured { value: PER_MM * value, uncertainty: PER_MM * uncertainty };
-        let place = StiffnessPlace {
+        let place = MeasuredStiffness {
             z_mm: self.z_mm,
             machine_n_mm: per_um(self.machine_n_um, self.machine_n_um_uncertainty),
             grinding_n_mm2: per_um(self.grinding_n_um_mm, self.grinding_n_um_mm_uncertainty),
@@ -179,7 +179,7 @@ mod tests {
     fn place(z_mm: f64, n_mm: f64) -> StoredContact {
         let measured = |value: f64, uncertainty: f64| Measured { value, uncertainty };
         StoredContact {
-            place: StiffnessPlace {
+            place: MeasuredStiffness {
                 z_mm,
                 machine_n_mm: measured(n_mm, 51.5),
                 grinding_n_mm2: measured(1512.25, 40.125),
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_nobody_measured_is_refused_with_its_line() {
+    fn an_invalid_stiffness_file_is_refused_with_its_line() {
         let mut kept = StoredStiffness::new("journal_grinder");
         kept.insert(place(80.0, 6000.0)).unwrap();
         let text = kept.text().unwrap();

@@ -95,14 +95,14 @@ fn binary(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
 }
 
 /// The words of a text file with their lines.
-struct Words<'a> {
+struct StlWords<'a> {
     path: &'a Path,
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
     line: u64,
     words: SplitAsciiWhitespace<'a>,
 }
 
-impl<'a> Words<'a> {
+impl<'a> StlWords<'a> {
     fn error(&self, message: String) -> ConfigError {
         ConfigError::at(FileLocation::line(self.path, self.line), message)
     }
@@ -151,7 +151,7 @@ fn shortened(word: &str) -> String {
 
 fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Triangle>, ConfigError> {
     let text = super::locate::text_of(path, bytes)?;
-    let mut words = Words { path, lines: text.lines().enumerate(), line: 1, words: "".split_ascii_whitespace() };
+    let mut words = StlWords { path, lines: text.lines().enumerate(), line: 1, words: "".split_ascii_whitespace() };
     words.expect("solid")?;
     // The rest of that line is its name.
     words.words = "".split_ascii_whitespace();

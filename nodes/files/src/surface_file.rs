@@ -12,7 +12,7 @@ use camwright::cam::contour::Contour;
 use camwright::cam::lift::LengthUnit;
 use camwright::cam::surface::cams::CamAlong;
 use camwright::cam::surface::mesh::{MeshReading, surface_of};
-use camwright::cam::surface::solid::{Along, Harmonic, Solid};
+use camwright::cam::surface::solid::{Harmonic, LinearInZ, Solid};
 use camwright::cam::surface::{Surface, SurfaceError, SurfaceKey};
 use camwright::math::units::rad_from_deg;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -246,17 +246,17 @@ impl Ends {
         }
     }
 
-    fn along(self, from_mm: f64, to_mm: f64) -> Along {
+    fn along(self, from_mm: f64, to_mm: f64) -> LinearInZ {
         let FromTo { from, to } = match self {
             Self::Everywhere(value) => FromTo { from: value, to: value },
             Self::FromTo(ends) => ends,
         };
         // Equal ends are constant, whatever the length.
         if from.to_bits() == to.to_bits() {
-            return Along::constant(from);
+            return LinearInZ::constant(from);
         }
         let per_mm = (to - from) / (to_mm - from_mm);
-        Along { at_zero: from - per_mm * from_mm, per_mm }
+        LinearInZ { at_zero: from - per_mm * from_mm, per_mm }
     }
 }
 
@@ -314,10 +314,10 @@ fn named(
     document: &Document,
     name: &str,
     extension: &str,
-    most: u64,
+    max: u64,
     files: &mut JobFiles,
 ) -> Result<LocatedBytes, Vec<ConfigError>> {
-    let located = (document.locate_bytes("surfaces", name, extension, most))
+    let located = (document.locate_bytes("surfaces", name, extension, max))
         .map_err(|error| vec![document.error("surface.file", error.to_string())])?;
     files.add("surfaces", name, &located.bytes);
     Ok(located)

@@ -37,12 +37,12 @@ impl TableFiles<'_> {
 
     /// Findings of the text and of the core, row by row; a cell without a number is reported once, by the text.
     pub(super) fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
-        let told: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
+        let known: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
         let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
         let new = core.filter(|(finding, error)| {
-            !(matches!(finding, LiftError::NotFinite { .. }) && told.iter().any(|old| old.place == error.place))
+            !(matches!(finding, LiftError::NotFinite { .. }) && known.iter().any(|old| old.place == error.place))
         });
-        let mut errors: Vec<ConfigError> = told.iter().cloned().chain(new.map(|(_, error)| error)).collect();
+        let mut errors: Vec<ConfigError> = known.iter().cloned().chain(new.map(|(_, error)| error)).collect();
         let order = |error: &ConfigError| {
             let file = self.files.iter().position(|(path, _)| *path == error.place.file);
             (file, error.place.line)
@@ -58,9 +58,9 @@ impl TableFiles<'_> {
         warnings: &mut Vec<ConfigError>,
     ) -> Result<LiftTable, Vec<ConfigError>> {
         let (table, doubts) = read.map_err(|findings| self.errors(findings))?;
-        let told = self.errors(Vec::new());
-        if !told.is_empty() {
-            return Err(told);
+        let findings = self.errors(Vec::new());
+        if !findings.is_empty() {
+            return Err(findings);
         }
         for (_, printed) in &self.files {
             warnings.extend(printed.doubts.iter().cloned());

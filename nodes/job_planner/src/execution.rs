@@ -28,13 +28,13 @@ const WATCH: Duration = Duration::from_millis(200);
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
 
 /// Reason for the early end of a job.
-pub(super) enum Failure {
+pub(super) enum JobFailure {
     Cancelled(String),
     /// It could not go on.
     Failed(String),
 }
 
-impl Failure {
+impl JobFailure {
     /// It could not go on, and nothing has moved yet.
     pub(super) fn still(reason: &str) -> Self {
         Self::Failed(format!("{reason}; nothing moved"))
@@ -43,7 +43,7 @@ impl Failure {
 
 /// Share of a plan in a job (s, predicted).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Share {
+pub(super) struct PlanShare {
     pub(super) done_s: f64,
     pub(super) own_s: f64,
     pub(super) whole_s: f64,
@@ -90,7 +90,12 @@ impl Execution {
 
     /// Publishes the end of the job; the slot is idle again when it returns. `journals` holds the measurements for clients that requested
     /// stiffness.
-    pub(super) fn end(self, outcome: Result<(), Failure>, mut result: RunJobResult, journals: Vec<JournalStiffness>) {
+    pub(super) fn end(
+        self,
+        outcome: Result<(), JobFailure>,
+        mut result: RunJobResult,
+        journals: Vec<JournalStiffness>,
+    ) {
         let (logger, name) = (self.shared.node.logger(), &self.name);
         // Idle before the client hears of the end: it may send the next goal at once.
         *lock(&self.shared.job_slot) = JobSlot::Idle;
@@ -100,12 +105,12 @@ impl Execution {
                 logger.info(&format!("job {name} complete: {}", result.message));
                 JobStatus::COMPLETE
             }
-            Err(Failure::Cancelled(message)) => {
+            Err(JobFailure::Cancelled(message)) => {
                 result.message = message;
                 logger.warn(&format!("job {name} stopped: {}", result.message));
                 JobStatus::STOPPED
             }
-            Err(Failure::Failed(message)) => {
+            Err(JobFailure::Failed(message)) => {
                 result.message = message;
                 logger.error(&format!("job {name} aborted: {}", result.message));
                 JobStatus::ABORTED
@@ -130,24 +135,24 @@ impl Execution {
         &mut self,
         result: &mut RunJobResult,
         (status, ended): (GoalStatus, ExecutePlanResult),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), JobFailure> {
         result.first_tick = *self.first_tick.get_or_insert(ended.first_tick);
         (result.alarm, result.last_tick) = (ended.alarm, ended.last_tick);
         result.duration = self.seconds(result.last_tick.saturating_sub(result.first_tick));
         result.duration_with_indexing = result.duration;
         match status {
             GoalStatus::Succeeded => Ok(()),
-            GoalStatus::Canceled => Err(Failure::Cancelled(ended.message)),
-            _ => Err(Failure::Failed(ended.message)),
+            GoalStatus::Canceled => Err(JobFailure::Cancelled(ended.message)),
+            _ => Err(JobFailure::Failed(ended.message)),
         }
     }
 
     /// Sends the pages of a plan.
-    pub(super) fn publish(&self, pages: &[PlanPage]) -> Result<(), Failure> {
+    pub(super) fn publish(&self, pages: &[PlanPage]) -> Result<(), JobFailure> {
         pages
             .iter()
             .try_for_each(|page| self.shared.plan.publish(page))
-            .map_err(|error| Failure::still(&error.to_string()))
+            .map_err(|error| JobFailure::still(&error.to_string()))
     }
 
     /// Machine time of so many ticks (s).
@@ -161,7 +166,7 @@ impl Execution {
     }
 
     /// Hands the faults of the job to the machine, which strikes with them at their ticks.
-    pub(super) fn arm_faults(&self) -> Result<(), Failure> {
+    pub(super) fn arm_faults(&self) -> Result<(), JobFailure> {
         for fault in &self.faults {
             let request = InjectFaultRequest {
                 fault: fault.kind.clone(),
@@ -170,34 +175,41 @@ impl Execution {
                 active: true,
                 job_tick: fault.job_tick,
             };
-            let answer =
-                self.shared.inject_fault.call(&request, ANSWER).map_err(|error| Failure::still(&error.to_string()))?;
+            let answer = self
+                .shared
+                .inject_fault
+                .call(&request, ANSWER)
+                .map_err(|error| JobFailure::still(&error.to_string()))?;
             if !answer.success {
-                return Err(Failure::still(&format!("the fault {} cannot be set: {}", fault.kind, answer.message)));
+                return Err(JobFailure::still(&format!("the fault {} cannot be set: {}", fault.kind, answer.message)));
             }
         }
         Ok(())
     }
 
     /// Hands a plan to the interpolator and waits for its end.
-    pub(super) fn execute(&self, plan_hash: &str, share: Share) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+    pub(super) fn execute(
+        &self,
+        plan_hash: &str,
+        share: PlanShare,
+    ) -> Result<(GoalStatus, ExecutePlanResult), JobFailure> {
         if self.is_cancelled() {
-            return Err(Failure::Cancelled("cancelled before anything moved".into()));
+            return Err(JobFailure::Cancelled("cancelled before anything moved".into()));
         }
-        self.shared.cell.wait_for_interpolator(ANSWER).map_err(Failure::still)?;
+        self.shared.cell.wait_for_interpolator(ANSWER).map_err(JobFailure::still)?;
         let interpolator = self.shared.interpolator.identity();
         let wanted = ExecutePlanGoal {
             plan_hash: plan_hash.to_owned(),
             client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.name),
         };
         let sent = self.shared.execute.send_goal(wanted, self.feedback(share), ANSWER);
-        let plan = sent.map_err(|error| Failure::still(&error.to_string()))?;
+        let plan = sent.map_err(|error| JobFailure::still(&error.to_string()))?;
         if !plan.accepted() {
-            return Err(Failure::still("the axis interpolator rejected the plan; its log shows the reason"));
+            return Err(JobFailure::still("the axis interpolator rejected the plan; its log shows the reason"));
         }
         let events = self.events.clone();
         plan.result_with(move |status, result| drop(events.send(Event::Ended(status, result))))
-            .map_err(|error| Failure::Failed(error.to_string()))?;
+            .map_err(|error| JobFailure::Failed(error.to_string()))?;
         self.wait(&plan, interpolator)
     }
 
@@ -205,7 +217,7 @@ impl Execution {
         &self,
         plan: &ClientGoal<ExecutePlan>,
         interpolator: Identity,
-    ) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+    ) -> Result<(GoalStatus, ExecutePlanResult), JobFailure> {
         let mut give_up: Option<Instant> = None;
         let mut seen = Instant::now();
         let mut alarmed: Option<Instant> = None;
@@ -215,7 +227,7 @@ impl Execution {
                 Ok(Event::Cancel) if give_up.is_none() => {
                     give_up = Some(Instant::now() + STOPPING);
                     self.shared.board.stopping();
-                    plan.cancel_with(|_| {}).map_err(|error| Failure::Failed(error.to_string()))?;
+                    plan.cancel_with(|_| {}).map_err(|error| JobFailure::Failed(error.to_string()))?;
                 }
                 Ok(Event::Cancel) => {}
                 Err(_) => {
@@ -223,7 +235,7 @@ impl Execution {
                         seen = Instant::now();
                     }
                     if seen.elapsed() > OUT_OF_SIGHT {
-                        return Err(Failure::Failed(
+                        return Err(JobFailure::Failed(
                             "the axis interpolator has left; the machine stops on the path by itself".into(),
                         ));
                     }
@@ -233,7 +245,7 @@ impl Execution {
                     if let (Some(alarm), Some(_)) = (stopped, alarmed.filter(|since| since.elapsed() > OUT_OF_SIGHT)) {
                         return Ok(without_interpolator(alarm.number, &alarm.text));
                     }
-                    if let Err(reason) = self.shared.interpolator.look(interpolator) {
+                    if let Err(reason) = self.shared.interpolator.check(interpolator) {
                         return Ok(match self.shared.stopping_alarm() {
                             Some(alarm) => without_interpolator(alarm.number, &alarm.text),
                             None => {
@@ -248,13 +260,16 @@ impl Execution {
             }
             if give_up.is_some_and(|end| Instant::now() > end) {
                 let message = format!("cancelled, but the axes did not come to rest within {} s", STOPPING.as_secs());
-                return Err(Failure::Failed(message));
+                return Err(JobFailure::Failed(message));
             }
         }
     }
 
     /// Passes the interpolator's feedback on in the words of the job.
-    fn feedback(&self, Share { done_s, own_s, whole_s }: Share) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
+    fn feedback(
+        &self,
+        PlanShare { done_s, own_s, whole_s }: PlanShare,
+    ) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
         let goal = match &self.asker {
             RequestOrigin::Goal(goal) => Some(goal.clone()),
             RequestOrigin::Stiffness(_) | RequestOrigin::Cell => None,

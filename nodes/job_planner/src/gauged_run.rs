@@ -1,10 +1,10 @@
 //! Gauge measurements of a running job: the stock of its journals, the stiffness at them, and the correction of their runout.
 
-use super::execution::Failure;
+use super::execution::JobFailure;
 use super::grinding_run::GrindingRun;
 use super::lock;
 use camwright::gauging::journal::LOG_ENDS_RAD;
-use camwright::planner::{Contact, rests_rad};
+use camwright::planner::{JournalReadings, rests_rad};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_planning::{self as planning, MeasuredContacts, PreparedCorrection};
 use std::time::Duration;
@@ -14,7 +14,7 @@ const READING: Duration = Duration::from_secs(20);
 
 impl GrindingRun {
     /// Measures the stock, and plans the job anew for it.
-    pub(super) fn measure_stock(&mut self, result: &mut RunJobResult) -> Result<(), Failure> {
+    pub(super) fn measure_stock(&mut self, result: &mut RunJobResult) -> Result<(), JobFailure> {
         let Some(measuring) = self.prepared.measuring.clone() else { return Ok(()) };
         self.execution.publish(&measuring.pages)?;
         self.execution.arm_faults()?;
@@ -23,9 +23,9 @@ impl GrindingRun {
         self.execute(result, measuring.plan_hash(), 0.0, measuring_s)?;
         let logs = self.logs(&measuring.planned.read_to_rad, "turn under it")?;
         let stock = planning::for_stock(&self.prepared, &logs)
-            .map_err(|error| Failure::Failed(format!("{error}; the wheel has not left its home position")))?;
-        for told in stock.told.iter().chain([&stock.saved]) {
-            self.execution.shared.node.logger().info(told);
+            .map_err(|error| JobFailure::Failed(format!("{error}; the wheel has not left its home position")))?;
+        for lines in stock.lines.iter().chain([&stock.saved]) {
+            self.execution.shared.node.logger().info(lines);
         }
         (self.prepared, self.saved) = (stock.prepared, Some(stock.saved));
         lock(&self.execution.times).next_half();
@@ -43,11 +43,11 @@ impl GrindingRun {
     }
 
     /// Readings of every lobe up to these angles of C (rad); `of` names the phase for errors.
-    fn logs(&self, until_rad: &[f64], of: &str) -> Result<Vec<Contact>, Failure> {
+    fn logs(&self, until_rad: &[f64], of: &str) -> Result<Vec<JournalReadings>, JobFailure> {
         let names = self.prepared.planned.lobes.iter().map(|lobe| lobe.design.name.as_str());
         let wanted: Vec<(&str, f64)> = names.zip(until_rad.iter().copied()).collect();
         let logs = self.execution.shared.gaugings.wait(&wanted, READING).map_err(|missing| {
-            Failure::Failed(format!(
+            JobFailure::Failed(format!(
                 "the gauge did not read lobe {missing} to the end of its {of}; the wheel is clear of the part"
             ))
         })?;
@@ -56,18 +56,18 @@ impl GrindingRun {
     }
 
     /// Readings of every lobe during grinding.
-    fn ground_logs(&self) -> Result<Vec<Contact>, Failure> {
+    fn ground_logs(&self) -> Result<Vec<JournalReadings>, JobFailure> {
         let rests = rests_rad(&self.prepared.planned, &self.prepared.machine);
         let until_rad: Vec<f64> = rests.iter().map(|rest_rad| rest_rad - LOG_ENDS_RAD).collect();
         self.logs(&until_rad, "dwell")
     }
 
     /// Measures the stiffness of a job that does no more with it.
-    pub(super) fn identify(&mut self) -> Result<MeasuredContacts, Failure> {
+    pub(super) fn identify(&mut self) -> Result<MeasuredContacts, JobFailure> {
         let logs = self.ground_logs()?;
         let measured = planning::measured_contacts(&self.prepared, &logs)
-            .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
-        measured.summary_lines(&self.prepared).iter().for_each(|told| self.execution.shared.node.logger().info(told));
+            .map_err(|error| JobFailure::Failed(format!("{error}; the wheel is clear of the part")))?;
+        measured.summary_lines(&self.prepared).iter().for_each(|lines| self.execution.shared.node.logger().info(lines));
         self.store(&measured);
         Ok(measured)
     }
@@ -92,15 +92,15 @@ impl GrindingRun {
     }
 
     /// Decides from what the gauge read how the second half goes.
-    pub(super) fn correct(&mut self) -> Result<PreparedCorrection, Failure> {
+    pub(super) fn correct(&mut self) -> Result<PreparedCorrection, JobFailure> {
         if let Some(dry) = self.prepared.dry_correction() {
             return Ok(dry);
         }
         let logs = self.ground_logs()?;
         let correction = planning::correct(&self.prepared, &logs)
-            .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
-        for told in correction.summary_lines(&self.prepared) {
-            self.execution.shared.node.logger().info(&told);
+            .map_err(|error| JobFailure::Failed(format!("{error}; the wheel is clear of the part")))?;
+        for lines in correction.summary_lines(&self.prepared) {
+            self.execution.shared.node.logger().info(&lines);
         }
         self.store(&correction.measured);
         self.execution.shared.node.logger().info(&format!(

@@ -1,7 +1,7 @@
 //! Gauge readings during a measured job, and the pushes of a stopped wheel for its stiffness.
 
 use super::{lock, wait_for};
-use camwright::planner::Contact;
+use camwright::planner::JournalReadings;
 use camwright_files::convert::gauge;
 use camwright_msgs::camwright_msgs::msg::GaugeReading;
 use std::collections::BTreeMap;
@@ -14,53 +14,57 @@ const SAME_RAD: f64 = 1e-9;
 /// Readings by lobe, while they are wanted.
 #[derive(Debug, Default)]
 pub(super) struct Gaugings {
-    heard: Mutex<Collected>,
+    collected: Mutex<CollectedGaugings>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct Collected {
+struct CollectedGaugings {
     wanted: bool,
     /// Angles of the machine's gauges behind the wheel (rad).
     gauge_angle: f64,
     second_angle: Option<f64>,
-    lobes: BTreeMap<String, Contact>,
+    lobes: BTreeMap<String, JournalReadings>,
 }
 
 impl Gaugings {
     /// Forgets everything and listens from now on to the gauge, or the two, at these angles behind the wheel (rad).
     pub(super) fn listen(&self, gauge_angle: f64, second_angle: Option<f64>) {
-        *lock(&self.heard) = Collected { wanted: true, gauge_angle, second_angle, lobes: BTreeMap::new() };
+        *lock(&self.collected) = CollectedGaugings { wanted: true, gauge_angle, second_angle, lobes: BTreeMap::new() };
     }
 
     /// Forgets everything and listens no more.
     pub(super) fn stop(&self) {
-        *lock(&self.heard) = Collected::default();
+        *lock(&self.collected) = CollectedGaugings::default();
     }
 
     pub(super) fn add(&self, reading: &GaugeReading) {
-        let mut heard = lock(&self.heard);
+        let mut collected = lock(&self.collected);
         let is_at = |angle: f64| (reading.gauge_angle - angle).abs() <= SAME_RAD;
-        let (first, second) = (is_at(heard.gauge_angle), heard.second_angle.is_some_and(is_at));
-        if !heard.wanted || !(first || second) {
+        let (first, second) = (is_at(collected.gauge_angle), collected.second_angle.is_some_and(is_at));
+        if !collected.wanted || !(first || second) {
             return;
         }
-        gauge::log(heard.lobes.entry(reading.lobe.clone()).or_default(), reading, !first);
-        drop(heard);
+        gauge::log(collected.lobes.entry(reading.lobe.clone()).or_default(), reading, !first);
+        drop(collected);
         self.changed.notify_all();
     }
 
     /// Waits until every named lobe has been read, by all gauges, up to an angle of C (rad); else the first that has not after the timeout.
-    pub(super) fn wait<'a>(&self, lobes: &[(&'a str, f64)], timeout: Duration) -> Result<Vec<Contact>, &'a str> {
-        wait_for(&self.heard, &self.changed, timeout, |heard| {
-            let two = heard.second_angle.is_some();
+    pub(super) fn wait<'a>(
+        &self,
+        lobes: &[(&'a str, f64)],
+        timeout: Duration,
+    ) -> Result<Vec<JournalReadings>, &'a str> {
+        wait_for(&self.collected, &self.changed, timeout, |collected| {
+            let two = collected.second_angle.is_some();
             let is_read = |name: &str, until_rad: f64| {
-                let last = heard.lobes.get(name).and_then(|log| log.gauged.last());
+                let last = collected.lobes.get(name).and_then(|log| log.gauged.last());
                 last.is_some_and(|last| last.c_rad >= until_rad && (!two || last.second_mm.is_some()))
             };
             match lobes.iter().find(|(name, until_rad)| !is_read(name, *until_rad)) {
                 Some((missing, _)) => Err(*missing),
-                None => Ok(lobes.iter().map(|(name, _)| heard.lobes.remove(*name).unwrap_or_default()).collect()),
+                None => Ok(lobes.iter().map(|(name, _)| collected.lobes.remove(*name).unwrap_or_default()).collect()),
             }
         })
     }
@@ -71,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_wanted_gauge_is_heard_and_until_the_part_rests() {
+    fn only_the_requested_gauge_is_collected_until_the_part_rests() {
         let gaugings = Gaugings::default();
         let reading = |tick: u64, spindle_angle: f64, gauge_angle: f64| GaugeReading {
             tick,

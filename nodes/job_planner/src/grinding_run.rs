@@ -1,6 +1,6 @@
 //! A job that grinds, on a thread of its own: pages, blanks, execution, measuring.
 
-use super::execution::{Execution, Failure, Share};
+use super::execution::{Execution, JobFailure, PlanShare};
 use super::{identify, lock};
 use camwright::motion::speed_plan::SpeedPlan;
 use camwright_files::stiffness_file::StoredContact;
@@ -47,8 +47,8 @@ impl GrindingRun {
         plan_hash: &str,
         done_s: f64,
         own_s: f64,
-    ) -> Result<Vec<u32>, Failure> {
-        let share = Share { done_s, own_s, whole_s: self.prepared.duration_s() };
+    ) -> Result<Vec<u32>, JobFailure> {
+        let share = PlanShare { done_s, own_s, whole_s: self.prepared.duration_s() };
         let (status, ended) = self.execution.execute(plan_hash, share)?;
         let turns_left_out = ended.turns_left_out.clone();
         let noted = self.execution.note(result, (status, ended));
@@ -56,7 +56,7 @@ impl GrindingRun {
         noted.map(|()| turns_left_out)
     }
 
-    fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), Failure> {
+    fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), JobFailure> {
         // A job that begins in its middle goes on with the part as it is, and a dry run leaves it.
         let keeps = self.prepared.job.starts_in_the_middle
             || (self.prepared.dry_run_mm().is_some() && self.execution.shared.parts.is_there());
@@ -98,8 +98,8 @@ impl GrindingRun {
             correction.add_to(&mut result.lobes);
         }
         let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
-        let told: Vec<String> = times.iter().map(ToString::to_string).collect();
-        self.execution.shared.node.logger().info(&told.join("; "));
+        let lines: Vec<String> = times.iter().map(ToString::to_string).collect();
+        self.execution.shared.node.logger().info(&lines.join("; "));
         result.message = self.message(result);
         Ok(())
     }
@@ -137,18 +137,18 @@ impl GrindingRun {
     }
 
     /// Puts the raw part between the centres.
-    fn load_blanks(&self) -> Result<(), Failure> {
+    fn load_blanks(&self) -> Result<(), JobFailure> {
         let cancelled = || self.execution.is_cancelled();
         Ok(self.execution.shared.put_in(&self.prepared, &cancelled)?)
     }
 
     /// The form of every lobe of the finished part.
-    fn measure(&self, ended: &RunJobResult, turns_left_out: &[u32]) -> Result<Vec<LobeResult>, Failure> {
+    fn measure(&self, ended: &RunJobResult, turns_left_out: &[u32]) -> Result<Vec<LobeResult>, JobFailure> {
         let lobes = &self.prepared.planned.lobes;
         let names: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
         let parts =
             self.execution.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
-                Failure::Failed(format!(
+                JobFailure::Failed(format!(
                     "the job was executed, but the machine did not report the finished lobe {missing}"
                 ))
             })?;
@@ -157,7 +157,8 @@ impl GrindingRun {
         let times = lock(&self.execution.times);
         let result = |(index, part): (usize, &PartLobe)| {
             let lobe = &lobes[index];
-            let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
+            let mut result =
+                planning::lobe_result(&lobe.design, part).map_err(|e| JobFailure::Failed(e.to_string()))?;
             self.execution.shared.lobe_forms.ground(&self.prepared, index, part);
             result.start_angle = lobe.start_rad;
             let left_out = turns_left_out.get(index).copied().unwrap_or_default();
@@ -183,7 +184,7 @@ impl GrindingRun {
         }
         let logger = self.execution.shared.node.logger();
         match self.execution.shared.learned.learn(&self.prepared, parts) {
-            Ok(told) => told.iter().for_each(|told| logger.info(told)),
+            Ok(lines) => lines.iter().for_each(|lines| logger.info(lines)),
             Err(error) => logger.error(&format!("nothing was learned from the part: {error}")),
         }
     }

@@ -25,7 +25,7 @@ const MEETING: Duration = Duration::from_secs(5);
 
 /// A job that `load_job` planned, and what it was planned with.
 #[derive(Debug)]
-pub(super) struct Loaded {
+pub(super) struct LoadedJob {
     /// Name or path it was loaded by.
     pub(super) name: String,
     /// Overrides of the request.
@@ -111,7 +111,7 @@ impl Shared {
         match self.stiffness.load(&machine.name) {
             Ok(kept) => {
                 let contacts = planning::kept_contacts(&kept, job, machine);
-                contacts.told.iter().for_each(|told| self.node.logger().warn(told));
+                contacts.lines.iter().for_each(|lines| self.node.logger().warn(lines));
                 contacts.over
             }
             Err(error) => {
@@ -126,7 +126,7 @@ impl Shared {
         settings::check_against_job(self.node.parameters(), name, overrides)?;
         let used = self.used(name, overrides, machine.as_ref())?;
         let loaded = lock(&self.loaded);
-        let same = |loaded: &&Loaded| loaded.name == name && loaded.used == used && loaded.machine == machine;
+        let same = |loaded: &&LoadedJob| loaded.name == name && loaded.used == used && loaded.machine == machine;
         if let Some(loaded) = loaded.as_ref().filter(same) {
             return Ok(loaded.prepared.clone());
         }
@@ -150,7 +150,7 @@ impl Shared {
         if matches!(*lock(&self.job_slot), JobSlot::Idle) {
             self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
         }
-        *lock(&self.loaded) = Some(Loaded { name, overrides, used, machine, prepared: prepared.clone() });
+        *lock(&self.loaded) = Some(LoadedJob { name, overrides, used, machine, prepared: prepared.clone() });
         Ok(prepared)
     }
 

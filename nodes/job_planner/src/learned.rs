@@ -59,15 +59,15 @@ impl LearnedStore {
             parts.iter().map(|part| part.radius.iter().map(|radius| mm_from_m(*radius)).collect()).collect();
         // An unreadable file is reported when the job is planned; here learning starts anew.
         let mut learned = self.load(machine, job).unwrap_or_else(|_| LearnedJob::new(machine, job));
-        let mut told = learned.learn(prepared, &outlines_mm)?;
-        told.push(format!("job {job} has learned from {} parts on {machine}", learned.parts));
+        let mut lines = learned.learn(prepared, &outlines_mm)?;
+        lines.push(format!("job {job} has learned from {} parts on {machine}", learned.parts));
         // As its file says it, whether there is a file or not.
         let text = learned.text()?;
         lock(&self.kept).insert((machine.clone(), job.clone()), LearnedJob::parse(&text)?);
         if let Some(path) = self.path(machine, job) {
             write(&path, &text).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
         }
-        Ok(told)
+        Ok(lines)
     }
 }
 
@@ -106,8 +106,8 @@ mod tests {
         let parts: Vec<PartLobe> = prepared.planned.lobes.iter().map(part).collect();
         let directory = std::env::temp_dir().join(format!("camwright-learned-{}", std::process::id()));
         let at = directory.display().to_string();
-        let told = LearnedStore::new(&at).learn(&prepared, &parts).unwrap();
-        assert_eq!(told.last().unwrap(), "job four_lobe_camshaft has learned from 1 parts on cam_grinder");
+        let lines = LearnedStore::new(&at).learn(&prepared, &parts).unwrap();
+        assert_eq!(lines.last().unwrap(), "job four_lobe_camshaft has learned from 1 parts on cam_grinder");
         let again = LearnedStore::new(&at);
         let learned = again.load("cam_grinder", "four_lobe_camshaft").unwrap();
         assert_eq!(learned.parts, 1);

@@ -3,7 +3,6 @@
 //! The executor thread only takes requests and answers. Files are read and jobs planned on a worker thread; a job that
 //! runs has a thread of its own, which loads the blanks, hands the plan to the axis interpolator, and measures the part.
 
-mod board;
 mod cell;
 mod deferred;
 mod execution;
@@ -19,6 +18,7 @@ mod lobe_forms;
 mod lobe_ticks;
 mod partners;
 pub mod parts;
+mod plan_publisher;
 mod preview;
 mod request_origin;
 mod services;
@@ -28,7 +28,6 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
-use board::PlanPublisher;
 use camwright_authority::{Grant, Membership, Role, subscribe_to_machine};
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_machine_cycle::part::MAX_PAGES;
@@ -47,13 +46,14 @@ use camwright_ros::{
 };
 use camwright_scene as scene;
 use camwright_threads::supervised::injected;
-use cell::{Cell, CellEvent};
+use cell::{CellEvent, CellInterface};
 use gaugings::Gaugings;
-use job_request::{Loaded, RunHandler};
+use job_request::{LoadedJob, RunHandler};
 use job_slot::JobSlot;
 use learned::LearnedStore;
 use lobe_forms::LobeForms;
 use parts::Parts;
+use plan_publisher::PlanPublisher;
 use setup::Setup;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
@@ -104,7 +104,7 @@ struct Shared {
     parts: Parts,
     turned_parts: TurnedParts,
     /// The cell as a unit of PackML.
-    cell: Cell,
+    cell: CellInterface,
     gaugings: Gaugings,
     /// Learned corrections of each job.
     learned: LearnedStore,
@@ -112,7 +112,7 @@ struct Shared {
     stiffness: StiffnessStore,
     board: PlanPublisher,
     /// The job that `load_job` planned last.
-    loaded: Mutex<Option<Loaded>>,
+    loaded: Mutex<Option<LoadedJob>>,
     /// The one job there can be.
     job_slot: Mutex<JobSlot>,
     /// The thread of the job that runs or ran last.
@@ -184,7 +184,7 @@ impl JobPlanner {
         node.parameters().on_set_together(settings::validate);
         let grant = Grant::new(&node)?;
         let (work, orders) = mpsc::channel::<Work>();
-        let (cell, inbox) = Cell::new();
+        let (cell, inbox) = CellInterface::new();
         let shared = Arc::new(Shared {
             active: AtomicBool::new(false),
             machine: Mutex::default(),

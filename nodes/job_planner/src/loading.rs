@@ -1,7 +1,7 @@
 //! Putting the raw part of a job into the machine.
 
 use super::Shared;
-use super::execution::{ANSWER, Failure};
+use super::execution::{ANSWER, JobFailure};
 use camwright_msgs::Service;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use camwright_planning::{self as planning, PreparedJob};
@@ -20,7 +20,7 @@ pub(super) enum LoadingFailure {
     Refused(String),
 }
 
-impl From<LoadingFailure> for Failure {
+impl From<LoadingFailure> for JobFailure {
     fn from(reason: LoadingFailure) -> Self {
         match reason {
             LoadingFailure::Cancelled => Self::Cancelled("cancelled before anything moved".into()),

@@ -99,17 +99,18 @@ impl From<RosError> for Failed {
 }
 
 pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError> {
-    let dress = served::<Dress>(shared, "~/dress", "dressing now", Work::dress, |failed| DressResponse {
+    let dress = served::<Dress>(shared, "~/dress", "dressing now", SetupWork::dress, |failed| DressResponse {
         message: failed.message,
         alarm: failed.alarm,
         ..DressResponse::default()
     })?;
-    let touch = served::<TouchOff>(shared, "~/touch_off", "touching off", Work::touch_off, |failed| {
+    let touch = served::<TouchOff>(shared, "~/touch_off", "touching off", SetupWork::touch_off, |failed| {
         TouchOffResponse { message: failed.message, alarm: failed.alarm, ..TouchOffResponse::default() }
     })?;
-    let phase = served::<FindPhase>(shared, "~/find_phase", "finding the part's phase", Work::find_phase, |failed| {
-        FindPhaseResponse { message: failed.message, alarm: failed.alarm, ..FindPhaseResponse::default() }
-    })?;
+    let phase =
+        served::<FindPhase>(shared, "~/find_phase", "finding the part's phase", SetupWork::find_phase, |failed| {
+            FindPhaseResponse { message: failed.message, alarm: failed.alarm, ..FindPhaseResponse::default() }
+        })?;
     Ok(vec![dress, touch, phase])
 }
 
@@ -118,7 +119,7 @@ fn served<S: Service>(
     shared: &Arc<Shared>,
     name: &str,
     what: &'static str,
-    work: fn(&Work, &S::Request) -> Result<S::Response, Failed>,
+    work: fn(&SetupWork, &S::Request) -> Result<S::Response, Failed>,
     failed: fn(Failed) -> S::Response,
 ) -> Result<ServiceHandle, RosError>
 where
@@ -142,7 +143,7 @@ where
             }
             *course = JobSlot::Running(what.to_owned(), events);
         }
-        let work_of = Work { shared: Arc::clone(&this), inbox };
+        let work_of = SetupWork { shared: Arc::clone(&this), inbox };
         let thread = this.node.supervisor().spawn("set-up", move || {
             let logger = work_of.shared.node.logger().clone();
             let _current = logger.enter();
@@ -167,12 +168,12 @@ where
 }
 
 /// One piece of set-up work.
-struct Work {
+struct SetupWork {
     shared: Arc<Shared>,
     inbox: mpsc::Receiver<Event>,
 }
 
-impl Work {
+impl SetupWork {
     /// Checks that motion is possible.
     fn ready(&self) -> Result<(), Failed> {
         self.shared.execute.wait_for_server(MEETING)?;
@@ -221,7 +222,7 @@ impl Work {
             if self.is_cancelled() {
                 goal.cancel_with(drop)?;
             }
-            self.shared.interpolator.look(interpolator)?;
+            self.shared.interpolator.check(interpolator)?;
             if client.is_ready() {
                 seen = Instant::now();
             } else if seen.elapsed() > OUT_OF_SIGHT {

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 /// Why there is no finished part.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub(crate) enum NoTurnedPart {
+pub(crate) enum TurnedPartMissing {
     #[error("the machine did not report the finished part {name}")]
     Missing { name: String },
     /// It arrived in part.
@@ -29,13 +29,13 @@ pub(crate) enum NoTurnedPart {
 /// The newest state of the part.
 #[derive(Debug, Default)]
 pub(crate) struct TurnedParts {
-    newest: Mutex<Option<State>>,
+    newest: Mutex<Option<PartPages>>,
     changed: Condvar,
 }
 
 /// Pages of one state of a part.
 #[derive(Debug)]
-struct State {
+struct PartPages {
     name: String,
     tick: u64,
     finished: bool,
@@ -45,7 +45,7 @@ struct State {
     pages: Vec<bool>,
 }
 
-impl State {
+impl PartPages {
     /// Room for the state that a page is of; none where it cannot be a page of any part.
     fn begun_by(page: &TurnedPage) -> Option<Self> {
         let size = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
@@ -81,12 +81,12 @@ impl TurnedParts {
     /// Takes a page; those of an older state than the newest are late and count no more.
     pub(crate) fn receive_page(&self, page: &TurnedPage) {
         let mut newest = lock(&self.newest);
-        let is_of = |state: &State| state.tick == page.tick && state.name == page.name;
+        let is_of = |state: &PartPages| state.tick == page.tick && state.name == page.name;
         if !newest.as_ref().is_some_and(is_of) {
             if newest.as_ref().is_some_and(|state| state.name == page.name && state.tick > page.tick) {
                 return;
             }
-            let Some(begun) = State::begun_by(page) else { return };
+            let Some(begun) = PartPages::begun_by(page) else { return };
             *newest = Some(begun);
         }
         if let Some(state) = newest.as_mut() {
@@ -106,14 +106,14 @@ impl TurnedParts {
         name: &str,
         since_tick: u64,
         timeout: Duration,
-    ) -> Result<TurnedPart, NoTurnedPart> {
+    ) -> Result<TurnedPart, TurnedPartMissing> {
         let named = || name.to_owned();
         let (grid, radii_mm) = wait_for(&self.newest, &self.changed, timeout, |newest| match newest {
             Some(state) if state.name == name && state.finished && state.tick >= since_tick => match state.missing() {
                 0 => Ok((state.grid, state.radii_mm.clone())),
-                missing => Err(NoTurnedPart::Pages { name: named(), missing, pages: state.pages.len() }),
+                missing => Err(TurnedPartMissing::Pages { name: named(), missing, pages: state.pages.len() }),
             },
-            _ => Err(NoTurnedPart::Missing { name: named() }),
+            _ => Err(TurnedPartMissing::Missing { name: named() }),
         })?;
         Ok(TurnedPart::new(named(), grid, radii_mm)?)
     }
@@ -140,17 +140,17 @@ mod tests {
         }
     }
 
-    fn wait(parts: &TurnedParts, since: u64) -> Result<TurnedPart, NoTurnedPart> {
+    fn wait(parts: &TurnedParts, since: u64) -> Result<TurnedPart, TurnedPartMissing> {
         parts.wait_finished("cam", since, Duration::from_millis(1))
     }
 
     #[test]
     fn a_part_is_there_when_all_its_pages_are_in_any_order() {
         let parts = TurnedParts::default();
-        assert_eq!(wait(&parts, 0), Err(NoTurnedPart::Missing { name: "cam".into() }));
+        assert_eq!(wait(&parts, 0), Err(TurnedPartMissing::Missing { name: "cam".into() }));
         parts.receive_page(&page(100, 2));
         parts.receive_page(&page(100, 0));
-        assert_eq!(wait(&parts, 0), Err(NoTurnedPart::Pages { name: "cam".into(), missing: 1, pages: 3 }));
+        assert_eq!(wait(&parts, 0), Err(TurnedPartMissing::Pages { name: "cam".into(), missing: 1, pages: 3 }));
         parts.receive_page(&page(100, 1));
         let part = wait(&parts, 0).expect("it is whole");
         assert!((part.radius_mm(19, 1) - 21.0).abs() < 1e-12 && (part.grid().to_mm - 2.0).abs() < 1e-12);
@@ -166,7 +166,7 @@ mod tests {
         parts.receive_page(&page(100, 0));
         assert!(wait(&parts, 150).is_ok());
         parts.receive_page(&page(300, 0));
-        assert!(matches!(wait(&parts, 150), Err(NoTurnedPart::Pages { missing: 2, .. })));
+        assert!(matches!(wait(&parts, 150), Err(TurnedPartMissing::Pages { missing: 2, .. })));
     }
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
             TurnedPage { pages: u32::MAX, ..page(100, 0) },
         ] {
             parts.receive_page(&wrong);
-            assert_eq!(wait(&parts, 0), Err(NoTurnedPart::Missing { name: "cam".into() }));
+            assert_eq!(wait(&parts, 0), Err(TurnedPartMissing::Missing { name: "cam".into() }));
         }
         for wrong in [
             TurnedPage { first: u64::MAX, ..page(100, 0) },
@@ -187,10 +187,10 @@ mod tests {
             TurnedPage { page: 3, ..page(100, 0) },
         ] {
             parts.receive_page(&wrong);
-            assert!(matches!(wait(&parts, 0), Err(NoTurnedPart::Pages { missing: 3, .. })));
+            assert!(matches!(wait(&parts, 0), Err(TurnedPartMissing::Pages { missing: 3, .. })));
         }
         let flat = TurnedPage { radius: vec![-0.02; 20], ..page(300, 0) };
         [flat, page(300, 1), page(300, 2)].iter().for_each(|page| parts.receive_page(page));
-        assert!(matches!(wait(&parts, 0), Err(NoTurnedPart::Part(_))));
+        assert!(matches!(wait(&parts, 0), Err(TurnedPartMissing::Part(_))));
     }
 }

@@ -1,6 +1,6 @@
 //! A job that turns, on a thread of its own: bar, execution, measuring the surface.
 
-use super::execution::{Execution, Failure, Share};
+use super::execution::{Execution, JobFailure, PlanShare};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_planning::{self as planning, PreparedTurning, hash_of};
 use std::time::Duration;
@@ -26,27 +26,27 @@ impl TurningRun {
         self.execution.end(outcome, result, Vec::new());
     }
 
-    fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), Failure> {
+    fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), JobFailure> {
         let cancelled = || self.execution.is_cancelled();
         self.execution.shared.clamp(&planning::bar(&self.prepared), &cancelled)?;
         self.execution.publish(&self.prepared.pages)?;
         self.execution.arm_faults()?;
         let own_s = self.prepared.duration_s();
-        let share = Share { done_s: 0.0, own_s, whole_s: own_s };
+        let share = PlanShare { done_s: 0.0, own_s, whole_s: own_s };
         let ended = self.execution.execute(hash_of(&self.prepared.pages), share)?;
         self.execution.note(result, ended)?;
         self.measure(result)
     }
 
     /// The form of the finished part, which goes to whoever listens as a map too.
-    fn measure(&self, result: &mut RunJobResult) -> Result<(), Failure> {
+    fn measure(&self, result: &mut RunJobResult) -> Result<(), JobFailure> {
         let shared = &self.execution.shared;
         let part = shared
             .turned_parts
             .wait_finished(&self.prepared.job.spec.name, result.first_tick, MEASURING)
-            .map_err(|error| Failure::Failed(format!("the job was executed, but {error}")))?;
+            .map_err(|error| JobFailure::Failed(format!("the job was executed, but {error}")))?;
         let form = planning::turned_form(&self.prepared, &part)
-            .map_err(|error| Failure::Failed(format!("the form of the part cannot be judged: {error}")))?;
+            .map_err(|error| JobFailure::Failed(format!("the form of the part cannot be judged: {error}")))?;
         let map = planning::form_map_message(&self.prepared, &form, result.last_tick, shared.node.now());
         if let Err(error) = shared.form_map.publish(&map) {
             shared.node.logger().warn(&format!("the form map cannot be published: {error}"));

@@ -9,10 +9,10 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 const OWN: u16 = 1000;
 
 /// Checks numbers, words, and the agreement of both topics.
-pub(super) fn judge(heard: &Observed, report: &mut Report) {
+pub(super) fn judge(observed: &Observed, report: &mut Report) {
     let before = report.evidence(30);
-    let told: Vec<&Alarm> = heard.alarms.iter().flat_map(|said| &said.alarms).collect();
-    for alarm in &told {
+    let reported: Vec<&Alarm> = observed.alarms.iter().flat_map(|message| &message.alarms).collect();
+    for alarm in &reported {
         let (number, tick) = (alarm.number, alarm.tick);
         if number < OWN && AlarmKind::from_number(number).is_none() {
             report.broken(30, format!("alarm {number} of tick {tick} is not in the table, and below {OWN}"));
@@ -26,36 +26,36 @@ pub(super) fn judge(heard: &Observed, report: &mut Report) {
             report.broken(30, format!("alarm {number} of tick {tick} has severity {}, allowed 1 to 3", alarm.severity));
         }
     }
-    if heard.alarms.is_empty() {
+    if observed.alarms.is_empty() {
         report.not_seen(30, "machine/alarms was not heard: it is latched, and empty where there are none");
     }
-    agree(heard, report);
-    if !told.is_empty() {
+    agree(observed, report);
+    if !reported.is_empty() {
         report.kept_unless_broken(
             30,
             before,
-            format!("{} words on alarms, each with number, text and remedy", told.len()),
+            format!("{} words on alarms, each with number, text and remedy", reported.len()),
         );
     }
 }
 
 /// Checks that both topics agree, once both have reported the same tick.
-fn agree(heard: &Observed, report: &mut Report) {
-    for pair in heard.alarms.windows(2) {
-        tells(heard, &pair[0], Some(pair[1].tick), report);
+fn agree(observed: &Observed, report: &mut Report) {
+    for pair in observed.alarms.windows(2) {
+        check_against_stream(observed, &pair[0], Some(pair[1].tick), report);
     }
-    if let Some(last) = heard.alarms.last() {
-        tells(heard, last, None, report);
+    if let Some(last) = observed.alarms.last() {
+        check_against_stream(observed, last, None, report);
     }
 }
 
 /// Every word of the stream from this word on alarms to the next has its numbers.
-fn tells(heard: &Observed, said: &MachineAlarms, until: Option<u64>, report: &mut Report) {
-    let mut numbers: Vec<u16> = said.alarms.iter().map(|alarm| alarm.number).collect();
+fn check_against_stream(observed: &Observed, message: &MachineAlarms, until: Option<u64>, report: &mut Report) {
+    let mut numbers: Vec<u16> = message.alarms.iter().map(|alarm| alarm.number).collect();
     numbers.sort_unstable();
-    let during = |tick: u64| tick >= said.tick && until.is_none_or(|until| tick < until);
+    let during = |tick: u64| tick >= message.tick && until.is_none_or(|until| tick < until);
     // A tick is repeated to acknowledge a command, then with the changes of the next tick.
-    for news in heard.streams.iter().filter(|news| news.tick > said.tick && during(news.tick)) {
+    for news in observed.streams.iter().filter(|news| news.tick > message.tick && during(news.tick)) {
         let mut others = news.alarms.clone();
         others.sort_unstable();
         if others != numbers {

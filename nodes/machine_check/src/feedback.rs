@@ -1,6 +1,6 @@
 //! M5, M6 and M8: what the machine says of axes and inputs.
 
-use super::observed::{Facts, Joints, Observed, ns};
+use super::observed::{DescriptionFacts, Joints, Observed, ns};
 use super::report::Report;
 use camwright_msgs::camwright_msgs::msg::{Latch, MachineStream};
 use std::collections::BTreeMap;
@@ -10,16 +10,16 @@ const EDGE_COUNTS: i64 = 2;
 /// Share of an axis' largest acceleration within which two words on its velocity in a tick agree, times the tick.
 const VELOCITY: f64 = 2.0;
 
-pub(super) fn judge(heard: &Observed, facts: &Facts, report: &mut Report) {
-    let places = columns(heard, facts);
-    counts(heard, facts, &places, report);
-    latches(heard, facts, report);
-    motion(heard, facts, report);
+pub(super) fn judge(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
+    let places = columns(observed, facts);
+    counts(observed, facts, &places, report);
+    latches(observed, facts, report);
+    motion(observed, facts, report);
 }
 
 /// Columns of the axes in the joint states.
-fn columns(heard: &Observed, facts: &Facts) -> Option<Vec<usize>> {
-    facts.joints.iter().map(|joint| heard.joint_names.iter().position(|name| name == joint)).collect()
+fn columns(observed: &Observed, facts: &DescriptionFacts) -> Option<Vec<usize>> {
+    facts.joints.iter().map(|joint| observed.joint_names.iter().position(|name| name == joint)).collect()
 }
 
 /// The count of a position.
@@ -29,50 +29,52 @@ fn count(position: f64, per_unit: f64) -> i64 {
 }
 
 /// M5: the stream against the joint states of the same tick.
-fn counts(heard: &Observed, facts: &Facts, places: &Option<Vec<usize>>, report: &mut Report) {
+fn counts(observed: &Observed, facts: &DescriptionFacts, places: &Option<Vec<usize>>, report: &mut Report) {
     let before = report.evidence(5);
     let axes = facts.joints.len();
-    for said in &heard.streams {
-        let lengths = [said.setpoint_counts.len(), said.actual_counts.len(), said.actual_velocities.len()];
+    for message in &observed.streams {
+        let lengths = [message.setpoint_counts.len(), message.actual_counts.len(), message.actual_velocities.len()];
         if lengths != [axes; 3] {
             report.broken(
                 5,
-                format!("tick {}: {lengths:?} setpoints, counts and velocities, allowed are {axes}", said.tick),
+                format!("tick {}: {lengths:?} setpoints, counts and velocities, allowed are {axes}", message.tick),
             );
         }
     }
-    if let Some(other) = &heard.other_names {
-        report.broken(5, format!("joint_states name {other:?} after {:?}", heard.joint_names));
+    if let Some(other) = &observed.other_names {
+        report.broken(5, format!("joint_states name {other:?} after {:?}", observed.joint_names));
     }
-    if heard.joint_names.is_empty() {
+    if observed.joint_names.is_empty() {
         return report.not_seen(5, "joint_states were not heard");
     }
     let Some(places) = places else {
-        return report.broken(5, format!("joint_states name {:?}, the axes are {:?}", heard.joint_names, facts.joints));
+        return report
+            .broken(5, format!("joint_states name {:?}, the axes are {:?}", observed.joint_names, facts.joints));
     };
-    let states: BTreeMap<i64, &Joints> = heard.joints.iter().map(|said| (said.stamp_ns, said)).collect();
-    let accelerations = heard.description.iter().flat_map(|said| said.axes.iter().map(|axis| axis.max_acceleration));
+    let states: BTreeMap<i64, &Joints> = observed.joints.iter().map(|message| (message.stamp_ns, message)).collect();
+    let accelerations =
+        observed.description.iter().flat_map(|message| message.axes.iter().map(|axis| axis.max_acceleration));
     let accelerations: Vec<f64> = accelerations.collect();
     let mut compared = 0;
-    for said in &heard.streams {
-        let Some(state) = states.get(&ns(&said.stamp)) else { continue };
+    for message in &observed.streams {
+        let Some(state) = states.get(&ns(&message.stamp)) else { continue };
         compared += 1;
         for (axis, place) in places.iter().enumerate() {
-            let (Some(position), Some(told)) = (state.position.get(*place), said.actual_counts.get(axis)) else {
+            let (Some(position), Some(reported)) = (state.position.get(*place), message.actual_counts.get(axis)) else {
                 continue;
             };
             let read = count(*position, facts.per_unit[axis]);
             let joint = &facts.joints[axis];
-            if read != *told {
+            if read != *reported {
                 report.broken(
                     5,
                     format!(
-                        "tick {}: {joint} is at {told} counts in machine/stream, at {read} in joint_states",
-                        said.tick
+                        "tick {}: {joint} is at {reported} counts in machine/stream, at {read} in joint_states",
+                        message.tick
                     ),
                 );
             }
-            let (Some(one), Some(other)) = (state.velocity.get(*place), said.actual_velocities.get(axis)) else {
+            let (Some(one), Some(other)) = (state.velocity.get(*place), message.actual_velocities.get(axis)) else {
                 continue;
             };
             let allowed = VELOCITY * accelerations.get(axis).copied().unwrap_or(0.0) * facts.cycle_s();
@@ -82,7 +84,7 @@ fn counts(heard: &Observed, facts: &Facts, places: &Option<Vec<usize>>, report: 
                     5,
                     format!(
                         "tick {}: {joint} goes {other} in machine/stream, {one} in joint_states, allowed {allowed}",
-                        said.tick
+                        message.tick
                     ),
                 );
             }
@@ -100,55 +102,56 @@ fn counts(heard: &Observed, facts: &Facts, places: &Option<Vec<usize>>, report: 
 }
 
 /// M6: each edge once, in time, and where the axis was then.
-fn latches(heard: &Observed, facts: &Facts, report: &mut Report) {
+fn latches(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
     let before = report.evidence(6);
-    let each = heard.streams.iter().enumerate();
-    let told: Vec<(usize, &MachineStream, &Latch)> =
-        each.flat_map(|(index, said)| said.latches.iter().map(move |latch| (index, said, latch))).collect();
+    let each = observed.streams.iter().enumerate();
+    let reported: Vec<(usize, &MachineStream, &Latch)> =
+        each.flat_map(|(index, message)| message.latches.iter().map(move |latch| (index, message, latch))).collect();
     let mut seen: BTreeMap<(u64, &str, bool), (usize, u64)> = BTreeMap::new();
-    for (index, said, latch) in &told {
+    for (index, message, latch) in &reported {
         let what = format!("the edge of {} at tick {}", latch.input, latch.tick);
         // A bouncing input has several edges in a tick, which one message reports.
-        let earlier = seen.insert((latch.tick, &latch.input, latch.rising), (*index, said.tick));
+        let earlier = seen.insert((latch.tick, &latch.input, latch.rising), (*index, message.tick));
         if let Some((_, earlier)) = earlier.filter(|(before, _)| before != index) {
-            report.broken(6, format!("{what} is told at tick {earlier} and again at tick {}", said.tick));
+            report.broken(6, format!("{what} is told at tick {earlier} and again at tick {}", message.tick));
         }
-        let late = said.tick.saturating_sub(latch.tick);
-        if late > facts.delay || latch.tick > said.tick {
-            report.broken(6, format!("{what} is told at tick {}, allowed are {} ticks later", said.tick, facts.delay));
+        let late = message.tick.saturating_sub(latch.tick);
+        if late > facts.delay || latch.tick > message.tick {
+            report
+                .broken(6, format!("{what} is told at tick {}, allowed are {} ticks later", message.tick, facts.delay));
         }
         let Some(axis) = facts.joints.iter().position(|joint| *joint == latch.joint) else {
             report.broken(6, format!("{what} is of the joint {:?}, the axes are {:?}", latch.joint, facts.joints));
             continue;
         };
-        if let Some((low, high)) = around(heard, facts, axis, latch.tick)
+        if let Some((low, high)) = around(observed, facts, axis, latch.tick)
             && !(low.saturating_sub(EDGE_COUNTS)..=high.saturating_add(EDGE_COUNTS)).contains(&latch.counts)
         {
             let (joint, at) = (&latch.joint, latch.counts);
             report.broken(6, format!("{what} has {joint} at {at} counts, the encoder read {low} to {high} around it"));
         }
     }
-    if !told.is_empty() {
-        report.kept_unless_broken(6, before, format!("{} edges, each told once and in time", told.len()));
+    if !reported.is_empty() {
+        report.kept_unless_broken(6, before, format!("{} edges, each told once and in time", reported.len()));
     }
 }
 
 /// Encoder readings of an axis from the tick before to the tick of an edge.
-fn around(heard: &Observed, facts: &Facts, axis: usize, tick: u64) -> Option<(i64, i64)> {
-    let epoch_ns = heard.streams.first().map(|first| ns(&first.epoch))?;
+fn around(observed: &Observed, facts: &DescriptionFacts, axis: usize, tick: u64) -> Option<(i64, i64)> {
+    let epoch_ns = observed.streams.first().map(|first| ns(&first.epoch))?;
     let at = epoch_ns.checked_add(i64::try_from(tick).ok()?.checked_mul(facts.cycle_ns)?)?;
-    let place = heard.joint_names.iter().position(|name| *name == facts.joints[axis])?;
-    let until = heard.joints.partition_point(|said| said.stamp_ns <= at);
-    let from = heard.joints.partition_point(|said| said.stamp_ns < at.saturating_sub(facts.cycle_ns));
-    let read = heard.joints.get(from..until)?.iter().filter_map(|said| said.position.get(place));
+    let place = observed.joint_names.iter().position(|name| *name == facts.joints[axis])?;
+    let until = observed.joints.partition_point(|message| message.stamp_ns <= at);
+    let from = observed.joints.partition_point(|message| message.stamp_ns < at.saturating_sub(facts.cycle_ns));
+    let read = observed.joints.get(from..until)?.iter().filter_map(|message| message.position.get(place));
     let read = read.map(|position| count(*position, facts.per_unit[axis]));
     // Both of them, or nothing can be said.
     let read: Vec<i64> = read.collect();
     if read.len() < 2 { None } else { read.iter().min().copied().zip(read.iter().max().copied()) }
 }
 
-fn at_rest(said: &MachineStream) -> bool {
-    said.motion == MachineStream::MOTION_STANDSTILL
+fn at_rest(message: &MachineStream) -> bool {
+    message.motion == MachineStream::MOTION_STANDSTILL
 }
 
 /// News and the next, between which setpoints moved, though both say that all rests and nobody has command.
@@ -163,33 +166,33 @@ pub(super) fn moves_at_standstill(streams: &[MachineStream]) -> impl Iterator<It
 }
 
 /// M8: what rests, rests exactly.
-fn motion(heard: &Observed, facts: &Facts, report: &mut Report) {
+fn motion(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
     let before = report.evidence(8);
-    for said in &heard.streams {
-        if said.motion > MachineStream::MOTION_FAULT {
-            report.broken(8, format!("motion is {} at tick {}, allowed are 0 to 4", said.motion, said.tick));
+    for message in &observed.streams {
+        if message.motion > MachineStream::MOTION_FAULT {
+            report.broken(8, format!("motion is {} at tick {}, allowed are 0 to 4", message.motion, message.tick));
         }
-        for (axis, joint) in facts.joints.iter().enumerate().filter(|_| at_rest(said)) {
-            let (setpoint, actual) = (said.setpoint_counts.get(axis), said.actual_counts.get(axis));
+        for (axis, joint) in facts.joints.iter().enumerate().filter(|_| at_rest(message)) {
+            let (setpoint, actual) = (message.setpoint_counts.get(axis), message.actual_counts.get(axis));
             if setpoint != actual {
                 report.broken(
                     8,
                     format!(
                         "tick {}: STANDSTILL, and {joint} is told at {actual:?}, its setpoint is {setpoint:?}",
-                        said.tick
+                        message.tick
                     ),
                 );
             }
         }
     }
-    for (one, other) in moves_at_standstill(&heard.streams) {
+    for (one, other) in moves_at_standstill(&observed.streams) {
         let (from, to) = (&one.setpoint_counts, &other.setpoint_counts);
         report.broken(
             8,
             format!("STANDSTILL at ticks {} and {}, setpoints go from {from:?} to {to:?}", one.tick, other.tick),
         );
     }
-    let count = heard.streams.iter().filter(|said| at_rest(said)).count();
+    let count = observed.streams.iter().filter(|message| at_rest(message)).count();
     if count > 0 {
         report.kept_unless_broken(8, before, format!("{count} times STANDSTILL, every axis at its setpoint"));
     }

@@ -20,63 +20,67 @@ const ENDPOINTS: &[(&str, &str, bool, bool)] = &[
 ];
 
 /// M1: the description against the machine file that it carries.
-pub(super) fn judge(heard: &Observed, report: &mut Report) {
-    let Some(said) = &heard.description else {
+pub(super) fn judge(observed: &Observed, report: &mut Report) {
+    let Some(description) = &observed.description else {
         return report.broken(1, "machine/description was not heard, though other topics were");
     };
     let before = report.evidence(1);
-    for hash in &heard.other_hashes {
-        report.broken(1, format!("hash {hash} after {}: another machine, while this one runs", said.hash));
+    for hash in &observed.other_hashes {
+        report.broken(1, format!("hash {hash} after {}: another machine, while this one runs", description.hash));
     }
-    match described_machine(said, &[]) {
+    match described_machine(description, &[]) {
         Err(error) => report.broken(1, format!("source is no machine file: {error}")),
         Ok(source) => {
-            if source.hash != said.hash {
-                let (hash, own) = (&said.hash, &source.hash);
+            if source.hash != description.hash {
+                let (hash, own) = (&description.hash, &source.hash);
                 report.broken(1, format!("hash is {hash}, that of source's canonical form is {own}"));
             }
-            compare(said, &source, report);
+            compare(description, &source, report);
         }
     }
-    report.kept_unless_broken(1, before, format!("{}, hash {:.12}, as its source says", said.name, said.hash));
+    report.kept_unless_broken(
+        1,
+        before,
+        format!("{}, hash {:.12}, as its source says", description.name, description.hash),
+    );
 }
 
-fn compare(said: &MachineDescription, source: &Described, report: &mut Report) {
-    for (name, told, meant) in [
-        ("cycle_time_ns", said.cycle_time_ns, source.cycle_time_ns),
-        ("feedback_delay_ticks", said.feedback_delay_ticks, source.feedback_delay_ticks),
+fn compare(description: &MachineDescription, source: &Described, report: &mut Report) {
+    for (name, declared, meant) in [
+        ("cycle_time_ns", description.cycle_time_ns, source.cycle_time_ns),
+        ("feedback_delay_ticks", description.feedback_delay_ticks, source.feedback_delay_ticks),
     ] {
-        if told != meant || told == 0 {
-            report.broken(1, format!("{name} is {told}, its source says {meant}"));
+        if declared != meant || declared == 0 {
+            report.broken(1, format!("{name} is {declared}, its source says {meant}"));
         }
     }
-    let joints: Vec<&str> = said.axes.iter().map(|axis| axis.joint.as_str()).collect();
+    let joints: Vec<&str> = description.axes.iter().map(|axis| axis.joint.as_str()).collect();
     let wanted = Axis::ALL.map(Axis::joint);
     if joints != wanted {
         return report.broken(1, format!("axes are {joints:?}, its source says {wanted:?}"));
     }
-    for (axis, told) in Axis::ALL.into_iter().zip(&said.axes) {
-        compare_axis(axis, told, source, report);
+    for (axis, declared) in Axis::ALL.into_iter().zip(&description.axes) {
+        compare_axis(axis, declared, source, report);
     }
 }
 
-fn compare_axis(axis: Axis, told: &AxisDescription, source: &Described, report: &mut Report) {
+fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, report: &mut Report) {
     let own = source.axis(axis);
     let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
-    for (name, told, meant) in [
-        ("soft_min", told.soft_min, low),
-        ("soft_max", told.soft_max, high),
-        ("max_velocity", told.max_velocity, own.limits.velocity),
-        ("max_acceleration", told.max_acceleration, own.limits.acceleration),
-        ("max_jerk", told.max_jerk, own.limits.jerk),
+    for (name, declared, meant) in [
+        ("soft_min", declared.soft_min, low),
+        ("soft_max", declared.soft_max, high),
+        ("max_velocity", declared.max_velocity, own.limits.velocity),
+        ("max_acceleration", declared.max_acceleration, own.limits.acceleration),
+        ("max_jerk", declared.max_jerk, own.limits.jerk),
     ] {
         let meant = si_from_core(axis, meant);
-        if (told - meant).abs() > 1e-9 * meant.abs() {
-            report.broken(1, format!("{}: {name} is {told}, its source says {meant}", axis.joint()));
+        if (declared - meant).abs() > 1e-9 * meant.abs() {
+            report.broken(1, format!("{}: {name} is {declared}, its source says {meant}", axis.joint()));
         }
     }
     // Counts for so many micrometres, or for so many turns.
-    let (numerator, denominator) = (told.counts_per_unit_numerator, told.counts_per_unit_denominator);
+    let (numerator, denominator) = (declared.counts_per_unit_numerator, declared.counts_per_unit_denominator);
     let is_same = match own.scale {
         Scale::Linear { counts_per_mm } => {
             i128::from(numerator) * 1000 == i128::from(denominator) * i128::from(counts_per_mm)
@@ -100,25 +104,26 @@ pub(super) fn endpoints(node: &Node, report: &mut Report) {
     let is_own = |guid: &Guid| guid[..12] == own[..12];
     let before = report.evidence(9);
     let mut seen = 0;
-    for (name, kind, latched, says) in ENDPOINTS {
+    for (name, kind, latched, is_published) in ENDPOINTS {
         let Ok(absolute) = node.resolve_topic(name) else { continue };
         let named: Vec<&TopicInfo> = topics.iter().filter(|topic| topic.name == absolute).collect();
         for topic in named.iter().filter(|topic| topic.type_name != *kind) {
             report.broken(9, format!("{name} is of type {}, the contract says {kind}", topic.type_name));
         }
-        let machines = |topic: &&TopicInfo| if *says { topic.publishers.clone() } else { topic.subscriptions.clone() };
+        let machines =
+            |topic: &&TopicInfo| if *is_published { topic.publishers.clone() } else { topic.subscriptions.clone() };
         let ends = named.iter().flat_map(machines).filter(|end| !is_own(&end.guid));
         let ends: Vec<EndpointInfo> = ends.collect();
         if ends.is_empty() {
-            report.broken(9, format!("nobody {} {name}", if *says { "publishes" } else { "subscribes to" }));
+            report.broken(9, format!("nobody {} {name}", if *is_published { "publishes" } else { "subscribes to" }));
         }
         // Others may listen to setpoints, as a recorder does; the machine's word comes from one.
-        if *says && ends.len() > 1 {
+        if *is_published && ends.len() > 1 {
             let nodes: Vec<_> = ends.iter().filter_map(|end| end.node.as_deref()).collect();
             report.broken(9, format!("{} publishers on {name}, one machine: {}", ends.len(), nodes.join(", ")));
         }
         seen += 1;
-        for qos in ends.iter().map(|end| &end.qos).filter(|_| *says) {
+        for qos in ends.iter().map(|end| &end.qos).filter(|_| *is_published) {
             if qos.reliability != Reliability::Reliable {
                 report.broken(9, format!("{name} is {:?}, the contract says reliable", qos.reliability));
             }

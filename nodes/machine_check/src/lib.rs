@@ -11,12 +11,12 @@ mod observed;
 mod report;
 mod time;
 
-use camwright_authority::{Command, TakeError, TakeOptions};
+use camwright_authority::{HeldCommand, TakeError, TakeOptions};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, Shutdown};
-use observed::{Facts, Observed, Observer};
+use observed::{DescriptionFacts, Observed, Observer};
 pub use report::{Report, Verdict};
 use std::time::Duration;
 use thiserror::Error;
@@ -29,7 +29,7 @@ const AFTERMATH: Duration = Duration::from_millis(300);
 const ANSWER: Duration = Duration::from_secs(10);
 
 /// Receiver of progress texts.
-pub type Tell<'a> = &'a dyn Fn(&str);
+pub type ProgressSink<'a> = &'a dyn Fn(&str);
 
 /// The axis that may be moved, and by how much (m or rad).
 #[derive(Debug, Clone, PartialEq)]
@@ -75,12 +75,17 @@ pub struct Checked {
 ///
 /// # Errors
 /// No machine is heard, it is not free to be moved, DDS cannot start.
-pub fn check(args: &RosArgs, settings: &Settings, shutdown: &Shutdown, tell: Tell<'_>) -> Result<Checked, CheckError> {
+pub fn check(
+    args: &RosArgs,
+    settings: &Settings,
+    shutdown: &Shutdown,
+    report_progress: ProgressSink<'_>,
+) -> Result<Checked, CheckError> {
     let node = Node::new(NodeOptions::new("check_machine", args)).map_err(NodeError::from)?;
     let ears = Observer::default();
     let subscriptions = ears.open(&node).map_err(NodeError::from)?;
     let spin = node.spin_in_thread().map_err(NodeError::from)?;
-    let outcome = listen(&node, args, &ears, settings, shutdown, tell);
+    let outcome = listen(&node, args, &ears, settings, shutdown, report_progress);
     drop(spin);
     drop(subscriptions);
     node.shutdown();
@@ -93,33 +98,34 @@ fn listen(
     ears: &Observer,
     settings: &Settings,
     shutdown: &Shutdown,
-    tell: Tell<'_>,
+    report_progress: ProgressSink<'_>,
 ) -> Result<Checked, CheckError> {
-    tell("waiting for a machine");
-    let is_there = |heard: &Observed| heard.description.is_some() && heard.last().is_some();
-    if ears.wait(settings.patience, |heard| is_there(heard).then_some(())).is_none()
-        && ears.look(|heard| heard.description.is_none() && heard.last().is_none())
+    report_progress("waiting for a machine");
+    let is_there = |observed: &Observed| observed.description.is_some() && observed.last().is_some();
+    if ears.wait(settings.patience, |observed| is_there(observed).then_some(())).is_none()
+        && ears.read(|observed| observed.description.is_none() && observed.last().is_none())
     {
         return Err(CheckError::Silent(settings.patience.as_secs_f64()));
     }
     let mut report = Report::default();
-    let Some(description) = ears.look(|heard| heard.description.clone()) else {
-        ears.look(|heard| identity::judge(heard, &mut report));
+    let Some(description) = ears.read(|observed| observed.description.clone()) else {
+        ears.read(|observed| identity::judge(observed, &mut report));
         return Ok(Checked { report, interrupted: false });
     };
     report.machine.clone_from(&description.name);
-    let facts = Facts::from_description(&description);
+    let facts = DescriptionFacts::from_description(&description);
     let target = match &settings.moving {
         None => None,
         Some(moving) => {
             // What alarms say is latched, on its way since the first message of the stream.
-            let _told = ears.wait(DISCOVERY, |heard| (!heard.alarms.is_empty()).then_some(()));
+            let _told = ears.wait(DISCOVERY, |observed| (!observed.alarms.is_empty()).then_some(()));
             let free = motion::obstacle(ears).map_or(Ok(()), Err);
-            let target = free.and_then(|()| ears.look(|heard| motion::target(&description, &facts, heard, moving)));
+            let target =
+                free.and_then(|()| ears.read(|observed| motion::target(&description, &facts, observed, moving)));
             Some(target.map_err(CheckError::Refused)?)
         }
     };
-    tell(&format!("listening to {} for {} s", description.name, settings.listen.as_secs_f64()));
+    report_progress(&format!("listening to {} for {} s", description.name, settings.listen.as_secs_f64()));
     let mut interrupted = shutdown.wait_timeout(settings.listen.max(DISCOVERY));
     identity::endpoints(node, &mut report);
     if !interrupted {
@@ -128,8 +134,13 @@ fn listen(
         match (target, motion::obstacle(ears)) {
             (Some(_), Some(obstacle)) => return Err(CheckError::Refused(obstacle)),
             (Some(target), None) => {
-                interrupted =
-                    motion::run((node, args, shutdown), (ears, &facts, &description), target, &mut report, tell);
+                interrupted = motion::run(
+                    (node, args, shutdown),
+                    (ears, &facts, &description),
+                    target,
+                    &mut report,
+                    report_progress,
+                );
             }
             (None, obstacle) => reset(node, ears, obstacle, &mut report),
         }
@@ -140,9 +151,9 @@ fn listen(
 }
 
 /// M16: command is taken, and shared with the second sender that a travel is tried with.
-fn take_command(node: &Node, report: &mut Report) -> Result<Option<Command>, CheckError> {
+fn take_command(node: &Node, report: &mut Report) -> Result<Option<HeldCommand>, CheckError> {
     let options = TakeOptions { patience: ANSWER, ..TakeOptions::new("camwright check-machine").shared() };
-    match Command::acquire(node, &options) {
+    match HeldCommand::acquire(node, &options) {
         Ok(command) => {
             report.kept(16, "machine/take_command gives command to who asks first");
             Ok(Some(command))
@@ -156,17 +167,17 @@ fn take_command(node: &Node, report: &mut Report) -> Result<Option<Command>, Che
 }
 
 /// Judges everything that was heard.
-fn judge(node: &Node, ears: &Observer, facts: &Facts, report: &mut Report) {
+fn judge(node: &Node, ears: &Observer, facts: &DescriptionFacts, report: &mut Report) {
     // Topics overtake each other: ticks that the other topics have not reported yet are ignored.
-    let streams = ears.look(|heard| heard.streams.len());
+    let streams = ears.read(|observed| observed.streams.len());
     let _no_more = ears.wait(AFTERMATH, |_| None::<()>);
     let publishes_clock = node.publisher_count("/clock").is_ok_and(|count| count > 0);
-    ears.look(|heard| {
-        let heard = heard.until(streams);
-        identity::judge(&heard, report);
-        time::judge(&heard, facts, publishes_clock, report);
-        feedback::judge(&heard, facts, report);
-        alarms::judge(&heard, report);
+    ears.read(|observed| {
+        let observed = observed.until(streams);
+        identity::judge(&observed, report);
+        time::judge(&observed, facts, publishes_clock, report);
+        feedback::judge(&observed, facts, report);
+        alarms::judge(&observed, report);
     });
 }
 
@@ -175,12 +186,12 @@ fn reset(node: &Node, ears: &Observer, obstacle: Option<String>, report: &mut Re
     if let Some(obstacle) = obstacle {
         return report.not_seen(30, format!("machine/reset was not tried: {obstacle}"));
     }
-    let there = |heard: &Observed| heard.last().map(|news| news.setpoint_counts.clone());
+    let there = |observed: &Observed| observed.last().map(|news| news.setpoint_counts.clone());
     let answer = node.client::<Trigger>("machine/reset").and_then(|client| {
         client.wait_for_service(ANSWER)?;
-        let (before, moved) = ears.look(|heard| {
-            let moved = feedback::moves_at_standstill(&heard.streams).next().map(|(_, other)| other.tick);
-            (there(heard), moved)
+        let (before, moved) = ears.read(|observed| {
+            let moved = feedback::moves_at_standstill(&observed.streams).next().map(|(_, other)| other.tick);
+            (there(observed), moved)
         });
         Ok((before, moved, client.call(&TriggerRequest::default(), ANSWER)?))
     });
@@ -196,12 +207,12 @@ fn reset(node: &Node, ears: &Observer, obstacle: Option<String>, report: &mut Re
             format!("what a reset starts cannot be told: setpoints moved at standstill without one (tick {tick})");
         return report.not_seen(30, otherwise);
     }
-    let heard_before = ears.look(|heard| heard.streams.len());
-    let _some_more = ears.wait(ANSWER, |heard| (heard.streams.len() > heard_before + 5).then_some(()));
+    let observed_before = ears.read(|observed| observed.streams.len());
+    let _some_more = ears.wait(ANSWER, |observed| (observed.streams.len() > observed_before + 5).then_some(()));
     let is_still = |news: &MachineStream| news.motion == MachineStream::MOTION_STANDSTILL;
-    if ears.look(there) == before && ears.look(|heard| heard.last().is_some_and(is_still)) {
+    if ears.read(there) == before && ears.read(|observed| observed.last().is_some_and(is_still)) {
         report.kept(30, "a reset at rest succeeds, and nothing moves");
     } else {
-        report.broken(30, format!("after a reset at rest setpoints go from {before:?} to {:?}", ears.look(there)));
+        report.broken(30, format!("after a reset at rest setpoints go from {before:?} to {:?}", ears.read(there)));
     }
 }

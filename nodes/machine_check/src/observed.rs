@@ -52,14 +52,14 @@ impl Observed {
     /// Observations up to this number of stream messages; of the other topics everything.
     pub(super) fn until(&self, streams: usize) -> Self {
         let streams = streams.min(self.streams.len());
-        let last = self.streams[..streams].last().map_or(i64::MAX, |said| ns(&said.stamp));
+        let last = self.streams[..streams].last().map_or(i64::MAX, |message| ns(&message.stamp));
         Self {
             description: self.description.clone(),
             other_hashes: self.other_hashes.clone(),
             streams: self.streams[..streams].to_vec(),
             beyond: self.beyond,
             came: self.came[..streams].to_vec(),
-            joints: self.joints.iter().filter(|said| said.stamp_ns <= last).cloned().collect(),
+            joints: self.joints.iter().filter(|message| message.stamp_ns <= last).cloned().collect(),
             joint_names: self.joint_names.clone(),
             other_names: self.other_names.clone(),
             io: self.io.clone(),
@@ -76,7 +76,7 @@ impl Observed {
 
 /// Content of the description, in integers.
 #[derive(Debug, Clone)]
-pub(super) struct Facts {
+pub(super) struct DescriptionFacts {
     pub(super) cycle_ns: i64,
     pub(super) delay: u64,
     /// Ticks between two messages of the stream.
@@ -88,7 +88,7 @@ pub(super) struct Facts {
     pub(super) per_unit: Vec<f64>,
 }
 
-impl Facts {
+impl DescriptionFacts {
     pub(super) fn from_description(description: &MachineDescription) -> Self {
         let delay = u64::from(description.feedback_delay_ticks);
         Self {
@@ -113,23 +113,23 @@ pub(super) struct Observer(Arc<(Mutex<Observed>, Condvar)>);
 
 impl Observer {
     /// Looks at what was heard.
-    pub(super) fn look<R>(&self, look: impl FnOnce(&Observed) -> R) -> R {
-        look(&self.0.0.lock().unwrap_or_else(PoisonError::into_inner))
+    pub(super) fn read<R>(&self, read: impl FnOnce(&Observed) -> R) -> R {
+        read(&self.0.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Waits until it is as wanted; `None` after the time.
     pub(super) fn wait<R>(&self, patience: Duration, mut wanted: impl FnMut(&Observed) -> Option<R>) -> Option<R> {
         let end = Instant::now() + patience;
-        let mut heard = self.0.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut observed = self.0.0.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
-            if let Some(found) = wanted(&heard) {
+            if let Some(found) = wanted(&observed) {
                 return Some(found);
             }
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return None;
             }
-            heard = self.0.1.wait_timeout(heard, left).unwrap_or_else(PoisonError::into_inner).0;
+            observed = self.0.1.wait_timeout(observed, left).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -146,7 +146,7 @@ impl Observer {
         take: impl Fn(&mut Observed, M) + Send + 'static,
     ) -> Result<Subscription, RosError> {
         let ears = self.clone();
-        node.subscribe::<M>(topic, qos, move |said, _| ears.update(|heard| take(heard, said)))
+        node.subscribe::<M>(topic, qos, move |message, _| ears.update(|observed| take(observed, message)))
     }
 
     /// Subscribes to what a machine says.
@@ -156,41 +156,41 @@ impl Observer {
             self.topic(node, "machine/description", &Qos::latched(1), describe)?,
             self.topic(node, "machine/stream", &many, update_stream)?,
             self.topic(node, "joint_states", &many, join)?,
-            self.topic(node, "machine/io", &many, |heard, said| heard.io.push(said))?,
-            self.topic(node, "machine/alarms", &Qos::latched(1), |heard, said| heard.alarms.push(said))?,
-            self.topic(node, "/diagnostics", &many, |heard, said: DiagnosticArray| {
-                let amiss = said.status.into_iter().filter(|status| status.level != DiagnosticStatus::OK);
-                heard.warnings.extend(amiss.map(|status| format!("{}: {}", status.name, status.message)));
+            self.topic(node, "machine/io", &many, |observed, message| observed.io.push(message))?,
+            self.topic(node, "machine/alarms", &Qos::latched(1), |observed, message| observed.alarms.push(message))?,
+            self.topic(node, "/diagnostics", &many, |observed, message: DiagnosticArray| {
+                let amiss = message.status.into_iter().filter(|status| status.level != DiagnosticStatus::OK);
+                observed.warnings.extend(amiss.map(|status| format!("{}: {}", status.name, status.message)));
             })?,
         ])
     }
 }
 
-fn update_stream(heard: &mut Observed, mut said: MachineStream) {
-    if said.tick > MAX_TICK {
-        heard.beyond = Some(said.tick);
+fn update_stream(observed: &mut Observed, mut message: MachineStream) {
+    if message.tick > MAX_TICK {
+        observed.beyond = Some(message.tick);
         return;
     }
-    said.credit_tick = said.credit_tick.min(MAX_TICK);
-    heard.streams.push(said);
-    heard.came.push(Instant::now());
+    message.credit_tick = message.credit_tick.min(MAX_TICK);
+    observed.streams.push(message);
+    observed.came.push(Instant::now());
 }
 
-fn describe(heard: &mut Observed, said: MachineDescription) {
-    match &heard.description {
-        Some(first) if first.hash != said.hash => heard.other_hashes.push(said.hash),
+fn describe(observed: &mut Observed, message: MachineDescription) {
+    match &observed.description {
+        Some(first) if first.hash != message.hash => observed.other_hashes.push(message.hash),
         Some(_) => {}
-        None => heard.description = Some(said),
+        None => observed.description = Some(message),
     }
 }
 
-fn join(heard: &mut Observed, said: JointState) {
-    if heard.joint_names.is_empty() {
-        heard.joint_names.clone_from(&said.name);
-    } else if heard.joint_names != said.name {
-        heard.other_names = Some(said.name);
+fn join(observed: &mut Observed, message: JointState) {
+    if observed.joint_names.is_empty() {
+        observed.joint_names.clone_from(&message.name);
+    } else if observed.joint_names != message.name {
+        observed.other_names = Some(message.name);
         return;
     }
-    let (stamp_ns, position) = (ns(&said.header.stamp), said.position);
-    heard.joints.push(Joints { stamp_ns, position, velocity: said.velocity, effort: said.effort });
+    let (stamp_ns, position) = (ns(&message.header.stamp), message.position);
+    observed.joints.push(Joints { stamp_ns, position, velocity: message.velocity, effort: message.effort });
 }

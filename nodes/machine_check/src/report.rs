@@ -43,7 +43,7 @@ const CLAUSES: &[Clause] = &[
 ];
 
 #[derive(Debug, Clone, Default)]
-struct Judged {
+struct ClauseRecord {
     kept: Vec<String>,
     broken: Vec<String>,
     /// Number of further violations of the same kind.
@@ -77,7 +77,7 @@ impl Verdict {
 pub struct Report {
     /// Name of the machine.
     pub machine: String,
-    judged: BTreeMap<u8, Judged>,
+    judged: BTreeMap<u8, ClauseRecord>,
 }
 
 impl Report {

@@ -58,7 +58,7 @@ pub struct CyclicLoop {
     pub lost: Option<Instant>,
     pub state: StreamState,
     /// Persistent state as it was last published.
-    told: PersistentState,
+    published_state: PersistentState,
     pub last_report: Option<TickReport>,
     /// Result of an order for door, chuck or part, until a tick has reported it.
     pub area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
@@ -72,7 +72,7 @@ pub struct CyclicLoop {
 
 // Requests are answered before a tick is over; the rest are the caller's handles and published values.
 camwright::snapshot!(CyclicLoop { machine, buffer, commands, faults, losing, state, job_running } on {
-    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, told, last_report, area_done, reset_done,
+    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, published_state, last_report, area_done, reset_done,
     active, keyframes, partners,
 });
 
@@ -90,7 +90,7 @@ impl CyclicLoop {
         let clock = TickClock { epoch_ns: 0, cycle_time_ns: description.cycle_time_ns };
         let buffer = SetpointBuffer::new(description, machine.setpoint());
         Self {
-            told: *machine.lasting(),
+            published_state: *machine.lasting(),
             machine,
             buffer,
             pace,
@@ -150,7 +150,7 @@ impl CyclicLoop {
             self.come_to_rest(waker);
         }
         // What a job that was not finished took off the wheel.
-        if *self.machine.lasting() != self.told {
+        if *self.machine.lasting() != self.published_state {
             self.publish_persistent();
         }
     }
@@ -266,8 +266,8 @@ impl CyclicLoop {
 
     /// Publishes the persistent state if it has changed.
     pub fn publish_persistent(&mut self) {
-        self.told = *self.machine.lasting();
-        self.send(Outbound::Lasting(self.told));
+        self.published_state = *self.machine.lasting();
+        self.send(Outbound::Lasting(self.published_state));
     }
 
     /// Brings the axes to rest before the thread ends: what was sent runs out on its stop, nothing more is taken.
@@ -356,7 +356,7 @@ impl CyclicLoop {
         self.update_stream_state(&report);
         let is_quiet = self.is_quiet(&report);
         self.last_report = Some(report);
-        if self.machine.lasting().dress_count != self.told.dress_count {
+        if self.machine.lasting().dress_count != self.published_state.dress_count {
             self.publish_persistent();
         }
         self.update_bounds(next);

@@ -3,7 +3,7 @@
 use super::area_order::AreaOrder;
 use super::bounds::PENDING_COMMANDS;
 use super::cyclic_loop::CyclicLoop;
-use super::messages::{Inbound, MachineOrder, Outbound, Taken, TimedCommand};
+use super::messages::{CyclicInput, Inbound, MachineOrder, Outbound, TimedCommand};
 use super::part::{BarRefused, LobeRefused};
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, NO_TICK};
@@ -26,7 +26,7 @@ impl CyclicLoop {
                 Inbound::Command(writer, command) => self.apply_command(writer, command),
                 Inbound::Fault(asked) => {
                     self.faults.add(asked.fault, asked.job_tick);
-                    self.taken(Taken::Fault(asked));
+                    self.report_applied(CyclicInput::Fault(asked));
                 }
                 Inbound::Reset => self.reset(),
                 Inbound::Lobe(mut lobe) => {
@@ -61,16 +61,16 @@ impl CyclicLoop {
                 }
                 Inbound::Area(order) => self.work_area(order),
                 Inbound::Loader { inside, lost } => {
-                    self.taken(Taken::Loader { inside, lost });
+                    self.report_applied(CyclicInput::Loader { inside, lost });
                     self.machine.see_loader(inside, lost);
                 }
                 Inbound::Judge(is_good) => {
-                    self.taken(Taken::Judge(is_good));
+                    self.report_applied(CyclicInput::Judge(is_good));
                     self.machine.judge_part(is_good);
                     self.publish_persistent();
                 }
                 Inbound::ResetShift => {
-                    self.taken(Taken::ResetShift);
+                    self.report_applied(CyclicInput::ResetShift);
                     self.machine.reset_shift();
                     self.publish_persistent();
                 }
@@ -84,13 +84,13 @@ impl CyclicLoop {
     }
 
     /// Reports an input in its order, so that a recomputation of the run applies it in the same tick.
-    pub fn taken(&mut self, taken: Taken) {
-        self.send(Outbound::Taken(taken));
+    pub fn report_applied(&mut self, input: CyclicInput) {
+        self.send(Outbound::Applied(input));
     }
 
     /// No chunk is taken any more.
     pub fn close(&mut self) {
-        self.taken(Taken::Close);
+        self.report_applied(CyclicInput::Close);
         self.buffer.close();
     }
 
@@ -138,7 +138,7 @@ impl CyclicLoop {
 
     /// Rejects a malformed chunk like one that cannot be followed.
     fn skip_chunk(&mut self, writer: [u8; 16]) {
-        self.taken(Taken::NoChunk(writer));
+        self.report_applied(CyclicInput::NoChunk(writer));
         if self.state.has_holder && self.state.holder != writer {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
         } else if !self.is_stopped_by_alarm() {
@@ -148,7 +148,7 @@ impl CyclicLoop {
     }
 
     fn apply_command(&mut self, writer: [u8; 16], command: TimedCommand) {
-        self.taken(Taken::Command(writer, command));
+        self.report_applied(CyclicInput::Command(writer, command));
         if self.state.has_holder && self.state.holder != writer {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
             return;
@@ -199,7 +199,7 @@ impl CyclicLoop {
     }
 
     fn reset(&mut self) {
-        self.taken(Taken::Reset);
+        self.report_applied(CyclicInput::Reset);
         let outcome = self.machine.reset();
         if outcome.is_ok() {
             self.buffer.open(self.machine.setpoint());
@@ -228,7 +228,7 @@ impl CyclicLoop {
 
     /// Works door, chuck or part of a machine that takes no setpoints.
     fn work_area(&mut self, order: AreaOrder) {
-        self.taken(Taken::Area(order));
+        self.report_applied(CyclicInput::Area(order));
         let outcome = match order {
             _ if self.buffer.has_setpoints() => Err(LoadingRefused::Moving),
             AreaOrder::Door(open) => self.machine.order_door(open),

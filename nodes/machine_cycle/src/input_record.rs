@@ -44,8 +44,8 @@ pub fn bar_message(bar: &RawBar) -> MachineInput {
 }
 
 /// A digest as a message.
-pub fn digest_message(told: &RangeDigest) -> MachineInput {
-    let (number, digest) = (told.job_ticks, told.digest);
+pub fn digest_message(digest: &RangeDigest) -> MachineInput {
+    let (number, digest) = (digest.job_ticks, digest.digest);
     MachineInput { kind: MachineInput::DIGEST, number, digest, ..MachineInput::default() }
 }
 

@@ -82,7 +82,7 @@ pub struct AskedFault {
 
 /// Input applied by the cyclic thread, besides the chunks and raw parts that it returns.
 #[derive(Debug)]
-pub enum Taken {
+pub enum CyclicInput {
     NoChunk([u8; 16]),
     Command([u8; 16], TimedCommand),
     Fault(Box<AskedFault>),
@@ -123,7 +123,7 @@ pub enum Outbound {
     },
     /// A chunk that was taken, or got lost, to drop where dropping is allowed; and who sent it.
     Used([u8; 16], Box<ChunkBuffer>),
-    Taken(Taken),
+    Applied(CyclicInput),
     /// The machine's time slipped against the system clock, or was made up for.
     Slip(Slip),
     /// The job that was begun has ended; the part may be looked at.

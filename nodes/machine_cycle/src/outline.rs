@@ -59,10 +59,10 @@ impl Outline {
         }
     }
 
-    /// Copies at most `most` radii at equal steps of a turn, or all of them if there are fewer.
-    fn copy(&mut self, radii_mm: &[f64], most: usize) {
+    /// Copies at most `max` radii at equal steps of a turn, or all of them if there are fewer.
+    fn copy(&mut self, radii_mm: &[f64], max: usize) {
         let room = self.radii_mm.capacity() - self.radii_mm.len();
-        let count = radii_mm.len().min(most).min(room);
+        let count = radii_mm.len().min(max).min(room);
         let even = (0..count).filter_map(|i| radii_mm.get(i * radii_mm.len() / count)).copied();
         self.radii_mm.extend(even);
     }

@@ -40,10 +40,10 @@ impl OutputDigest {
             *self = Self { digest: Digest::default(), job_tick: state.job_tick };
         }
         self.add_report(report);
-        let told = self.range_digest(report.tick);
-        let count = if told.job_ticks > 0 { told.job_ticks } else { told.tick };
-        let is_due = count.is_multiple_of(PERIOD_TICKS) || told.job_ticks == 1;
-        [over, is_due.then_some(told)]
+        let digest = self.range_digest(report.tick);
+        let count = if digest.job_ticks > 0 { digest.job_ticks } else { digest.tick };
+        let is_due = count.is_multiple_of(PERIOD_TICKS) || digest.job_ticks == 1;
+        [over, is_due.then_some(digest)]
     }
 
     /// The digest that goes on from a keyframe: its value, and the first tick of the job, 0 where none runs.

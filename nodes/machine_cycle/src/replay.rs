@@ -28,12 +28,12 @@ const RING: usize = 1024;
 
 /// Output of a tick.
 #[derive(Debug, Clone)]
-pub struct Ticked {
+pub struct TickOutput {
     pub report: TickReport,
     /// Alarms that are active after it.
     pub alarms: Arc<ActiveAlarms>,
     /// Digests published with it.
-    pub told: [Option<RangeDigest>; 2],
+    pub digests: [Option<RangeDigest>; 2],
 }
 
 /// The machine, run again.
@@ -183,7 +183,7 @@ impl MachineReplay {
         Ok(())
     }
 
-    pub fn tick(&mut self) -> Option<Ticked> {
+    pub fn tick(&mut self) -> Option<TickOutput> {
         self.ticker.tick();
         let (report, state) = self.drain()?;
         let mut alarms = ActiveAlarms::clone(&self.alarms);
@@ -191,7 +191,7 @@ impl MachineReplay {
             self.alarms = Arc::new(alarms);
         }
         let alarms = Arc::clone(&self.alarms);
-        Some(Ticked { report, alarms, told: self.digest.add(&report, &state) })
+        Some(TickOutput { report, alarms, digests: self.digest.add(&report, &state) })
     }
 
     /// Published tick: only the tick itself counts.

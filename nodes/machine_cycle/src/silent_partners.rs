@@ -5,7 +5,7 @@
 
 use super::bounds::PENDING_COMMANDS;
 use super::cyclic_loop::CyclicLoop;
-use super::messages::Taken;
+use super::messages::CyclicInput;
 use super::partners::Partners;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, Severity};
@@ -22,7 +22,7 @@ impl CyclicLoop {
 
     /// Raises an alarm that does not come from the machine itself.
     pub fn raise_outside(&mut self, kind: AlarmKind, value: f64) {
-        self.taken(Taken::Alarm(kind, value));
+        self.report_applied(CyclicInput::Alarm(kind, value));
         self.machine.raise(kind, value, 0.0);
         if kind.entry().severity > Severity::Warning {
             self.buffer.close();
@@ -34,7 +34,7 @@ impl CyclicLoop {
     /// The machine waits, at pace fast: looks whether whom it waits for is still there, and repeats its feedback, so that a lost credit
     /// is sent again.
     pub fn wait_for_partners(&mut self) {
-        if !self.is_held_by_recorder() && self.partners.sender.look() {
+        if !self.is_held_by_recorder() && self.partners.sender.poll() {
             self.lose_sender();
         }
         if self.partners.repeated.elapsed() >= HEARTBEAT {
@@ -105,7 +105,7 @@ impl CyclicLoop {
             self.partners.halting = None;
             // After an alarm the reset does it.
             if std::mem::take(&mut self.partners.is_closed) && !self.is_stopped_by_alarm() {
-                self.taken(Taken::Open);
+                self.report_applied(CyclicInput::Open);
                 self.open();
             }
         } else if self.active {

@@ -15,17 +15,17 @@ const TOPIC: &str = "/clock";
 pub(super) struct ClockOutlet {
     node: Node,
     publisher: Option<Publisher<Clock>>,
-    others: Arc<Mutex<Others>>,
+    others: Arc<Mutex<OtherPublishers>>,
     is_silent: bool,
     _watch: GraphListener,
 }
 
 /// Other publishers of the clock, by GUID, with their nodes as far as they are known.
 #[derive(Debug, Default)]
-struct Others(Vec<(Guid, Option<String>)>);
+struct OtherPublishers(Vec<(Guid, Option<String>)>);
 
-impl Others {
-    fn look(node: &Node) -> Result<Self, RosError> {
+impl OtherPublishers {
+    fn from_discovery(node: &Node) -> Result<Self, RosError> {
         Ok(Self(node.other_publishers(TOPIC)?.into_iter().map(|other| (other.guid, other.node)).collect()))
     }
 
@@ -38,10 +38,10 @@ impl Others {
 
 impl ClockOutlet {
     pub(super) fn new(node: &Node) -> Result<Self, RosError> {
-        let others = Arc::new(Mutex::new(Others::look(node)?));
+        let others = Arc::new(Mutex::new(OtherPublishers::from_discovery(node)?));
         let (seen, watched) = (Arc::clone(&others), node.clone());
         let watch = node.on_graph_change(move || {
-            if let Ok(now) = Others::look(&watched) {
+            if let Ok(now) = OtherPublishers::from_discovery(&watched) {
                 *seen.lock().unwrap_or_else(PoisonError::into_inner) = now;
             }
         });
@@ -78,10 +78,10 @@ mod tests {
 
     #[test]
     fn who_came_before_or_has_the_smaller_guid_is_ahead() {
-        let others = Others(vec![([5; 16], None)]);
+        let others = OtherPublishers(vec![([5; 16], None)]);
         assert!(others.ahead_of(None).is_some(), "it was there before this one had a publisher");
         assert!(others.ahead_of(Some([6; 16])).is_some());
         assert!(others.ahead_of(Some([4; 16])).is_none());
-        assert!(Others::default().ahead_of(None).is_none());
+        assert!(OtherPublishers::default().ahead_of(None).is_none());
     }
 }

@@ -28,7 +28,7 @@ const SLIPPED_US: i64 = 50_000;
 
 /// Values since the last report.
 #[derive(Debug, Default)]
-struct LastSeen {
+struct ReportedPeaks {
     /// Largest following error, as a share of that at which the drive trips.
     following: [f64; AXIS_COUNT],
     /// Largest force, as a share of what the drive has.
@@ -42,10 +42,10 @@ struct LastSeen {
 
 /// Health reports of the machine's threads.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Health(Arc<Mutex<LastSeen>>);
+pub(super) struct Health(Arc<Mutex<ReportedPeaks>>);
 
 impl Health {
-    fn seen(&self) -> MutexGuard<'_, LastSeen> {
+    fn seen(&self) -> MutexGuard<'_, ReportedPeaks> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -53,11 +53,11 @@ impl Health {
     pub(super) fn see(&self, report: &TickReport, machine: &MachineDescription) {
         let mut seen = self.seen();
         for axis in Axis::ALL {
-            let (description, told) = (machine.axis(axis), &report.axes[axis.index()]);
-            let speed = (told.velocity / description.limits.velocity).abs();
+            let (description, axis_report) = (machine.axis(axis), &report.axes[axis.index()]);
+            let speed = (axis_report.velocity / description.limits.velocity).abs();
             let trips_at = (description.max_following_error * speed).max(description.min_following_error);
-            let following = (told.following_error / trips_at).abs();
-            let force = (told.effort / description.maximum_force()).abs();
+            let following = (axis_report.following_error / trips_at).abs();
+            let force = (axis_report.effort / description.maximum_force()).abs();
             let place = axis.index();
             seen.following[place] = seen.following[place].max(following);
             seen.force[place] = seen.force[place].max(force);
@@ -103,7 +103,7 @@ impl Health {
             if described.gauge.is_some() {
                 all.push(gauge(&seen));
             }
-            *seen = LastSeen { lasting: seen.lasting, ..LastSeen::default() };
+            *seen = ReportedPeaks { lasting: seen.lasting, ..ReportedPeaks::default() };
             all
         };
         Ok(node.diagnostics(&machine.name, report)?)
@@ -160,28 +160,28 @@ fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
 
 /// Status of the setpoint buffer: lead of a setpoint over its use.
 fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> DiagnosticStatus {
-    let least = bounds.least_lead_ticks.swap(u64::MAX, Ordering::Relaxed);
+    let min = bounds.least_lead_ticks.swap(u64::MAX, Ordering::Relaxed);
     let ahead = u64::from(machine.feedback_delay_ticks);
-    if least == u64::MAX {
+    if min == u64::MAX {
         return diagnostic_status(DiagnosticStatus::OK, "setpoints", "none in the last second", &[]);
     }
-    let share = least as f64 / ahead as f64;
+    let share = min as f64 / ahead as f64;
     // At pace fast ticks wait for their setpoints.
     let level = if pace == Pace::Fast { DiagnosticStatus::OK } else { below(share, LATE) };
-    let message = format!("they arrived at least {least} of {ahead} ticks before use");
-    let values = [("least_lead_ticks", least.to_string()), ("feedback_delay_ticks", ahead.to_string())];
+    let message = format!("they arrived at least {min} of {ahead} ticks before use");
+    let values = [("least_lead_ticks", min.to_string()), ("feedback_delay_ticks", ahead.to_string())];
     diagnostic_status(level, "setpoints", &message, &values)
 }
 
 /// Status of the drives: distance from their limits and trips.
-fn drives(seen: &LastSeen) -> DiagnosticStatus {
+fn drives(seen: &ReportedPeaks) -> DiagnosticStatus {
     let percent = |share: f64| format!("{:.0}", 100.0 * share);
-    let most = |shares: &[f64; AXIS_COUNT]| shares.iter().copied().fold(0.0, f64::max);
-    let level = above(most(&seen.following).max(most(&seen.force)), NEAR);
+    let max = |shares: &[f64; AXIS_COUNT]| shares.iter().copied().fold(0.0, f64::max);
+    let level = above(max(&seen.following).max(max(&seen.force)), NEAR);
     let message = format!(
         "force up to {} % of the drive limit, following error up to {} % of the alarm limit",
-        percent(most(&seen.force)),
-        percent(most(&seen.following))
+        percent(max(&seen.force)),
+        percent(max(&seen.following))
     );
     let keys = ["c_axis", "x_axis", "z_axis"]
         .map(|joint| [format!("{joint}_force_percent"), format!("{joint}_following_percent")]);
@@ -196,7 +196,7 @@ fn drives(seen: &LastSeen) -> DiagnosticStatus {
 }
 
 /// Status of the wheel: remaining radius.
-fn wheel(seen: &LastSeen, machine: &MachineDescription) -> DiagnosticStatus {
+fn wheel(seen: &ReportedPeaks, machine: &MachineDescription) -> DiagnosticStatus {
     let speed = ("speed_rpm", format!("{:.0}", rpm_from_rad_s(seen.wheel_rad_s)));
     let (Some(lasting), false) = (&seen.lasting, machine.is_lathe()) else {
         return diagnostic_status(DiagnosticStatus::OK, "wheel", "no wear is known of", &[speed]);
@@ -215,7 +215,7 @@ fn wheel(seen: &LastSeen, machine: &MachineDescription) -> DiagnosticStatus {
 }
 
 /// Status of the gauge.
-fn gauge(seen: &LastSeen) -> DiagnosticStatus {
+fn gauge(seen: &ReportedPeaks) -> DiagnosticStatus {
     let message = match (seen.readings, seen.is_before_a_lobe) {
         (0, _) => "no readings in the last second".to_owned(),
         (readings, _) => format!("{readings} readings in the last second"),

@@ -11,7 +11,7 @@ use camwright_machine_cycle::commands;
 use camwright_machine_cycle::input_record::{
     BeginRecord, FORMAT, VERSION, bar_message, check, chunk_message, digest_message, lobe_message,
 };
-use camwright_machine_cycle::messages::{Outbound, Taken};
+use camwright_machine_cycle::messages::{CyclicInput, Outbound};
 use camwright_machine_cycle::output_digest::OutputDigest;
 use camwright_machine_cycle::persistent_record::PersistentRecord;
 use camwright_machine_cycle::stream_state::StreamState;
@@ -48,8 +48,8 @@ impl InputOutlet {
     /// A tick was executed.
     pub(super) fn tick(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
         self.tick = report.tick;
-        let told = self.digest.add(report, state);
-        told.into_iter().flatten().try_for_each(|told| self.publish(digest_message(&told)))
+        let digests = self.digest.add(report, state);
+        digests.into_iter().flatten().try_for_each(|digests| self.publish(digest_message(&digests)))
     }
 
     /// Tick and identity of the next keyframe.
@@ -67,34 +67,34 @@ impl InputOutlet {
             | Outbound::SecondWriter { refused: writer, chunk, .. } => chunk_message(*writer, chunk),
             Outbound::LobeDone(_, lobe) => lobe_message(lobe),
             Outbound::BarDone(_, bar) => bar_message(bar),
-            Outbound::Taken(taken) => self.message(taken),
+            Outbound::Applied(input) => self.message(input),
             _ => return Ok(()),
         };
         self.publish(message)
     }
 
-    fn message(&self, taken: &Taken) -> MachineInput {
+    fn message(&self, input: &CyclicInput) -> MachineInput {
         let plain = |kind: u8| MachineInput { kind, ..MachineInput::default() };
-        match taken {
-            Taken::NoChunk(writer) => MachineInput { writer: *writer, ..plain(MachineInput::NO_CHUNK) },
-            Taken::Command(writer, command) => {
+        match input {
+            CyclicInput::NoChunk(writer) => MachineInput { writer: *writer, ..plain(MachineInput::NO_CHUNK) },
+            CyclicInput::Command(writer, command) => {
                 let content = text(&commands::message(command, &self.machine));
                 MachineInput { writer: *writer, content, ..plain(MachineInput::COMMAND) }
             }
-            Taken::Fault(asked) => MachineInput { content: text(&asked.request), ..plain(MachineInput::FAULT) },
-            Taken::Reset => plain(MachineInput::RESET),
-            Taken::Area(order) => {
+            CyclicInput::Fault(asked) => MachineInput { content: text(&asked.request), ..plain(MachineInput::FAULT) },
+            CyclicInput::Reset => plain(MachineInput::RESET),
+            CyclicInput::Area(order) => {
                 MachineInput { content: order.service().to_owned(), ..plain(MachineInput::WORK_AREA) }
             }
-            Taken::Loader { inside, lost } => {
+            CyclicInput::Loader { inside, lost } => {
                 let number = u64::from(*inside) + 2 * u64::from(*lost);
                 MachineInput { number, ..plain(MachineInput::LOADER) }
             }
-            Taken::Judge(is_good) => MachineInput { number: u64::from(*is_good), ..plain(MachineInput::JUDGE) },
-            Taken::ResetShift => plain(MachineInput::RESET_SHIFT),
-            Taken::Close => plain(MachineInput::CLOSE),
-            Taken::Open => plain(MachineInput::OPEN),
-            Taken::Alarm(kind, value) => {
+            CyclicInput::Judge(is_good) => MachineInput { number: u64::from(*is_good), ..plain(MachineInput::JUDGE) },
+            CyclicInput::ResetShift => plain(MachineInput::RESET_SHIFT),
+            CyclicInput::Close => plain(MachineInput::CLOSE),
+            CyclicInput::Open => plain(MachineInput::OPEN),
+            CyclicInput::Alarm(kind, value) => {
                 let number = u64::from(kind.entry().number);
                 MachineInput { number, values: vec![*value], ..plain(MachineInput::ALARM) }
             }

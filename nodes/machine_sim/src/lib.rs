@@ -91,9 +91,9 @@ struct Endpoints {
 
 /// The way into the cyclic thread, shared by the callbacks of the executor thread.
 #[derive(Debug, Clone)]
-struct Inlet(Arc<Mutex<Sender<Inbound>>>);
+struct CycleInlet(Arc<Mutex<Sender<Inbound>>>);
 
-impl Inlet {
+impl CycleInlet {
     /// False when the ring is full: the cyclic thread does not take anything any more.
     fn send(&self, message: Inbound) -> bool {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).send(message).is_ok()
@@ -189,7 +189,7 @@ impl MachineSim {
             node,
             file,
             pace,
-            inlet: Inlet(Arc::new(Mutex::new(inlet))),
+            inlet: CycleInlet(Arc::new(Mutex::new(inlet))),
             bounds: Arc::default(),
             waker,
             health: Health::default(),
@@ -287,7 +287,7 @@ struct Setup {
     file: machine_file::Machine,
     pace: Pace,
     clock: TickClock,
-    inlet: Inlet,
+    inlet: CycleInlet,
     bounds: Arc<Bounds>,
     /// Wakes the cyclic thread.
     waker: Waker,
@@ -390,7 +390,7 @@ fn rest_period_ticks(rate_hz: f64, machine: &MachineDescription, pace: Pace) -> 
 
 /// Ticks only while the node is active.
 #[derive(Debug)]
-struct Activation(Inlet);
+struct Activation(CycleInlet);
 
 impl LifecycleCallbacks for Activation {
     fn activate(&mut self) -> Result<(), String> {
@@ -414,7 +414,7 @@ fn subscriptions(
     node: &Node,
     description: &MachineDescription,
     clock: TickClock,
-    inlet: &Inlet,
+    inlet: &CycleInlet,
     bounds: &Arc<Bounds>,
     waker: &Waker,
     desk: &Arc<CommandServer>,
@@ -422,7 +422,7 @@ fn subscriptions(
     let qos = Qos::default_topic().keep_last(1000);
     let (machine, logger, chunks, gate) = (description.clone(), node.logger().clone(), inlet.clone(), Arc::clone(desk));
     let setpoints = node.subscribe::<JointTrajectory>("machine/setpoints", &qos, move |message, info| {
-        if !gate.takes_motion("machine/setpoints", &info.writer) {
+        if !gate.accepts_motion("machine/setpoints", &info.writer) {
             return;
         }
         match chunk_from_trajectory(&message, &machine, clock) {
@@ -437,7 +437,7 @@ fn subscriptions(
     })?;
     let (orders, machine, gate, ticks) = (inlet.clone(), description.clone(), Arc::clone(desk), Arc::clone(bounds));
     let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
-        if !gate.takes_motion("machine/commands", &info.writer) {
+        if !gate.accepts_motion("machine/commands", &info.writer) {
             return;
         }
         match commands::checked(&message, &machine, clock, ticks.tick.load(Ordering::Relaxed)) {
@@ -453,7 +453,7 @@ fn subscriptions(
         "run_logger/status",
         &Qos::default_topic().keep_last(100),
         move |message, info| {
-            if !one_recorder.takes(&info.writer, &listener) {
+            if !one_recorder.accepts(&info.writer, &listener) {
                 return;
             }
             bounds.recorded_tick.store(message.last_tick, Ordering::Release);
@@ -475,7 +475,7 @@ fn participant(writer: camwright_ros::Guid) -> [u8; 16] {
 fn services(
     node: &Node,
     description: &MachineDescription,
-    inlet: &Inlet,
+    inlet: &CycleInlet,
     resets: &Waiting<Trigger>,
     loads: &Loads,
 ) -> Result<Vec<ServiceHandle>, NodeError> {
@@ -546,7 +546,7 @@ impl StateOutlets {
 /// Handles the answers of the cyclic thread, on the pump.
 fn answers(
     node: &Node,
-    inlet: &Inlet,
+    inlet: &CycleInlet,
     resets: &Waiting<Trigger>,
     loads: &Loads,
     mut outlets: StateOutlets,
@@ -578,7 +578,7 @@ fn answers(
         Outbound::Lasting(state) => outlets.update(&state, &node),
         Outbound::AreaDone(order, outcome) => outlets.area.answer(order, outcome),
         Outbound::Used(_, chunk) => drop(chunk),
-        Outbound::Taken(taken) => drop(taken),
+        Outbound::Applied(input) => drop(input),
         Outbound::Keyframe(room) => {
             inlet.send(Inbound::Room(room.reset()));
         }

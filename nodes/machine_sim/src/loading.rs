@@ -1,6 +1,6 @@
 //! A raw part on its way to the machine: the services that put it in, and what the cyclic thread says of it.
 
-use super::{Inlet, Waiting, pop, push};
+use super::{CycleInlet, Waiting, pop, push};
 use camwright_machine_cycle::messages::{Inbound, Outbound};
 use camwright_machine_cycle::part::{LobeRefused, RawBar, RawLobe};
 use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarResponse, LoadLobe, LoadLobeResponse};
@@ -43,7 +43,7 @@ impl Loads {
     }
 }
 
-pub(super) fn offer(node: &Node, inlet: &Inlet, loads: &Loads) -> Result<[ServiceHandle; 2], RosError> {
+pub(super) fn offer(node: &Node, inlet: &CycleInlet, loads: &Loads) -> Result<[ServiceHandle; 2], RosError> {
     let (way, waiting) = (inlet.clone(), Arc::clone(&loads.lobes));
     let lobe = node.service_deferred::<LoadLobe>("machine/load_lobe", move |request, responder| {
         push(&waiting, responder.or_fail(|message| LoadLobeResponse { success: false, message }));

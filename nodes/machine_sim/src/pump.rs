@@ -1,6 +1,6 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
-use super::Inlet;
+use super::CycleInlet;
 use super::clock_outlet::ClockOutlet;
 use super::health::Health;
 use super::inputs::InputOutlet;
@@ -26,7 +26,7 @@ use camwright_msgs::camwright_msgs::msg::{
     GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
 };
 use camwright_msgs::sensor_msgs::msg::JointState;
-use camwright_ros::liveness::Complaint;
+use camwright_ros::liveness::LimitedWarning;
 use camwright_ros::{Node, Publisher, Qos, RosError, Telemetry};
 use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Receiver, Waker};
@@ -103,7 +103,7 @@ pub(super) struct Context {
     pub(super) clock: TickClock,
     pub(super) pace: u8,
     /// The way into the cyclic thread.
-    pub(super) inlet: Inlet,
+    pub(super) inlet: CycleInlet,
     pub(super) is_fast: bool,
     pub(super) drops: DropCounter,
     /// Ticks between two joint states of a machine that rests and runs no job.
@@ -127,7 +127,7 @@ pub(super) struct Pump {
     lobes: Vec<String>,
     /// Remaining wait of samples; spent on a subscriber that does not acknowledge.
     patience: Duration,
-    complaint: Complaint,
+    complaint: LimitedWarning,
 }
 
 impl Pump {
@@ -146,7 +146,7 @@ impl Pump {
             skipped_tick: None,
             lobes: Vec::new(),
             patience: SAMPLE_PATIENCE,
-            complaint: Complaint::default(),
+            complaint: LimitedWarning::default(),
         }
     }
 
@@ -160,7 +160,7 @@ impl Pump {
             injected::point("machine pump");
             let is_last = reports.is_abandoned();
             while let Some(report) = reports.receive() {
-                let told = self.outlets.inputs.see(&report);
+                let published = self.outlets.inputs.see(&report);
                 let outcome = match report {
                     Outbound::Tick(report, state) => self.tick(&report, &state),
                     Outbound::Outline(outline) => {
@@ -196,7 +196,7 @@ impl Pump {
                         Ok(())
                     }
                 };
-                if let Err(error) = outcome.and(told) {
+                if let Err(error) = outcome.and(published) {
                     self.complaint.warn(self.context.node.logger(), &format!("a report cannot be published: {error}"));
                 }
             }
@@ -251,10 +251,10 @@ impl Pump {
         if self.last_io != Some(report.io) || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
             let (stamp, tick) = (self.context.clock.stamp(report.tick), report.tick);
             let io = io_message(&report.io, &self.context.description);
-            let told = self.outlets.io.publish(&MachineIo { stamp, tick, ..io });
+            let published = self.outlets.io.publish(&MachineIo { stamp, tick, ..io });
             // A message that was not sent is repeated with the next tick.
-            self.last_io = told.is_ok().then_some(report.io);
-            sent = sent.and(told);
+            self.last_io = published.is_ok().then_some(report.io);
+            sent = sent.and(published);
         }
         if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
             sent = sent.and(outlet.publish(state, report.tick, self.context.clock));

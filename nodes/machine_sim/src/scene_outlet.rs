@@ -1,6 +1,6 @@
 //! The machine as others see it: description, transforms, markers, and the outline of the part while it is cut.
 
-use super::Inlet;
+use super::CycleInlet;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::time::TickClock;
@@ -41,12 +41,12 @@ const LETTERS: f64 = 0.012;
 #[derive(Debug)]
 pub(super) struct SceneOutlet {
     node: Node,
-    inlet: Inlet,
+    inlet: CycleInlet,
     machine: MachineDescription,
     tree: Tree,
     period_ticks: u64,
     description: Publisher<Text>,
-    told: String,
+    published_description: String,
     transforms: Option<Telemetry<TFMessage>>,
     states: Telemetry<DynamicJointState>,
     _fixed: Option<Publisher<TFMessage>>,
@@ -73,7 +73,7 @@ impl SceneOutlet {
         node: &Node,
         machine: &MachineDescription,
         wheel_radius_mm: f64,
-        inlet: Inlet,
+        inlet: CycleInlet,
         drops: &DropCounter,
     ) -> Result<Self, NodeError> {
         let tree = Tree::new(machine, wheel_radius_mm, scene::frames_of(node, machine)?);
@@ -89,7 +89,7 @@ impl SceneOutlet {
             inlet,
             period_ticks: (TRANSFORM_PERIOD_NS / u64::from(machine.cycle_time_ns).max(1)).max(1),
             description: node.publisher("robot_description", &Qos::latched(1))?,
-            told: String::new(),
+            published_description: String::new(),
             transforms,
             states: node.telemetry("dynamic_joint_states", &Qos::default_topic().keep_last(100), drops)?,
             _fixed: fixed,
@@ -115,11 +115,11 @@ impl SceneOutlet {
     pub(super) fn mount(&mut self, wheel_radius_mm: f64) -> Result<(), RosError> {
         let tree = Tree::new(&self.machine, wheel_radius_mm, self.tree.frames.clone());
         let urdf = tree.urdf();
-        if urdf == self.told {
+        if urdf == self.published_description {
             return Ok(());
         }
-        (self.tree, self.told) = (tree, urdf);
-        self.description.publish(&Text { data: self.told.clone() })?;
+        (self.tree, self.published_description) = (tree, urdf);
+        self.description.publish(&Text { data: self.published_description.clone() })?;
         if self.machine.is_lathe() {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! Door, chuck, part sensor and counters of the machine on the graph: services that work them, and what they show.
 
-use super::{Inlet, Waiting, pop, push};
+use super::{CycleInlet, Waiting, pop, push};
 use camwright::machine::persistent_state::{PersistentState, TravelCount};
 use camwright::simulation::work_area::{LoadingRefused, WorkAreaState};
 use camwright_authority::OneSender;
@@ -43,7 +43,7 @@ pub(super) struct Endpoints {
 /// Offers the services; those of door and chuck where the machine has some.
 pub(super) fn offer(
     node: &Node,
-    inlet: &Inlet,
+    inlet: &CycleInlet,
     requests: &AreaRequests,
     loader_timeout: Option<Duration>,
 ) -> Result<Endpoints, RosError> {
@@ -59,7 +59,7 @@ pub(super) fn offer(
     Ok(Endpoints { services, _loader: Some(watch_loader(node, inlet, timeout)?) })
 }
 
-fn judge(node: &Node, inlet: &Inlet) -> Result<ServiceHandle, RosError> {
+fn judge(node: &Node, inlet: &CycleInlet) -> Result<ServiceHandle, RosError> {
     let way = inlet.clone();
     node.service::<JudgePart>("machine/judge_part", move |request| {
         let success = way.send(Inbound::Judge(request.good));
@@ -68,7 +68,7 @@ fn judge(node: &Node, inlet: &Inlet) -> Result<ServiceHandle, RosError> {
     })
 }
 
-fn reset_shift(node: &Node, inlet: &Inlet) -> Result<ServiceHandle, RosError> {
+fn reset_shift(node: &Node, inlet: &CycleInlet) -> Result<ServiceHandle, RosError> {
     let way = inlet.clone();
     node.service::<Trigger>("machine/reset_shift", move |_| {
         let success = way.send(Inbound::ResetShift);
@@ -87,28 +87,28 @@ struct LastContact {
 }
 
 /// Follows the position of the loader, as it reports it; a silent one counts as lost.
-fn watch_loader(node: &Node, inlet: &Inlet, timeout: Duration) -> Result<(Subscription, TimerHandle), RosError> {
-    let heard: Arc<Mutex<LastContact>> = Arc::default();
-    let (of_messages, way) = (Arc::clone(&heard), inlet.clone());
+fn watch_loader(node: &Node, inlet: &CycleInlet, timeout: Duration) -> Result<(Subscription, TimerHandle), RosError> {
+    let contact: Arc<Mutex<LastContact>> = Arc::default();
+    let (of_messages, way) = (Arc::clone(&contact), inlet.clone());
     let (mut one_loader, listener) = (OneSender::new("loader/state", timeout), node.clone());
     let subscription = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |message, info| {
-        if !one_loader.takes(&info.writer, &listener) {
+        if !one_loader.accepts(&info.writer, &listener) {
             return;
         }
-        let mut heard = of_messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_news = heard.at.is_none() || heard.inside != message.in_work_area || heard.lost;
-        *heard = LastContact { at: Some(Instant::now()), inside: message.in_work_area, lost: false };
+        let mut contact = of_messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_news = contact.at.is_none() || contact.inside != message.in_work_area || contact.lost;
+        *contact = LastContact { at: Some(Instant::now()), inside: message.in_work_area, lost: false };
         if is_news {
             way.send(Inbound::Loader { inside: message.in_work_area, lost: false });
         }
     })?;
     let (way, logger) = (inlet.clone(), node.clone());
     let timer = node.timer(LOADER_WATCH, move || {
-        let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
-        if !heard.lost && heard.at.is_some_and(|at| at.elapsed() > timeout) {
-            heard.lost = true;
+        let mut contact = contact.lock().unwrap_or_else(PoisonError::into_inner);
+        if !contact.lost && contact.at.is_some_and(|at| at.elapsed() > timeout) {
+            contact.lost = true;
             logger.log(Level::Warn, &format!("no message from the loader for {} s", timeout.as_secs_f64()));
-            way.send(Inbound::Loader { inside: heard.inside, lost: true });
+            way.send(Inbound::Loader { inside: contact.inside, lost: true });
         }
     });
     Ok((subscription, timer))
@@ -118,20 +118,20 @@ fn watch_loader(node: &Node, inlet: &Inlet, timeout: Duration) -> Result<(Subscr
 #[derive(Debug)]
 pub(super) struct WorkAreaOutlet {
     publisher: Publisher<WorkArea>,
-    told: Option<WorkAreaState>,
+    published: Option<WorkAreaState>,
 }
 
 impl WorkAreaOutlet {
     pub(super) fn new(node: &Node) -> Result<Self, RosError> {
-        Ok(Self { publisher: node.publisher("machine/work_area", &Qos::latched(1))?, told: None })
+        Ok(Self { publisher: node.publisher("machine/work_area", &Qos::latched(1))?, published: None })
     }
 
     /// Publishes a changed state.
     pub(super) fn publish(&mut self, state: WorkAreaState, tick: u64, clock: TickClock) -> Result<(), RosError> {
-        if self.told == Some(state) {
+        if self.published == Some(state) {
             return Ok(());
         }
-        self.told = Some(state);
+        self.published = Some(state);
         self.publisher.publish(&WorkArea {
             stamp: clock.stamp(tick),
             tick,
@@ -151,21 +151,25 @@ impl WorkAreaOutlet {
 pub(super) struct CounterOutlet {
     node: Node,
     publisher: Publisher<MachineCounters>,
-    told: Option<(TravelCount, TravelCount)>,
+    published: Option<(TravelCount, TravelCount)>,
 }
 
 impl CounterOutlet {
     pub(super) fn new(node: &Node) -> Result<Self, RosError> {
-        Ok(Self { node: node.clone(), publisher: node.publisher("machine/counters", &Qos::latched(1))?, told: None })
+        Ok(Self {
+            node: node.clone(),
+            publisher: node.publisher("machine/counters", &Qos::latched(1))?,
+            published: None,
+        })
     }
 
     /// Publishes a changed state.
     pub(super) fn publish(&mut self, state: &PersistentState) {
         let now = (state.life, state.shift);
-        if self.told == Some(now) {
+        if self.published == Some(now) {
             return;
         }
-        self.told = Some(now);
+        self.published = Some(now);
         let counters = |tally: TravelCount| PartCounters { total: tally.total, good: tally.good, bad: tally.bad };
         let message =
             MachineCounters { stamp: self.node.now(), life: counters(state.life), shift: counters(state.shift) };

@@ -57,8 +57,8 @@ impl Scale {
             .filter(|value| value.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         let (low, high) = if low > high { (0.0, 0.0) } else { (low, high) };
-        let least = 1e-6 * low.abs().max(high.abs()).max(1e-6);
-        let (low, high) = if high - low > least { (low, high) } else { (low - 1.0, high + 1.0) };
+        let min = 1e-6 * low.abs().max(high.abs()).max(1e-6);
+        let (low, high) = if high - low > min { (low, high) } else { (low - 1.0, high + 1.0) };
         let margin = |end: f64| if end.abs() > 0.0 { MARGIN * (high - low) } else { 0.0 };
         let (low, high) = (low - margin(low), high + margin(high));
         Self { low, high, step: round_step(high - low, MAX_STEPS) }
@@ -95,15 +95,11 @@ impl Scale {
     }
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that divides `range` into as few parts as `most`.
-pub(crate) fn round_step(range: f64, most: f64) -> f64 {
-    let least = range / most;
-    let power = 10.0_f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|digit| digit * power)
-        .find(|step| *step >= least * (1.0 - 1e-9))
-        .unwrap_or(least)
+/// The largest of 1, 2 and 5 times a power of ten that divides `range` into as few parts as `max`.
+pub(crate) fn round_step(range: f64, max: f64) -> f64 {
+    let min = range / max;
+    let power = 10.0_f64.powf(min.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|digit| digit * power).find(|step| *step >= min * (1.0 - 1e-9)).unwrap_or(min)
 }
 
 /// Axes of a chart: a scale across and a scale up, in a frame.

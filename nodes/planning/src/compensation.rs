@@ -156,7 +156,7 @@ impl LearnedJob {
     pub fn learn(&mut self, prepared: &PreparedJob, outlines_mm: &[Vec<f64>]) -> Result<Vec<String>, String> {
         let Some(compensation) = &prepared.job.spec.compensation else { return Ok(Vec::new()) };
         let spec = &compensation.spec;
-        let mut told = Vec::new();
+        let mut lines = Vec::new();
         let mut lobes = Vec::new();
         for (lobe, radii_mm) in prepared.planned.lobes.iter().zip(outlines_mm) {
             let design = &lobe.design;
@@ -167,7 +167,7 @@ impl LearnedJob {
             let mut learning = kept.unwrap_or_else(|| LobeLearning { correction: used, ..LobeLearning::new(spec) });
             learning.gain = learning.gain.min(spec.gain);
             let learned = learning.learn(spec, &measured);
-            told.push(sentence(&design.name, learned, &measured, &learning, spec));
+            lines.push(sentence(&design.name, learned, &measured, &learning, spec));
             lobes.push(LearnedLobe::from_learning(design, &learning));
         }
         if compensation.afresh {
@@ -176,7 +176,7 @@ impl LearnedJob {
         self.parts += 1;
         // Lobes that this job has not are those of an earlier version of it.
         self.lobes = lobes;
-        Ok(told)
+        Ok(lines)
     }
 }
 
@@ -313,8 +313,8 @@ mod tests {
         };
         let mut kept = LearnedJob::new("cam_grinder", "four_lobe_camshaft");
         assert_eq!(with_learned("four_lobe_camshaft", &set, &kept), set);
-        let told = kept.learn(&prepared, &raised(1.0)).unwrap();
-        assert!(told.len() == 4 && told[0].starts_with("lobe I1: form error"), "{told:?}");
+        let lines = kept.learn(&prepared, &raised(1.0)).unwrap();
+        assert!(lines.len() == 4 && lines[0].starts_with("lobe I1: form error"), "{lines:?}");
         let kept = LearnedJob::parse(&kept.text().unwrap()).unwrap();
         assert_eq!(kept.parts, 1);
         let overrides = with_learned("four_lobe_camshaft", &set, &kept);
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_nobody_learned_is_refused() {
+    fn a_file_without_learned_parts_is_refused() {
         let text = LearnedJob::new("m", "j").text().unwrap();
         assert_eq!(LearnedJob::parse(&text).unwrap(), LearnedJob::new("m", "j"));
         let newer = text.replace("learned/1", "learned/9");

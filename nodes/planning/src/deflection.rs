@@ -107,22 +107,22 @@ mod tests {
 
     /// After two turns the default job would be off by 6.6 µm; the number that is proposed is enough, and one less is not.
     #[test]
-    fn a_job_that_sparks_out_too_briefly_is_told_how_many_turns_it_takes() {
-        let told = |turns: u32| {
+    fn too_few_spark_out_turns_are_reported_with_the_needed_number() {
+        let forecast = |turns: u32| {
             let prepared = prepare("four_lobe_camshaft", &[format!("infeed.spark_out_turns={turns}")], None).unwrap();
             let worst = (0..4).filter_map(|lobe| from_lobe(&prepared, lobe)).map(|way| way.left_um).fold(0.0, f64::max);
             (too_little_spark_out(&prepared), worst)
         };
-        let (message, left_um) = told(2);
+        let (message, left_um) = forecast(2);
         let message = message.expect("it is above the tolerance");
         assert!((left_um - 6.64).abs() < 0.05, "{left_um}");
-        let (enough, less_um) = told(3);
+        let (enough, less_um) = forecast(3);
         assert_eq!(enough, None);
         assert!(message.ends_with(&format!("3 leave {less_um:.2} um")), "{message}, {less_um}");
     }
 
     #[test]
-    fn a_machine_that_cannot_reach_the_tolerance_is_told_so() {
+    fn an_unreachable_tolerance_is_reported() {
         let set = ["infeed.spark_out_turns=5".to_owned()];
         let mut prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
         prepared.machine.contact.as_mut().unwrap().threshold_n_mm = 50.0;

@@ -5,7 +5,7 @@ use camwright::job::grinding::{JobError, JobKey, Subject};
 use camwright::machine::WHEEL_TOLERANCE_MM;
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::SpeedPlanError;
-use camwright::planner::{Leaving, Needed, PlanError};
+use camwright::planner::{IdleWheelStep, PlanError, RequiredPosition};
 use camwright::toolpath::wheel_path::ToolPathError;
 use camwright_files::ConfigError;
 use camwright_files::job_file::Job;
@@ -58,15 +58,15 @@ fn key(job: &Job, error: &PlanError) -> String {
         }
         PlanError::Speed { pass, .. } => pass_key(job, pass, "work_speed_rpm"),
         PlanError::SoftLimit { place, what, axis, .. } => match (what, axis, place) {
-            (Needed::DryRunHome | Needed::DryRunHold, ..) => "dry_run.stand_off_mm".into(),
-            (Needed::Home, Axis::X, _) => "home.x_mm".into(),
-            (Needed::Home, ..) => "home.z_mm".into(),
-            (Needed::RapidAdvance, ..) => "rapid_advance_mm".into(),
-            (Needed::Hold, ..) => "retract_clearance_mm".into(),
+            (RequiredPosition::DryRunHome | RequiredPosition::DryRunHold, ..) => "dry_run.stand_off_mm".into(),
+            (RequiredPosition::Home, Axis::X, _) => "home.x_mm".into(),
+            (RequiredPosition::Home, ..) => "home.z_mm".into(),
+            (RequiredPosition::RapidAdvance, ..) => "rapid_advance_mm".into(),
+            (RequiredPosition::Hold, ..) => "retract_clearance_mm".into(),
             (_, _, Subject::Lobe(lobe)) => format!("{}.station", lobe_key(lobe)),
             _ => String::new(),
         },
-        PlanError::NotClear { what: Leaving::Home, .. } => "home.x_mm".into(),
+        PlanError::NotClear { what: IdleWheelStep::Home, .. } => "home.x_mm".into(),
         PlanError::NotClear { .. } => "rapid_advance_mm".into(),
         PlanError::Move { .. } => "rapid_speed_mm_s".into(),
         PlanError::DryRun { .. } => "dry_run.stand_off_mm".into(),

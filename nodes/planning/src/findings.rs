@@ -68,8 +68,8 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
     let mut errors = vec![first];
     let mut add = |error: ConfigError| {
         // What one lobe alone says may stand in what all of them said before.
-        let said = |known: &ConfigError| known.place == error.place && known.message.contains(&error.message);
-        if !errors.iter().any(said) {
+        let is_same = |known: &ConfigError| known.place == error.place && known.message.contains(&error.message);
+        if !errors.iter().any(is_same) {
             errors.push(error);
         }
     };

@@ -8,8 +8,8 @@ use camwright::machine::description::MachineDescription;
 use camwright::machine::wheel_state::WheelNow;
 use camwright::math::units::um_from_mm;
 use camwright::planner::{
-    Contact, MeasuredJob, NotCorrected, PlannedCorrection, PlannedJob, PlannedMeasuring, decide_corrections, identify,
-    measured_stocks, plan_corrections, plan_measured_job, plan_measuring,
+    JournalReadings, MeasuredJob, PlannedCorrection, PlannedJob, PlannedMeasuring, UncorrectedJournal,
+    decide_corrections, identify, measured_stocks, plan_corrections, plan_measured_job, plan_measuring,
 };
 use camwright_files::ConfigError;
 use camwright_files::convert::mm_from_m;
@@ -76,23 +76,23 @@ impl PreparedCorrection {
     /// Some sentences for each journal: what was measured, and by what it is corrected and how.
     #[must_use]
     pub fn summary_lines(&self, prepared: &PreparedJob) -> Vec<String> {
-        let mut told = self.measured.summary_lines(prepared);
+        let mut lines = self.measured.summary_lines(prepared);
         for (index, (lobe, decided)) in prepared.planned.lobes.iter().zip(&self.decided).enumerate() {
             let name = &lobe.design.name;
             let measured = self.measured.contacts.get(index).and_then(Option::as_ref).map(|contact| contact.law);
             if let Some((law, from)) = lobe.contact(&prepared.job.spec, &prepared.machine, measured) {
                 // N/mm and N/um differ as um and mm do.
                 let n_um = |n_mm: f64| camwright::math::units::mm_from_um(n_mm);
-                told.push(format!(
+                lines.push(format!(
                     "lobe {name}: corrected by the stiffness {from}: machine {:.3} N/um, grinding {:.2} N/um, {:.1} N to begin",
                     n_um(law.machine_n_mm()),
                     n_um(law.grinding_n_mm()),
                     law.threshold_n()
                 ));
             }
-            told.push(format!("lobe {name}: {decided}"));
+            lines.push(format!("lobe {name}: {decided}"));
         }
-        told
+        lines
     }
 
     /// Writes into the results of a job what was corrected.
@@ -131,7 +131,10 @@ impl CorrectionFailed {
 ///
 /// # Errors
 /// The readings give no stiffness.
-pub fn measured_contacts(prepared: &PreparedJob, logs: &[Contact]) -> Result<MeasuredContacts, CorrectionFailed> {
+pub fn measured_contacts(
+    prepared: &PreparedJob,
+    logs: &[JournalReadings],
+) -> Result<MeasuredContacts, CorrectionFailed> {
     let (job, machine, first) = (&prepared.job.spec, &prepared.machine, &prepared.planned);
     let mut measured = MeasuredContacts::default();
     if job.identification.is_none() {
@@ -141,7 +144,7 @@ pub fn measured_contacts(prepared: &PreparedJob, logs: &[Contact]) -> Result<Mea
         match contact {
             Ok(contact) => measured.contacts.push(Some(contact)),
             // Holding is the operator's right, and the stiffness is known from elsewhere.
-            Err(held @ NotCorrected { source: JournalError::Held { .. }, .. }) => {
+            Err(held @ UncorrectedJournal { source: JournalError::Held { .. }, .. }) => {
                 measured.contacts.push(None);
                 measured.held.push(format!("the stiffness is not measured: {held}"));
             }
@@ -155,7 +158,7 @@ pub fn measured_contacts(prepared: &PreparedJob, logs: &[Contact]) -> Result<Mea
 ///
 /// # Errors
 /// The readings do not determine the part, the part cannot be corrected, or the plan cannot be made.
-pub fn correct(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedCorrection, CorrectionFailed> {
+pub fn correct(prepared: &PreparedJob, logs: &[JournalReadings]) -> Result<PreparedCorrection, CorrectionFailed> {
     let failed = |reason: &dyn ToString| CorrectionFailed::new("the runout cannot be corrected", &reason.to_string());
     let (job, machine, first) = (&prepared.job.spec, &prepared.machine, &prepared.planned);
     let measured = measured_contacts(prepared, logs)?;
@@ -225,7 +228,7 @@ pub struct PreparedForStock {
     /// The job, which goes on with its plan from here.
     pub prepared: PreparedJob,
     /// A sentence for each journal.
-    pub told: Vec<String>,
+    pub lines: Vec<String>,
     /// Saved time, as a text.
     pub saved: String,
 }
@@ -234,10 +237,10 @@ pub struct PreparedForStock {
 ///
 /// # Errors
 /// The readings give no stock, or the stock exceeds that of the job.
-pub fn for_stock(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedForStock, CorrectionFailed> {
+pub fn for_stock(prepared: &PreparedJob, logs: &[JournalReadings]) -> Result<PreparedForStock, CorrectionFailed> {
     let failed = |reason: &dyn ToString| CorrectionFailed::new("the part is not ground", &reason.to_string());
     let Some(measuring) = &prepared.measuring else {
-        return Ok(PreparedForStock { prepared: prepared.clone(), told: Vec::new(), saved: String::new() });
+        return Ok(PreparedForStock { prepared: prepared.clone(), lines: Vec::new(), saved: String::new() });
     };
     let (job, machine) = (&prepared.job.spec, &prepared.machine);
     let stocks_mm =
@@ -245,7 +248,7 @@ pub fn for_stock(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedFor
     let MeasuredJob { planned, skipped, saved_s } =
         plan_measured_job(job, machine, prepared.wheel, &measuring.whole, &measuring.planned, &stocks_mm)
             .map_err(|error| failed(&error))?;
-    let told = skipped.iter().map(ToString::to_string).collect();
+    let lines = skipped.iter().map(ToString::to_string).collect();
     let saved = format!(
         "skipped turns in the air save {saved_s:.2} s; measuring the stock took {:.2} s, with a margin of {:.1} um for errors that two opposed contacts cannot see",
         measuring.planned.measuring_s,
@@ -254,7 +257,7 @@ pub fn for_stock(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedFor
     let pages = pages_from_plan(&planned.plan, &prepared.provenance);
     let expected_correction = expected(&prepared.job, machine, &planned).map_err(|error| failed(&error))?;
     let prepared = PreparedJob { planned, pages, expected_correction, ..prepared.clone() };
-    Ok(PreparedForStock { prepared, told, saved })
+    Ok(PreparedForStock { prepared, lines, saved })
 }
 
 /// A lobe of the raw part: its design, its stock, and what is off about it.
@@ -303,10 +306,14 @@ mod tests {
             prepare("journal_runout", &set, None).unwrap()
         };
         let less = job(-30);
-        let mut heard = Vec::new();
-        let (_, results) = crate::simulate::simulate_with_report(&less, |told| heard.push(told)).unwrap();
-        eprintln!("{heard:#?}");
-        assert!(heard[0].starts_with("lobe J1: 9") && heard[0].contains("2 turns with infeed"), "{}", heard[0]);
+        let mut reported_lines = Vec::new();
+        let (_, results) = crate::simulate::simulate_with_report(&less, |lines| reported_lines.push(lines)).unwrap();
+        eprintln!("{reported_lines:#?}");
+        assert!(
+            reported_lines[0].starts_with("lobe J1: 9") && reported_lines[0].contains("2 turns with infeed"),
+            "{}",
+            reported_lines[0]
+        );
         for result in &results {
             let [after, form] = [result.runout, result.form_error_max.abs()].map(|m| um_from_mm(mm_from_m(m)));
             // A part with less to grind runs out more before the turn that corrects it.
@@ -317,9 +324,9 @@ mod tests {
     }
 
     #[test]
-    fn readings_that_are_missing_are_told() {
+    fn missing_readings_are_reported() {
         let prepared = prepare("journal_runout", &[], None).unwrap();
-        let none = vec![Contact::default(); prepared.planned.lobes.len()];
+        let none = vec![JournalReadings::default(); prepared.planned.lobes.len()];
         let error = correct(&prepared, &none).unwrap_err().to_string();
         assert!(error.contains("lobe J1") && error.contains("readings"), "{error}");
     }

@@ -1,7 +1,7 @@
 //! Readings of the lift tables of a job, and the jerk of each possible reading.
 
 use super::PreparedJob;
-use super::turn::Turn;
+use super::turn::LobeTurn;
 use camwright::cam::contour::Contour;
 use camwright::cam::lift::{LiftLaw, TableReading};
 use camwright::job::grinding::{ProfileSpec, SpeedLaw};
@@ -118,20 +118,20 @@ pub(super) fn readings(lift: &ProfileLift) -> Vec<ReadingSummary> {
 const PER_INTERVAL: u32 = 4;
 
 /// Motion of C in the last pass over a profile.
-enum Turning<'a> {
+enum PassMotion<'a> {
     /// At one speed (rad/s).
     Evenly(f64),
     /// Motion of this turn.
-    Planned(Turn<'a>),
+    Planned(LobeTurn<'a>),
 }
 
-impl<'a> Turning<'a> {
+impl<'a> PassMotion<'a> {
     fn from_job(job: &Job, prepared: Option<&'a PreparedJob>, profile: usize) -> Option<Self> {
         match job.spec.passes.last()?.speed {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => Some(Self::Evenly(work_speed_rad_s)),
             _ => {
                 let lobe = job.spec.lobes.iter().position(|lobe| lobe.profile == profile)?;
-                Turn::new(prepared?, lobe, job.spec.passes.len() - 1).map(Self::Planned)
+                LobeTurn::new(prepared?, lobe, job.spec.passes.len() - 1).map(Self::Planned)
             }
         }
     }
@@ -170,7 +170,7 @@ impl<'a> Turning<'a> {
 
 /// Adds to the readings of a profile what each costs the X axis: on the path that is planned, and on the one that would be.
 fn add_axis_jerk(readings: &mut [ReadingSummary], job: &Job, prepared: Option<&PreparedJob>, profile: usize) {
-    let Some(turning) = Turning::from_job(job, prepared, profile) else { return };
+    let Some(turning) = PassMotion::from_job(job, prepared, profile) else { return };
     let lift = &job.lifts[profile];
     let machine = prepared.map_or(&job.machine.description, |prepared| &prepared.machine);
     let wheel_radius_mm = prepared.map_or_else(
@@ -200,7 +200,7 @@ fn add_axis_jerk(readings: &mut [ReadingSummary], job: &Job, prepared: Option<&P
         };
         summary.x_axis = Some(AxisJerk {
             work_speed_rpm: mean * 60.0 / TURN_RAD,
-            varies: matches!(turning, Turning::Planned(_)),
+            varies: matches!(turning, PassMotion::Planned(_)),
             jerk_mm_s3: *jerk.as_ref().unwrap_or(&(summary.peak_jerk_mm_rad3 * mean * mean * mean)),
             limit_mm_s3: machine.axis(Axis::X).limits.jerk,
             no_path: jerk.err(),

@@ -139,7 +139,7 @@ mod tests {
 
     /// The degree with the largest removal is reported by its cam angle, the hottest one by its own.
     #[test]
-    fn the_hardest_cut_is_told_where_it_was() {
+    fn the_hardest_cut_is_reported_with_its_position() {
         let (e, r, phase) = (4.2, 19.0, 1.1);
         let design = disc(e, r, phase);
         let radius = (0..720).map(|i| m_from_mm(design.radius_at(f64::from(i) * TURN_RAD / 720.0))).collect();

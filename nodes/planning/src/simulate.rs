@@ -6,7 +6,7 @@ use camwright::interpolator::{Motion, Prepared};
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
-use camwright::planner::Contact;
+use camwright::planner::JournalReadings;
 use camwright::planner::PlannedLobe;
 use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::{ClosedLoop, Simulated};
@@ -31,18 +31,18 @@ pub struct SimulationFailed {
 /// Radii of every lobe in the order of machining (mm, at equal azimuths).
 pub type Outlines = Vec<Vec<f64>>;
 
-/// Runs a job on its machine without these effects, and measures the ground part. Calls `tell` for every tick of the motion.
+/// Runs a job on its machine without these effects, and measures the ground part. Calls `on_tick` for every tick of the motion.
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
 pub fn simulate_job(
     prepared: &PreparedJob,
     without: &[Effect],
-    tell: impl FnMut(&Setpoint, &TickReport),
+    on_tick: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
     let own = prepared.machine.clone();
     let description = without.iter().fold(own, |machine, effect| machine.without(*effect));
-    simulate_job_on(prepared, &description, tell)
+    simulate_job_on(prepared, &description, on_tick)
 }
 
 /// Runs a job on a machine that differs from its own in nothing that its plan was made for, and measures what was ground.
@@ -52,9 +52,9 @@ pub fn simulate_job(
 pub fn simulate_job_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
-    tell: impl FnMut(&Setpoint, &TickReport),
+    on_tick: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
-    let (simulated, results, _) = simulate_outlines_on(prepared, description, tell)?;
+    let (simulated, results, _) = simulate_outlines_on(prepared, description, on_tick)?;
     Ok((simulated, results))
 }
 
@@ -65,18 +65,18 @@ pub fn simulate_job_on(
 pub fn simulate_outlines_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
-    tell: impl FnMut(&Setpoint, &TickReport),
+    on_tick: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Simulated, Vec<LobeResult>, Outlines), SimulationFailed> {
-    simulate_whole(prepared, description, tell, |_| {})
+    simulate_whole(prepared, description, on_tick, |_| {})
 }
 
-/// Runs a job on its machine and measures the ground part; passes the decisions between its plans to `told`.
+/// Runs a job on its machine and measures the ground part; passes the decisions between its plans to `report_line`.
 #[cfg(test)]
 pub(super) fn simulate_with_report(
     prepared: &PreparedJob,
-    told: impl FnMut(String),
+    report_line: impl FnMut(String),
 ) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
-    let (simulated, results, _) = simulate_whole(prepared, &prepared.machine, |_, _| {}, told)?;
+    let (simulated, results, _) = simulate_whole(prepared, &prepared.machine, |_, _| {}, report_line)?;
     Ok((simulated, results))
 }
 
@@ -97,41 +97,41 @@ pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -
 fn simulate_whole(
     prepared: &PreparedJob,
     description: &MachineDescription,
-    mut tell: impl FnMut(&Setpoint, &TickReport),
-    mut told: impl FnMut(String),
+    mut on_tick: impl FnMut(&Setpoint, &TickReport),
+    mut report_line: impl FnMut(String),
 ) -> Result<(Simulated, Vec<LobeResult>, Outlines), SimulationFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| SimulationFailed { job: job.clone(), reason };
     let mut closed_loop = ClosedLoop::direct(with_raw_part(prepared, description).map_err(failed)?);
-    let mut run = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
+    let mut run = |pages: &[PlanPage], on_tick: &mut dyn FnMut(&Setpoint, &TickReport)| {
         // The plan as a receiver of its pages has it: the way through metres is part of it.
         let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
         let motion =
             Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
-        closed_loop.simulate(Box::new(motion), tell).map_err(|error| failed(error.to_string()))
+        closed_loop.simulate(Box::new(motion), on_tick).map_err(|error| failed(error.to_string()))
     };
-    let mut logged = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
-        let mut logs = vec![Contact::default(); prepared.planned.lobes.len()];
+    let mut logged = |pages: &[PlanPage], on_tick: &mut dyn FnMut(&Setpoint, &TickReport)| {
+        let mut logs = vec![JournalReadings::default(); prepared.planned.lobes.len()];
         let simulated = run(pages, &mut |setpoint, report| {
             if let Some(lobe) = report.lobe.and_then(|lobe| logs.get_mut(lobe)) {
                 for (number, reading) in readings(description, report).enumerate() {
                     log(lobe, &reading, number > 0);
                 }
             }
-            tell(setpoint, report);
+            on_tick(setpoint, report);
         })?;
         Ok::<_, SimulationFailed>((simulated, logs))
     };
     let (mut first_tick, mut for_stock) = (None, None);
     if let Some(measuring) = &prepared.measuring {
-        let (simulated, logs) = logged(&measuring.pages, &mut tell)?;
+        let (simulated, logs) = logged(&measuring.pages, &mut on_tick)?;
         first_tick = Some(simulated.first_tick);
         let stock = super::for_stock(prepared, &logs).map_err(|error| failed(error.to_string()))?;
-        stock.told.into_iter().chain([stock.saved]).for_each(&mut told);
+        stock.lines.into_iter().chain([stock.saved]).for_each(&mut report_line);
         for_stock = Some(stock.prepared);
     }
     let prepared = for_stock.as_ref().unwrap_or(prepared);
-    let (mut simulated, logs) = logged(&prepared.pages, &mut tell)?;
+    let (mut simulated, logs) = logged(&prepared.pages, &mut on_tick)?;
     simulated.first_tick = first_tick.unwrap_or(simulated.first_tick);
     let correction = match prepared.expected_correction {
         Some(_) => match prepared.dry_correction() {
@@ -141,8 +141,8 @@ fn simulate_whole(
         None => None,
     };
     if let Some(correction) = &correction {
-        correction.summary_lines(prepared).into_iter().for_each(&mut told);
-        let second = run(&correction.pages, &mut tell)?;
+        correction.summary_lines(prepared).into_iter().for_each(&mut report_line);
+        let second = run(&correction.pages, &mut on_tick)?;
         simulated = Simulated { outcome: second.outcome, last_tick: second.last_tick, ..simulated };
     }
     let machine = closed_loop.machine();
@@ -242,9 +242,9 @@ mod tests {
         let others: Vec<Effect> = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Wear).collect();
         let (_, lobes) = simulate_job(&prepared, &others, |_, _| {}).unwrap();
         for (result, lobe) in lobes.iter().zip(&prepared.planned.lobes) {
-            let (ground, told) = (um_from_mm(mm_from_m(result.form_error_max)), um_from_mm(lobe.wear_mm));
-            assert!(told > 0.1 && told <= 0.5, "{}: {told} um", result.name);
-            assert!((ground - told).abs() < 0.02, "{}: {ground} um, predicted {told} um", result.name);
+            let (ground, reported) = (um_from_mm(mm_from_m(result.form_error_max)), um_from_mm(lobe.wear_mm));
+            assert!(reported > 0.1 && reported <= 0.5, "{}: {reported} um", result.name);
+            assert!((ground - reported).abs() < 0.02, "{}: {ground} um, predicted {reported} um", result.name);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{MeasuredContacts, PreparedJob};
 use camwright::gauging::stiffness::Measured;
-use camwright::gauging::stiffness_map::StiffnessPlace;
+use camwright::gauging::stiffness_map::MeasuredStiffness;
 use camwright::job::grinding::{KnownContact, StiffnessSource};
 use camwright::machine::description::MachineDescription;
 use camwright_files::job_file::Job;
@@ -15,7 +15,7 @@ pub struct StoredContacts {
     /// The override that writes it into the job; nothing for a job that takes nothing.
     pub over: Option<String>,
     /// Why it takes none for a journal that it would take it for.
-    pub told: Vec<String>,
+    pub lines: Vec<String>,
 }
 
 /// Stored contacts for a job: used if its runout is corrected and its stiffness is not measured, unless it uses the description's
@@ -30,18 +30,18 @@ pub fn kept_contacts(kept: &StoredStiffness, job: &Job, machine: &MachineDescrip
     if !takes || job.spec.identification.is_some() || kept.places().is_empty() {
         return StoredContacts::default();
     }
-    let (mut flows, mut told) = (Vec::new(), Vec::new());
+    let (mut flows, mut lines) = (Vec::new(), Vec::new());
     for lobe in &job.spec.lobes {
         let Some(station) = machine.station(&lobe.station) else { continue };
         match kept.map().law(station.position_mm, lobe.width_mm) {
             Ok(law) => flows.push(contact_flow(&KnownContact { lobe: lobe.name.clone(), law })),
             Err(error) => {
-                told.push(format!("lobe {}: no stiffness is stored for it on {}: {error}", lobe.name, kept.machine));
+                lines.push(format!("lobe {}: no stiffness is stored for it on {}: {error}", lobe.name, kept.machine));
             }
         }
     }
     let over = (!flows.is_empty()).then(|| format!("runout_correction.contacts=[{}]", flows.join(", ")));
-    StoredContacts { over, told }
+    StoredContacts { over, lines }
 }
 
 /// Keeps what was measured on the journals of a part, each in the stead of what was kept for its place; what it keeps of them, in their
@@ -67,7 +67,7 @@ pub fn learn_stiffness(
         let per_width =
             |value: f64, uncertainty: f64| Measured { value: value / width_mm, uncertainty: uncertainty / width_mm };
         let place = StoredContact {
-            place: StiffnessPlace {
+            place: MeasuredStiffness {
                 z_mm: station.position_mm,
                 machine_n_mm: Measured { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm },
                 grinding_n_mm2: per_width(law.grinding_n_mm(), known_to.grinding_n_mm),
@@ -93,7 +93,7 @@ mod tests {
     fn kept(of: &[(f64, f64)]) -> StoredStiffness {
         let mut kept = StoredStiffness::new("journal_grinder");
         for (z_mm, n_mm) in of {
-            let place = StiffnessPlace {
+            let place = MeasuredStiffness {
                 z_mm: *z_mm,
                 machine_n_mm: Measured { value: *n_mm, uncertainty: 50.0 },
                 grinding_n_mm2: Measured { value: 1400.0, uncertainty: 50.0 },
@@ -131,13 +131,13 @@ mod tests {
     }
 
     #[test]
-    fn a_journal_outside_what_was_measured_is_told_and_takes_the_description() {
+    fn a_journal_outside_the_measured_range_is_reported_and_uses_the_description() {
         let set: Vec<String> = UNMEASURED.map(String::from).into();
         let prepared = prepare("journal_runout", &set, None).unwrap();
         let take = |kept: &StoredStiffness, job: &Job| kept_contacts(kept, job, &prepared.machine);
         let some = take(&kept(&[(80.0, 5000.0), (150.0, 4000.0)]), &prepared.job);
         assert!(some.over.is_some_and(|over| !over.contains("J3")));
-        assert!(some.told.len() == 1 && some.told[0].contains("lobe J3") && some.told[0].contains("80 to 150 mm"));
+        assert!(some.lines.len() == 1 && some.lines[0].contains("lobe J3") && some.lines[0].contains("80 to 150 mm"));
         assert_eq!(take(&StoredStiffness::new("journal_grinder"), &prepared.job), StoredContacts::default());
         let load = |more: &str| job_file::load("journal_runout", &[set[0].clone(), more.to_owned()]).unwrap();
         let all = kept(&[(80.0, 5000.0), (220.0, 6000.0)]);

@@ -5,7 +5,7 @@ use super::cut_table::pass_rows;
 use super::deflection::{self, LobeDeflection};
 use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
-use super::turn::Turn;
+use super::turn::LobeTurn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
 use camwright::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use camwright::motion::speed_plan::{LimitUse, SpeedPlan};
@@ -213,7 +213,7 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
         ratio: found.ratio(),
         cam_angle_deg: deg_from_rad(wrap_turn(sense * found.angle_rad)),
     };
-    let turn = Turn::new(prepared, index, pass);
+    let turn = LobeTurn::new(prepared, index, pass);
     let spec = &prepared.job.spec.passes[pass];
     PassSummary {
         name: spec.name.clone(),
@@ -223,7 +223,7 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
         infeed_turns: speed.infeed().schedule().turns(),
         turn_s: speed.turn_s(),
         least_turn_s: speed.minimum_turn_s(),
-        constant_speed_turn_s: turn.as_ref().map(Turn::constant_speed_turn_s),
+        constant_speed_turn_s: turn.as_ref().map(LobeTurn::constant_speed_turn_s),
         work_speed_rpm: [rpm(slowest), rpm(fastest)],
         stop_s,
         max_removal_mm2_s: pass_rows(prepared, index, lobe, pass).map(|row| row.removal_mm2_s).fold(0.0, f64::max),

@@ -117,7 +117,7 @@ fn a_follower_that_cannot_ride_is_refused_where_it_stands() {
 
 /// The jerk that each way to read a table costs stands beside the one that is used, and what smoothing did to the lift.
 #[test]
-fn the_summary_tells_how_every_table_was_read() {
+fn the_summary_states_how_each_table_was_read() {
     let set = ["profiles.intake.lift.smooth_within_um=2".to_owned()];
     let lifts = summary(&prepare("four_lobe_camshaft", &set, None).unwrap()).lifts;
     let names = |index: usize| lifts[index].readings.iter().map(|reading| reading.reading).collect::<Vec<_>>();
@@ -159,7 +159,7 @@ fn a_job_of_motion_laws_is_planned() {
 /// A gauge reads the lift of the follower itself; a gauge that does not fit the hollow flanks is reported, one that cannot lie on the base
 /// circle is refused.
 #[test]
-fn a_gauge_is_told_what_to_read() {
+fn gauge_commands_cover_the_gauged_turns() {
     let with_gauge = |gauge: &str| with_follower(&format!("{{kind: roller, radius_mm: 8.5}}\n    gauge: {gauge}"));
     let prepared = with_gauge("{kind: roller, radius_mm: 8.5}").unwrap();
     let inspection = prepared.inspections[0].as_ref().unwrap();

@@ -11,7 +11,7 @@ use camwright::motion::speed_plan::{Bound, Cutting, TurnBounds};
 const POINTS: u32 = 3600;
 
 #[derive(Debug, Clone)]
-pub(super) struct Turn<'a> {
+pub(super) struct LobeTurn<'a> {
     /// In the order of their angle of C, from the smallest on.
     pub(super) points: Vec<TurnPoint>,
     /// Path, law and limits of the pass.
@@ -39,7 +39,7 @@ pub(super) struct TurnPoint {
     pub(super) share: f64,
 }
 
-impl<'a> Turn<'a> {
+impl<'a> LobeTurn<'a> {
     /// The turn of a pass over a lobe; none where the plan has no turn at the programmed speed.
     pub(super) fn new(prepared: &'a PreparedJob, index: usize, pass: usize) -> Option<Self> {
         let plan = &prepared.planned.plan;

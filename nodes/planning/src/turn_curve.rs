@@ -1,7 +1,7 @@
 //! A turn of a planned pass as a curve, for who draws it beside what became of it.
 
 use super::PreparedJob;
-use super::turn::Turn;
+use super::turn::LobeTurn;
 use camwright::math::units::rpm_from_rad_s;
 
 /// One point of a turn with its whole infeed, at the programmed speed.
@@ -17,7 +17,7 @@ pub struct TurnCurvePoint {
 /// The turn of a pass over a lobe, a tenth of a degree from point to point; none where the plan has no turn at the programmed speed.
 #[must_use]
 pub fn turn_curve(prepared: &PreparedJob, lobe: usize, pass: usize) -> Option<Vec<TurnCurvePoint>> {
-    let turn = Turn::new(prepared, lobe, pass)?;
+    let turn = LobeTurn::new(prepared, lobe, pass)?;
     let point = |point: &super::turn::TurnPoint| TurnCurvePoint {
         c_deg: point.c_deg,
         c_rpm: rpm_from_rad_s(point.c.first),

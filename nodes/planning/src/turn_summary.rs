@@ -1,6 +1,6 @@
 //! A turn in a few figures: how long it removes how much, and what sets its speed where.
 
-use super::turn::{Turn, TurnPoint};
+use super::turn::{LobeTurn, TurnPoint};
 use crate::chart::round_step;
 use camwright::job::grinding::SpeedLaw;
 use camwright::motion::speed_plan::Bound;
@@ -61,7 +61,7 @@ pub(super) fn bound_name(law: &SpeedLaw, bound: Option<Bound>) -> String {
 }
 
 /// The turn's time at each class of the removal rate, classes of a round width from 0 on.
-pub(super) fn removal_classes(turn: &Turn<'_>) -> Vec<RemovalClass> {
+pub(super) fn removal_classes(turn: &LobeTurn<'_>) -> Vec<RemovalClass> {
     let peak = turn.peak_mm2_s() * (1.0 - EDGE);
     if peak <= 0.0 || peak.is_nan() {
         return Vec::new();
@@ -147,7 +147,7 @@ fn tenth(deg: f64) -> f64 {
 }
 
 /// Bounds of the speed of a turn, the longest first.
-pub(super) fn bounds_used(turn: &Turn<'_>) -> Vec<BoundSummary> {
+pub(super) fn bounds_used(turn: &LobeTurn<'_>) -> Vec<BoundSummary> {
     let points = &turn.points;
     let mut found: Vec<BoundSummary> = Vec::new();
     for arc in arcs(points) {

@@ -157,8 +157,8 @@ fn verdict(args: &[&str]) -> Value {
     let overrides = args.overrides_for(names.node(), &names.fully_qualified());
     let parameters: Map<_, _> = overrides.into_iter().map(|given| (given.name, plain(&given.value))).collect();
     let all = [("node", json!(names.fully_qualified())), ("topics", topics), ("services", services)];
-    let said = |value: &Value| *value != json!({}) && *value != json!("/talker");
-    let all = all.into_iter().chain([("parameters", parameters.into())]).filter(|(_, value)| said(value));
+    let has_rule = |value: &Value| *value != json!({}) && *value != json!("/talker");
+    let all = all.into_iter().chain([("parameters", parameters.into())]).filter(|(_, value)| has_rule(value));
     all.map(|(name, value)| (name.to_string(), value)).collect::<Map<_, _>>().into()
 }
 

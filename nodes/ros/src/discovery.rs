@@ -86,7 +86,7 @@ struct State {
     undecided: BTreeSet<(GUID, GUID)>,
     incompatible: Vec<String>,
     /// Pairs (ours, theirs) of which it has been said already that they do not fit.
-    told: BTreeSet<(GUID, GUID)>,
+    reported: BTreeSet<(GUID, GUID)>,
     nodes: BTreeMap<Guid, Vec<NodeEntities>>,
 }
 
@@ -397,7 +397,7 @@ impl State {
             matches.retain(|other, _| !gone(other));
         }
         self.undecided.retain(|(_, theirs)| !gone(theirs));
-        self.told.retain(|(_, theirs)| !gone(theirs));
+        self.reported.retain(|(_, theirs)| !gone(theirs));
     }
 
     /// Adds a match that `RustDDS` made by topic and quality of service alone: it counts when both ends carry the same type, and waits
@@ -447,7 +447,7 @@ impl State {
                  it. Last incompatible policy: {policy}"
             )
         };
-        if self.told.insert(pair) {
+        if self.reported.insert(pair) {
             self.incompatible.push(sentence);
         }
     }

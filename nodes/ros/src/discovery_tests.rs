@@ -17,7 +17,7 @@ const NUMBER: &str = "std_msgs::msg::dds_::Float64_";
 
 /// A reader is matched by the event loop before this node has noted it: the match counts when it has, if the types agree.
 #[test]
-fn a_match_told_before_our_endpoint_is_noted_is_decided_afterwards() {
+fn a_match_before_its_endpoint_is_noted_is_decided_afterwards() {
     let graph = Graph::default();
     let (reader, right, wrong) = (guid(1, 1), guid(2, 1), guid(2, 2));
     graph.set_own(reader);

@@ -23,12 +23,12 @@ pub fn limit(node: &Node) -> Duration {
 
 /// Warning that is logged at most once a second, for failures that repeat with every message.
 #[derive(Debug, Default)]
-pub struct Complaint {
+pub struct LimitedWarning {
     last: Option<Instant>,
     kept_back: u64,
 }
 
-impl Complaint {
+impl LimitedWarning {
     const PERIOD: Duration = Duration::from_secs(1);
 
     /// Logs a warning, or counts it.

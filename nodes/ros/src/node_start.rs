@@ -126,7 +126,7 @@ impl Node {
         let overrides = args.overrides_for(names.node(), &fully_qualified);
         let parameters = Parameters::declare(parameters, &overrides)?;
         // One participant per node: status events go to a single reader per participant.
-        let participant::Guarded { participant, vitals, gate } =
+        let participant::WatchedParticipant { participant, vitals, gate } =
             participant::build(args.domain_id(), args.discovery_range()).map_err(failed)?;
         std::thread::sleep(ACQUAINTANCE);
         let context = ros2_client::Context::from_domain_participant(participant.clone())

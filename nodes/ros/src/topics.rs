@@ -377,7 +377,7 @@ impl Node {
         take: OnBody,
     ) -> Result<Subscription, RosError> {
         let dds_topic = self.dds_topic(dds_name.clone(), dds_type, policies)?;
-        let mut earlier = Earlier::than_now(qos.durability);
+        let mut earlier = EarlierMessages::than_now(qos.durability);
         let reader = self
             .with_crate_node(|node| node.create_subscription::<Octets>(&dds_topic, None))?
             .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
@@ -444,14 +444,14 @@ fn dds_type(ros: &str) -> Result<String, RosError> {
 }
 
 /// `RustDDS` hands a new reader what its participant has received on the topic already; of a volatile one that is no news.
-struct Earlier {
+struct EarlierMessages {
     /// When the reader was made, by the clock that stamps what is received (ns since 1970), and by one that never jumps.
     ns: i64,
     made: Instant,
     is_over: bool,
 }
 
-impl Earlier {
+impl EarlierMessages {
     /// Maximum time for a reader to read earlier messages; a clock that was set back must not make it deaf for longer.
     const AT_MOST: Duration = Duration::from_secs(1);
 

@@ -38,7 +38,7 @@ struct Question {
 /// All types that were asked for so far.
 #[derive(Default)]
 pub(super) struct Definitions {
-    told: BTreeMap<String, Result<Definition, String>>,
+    known: BTreeMap<String, Result<Definition, String>>,
     questions: BTreeMap<String, Question>,
 }
 
@@ -55,12 +55,12 @@ impl Definitions {
         if let Some(info) = camwright_msgs::by_type_name(type_name).filter(|info| !info.schema.is_empty()) {
             return DefinitionState::Yes(Definition { text: info.schema.into(), hash: info.type_hash.into() });
         }
-        if !self.told.contains_key(type_name)
+        if !self.known.contains_key(type_name)
             && let Some(installed) = installed(type_name, found)
         {
-            self.told.insert(type_name.to_owned(), installed);
+            self.known.insert(type_name.to_owned(), installed);
         }
-        match self.told.get(type_name) {
+        match self.known.get(type_name) {
             Some(Ok(definition)) => DefinitionState::Yes(definition.clone()),
             Some(Err(reason)) => DefinitionState::No(reason.clone()),
             None => self.ask(node, found, answered),
@@ -79,8 +79,8 @@ impl Definitions {
             *asked != type_name || found.publishers.iter().any(|p| p.node.as_deref() == Some(question.node.as_str()))
         });
         if !self.questions.contains_key(&type_name) {
-            let told = found.publishers.iter().find_map(|p| Some((p.type_hash.clone()?, p.node.clone())));
-            let (hash, publisher) = match told {
+            let published = found.publishers.iter().find_map(|p| Some((p.type_hash.clone()?, p.node.clone())));
+            let (hash, publisher) = match published {
                 // The name of a node comes after its endpoints.
                 Some((_, None)) => return DefinitionState::NotYet,
                 Some((hash, Some(publisher))) => (hash, publisher),
@@ -117,7 +117,7 @@ impl Definitions {
     /// Takes the answer of a node that was asked.
     pub(super) fn learn(&mut self, type_name: &str, response: &GetTypeDescriptionResponse) {
         let Some(question) = self.questions.remove(type_name) else { return };
-        let told = if response.successful {
+        let definition = if response.successful {
             let sources: BTreeMap<&str, &str> = response
                 .type_sources
                 .iter()
@@ -128,10 +128,10 @@ impl Definitions {
         } else {
             Err(response.failure_reason.clone())
         };
-        let told = told
+        let definition = definition
             .map(|text| Definition { text, hash: question.hash })
             .map_err(|reason| format!("{} does not tell what {type_name} is: {reason}", question.node));
-        self.told.insert(type_name.to_owned(), told);
+        self.known.insert(type_name.to_owned(), definition);
     }
 }
 
@@ -139,10 +139,10 @@ impl Definitions {
 fn installed(type_name: &str, found: &TopicInfo) -> Option<Result<Definition, String>> {
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH")?;
     let prefixes: Vec<PathBuf> = std::env::split_paths(&prefixes).collect();
-    from_packages(&prefixes, type_name).map(|told| {
+    from_packages(&prefixes, type_name).map(|definition| {
         // The hash announced by the publishers identifies the sent type; the installed one may be another version.
         let published = found.publishers.iter().find_map(|p| p.type_hash.clone());
-        let (text, hash) = told?;
+        let (text, hash) = definition?;
         match published {
             Some(published) if !hash.is_empty() && hash != published => {
                 Err(format!("{type_name} is installed as {hash}, and published as {published}"))
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_definition_uses_is_told_by_its_fields() {
+    fn used_types_follow_from_the_fields() {
         let text = "# Foo comment\nHeader header\nPoint[<=3] points # Bar\nstring<=32 name\ngeometry_msgs/Pose pose\n\
                     uint8 A=1\nother/msg/Thing[2] things\nstring[<=2] s 'x'\n../../etc/passwd x\n";
         let used: Vec<String> = used_by("mine", text).into_iter().collect();

@@ -15,7 +15,7 @@ pub(super) struct Retention {
 }
 
 /// A run that was closed.
-struct Run {
+struct ClosedRun {
     path: PathBuf,
     started: String,
     bytes: u64,
@@ -29,7 +29,8 @@ impl Retention {
             return Ok(Vec::new());
         }
         let Some(folder) = next.parent().filter(|folder| folder.is_dir()) else { return Ok(Vec::new()) };
-        let mut runs: Vec<Run> = fs::read_dir(folder)?.filter_map(|entry| closed_run(entry.ok()?.path())).collect();
+        let mut runs: Vec<ClosedRun> =
+            fs::read_dir(folder)?.filter_map(|entry| closed_run(entry.ok()?.path())).collect();
         runs.sort_by(|a, b| (&a.started, &a.path).cmp(&(&b.started, &b.path)));
         let mut bytes: u64 = runs.iter().map(|run| run.bytes).sum();
         let mut left = runs.len() as u64 + 1;
@@ -48,20 +49,20 @@ impl Retention {
     }
 }
 
-fn closed_run(path: PathBuf) -> Option<Run> {
+fn closed_run(path: PathBuf) -> Option<ClosedRun> {
     // A link leads to what somebody wants elsewhere.
     if !fs::symlink_metadata(&path).ok()?.is_dir() {
         return None;
     }
-    let told = BagMetadata::read_from(&path).ok()?.custom_data;
-    let outcome = told.get("camwright.outcome")?;
-    let started = told.get("camwright.wall_start_utc")?.clone();
+    let custom_data = BagMetadata::read_from(&path).ok()?.custom_data;
+    let outcome = custom_data.get("camwright.outcome")?;
+    let started = custom_data.get("camwright.wall_start_utc")?.clone();
     if !matches!(outcome.as_str(), "complete" | "fault") {
         return None;
     }
     let entries = fs::read_dir(&path).ok()?;
     let bytes = entries.filter_map(|entry| Some(entry.ok()?.metadata().ok()?.len())).sum();
-    Some(Run { path, started, bytes })
+    Some(ClosedRun { path, started, bytes })
 }
 
 #[cfg(test)]

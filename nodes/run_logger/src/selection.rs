@@ -22,7 +22,7 @@ impl Filter {
         self.names.is_empty() && self.regex.is_none() && self.types.is_empty()
     }
 
-    fn takes(&self, topic: &str, type_name: &str) -> bool {
+    fn selects(&self, topic: &str, type_name: &str) -> bool {
         self.names.iter().any(|pattern| matches(pattern.as_bytes(), topic.as_bytes()))
             || self.regex.as_ref().is_some_and(|regex| regex.is_match(topic))
             || self.types.iter().any(|pattern| matches(pattern.as_bytes(), type_name.as_bytes()))
@@ -63,14 +63,14 @@ impl Selection {
 
     /// Returns whether the topic with this absolute name and this type is recorded.
     #[must_use]
-    pub fn takes(&self, topic: &str, type_name: &str) -> bool {
+    pub fn selects(&self, topic: &str, type_name: &str) -> bool {
         let is_wanted = if self.include.says_nothing() {
             // `/rosout`, `/clock`, `/tf`: without a namespace they are everybody's.
             topic.starts_with(&self.cell) || !topic[1.min(topic.len())..].contains('/')
         } else {
-            self.include.takes(topic, type_name)
+            self.include.selects(topic, type_name)
         };
-        is_wanted && !self.exclude.takes(topic, type_name)
+        is_wanted && !self.exclude.selects(topic, type_name)
     }
 }
 
@@ -154,22 +154,22 @@ mod tests {
     #[test]
     fn a_recorder_takes_its_cell_and_what_belongs_to_none() {
         let all = |namespace| Selection::new(namespace, Filter::default(), Filter::default());
-        let takes = |selection: &Selection, topic| selection.takes(topic, "std_msgs/msg/String");
+        let selects = |selection: &Selection, topic| selection.selects(topic, "std_msgs/msg/String");
         for topic in ["/cell1/joint_states", "/cell1/machine/stream", "/rosout", "/clock"] {
-            assert!(takes(&all("/cell1"), topic), "{topic}");
+            assert!(selects(&all("/cell1"), topic), "{topic}");
         }
         for topic in ["/cell10/joint_states", "/cell2/joint_states", "/other/a/b"] {
-            assert!(!takes(&all("/cell1"), topic), "{topic}");
+            assert!(!selects(&all("/cell1"), topic), "{topic}");
         }
-        assert!(takes(&all("/"), "/joint_states") && takes(&all("/"), "/cell2/joint_states"));
+        assert!(selects(&all("/"), "/joint_states") && selects(&all("/"), "/cell2/joint_states"));
     }
 
     #[test]
     fn names_regular_expressions_and_types_choose_and_exclude() {
         let some = Selection::new("/cell1", names(&["machine/*", "/ros?ut"]), names(&["*stream"]));
-        let takes = |topic| some.takes(topic, "std_msgs/msg/String");
-        assert!(takes("/cell1/machine/io") && takes("/rosout"));
-        assert!(!takes("/cell1/machine/stream") && !takes("/cell1/joint_states"));
+        let selects = |topic| some.selects(topic, "std_msgs/msg/String");
+        assert!(selects("/cell1/machine/io") && selects("/rosout"));
+        assert!(!selects("/cell1/machine/stream") && !selects("/cell1/joint_states"));
         let include =
             Filter { regex: regex("^/(a|b)/").expect("it is one"), types: owned(&["sensor_msgs/*"]), ..names(&["/x"]) };
         let exclude =
@@ -183,7 +183,7 @@ mod tests {
             ("/camera", "sensor_msgs/msg/Image", false),
             ("/b/raw", "std_msgs/msg/String", false),
         ] {
-            assert_eq!(both.takes(topic, type_name), is_taken, "{topic}");
+            assert_eq!(both.selects(topic, type_name), is_taken, "{topic}");
         }
         assert!(regex("(").expect_err("it is none").starts_with("'(' is no regular expression"));
         assert!(matches(b"*", b"") && matches(b"a*b*c", b"aXbYbZc") && !matches(b"a*b", b"abc") && !matches(b"?", b""));

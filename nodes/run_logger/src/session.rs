@@ -31,7 +31,7 @@ const STATUS_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Meaning of a topic for the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Meaning {
+enum TopicRole {
     JointStates,
     Stream,
     Other,
@@ -198,8 +198,9 @@ impl Session {
         let due = lock(&self.alarms).due.take_if(|due| *due <= Instant::now());
         if due.is_some() {
             let (logger, bag) = (self.node.logger().clone(), self.bag().display().to_string());
-            let told = move |count| logger.info(&format!("an alarm: a snapshot of {count} messages is in {bag}"));
-            self.recording.snapshot(told);
+            let on_snapshot =
+                move |count| logger.info(&format!("an alarm: a snapshot of {count} messages is in {bag}"));
+            self.recording.snapshot(on_snapshot);
         }
         for (closed, opened) in self.recording.take_splits() {
             let path = |name: String| self.bag().join(name).display().to_string();
@@ -232,7 +233,7 @@ impl Session {
         let mut topics = lock(&self.topics);
         let mut subscribed_now = 0;
         for found in self.node.discovered_topics() {
-            if found.publishers.is_empty() || !self.selection.takes(&found.name, &found.type_name) {
+            if found.publishers.is_empty() || !self.selection.selects(&found.name, &found.type_name) {
                 continue;
             }
             // A type that an action implies (`pkg/action/X_FeedbackMessage`) has no name in the bag's definition language: with one
@@ -298,9 +299,9 @@ impl Session {
             offered_qos: offers.iter().map(recorded_qos).collect(),
         });
         let meaning = match &found.name {
-            name if *name == self.joint_states => Meaning::JointStates,
-            name if *name == self.stream => Meaning::Stream,
-            _ => Meaning::Other,
+            name if *name == self.joint_states => TopicRole::JointStates,
+            name if *name == self.stream => TopicRole::Stream,
+            _ => TopicRole::Other,
         };
         let weak = Arc::downgrade(self);
         let mut arrivals = Arrivals::default();
@@ -329,15 +330,15 @@ impl Session {
         }
     }
 
-    fn receive(&self, topic: &RecordedTopic, meaning: Meaning, cdr: &[u8], message: &MessageInfo) {
+    fn receive(&self, topic: &RecordedTopic, meaning: TopicRole, cdr: &[u8], message: &MessageInfo) {
         if self.is_stopped.load(Ordering::Acquire) {
             return;
         }
         let is_kept = self.is_paused() || self.store(topic, cdr, message);
         // Ticks are followed while paused, or a machine at pace fast would wait for a paused recorder.
         match meaning {
-            Meaning::JointStates if is_kept => self.advance(|watch| watch.joint_states(cdr)),
-            Meaning::Stream => self.advance(|watch| watch.stream(cdr)),
+            TopicRole::JointStates if is_kept => self.advance(|watch| watch.joint_states(cdr)),
+            TopicRole::Stream => self.advance(|watch| watch.stream(cdr)),
             _ => {}
         }
     }

@@ -22,20 +22,20 @@ const HELD_BESIDE: f64 = 0.04;
 
 /// A body of revolution along the part (m).
 #[derive(Debug, Clone, Copy)]
-struct Along {
+struct RevolvedBody {
     from: f64,
     to: f64,
     radius: f64,
 }
 
-impl From<Extent> for Along {
+impl From<Extent> for RevolvedBody {
     fn from(extent: Extent) -> Self {
         let [from, to, radius] = [extent.from_mm, extent.to_mm, extent.radius_mm].map(m_from_mm);
         Self { from, to, radius }
     }
 }
 
-impl Along {
+impl RevolvedBody {
     fn visual(self, colour: [f64; 4]) -> Visual {
         let solid = Solid::AlongZ { radius: self.radius, length: self.to - self.from };
         Visual { solid, at: [0.0, 0.0, 0.5 * (self.from + self.to)], colour }
@@ -57,8 +57,8 @@ pub(super) fn links(machine: &MachineDescription, wheel_radius: f64, frames: &Fr
 
 /// Holder of the part, along its axis.
 struct WheelSupport {
-    headstock: Along,
-    tailstock: Option<Along>,
+    headstock: RevolvedBody,
+    tailstock: Option<RevolvedBody>,
 }
 
 impl WheelSupport {
@@ -68,12 +68,12 @@ impl WheelSupport {
         let (first, last) = places.fold((f64::MAX, f64::MIN), |(a, b), place| (a.min(place), b.max(place)));
         let (first, last) = if machine.stations.is_empty() { (low, high) } else { (first, last) };
         let headstock = machine.headstock.map_or_else(
-            || Along { from: first - HELD_BESIDE - 0.25, to: first - HELD_BESIDE, radius: 0.07 },
-            Along::from,
+            || RevolvedBody { from: first - HELD_BESIDE - 0.25, to: first - HELD_BESIDE, radius: 0.07 },
+            RevolvedBody::from,
         );
         let tailstock = (!machine.is_lathe()).then(|| {
-            let beside = || Along { from: last + HELD_BESIDE, to: last + HELD_BESIDE + 0.12, radius: 0.04 };
-            machine.tailstock.map_or_else(beside, Along::from)
+            let beside = || RevolvedBody { from: last + HELD_BESIDE, to: last + HELD_BESIDE + 0.12, radius: 0.04 };
+            machine.tailstock.map_or_else(beside, RevolvedBody::from)
         });
         Self { headstock, tailstock }
     }
@@ -108,7 +108,8 @@ fn base(machine: &MachineDescription, wheel_radius: f64, held: &WheelSupport, fr
 fn table(machine: &MachineDescription, held: &WheelSupport, frames: &Frames) -> Link {
     let (from, to) = held.reach();
     let slab = boxed([-0.16, -0.28, from], [0.16, -0.2, to], SLIDE);
-    let foot = |body: Along| boxed([-0.6 * body.radius, -0.2, body.from], [0.6 * body.radius, 0.0, body.to], SLIDE);
+    let foot =
+        |body: RevolvedBody| boxed([-0.6 * body.radius, -0.2, body.from], [0.6 * body.radius, 0.0, body.to], SLIDE);
     let mut visuals = vec![slab.clone()];
     for body in [Some(held.headstock), held.tailstock].into_iter().flatten() {
         visuals.extend([body.visual(SLIDE), foot(body)]);
@@ -125,7 +126,7 @@ fn part(machine: &MachineDescription, held: &WheelSupport, frames: &Frames) -> L
         Some(tailstock) => (held.headstock.to, tailstock.from),
         None => (held.headstock.to, held.headstock.to + 0.01),
     };
-    let bar = Along { from, to, radius };
+    let bar = RevolvedBody { from, to, radius };
     // The driver shows where the key-way is, on azimuth 0.
     let driver = boxed([0.0, -0.4 * radius, from], [3.0 * radius, 0.4 * radius, from + 0.01], KEY);
     let moment = machine.axis(Axis::C).inertia;

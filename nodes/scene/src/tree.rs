@@ -136,8 +136,8 @@ fn joints(machine: &MachineDescription, wheel_radius: f64, wheel_inertia: f64, f
         Some(insert) => (m_from_mm(insert.height_mm), [0.0; 3], [0.0, 1.0, 0.0]),
         None => (0.0, [wheel_radius, 0.0, 0.0], [0.0, 0.0, 1.0]),
     };
-    let most = machine.wheel.speed_rad_s(machine.wheel.min_radius_mm);
-    let velocity = machine.wheel.max_speed_rad_s.unwrap_or(most).max(most);
+    let max = machine.wheel.speed_rad_s(machine.wheel.min_radius_mm);
+    let velocity = machine.wheel.max_speed_rad_s.unwrap_or(max).max(max);
     // Nobody says what its motor can do; it does bring the wheel up to speed in its time.
     let spin_up_s = if machine.wheel.spin_up_s > 0.0 { machine.wheel.spin_up_s } else { 1.0 };
     let wheel = Limit { range: None, velocity, effort: wheel_inertia * velocity / spin_up_s };

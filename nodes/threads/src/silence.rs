@@ -32,7 +32,7 @@ impl Silence {
     }
 
     /// Looks now; true when the silence has just become too long.
-    pub fn look(&mut self) -> bool {
+    pub fn poll(&mut self) -> bool {
         self.check(Instant::now())
     }
 
@@ -65,7 +65,7 @@ mod tests {
     fn silence_is_lost_once_and_found_again() {
         let mut partner = Silence::new(1000 * MS);
         let begin = partner.looked;
-        let lost: Vec<u32> = (1..=30).filter(|look| partner.check(begin + *look * 100 * MS)).collect();
+        let lost: Vec<u32> = (1..=30).filter(|poll| partner.check(begin + *poll * 100 * MS)).collect();
         assert_eq!(lost, [11], "told once, by the first look after the limit");
         assert!(partner.is_lost());
         partner.reset();

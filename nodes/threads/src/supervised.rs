@@ -86,10 +86,11 @@ impl Supervisor {
     }
 
     fn report(&self, thread: &str, panic: &(dyn Any + Send)) {
-        let said = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-        let said = said.unwrap_or("no message");
+        let message =
+            panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+        let message = message.unwrap_or("no message");
         let fault = format!(
-            "thread {thread} was ended by a defect ({said}); the node no longer works and its process ends: restart it, and report this"
+            "thread {thread} was ended by a defect ({message}); the node no longer works and its process ends: restart it, and report this"
         );
         if self.inner.fault.set(fault.clone()).is_err() {
             return;

@@ -122,7 +122,8 @@ impl Draft {
         }
         let (bag, written) = ("bags/run".into(), 69);
         add(STATUS, cdr(&RecorderStatus { recording: true, bag, written, ..RecorderStatus::default() }));
-        let told = [("camwright.version", "0.1.0"), ("camwright.outcome", "complete"), ("camwright.lost_total", "0")];
+        let custom_data =
+            [("camwright.version", "0.1.0"), ("camwright.outcome", "complete"), ("camwright.lost_total", "0")];
         Self {
             profile: "ros2".into(),
             topics: vec![
@@ -135,7 +136,7 @@ impl Draft {
             options: |options| options,
             opening: true,
             closing: true,
-            custom_data: told.map(|(key, value)| (key.to_owned(), value.to_owned())).into(),
+            custom_data: custom_data.map(|(key, value)| (key.to_owned(), value.to_owned())).into(),
             account: |_| {},
             yaml: |text| text,
             patch: |_| {},

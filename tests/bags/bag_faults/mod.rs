@@ -36,10 +36,10 @@ fn exit_code(bag: &Path) -> Option<i32> {
 fn found(fault: &Fault, bag: &Path) -> Finding {
     let report = check(bag).expect("there is a bag");
     let is_it = |finding: &&Finding| {
-        finding.severity == fault.severity && finding.place == fault.place && finding.text.contains(fault.says)
+        finding.severity == fault.severity && finding.place == fault.place && finding.text.contains(fault.text)
     };
     let finding = report.findings.iter().find(is_it);
-    finding.unwrap_or_else(|| panic!("{}: not {:?} but\n{}", fault.what, fault.says, report.to_text())).clone()
+    finding.unwrap_or_else(|| panic!("{}: not {:?} but\n{}", fault.what, fault.text, report.to_text())).clone()
 }
 
 /// The first two columns of a line of the table.
@@ -60,16 +60,16 @@ fn masked(text: &str) -> String {
         word if is_sum(word) || is_long(word) => "…".to_owned(),
         word => word.to_owned(),
     };
-    let (mut told, mut word) = (String::new(), String::new());
+    let (mut masked, mut word) = (String::new(), String::new());
     for letter in text.chars().chain([' ']) {
         if letter.is_ascii_alphanumeric() || letter == '_' {
             word.push(letter);
         } else {
-            told.push_str(&mask(&std::mem::take(&mut word)));
-            told.push(letter);
+            masked.push_str(&mask(&std::mem::take(&mut word)));
+            masked.push(letter);
         }
     }
-    told.trim_end().to_owned()
+    masked.trim_end().to_owned()
 }
 
 #[test]
@@ -88,8 +88,8 @@ fn every_fault_is_named_with_its_place_and_a_good_bag_is_clean() {
         (fault.make)().write(&at);
         let bag = at.join("run");
         let line = judged_by_us(fault, &bag);
-        let told = lines.next().unwrap_or_default();
-        assert!(told.starts_with(&line), "bags/FAULTS.md says\n{told}\nand the check\n{line}");
+        let documented = lines.next().unwrap_or_default();
+        assert!(documented.starts_with(&line), "bags/FAULTS.md says\n{documented}\nand the check\n{line}");
         let expected = if fault.severity == Severity::Error { 2 } else { 1 };
         assert_eq!(exit_code(&bag), Some(expected), "{}", fault.what);
     }
@@ -120,10 +120,10 @@ fn a_hostile_bag_is_read_or_refused_in_little_memory_and_every_command_ends() {
             let mut shell = Command::new("sh");
             shell.args(["-c", script, "sh", env!("CARGO_BIN_EXE_camwright")]).args(command).arg("run").current_dir(&at);
             let output = shell.output().expect("there is a shell");
-            let said = String::from_utf8_lossy(&output.stderr);
+            let stderr = String::from_utf8_lossy(&output.stderr);
             // Ended by itself, with what it says of the bag: no panic (101), no signal, no time that ran out (124).
-            assert!(matches!(output.status.code(), Some(0..=3)), "{what}: {command:?}: {}: {said}", output.status);
-            assert!(!said.contains("panicked"), "{what}: {command:?}: {said}");
+            assert!(matches!(output.status.code(), Some(0..=3)), "{what}: {command:?}: {}: {stderr}", output.status);
+            assert!(!stderr.contains("panicked"), "{what}: {command:?}: {stderr}");
         }
     }
     std::fs::remove_dir_all(directory).expect("it is ours");

@@ -17,12 +17,12 @@ pub struct Fault {
     pub severity: Severity,
     /// Location of the finding, and a part of its sentence.
     pub place: &'static str,
-    pub says: &'static str,
+    pub text: &'static str,
 }
 
 /// A good bag with one change.
 macro_rules! broken {
-    ($what:literal, $severity:ident, $place:literal, $says:literal, $change:expr) => {
+    ($what:literal, $severity:ident, $place:literal, $text:literal, $change:expr) => {
         Fault {
             what: $what,
             make: || {
@@ -33,7 +33,7 @@ macro_rules! broken {
             },
             severity: Severity::$severity,
             place: $place,
-            says: $says,
+            text: $text,
         }
     };
 }
@@ -472,7 +472,7 @@ fn runs() -> Vec<Fault> {
             }
         ),
     ];
-    let two = |what, place, says, make| Fault { what, make, severity: Severity::Error, place, says };
+    let two = |what, place, text, make| Fault { what, make, severity: Severity::Error, place, text };
     all.push(two("second file without what is latched", "run_1.mcap", "topic /plan_pages is latched, and", || {
         let mut draft = Draft::in_two_files();
         draft.files[1].retain(|m| m.topic != PAGES || m.sequence > 2);

@@ -91,8 +91,8 @@ impl Asker {
         let (sender, answers) = mpsc::channel();
         let publisher = self.node.publisher::<Q>(to, &qos()).expect("a publisher");
         let subscription = self.node.subscribe::<A>(from, &qos(), move |answer, info| {
-            let told = (ns_from_time(answer.stamp()), info.source_timestamp_ns, Instant::now());
-            let _nobody_asks_any_more = sender.send(told);
+            let times = (ns_from_time(answer.stamp()), info.source_timestamp_ns, Instant::now());
+            let _nobody_asks_any_more = sender.send(times);
         });
         let subscription = subscription.expect("a subscription");
         let matched = publisher.wait_matched(1, DISCOVERY) && subscription.wait_matched(1, DISCOVERY);

@@ -24,19 +24,19 @@ const LEAD_TICKS: u64 = 50;
 
 /// Message of the machine, with its publication time by the system's clock (ns).
 #[derive(Debug)]
-pub enum Heard {
-    Joints { tick: u64, told_ns: i64, velocity: [f64; 3] },
-    Io { tick: u64, told_ns: i64, io: Box<MachineIo> },
-    Stream { told_ns: i64, here: Instant, stream: Box<MachineStream> },
+pub enum MachineMessage {
+    Joints { tick: u64, published_ns: i64, velocity: [f64; 3] },
+    Io { tick: u64, published_ns: i64, io: Box<MachineIo> },
+    Stream { published_ns: i64, here: Instant, stream: Box<MachineStream> },
 }
 
 /// The three processes; ended when this is dropped.
-pub struct Cell {
+pub struct CellProcesses {
     _command: Shared,
     _processes: [Guarded; 3],
 }
 
-impl Cell {
+impl CellProcesses {
     pub fn start(domain: &Domain) -> Self {
         let machine: &[&str] = &["pace:=realtime", "state_file:=none"];
         let nodes: [(&str, &str, &[&str]); 3] = [
@@ -52,13 +52,13 @@ impl Cell {
             }
             Guarded::start(name, &mut command)
         });
-        Self { _command: Shared::of_cell(domain, ""), _processes: processes }
+        Self { _command: Shared::for_cell(domain, ""), _processes: processes }
     }
 }
 
 /// Hears the machine.
 pub struct Watch {
-    heard: mpsc::Receiver<Heard>,
+    messages: mpsc::Receiver<MachineMessage>,
     pub clock: TickClock,
     /// Lengths of the chunks on their way to the machine (octets).
     chunks: Arc<Mutex<Vec<usize>>>,
@@ -68,23 +68,31 @@ pub struct Watch {
 impl Watch {
     /// Waits for the machine's first word.
     pub fn new(asker: &Asker) -> Self {
-        let (sender, heard) = mpsc::channel();
+        let (sender, messages) = mpsc::channel();
         let (to_io, to_stream) = (sender.clone(), sender.clone());
         let depth = Qos::default_topic().keep_last(2000);
         let joints = asker.node.subscribe("joint_states", &depth, move |state, info| {
             let state: JointState = state;
             let tick = u64::try_from(ns_from_time(&state.header.stamp)).unwrap_or(0);
             let velocity = std::array::from_fn(|i| state.velocity.get(i).copied().unwrap_or(0.0));
-            let _over = sender.send(Heard::Joints { tick, told_ns: info.source_timestamp_ns.unwrap_or(0), velocity });
+            let _over = sender.send(MachineMessage::Joints {
+                tick,
+                published_ns: info.source_timestamp_ns.unwrap_or(0),
+                velocity,
+            });
         });
         let io = asker.node.subscribe("machine/io", &qos(), move |io, info| {
             let io: Box<MachineIo> = Box::new(io);
-            let _over = to_io.send(Heard::Io { tick: io.tick, told_ns: info.source_timestamp_ns.unwrap_or(0), io });
+            let _over = to_io.send(MachineMessage::Io {
+                tick: io.tick,
+                published_ns: info.source_timestamp_ns.unwrap_or(0),
+                io,
+            });
         });
         let stream = asker.node.subscribe("machine/stream", &qos(), move |stream, info| {
             let stream: Box<MachineStream> = Box::new(stream);
-            let told_ns = info.source_timestamp_ns.unwrap_or(0);
-            let _over = to_stream.send(Heard::Stream { told_ns, here: Instant::now(), stream });
+            let published_ns = info.source_timestamp_ns.unwrap_or(0);
+            let _over = to_stream.send(MachineMessage::Stream { published_ns, here: Instant::now(), stream });
         });
         let chunks: Arc<Mutex<Vec<usize>>> = Arc::default();
         let lengths = Arc::clone(&chunks);
@@ -93,7 +101,7 @@ impl Watch {
         });
         let subscriptions = [joints, io, stream, chunk].map(|made| made.expect("a subscription"));
         let mut watch = Self {
-            heard,
+            messages,
             chunks,
             clock: TickClock { epoch_ns: 0, cycle_time_ns: CYCLE_TIME_NS },
             _subscriptions: subscriptions,
@@ -104,14 +112,14 @@ impl Watch {
     }
 
     /// The next word of the machine.
-    pub fn next(&self) -> Heard {
-        match self.heard.recv_timeout(DISCOVERY) {
+    pub fn next(&self) -> MachineMessage {
+        match self.messages.recv_timeout(DISCOVERY) {
             // Joint states have a time; the machine's clock converts it to a tick.
-            Ok(Heard::Joints { tick: stamp_ns, told_ns, velocity }) => {
+            Ok(MachineMessage::Joints { tick: stamp_ns, published_ns, velocity }) => {
                 let stamp_ns = i64::try_from(stamp_ns).unwrap_or(0);
-                Heard::Joints { tick: self.clock.nearest_tick(stamp_ns).unwrap_or(0), told_ns, velocity }
+                MachineMessage::Joints { tick: self.clock.nearest_tick(stamp_ns).unwrap_or(0), published_ns, velocity }
             }
-            Ok(heard) => heard,
+            Ok(messages) => messages,
             Err(error) => panic!("the machine says nothing any more: {error}"),
         }
     }
@@ -120,9 +128,9 @@ impl Watch {
     pub fn stream(&self, fits: impl Fn(&MachineStream) -> bool) -> (i64, Instant, Box<MachineStream>) {
         let deadline = Instant::now() + PATIENCE;
         loop {
-            let Heard::Stream { told_ns, here, stream } = self.next() else { continue };
+            let MachineMessage::Stream { published_ns, here, stream } = self.next() else { continue };
             if fits(&stream) {
-                return (told_ns, here, stream);
+                return (published_ns, here, stream);
             }
             assert!(Instant::now() < deadline, "the machine does not say what was awaited, but {stream:?}");
         }
@@ -137,7 +145,7 @@ impl Watch {
 
     /// Forgets what was said so far.
     pub fn catch_up(&self) {
-        while self.heard.try_recv().is_ok() {}
+        while self.messages.try_recv().is_ok() {}
     }
 }
 
@@ -163,9 +171,10 @@ pub fn send_chunks(asker: &mut Asker, watch: &Watch, chunk: &JointTrajectory, [o
         }
         let (asked_ns, asked) = (now_ns(), Instant::now());
         publisher.publish(&chunk).expect("it can be published");
-        let (told_ns, here, stream) = watch.stream(|stream| !stream.holder.is_empty() || !stream.alarms.is_empty());
+        let (published_ns, here, stream) =
+            watch.stream(|stream| !stream.holder.is_empty() || !stream.alarms.is_empty());
         if stream.alarms.is_empty() {
-            one_way.times.push(between_ns(asked_ns, told_ns));
+            one_way.times.push(between_ns(asked_ns, published_ns));
             round_trip.times.push(here - asked);
         } else {
             // It came after its first tick, or not at all.

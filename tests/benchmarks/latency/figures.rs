@@ -39,18 +39,18 @@ fn text(time: Option<Duration>) -> String {
 
 /// The rows as a table in Markdown, times in ms.
 pub fn table<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
-    let mut told =
+    let mut markdown =
         String::from("| path | who answers | samples | p50 ms | p99 ms | max ms |\n|---|---|---:|---:|---:|---:|\n");
     for row in rows {
         let mut sorted = row.times.clone();
         sorted.sort();
         let lost = if row.lost > 0 { format!(", {} lost", row.lost) } else { String::new() };
         let [p50, p99] = [0.5, 0.99].map(|share| text(Row::quantile(&sorted, row.lost, share)));
-        let most = text(sorted.last().copied());
+        let max = text(sorted.last().copied());
         let _never_fails =
-            writeln!(told, "| {} | {} | {}{lost} | {p50} | {p99} | {most} |", row.path, row.who, sorted.len());
+            writeln!(markdown, "| {} | {} | {}{lost} | {p50} | {p99} | {max} |", row.path, row.who, sorted.len());
     }
-    told
+    markdown
 }
 
 /// Seeded numbers for the pauses between samples, so that none falls always into the same moment of a tick.
@@ -71,9 +71,9 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// A time of less than `most`.
-    pub fn below(&mut self, most: Duration) -> Duration {
-        let most_ns = u64::try_from(most.as_nanos()).unwrap_or(u64::MAX).max(1);
+    /// A time of less than `max`.
+    pub fn below(&mut self, max: Duration) -> Duration {
+        let most_ns = u64::try_from(max.as_nanos()).unwrap_or(u64::MAX).max(1);
         Duration::from_nanos(self.next() % most_ns)
     }
 }

@@ -16,7 +16,7 @@ mod support;
 mod twins;
 
 use asker::Asker;
-use cell::{Cell, Watch};
+use cell::{CellProcesses, Watch};
 use computer::{computer, first_line};
 use figures::{Row, table};
 use std::process::ExitCode;
@@ -87,7 +87,7 @@ impl Options {
 fn machine_rows(options: &Options, interrupted: &Arc<AtomicBool>) -> Vec<Row> {
     let counts = &options.counts;
     let domain = Domain::take();
-    let _cell = Cell::start(&domain);
+    let _cell = CellProcesses::start(&domain);
     let mut asker = Asker::new(&domain, options.seed, interrupted);
     let watch = Watch::new(&asker);
     let mut chunk =

@@ -1,7 +1,7 @@
 //! Stops: over a hard limit switch, and by the emergency stop.
 
 use super::asker::{Asker, DISCOVERY, between_ns, now_ns};
-use super::cell::{Heard, PATIENCE, Watch};
+use super::cell::{MachineMessage, PATIENCE, Watch};
 use super::figures::Row;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
@@ -32,7 +32,7 @@ const ESTOP: u16 = 1;
 /// Velocities of a tick and their publication time.
 struct Tick {
     number: u64,
-    told_ns: i64,
+    published_ns: i64,
     velocity: [f64; 3],
 }
 
@@ -162,16 +162,20 @@ fn stop_of(watch: &Watch, alarm: u16, is_cause: impl Fn(&MachineIo) -> bool) -> 
     let mut disturbed = false;
     loop {
         match watch.next() {
-            Heard::Io { tick, told_ns, io } if cause.is_none() && is_cause(&io) => cause = Some((tick, told_ns)),
-            Heard::Joints { tick, told_ns, velocity } => ticks.push(Tick { number: tick, told_ns, velocity }),
-            Heard::Stream { stream, .. } => {
+            MachineMessage::Io { tick, published_ns, io } if cause.is_none() && is_cause(&io) => {
+                cause = Some((tick, published_ns))
+            }
+            MachineMessage::Joints { tick, published_ns, velocity } => {
+                ticks.push(Tick { number: tick, published_ns, velocity })
+            }
+            MachineMessage::Stream { stream, .. } => {
                 disturbed |= stream.alarms.iter().any(|number| *number != alarm);
                 if disturbed && matches!(stream.motion, MachineStream::MOTION_FAULT | MachineStream::MOTION_OFF) {
                     eprintln!("a stop is not counted: alarms {:?}", stream.alarms);
                     return None;
                 }
             }
-            Heard::Io { .. } => {}
+            MachineMessage::Io { .. } => {}
         }
         let last = ticks.last().filter(|tick| stands(tick.velocity)).map(|tick| tick.number);
         if let Some(cause) = cause.filter(|(tick, _)| !disturbed && last.is_some_and(|last| last > *tick)) {
@@ -249,7 +253,7 @@ fn press_once(asker: &mut Asker, watch: &Watch, operator: &Operator, there: bool
     if let Some(stop) = stop_of(watch, ESTOP, |io| io.estop) {
         let reaction = between_ns(asked_ns, stop.cause.1);
         let braking = ms(stop.rest().number - stop.cause.0);
-        let whole = between_ns(asked_ns, stop.rest().told_ns);
+        let whole = between_ns(asked_ns, stop.rest().published_ns);
         for (row, time) in rows.iter_mut().zip([answered, reaction, braking, whole]) {
             row.times.push(time);
         }
@@ -262,7 +266,7 @@ fn press_once(asker: &mut Asker, watch: &Watch, operator: &Operator, there: bool
 fn wait_for_motion(watch: &Watch) {
     let deadline = Instant::now() + PATIENCE;
     loop {
-        if let Heard::Joints { velocity, .. } = watch.next()
+        if let MachineMessage::Joints { velocity, .. } = watch.next()
             && !stands(velocity)
         {
             return;

@@ -128,9 +128,9 @@ impl Twin {
         command.args(["ask", &hex(&messages.chunk), &hex(&messages.edge), &count]);
         let mut process = Guarded::start("an asker", command.process_group(0));
         let line = process.line(3 * PATIENCE).unwrap_or_else(|| panic!("an asker ended{}", process.complaint()));
-        let told: serde_json::Value = serde_json::from_str(&line).expect("what it says is JSON");
+        let report: serde_json::Value = serde_json::from_str(&line).expect("what it says is JSON");
         for (row, name) in rows.iter_mut().zip(["setpoints", "edge", "estop"]) {
-            let times = told[name].as_array().into_iter().flatten().filter_map(serde_json::Value::as_u64);
+            let times = report[name].as_array().into_iter().flatten().filter_map(serde_json::Value::as_u64);
             row.times.extend(times.map(Duration::from_nanos));
             row.lost = row.wanted.saturating_sub(row.times.len());
         }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Recorder's status of the topic.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Told {
+pub struct ReportedCounts {
     pub received: u64,
     pub written: u64,
     pub dropped: u64,
@@ -59,7 +59,7 @@ pub fn find(bag: &Bag) -> Found {
 
 /// Why messages are not in the bag, as the recorder says in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Lost {
+pub struct ReportedLosses {
     pub total: u64,
     pub on_the_way: u64,
     pub queue_full: u64,
@@ -69,27 +69,27 @@ pub struct Lost {
 /// Duration of handing a message over (ns): p50, p99, p99.9, maximum.
 pub type Enqueue = [u64; 4];
 
-fn told_in(bag: &Bag, key: &str) -> u64 {
+fn reported_in(bag: &Bag, key: &str) -> u64 {
     let text = bag.custom_data().get(&format!("camwright.{key}"));
     text.and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("the bag does not tell camwright.{key}"))
 }
 
-pub fn lost(bag: &Bag) -> Lost {
-    let told = |key| told_in(bag, key);
-    Lost {
-        total: told("lost_total"),
-        on_the_way: told("lost_on_the_way"),
-        queue_full: told("lost_queue_full"),
-        not_taken: told("lost_not_taken"),
+pub fn lost(bag: &Bag) -> ReportedLosses {
+    let count = |key| reported_in(bag, key);
+    ReportedLosses {
+        total: count("lost_total"),
+        on_the_way: count("lost_on_the_way"),
+        queue_full: count("lost_queue_full"),
+        not_taken: count("lost_not_taken"),
     }
 }
 
 pub fn enqueue(bag: &Bag) -> Enqueue {
-    ["enqueue_p50_ns", "enqueue_p99_ns", "enqueue_p99_9_ns", "enqueue_max_ns"].map(|key| told_in(bag, key))
+    ["enqueue_p50_ns", "enqueue_p99_ns", "enqueue_p99_9_ns", "enqueue_max_ns"].map(|key| reported_in(bag, key))
 }
 
 /// Disagreements of a bag that our recorder made; empty if every message is accounted for, once.
-pub fn disagreements(path: &Path, sent: &Sent, told: Told) -> Vec<String> {
+pub fn disagreements(path: &Path, sent: &Sent, reported: ReportedCounts) -> Vec<String> {
     let bag = Bag::open(path).expect("it is closed");
     let (found, lost) = (find(&bag), lost(&bag));
     let mut wrong = Vec::new();
@@ -98,11 +98,11 @@ pub fn disagreements(path: &Path, sent: &Sent, told: Told) -> Vec<String> {
             wrong.push(format!("{what}: {one} is not {other}"));
         }
     };
-    equal("sent = received + lost on the way", sent.sent, told.received + lost.on_the_way);
-    equal("received = written + dropped", told.received, told.written + told.dropped);
-    equal("written = in the bag", told.written, found.messages);
-    equal("dropped = by a full queue + by the bag", told.dropped, lost.queue_full + lost.not_taken);
-    equal("lost in all = on the way + dropped", lost.total, lost.on_the_way + told.dropped);
+    equal("sent = received + lost on the way", sent.sent, reported.received + lost.on_the_way);
+    equal("received = written + dropped", reported.received, reported.written + reported.dropped);
+    equal("written = in the bag", reported.written, found.messages);
+    equal("dropped = by a full queue + by the bag", reported.dropped, lost.queue_full + lost.not_taken);
+    equal("lost in all = on the way + dropped", lost.total, lost.on_the_way + reported.dropped);
     equal("missing numbers = lost in all", found.missing, lost.total);
     equal("first number", found.first, 1);
     equal("last number = sent", found.last, sent.sent);

@@ -1,6 +1,6 @@
 //! The cell's own traffic at the wall clock's pace, and a proof from the bag that no message of it is missing.
 
-use super::recorders::Ours;
+use super::recorders::RunLoggerProcess;
 use super::support::{Domain, Guarded, PATIENCE, command::Shared, processes::in_domain};
 use camwright_analysis::rerun;
 use camwright_bag::check::check;
@@ -56,10 +56,10 @@ fn end(nodes: [Guarded; 3]) {
 /// Records the cell while it works; prints what was recorded, and gives what is not as it should be, of the work too.
 pub fn record(bag: &Path, work: impl FnOnce(&Node) -> Vec<String>) -> Vec<String> {
     let domain = Domain::take();
-    let recorder = Ours::start(&domain, bag, &[]);
+    let recorder = RunLoggerProcess::start(&domain, bag, &[]);
     assert!(recorder.wait_status(PATIENCE, |status| status.recording), "the recorder does not record");
     let nodes = start_nodes(&domain);
-    let command = Shared::of_cell(&domain, "");
+    let command = Shared::for_cell(&domain, "");
     recorder.wait_for_topics(&RECORDED);
     let mut wrong = work(&recorder.node);
     drop(command);
@@ -119,13 +119,13 @@ fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
                 joints.add(joints_ns);
             }
             "/machine/stream" => {
-                let said: MachineStream = decode(&message);
-                last_tick = said.tick;
-                stream.add(i64::try_from(said.tick).unwrap_or(i64::MAX));
-                let epoch_ns = ns_from_time(&said.epoch);
+                let feedback: MachineStream = decode(&message);
+                last_tick = feedback.tick;
+                stream.add(i64::try_from(feedback.tick).unwrap_or(i64::MAX));
+                let epoch_ns = ns_from_time(&feedback.epoch);
                 let of_joints = u64::try_from((joints_ns - epoch_ns) / CYCLE_NS).unwrap_or(0);
-                if of_joints > said.tick + 1000 {
-                    wrong.push(format!("machine/stream says {} while joint_states are at {of_joints}", said.tick));
+                if of_joints > feedback.tick + 1000 {
+                    wrong.push(format!("machine/stream says {} while joint_states are at {of_joints}", feedback.tick));
                 }
             }
             "/machine/inputs" => {
@@ -141,19 +141,19 @@ fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
     );
     println!("| topic | received | written | dropped | in the bag |\n|---|---:|---:|---:|---:|");
     for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
-        let Some(told) = status.topics.iter().find(|record| record.topic == topic.name) else { continue };
-        println!("| {} | {} | {} | {} | {count} |", topic.name, told.received, told.written, told.dropped);
+        let Some(record) = status.topics.iter().find(|record| record.topic == topic.name) else { continue };
+        println!("| {} | {} | {} | {} | {count} |", topic.name, record.received, record.written, record.dropped);
         // What came after that status, or waited for the writer then, is in the bag too.
-        if told.dropped != 0 || told.received > count {
-            wrong.push(format!("{}: {told:?}, {count} in the bag", topic.name));
+        if record.dropped != 0 || record.received > count {
+            wrong.push(format!("{}: {record:?}, {count} in the bag", topic.name));
         }
     }
     for steps in [joints, stream, inputs].into_iter().chain(numbers) {
         wrong.extend(steps.breaks.into_iter().take(3));
     }
     let lost = super::account::lost(&bag);
-    let [p50, p99, p99_9, most] = super::account::enqueue(&bag);
-    println!("{lost:?}; enqueue {p50} ns (p50), {p99} ns (p99), {p99_9} ns (p99.9), {most} ns (max)");
+    let [p50, p99, p99_9, max] = super::account::enqueue(&bag);
+    println!("{lost:?}; enqueue {p50} ns (p50), {p99} ns (p99), {p99_9} ns (p99.9), {max} ns (max)");
     if lost.total != 0 {
         wrong.push(format!("the recorder says: {lost:?}"));
     }

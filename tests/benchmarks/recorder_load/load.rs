@@ -103,9 +103,9 @@ impl Publisher {
             assert!(Instant::now() < deadline, "the publisher does not come to its end");
             each();
         };
-        let told: serde_json::Value = serde_json::from_str(&line).expect("what it says is JSON");
-        let number = |key: &str| told[key].as_u64().unwrap_or_else(|| panic!("no {key} in {line}"));
-        let seconds = |key: &str| told[key].as_f64().unwrap_or_else(|| panic!("no {key} in {line}"));
+        let report: serde_json::Value = serde_json::from_str(&line).expect("what it says is JSON");
+        let number = |key: &str| report[key].as_u64().unwrap_or_else(|| panic!("no {key} in {line}"));
+        let seconds = |key: &str| report[key].as_f64().unwrap_or_else(|| panic!("no {key} in {line}"));
         Sent { sent: number("sent"), refused: number("refused"), took_s: seconds("took_s"), cpu_s: seconds("cpu_s") }
     }
 }

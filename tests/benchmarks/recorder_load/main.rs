@@ -12,24 +12,24 @@ mod computer;
 mod jobs;
 mod load;
 mod our_layer;
+mod python_recorder;
 mod recorders;
 #[path = "../../support/mod.rs"]
 mod support;
-mod twin;
 mod usage;
 
-use account::{Enqueue, Lost, disagreements, enqueue, lost};
+use account::{Enqueue, ReportedLosses, disagreements, enqueue, lost};
 use camwright_bag::Bag;
 use clap::Parser;
 use computer::{computer, first_line};
 use indicatif::{ProgressBar, ProgressStyle};
 use load::{Load, Publisher, Sent, Stack, TOPIC};
-use recorders::{Ours, Used};
+use python_recorder::PythonRecorder;
+use recorders::{ResourceUse, RunLoggerProcess};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use support::{Domain, PeerEnv, peer_env};
-use twin::Twin;
 
 /// Maximum delay until all processes know each other, after each has announced itself.
 const ACQUAINTANCE: Duration = Duration::from_secs(1);
@@ -76,9 +76,9 @@ struct Row {
     received: u64,
     written: u64,
     /// Why, of our recorder.
-    lost: Option<Lost>,
+    lost: Option<ReportedLosses>,
     enqueue: Option<Enqueue>,
-    used: Used,
+    used: ResourceUse,
     bag_bytes: u64,
     wrong: Vec<String>,
 }
@@ -108,13 +108,13 @@ fn publish(publisher: &mut Publisher, load: &Load, recorder: &str) -> Sent {
 
 fn into_ours(load: Load, env: Option<&PeerEnv>, bag: &Path) -> Row {
     let domain = Domain::take();
-    let recorder = Ours::start(&domain, bag, &[TOPIC]);
+    let recorder = RunLoggerProcess::start(&domain, bag, &[TOPIC]);
     let mut publisher = Publisher::start(load, env, &domain);
     publisher.wait_matched();
     recorder.wait_for_topics(&[TOPIC]);
     std::thread::sleep(ACQUAINTANCE);
     let sent = publish(&mut publisher, &load, "run_logger");
-    let told = recorder.wait_settled(sent.sent);
+    let reported = recorder.wait_settled(sent.sent);
     let (bag, used) = recorder.end();
     let read = Bag::open(&bag).expect("it is closed");
     Row {
@@ -122,19 +122,19 @@ fn into_ours(load: Load, env: Option<&PeerEnv>, bag: &Path) -> Row {
         publisher: publisher.name.clone(),
         load,
         sent,
-        received: told.received,
-        written: told.written,
+        received: reported.received,
+        written: reported.written,
         lost: Some(lost(&read)),
         enqueue: Some(enqueue(&read)),
         used,
         bag_bytes: size_of(&bag),
-        wrong: disagreements(&bag, &sent, told),
+        wrong: disagreements(&bag, &sent, reported),
     }
 }
 
 fn into_twin(load: Load, env: &PeerEnv, bag: &Path) -> Row {
     let domain = Domain::take();
-    let mut recorder = Twin::start(env, &domain, bag, &load);
+    let mut recorder = PythonRecorder::start(env, &domain, bag, &load);
     let mut publisher = Publisher::start(load, Some(env), &domain);
     publisher.wait_matched();
     recorder.wait_ready();
@@ -142,18 +142,18 @@ fn into_twin(load: Load, env: &PeerEnv, bag: &Path) -> Row {
     let sent = publish(&mut publisher, &load, "Python");
     // It has no status: what is still on its way has these seconds.
     std::thread::sleep(3 * ACQUAINTANCE);
-    let (told, found, bag, used) = recorder.end();
+    let (reported, found, bag, used) = recorder.end();
     let mut wrong = Vec::new();
-    if found.messages != told.written || found.disordered + found.foreign != 0 {
-        wrong.push(format!("{told:?} and {found:?}"));
+    if found.messages != reported.written || found.disordered + found.foreign != 0 {
+        wrong.push(format!("{reported:?} and {found:?}"));
     }
     Row {
         recorder: "rclpy and mcap, Python",
         publisher: publisher.name.clone(),
         load,
         sent,
-        received: told.received,
-        written: told.written,
+        received: reported.received,
+        written: reported.written,
         lost: None,
         enqueue: None,
         used,
@@ -189,9 +189,9 @@ fn print(rows: &[Row]) {
     println!("\n| enqueue of run_logger | p50 µs | p99 µs | p99.9 µs | max µs |\n|---|---:|---:|---:|---:|");
     for row in rows {
         let Some(times) = row.enqueue else { continue };
-        let [p50, p99, p99_9, most] = times.map(|ns| ns as f64 / 1e3);
+        let [p50, p99, p99_9, max] = times.map(|ns| ns as f64 / 1e3);
         let what = format!("{}, {}", row.publisher, row.load.reliability().replace('_', " "));
-        println!("| {what} | {p50:.2} | {p99:.2} | {p99_9:.2} | {most:.0} |");
+        println!("| {what} | {p50:.2} | {p99:.2} | {p99_9:.2} | {max:.0} |");
     }
     println!();
     for row in rows {

@@ -41,8 +41,8 @@ pub fn publish(words: &[String]) {
         std::thread::sleep(PAUSE);
     }
     let cpu_s = super::usage::cpu_s(std::process::id());
-    let told = serde_json::json!({"sent": sent.sent, "refused": sent.refused, "took_s": took_s, "cpu_s": cpu_s});
-    println!("{told}");
+    let report = serde_json::json!({"sent": sent.sent, "refused": sent.refused, "took_s": took_s, "cpu_s": cpu_s});
+    println!("{report}");
     let _end_of_input = std::io::stdin().read_to_end(&mut Vec::new());
 }
 

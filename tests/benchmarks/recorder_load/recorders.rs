@@ -1,6 +1,6 @@
 //! Who records the load: our node `run_logger`, in a process of its own.
 
-use super::account::Told;
+use super::account::ReportedCounts;
 use super::load::TOPIC;
 use super::support::{Domain, Guarded, PATIENCE, processes::in_domain};
 use super::usage;
@@ -19,19 +19,23 @@ const QUIET: Duration = Duration::from_secs(2);
 
 /// Resources used by a recorder's process.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Used {
+pub struct ResourceUse {
     pub cpu_s: f64,
     pub peak_kb: u64,
     pub datagrams_dropped: u64,
 }
 
-pub fn used(process: &Guarded) -> Used {
+pub fn used(process: &Guarded) -> ResourceUse {
     let id = process.id();
-    Used { cpu_s: usage::cpu_s(id), peak_kb: usage::peak_kb(id), datagrams_dropped: usage::datagrams_dropped(id) }
+    ResourceUse {
+        cpu_s: usage::cpu_s(id),
+        peak_kb: usage::peak_kb(id),
+        datagrams_dropped: usage::datagrams_dropped(id),
+    }
 }
 
 /// `run_logger` in its process, and a node that hears its status.
-pub struct Ours {
+pub struct RunLoggerProcess {
     pub process: Guarded,
     pub bag: PathBuf,
     status: Arc<(Mutex<RecorderStatus>, Condvar)>,
@@ -40,7 +44,7 @@ pub struct Ours {
     pub node: Node,
 }
 
-impl Ours {
+impl RunLoggerProcess {
     /// Begins to record into `bag`: `topics`, or all when it names none.
     pub fn start(domain: &Domain, bag: &Path, topics: &[&str]) -> Self {
         let mut command = in_domain(env!("CARGO_BIN_EXE_run_logger"), domain);
@@ -48,7 +52,7 @@ impl Ours {
         Self::start_with(domain, bag, topics, command)
     }
 
-    /// Same as [`Ours::start`], by a command that ends with arguments of ROS.
+    /// Same as [`RunLoggerProcess::start`], by a command that ends with arguments of ROS.
     pub fn start_with(domain: &Domain, bag: &Path, topics: &[&str], mut command: Command) -> Self {
         let _not_there = std::fs::remove_dir_all(bag);
         let node =
@@ -89,32 +93,36 @@ impl Ours {
     }
 
     /// Recorder's status of the load.
-    pub fn counts(&self) -> Told {
+    pub fn counts(&self) -> ReportedCounts {
         let status = self.status();
         let load = status.topics.iter().find(|record| record.topic == TOPIC);
-        load.map_or_else(Told::default, |t| Told { received: t.received, written: t.written, dropped: t.dropped })
+        load.map_or_else(ReportedCounts::default, |t| ReportedCounts {
+            received: t.received,
+            written: t.written,
+            dropped: t.dropped,
+        })
     }
 
     /// Waits until it has all of the load, or nothing comes any more, and all that came has gone somewhere.
-    pub fn wait_settled(&self, sent: u64) -> Told {
+    pub fn wait_settled(&self, sent: u64) -> ReportedCounts {
         let deadline = Instant::now() + PATIENCE;
         let (mut last, mut since) = (self.counts(), Instant::now());
         loop {
             let _wait_for_the_next = self.wait_status(Duration::from_millis(100), |_| false);
-            let told = self.counts();
-            if told != last {
-                (last, since) = (told, Instant::now());
+            let counts = self.counts();
+            if counts != last {
+                (last, since) = (counts, Instant::now());
             }
-            let is_through = told.received == told.written + told.dropped;
-            if is_through && (told.received == sent || since.elapsed() > QUIET) {
-                return told;
+            let is_through = counts.received == counts.written + counts.dropped;
+            if is_through && (counts.received == sent || since.elapsed() > QUIET) {
+                return counts;
             }
-            assert!(Instant::now() < deadline, "the recorder does not come to rest: {told:?}");
+            assert!(Instant::now() < deadline, "the recorder does not come to rest: {counts:?}");
         }
     }
 
     /// Ctrl-C: it closes its bag and ends well.
-    pub fn end(mut self) -> (PathBuf, Used) {
+    pub fn end(mut self) -> (PathBuf, ResourceUse) {
         let used = used(&self.process);
         self.process.interrupt();
         let status = self.process.wait(PATIENCE);

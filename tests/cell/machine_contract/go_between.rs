@@ -3,7 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use crate::support::{Domain, PATIENCE, command::share_command};
-use camwright_authority::Command;
+use camwright_authority::HeldCommand;
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{
     Latch, MachineAlarms, MachineCommand, MachineDescription, MachineIo, MachineStream,
@@ -62,62 +62,62 @@ impl Fault {
     }
 
     /// Changed message of the stream; `None` if it is suppressed. `joints` counts those of `joint_states`.
-    fn stream(self, mut said: MachineStream, count: u64, edges: &mut Vec<Latch>) -> Option<MachineStream> {
+    fn stream(self, mut message: MachineStream, count: u64, edges: &mut Vec<Latch>) -> Option<MachineStream> {
         match self {
-            Self::StampOff if count % 6 == 4 => said.stamp.nanosec += 1,
+            Self::StampOff if count % 6 == 4 => message.stamp.nanosec += 1,
             Self::StreamTooRare if count % 6 == 4 => return None,
-            Self::CreditTooLarge if count % 6 == 4 => said.credit_tick += 1,
+            Self::CreditTooLarge if count % 6 == 4 => message.credit_tick += 1,
             Self::AxesSwapped => {
-                [&mut said.setpoint_counts, &mut said.actual_counts].into_iter().for_each(|axes| axes.swap(0, 1));
+                [&mut message.setpoint_counts, &mut message.actual_counts].into_iter().for_each(|axes| axes.swap(0, 1));
             }
-            Self::MovesAtStandstill if is_elsewhere(said.tick) => {
-                said.setpoint_counts[2] += 1;
-                said.actual_counts[2] += 1;
+            Self::MovesAtStandstill if is_elsewhere(message.tick) => {
+                message.setpoint_counts[2] += 1;
+                message.actual_counts[2] += 1;
             }
-            Self::NotAtItsSetpoint if count % 6 == 4 => said.setpoint_counts[2] += 1,
+            Self::NotAtItsSetpoint if count % 6 == 4 => message.setpoint_counts[2] += 1,
             // The largest number there is: whoever adds to it without looking fails.
-            Self::CreditBeyond if count.is_multiple_of(8) => said.credit_tick = u64::MAX,
-            Self::UnknownPace => said.pace = 7,
-            Self::OneCountOff if said.alarms.is_empty() && said.actual_velocities[0].abs() > 0.1 => {
-                said.setpoint_counts[0] += 1;
+            Self::CreditBeyond if count.is_multiple_of(8) => message.credit_tick = u64::MAX,
+            Self::UnknownPace => message.pace = 7,
+            Self::OneCountOff if message.alarms.is_empty() && message.actual_velocities[0].abs() > 0.1 => {
+                message.setpoint_counts[0] += 1;
             }
             Self::EdgeToldTwice => {
-                let again = std::mem::replace(edges, said.latches.clone());
-                said.latches.extend(again);
+                let again = std::mem::replace(edges, message.latches.clone());
+                message.latches.extend(again);
             }
-            Self::EdgeElsewhere => said.latches.iter_mut().for_each(|latch| latch.counts += 1_000_000),
+            Self::EdgeElsewhere => message.latches.iter_mut().for_each(|latch| latch.counts += 1_000_000),
             _ => {}
         }
-        said.alarms.retain(|number| Some(*number) != self.hushed());
-        Some(said)
+        message.alarms.retain(|number| Some(*number) != self.hushed());
+        Some(message)
     }
 
-    fn joints(self, mut said: JointState, count: u64, period_ns: u32) -> Option<JointState> {
+    fn joints(self, mut message: JointState, count: u64, period_ns: u32) -> Option<JointState> {
         match self {
             Self::TickLeftOut if count % 200 == 103 => return None,
             // Every second one, and one besides.
             Self::JointsUneven if count % 2 == 1 || count % 200 == 100 => return None,
-            Self::JointStampOff if count % 200 == 100 => said.header.stamp.nanosec += period_ns / 2,
+            Self::JointStampOff if count % 200 == 100 => message.header.stamp.nanosec += period_ns / 2,
             _ => {}
         }
-        Some(said)
+        Some(message)
     }
 
-    fn alarms(self, mut said: MachineAlarms) -> MachineAlarms {
-        said.alarms.retain(|alarm| Some(alarm.number) != self.hushed());
+    fn alarms(self, mut message: MachineAlarms) -> MachineAlarms {
+        message.alarms.retain(|alarm| Some(alarm.number) != self.hushed());
         if self == Self::NoRemedy {
-            said.alarms.iter_mut().for_each(|alarm| alarm.remedy.clear());
+            message.alarms.iter_mut().for_each(|alarm| alarm.remedy.clear());
         }
-        said
+        message
     }
 
-    fn description(self, mut said: MachineDescription) -> MachineDescription {
+    fn description(self, mut message: MachineDescription) -> MachineDescription {
         match self {
-            Self::OtherHash => said.hash = said.hash.chars().rev().collect(),
-            Self::OtherLimit => said.axes[2].max_velocity *= 1.5,
+            Self::OtherHash => message.hash = message.hash.chars().rev().collect(),
+            Self::OtherLimit => message.axes[2].max_velocity *= 1.5,
             _ => {}
         }
-        said
+        message
     }
 }
 
@@ -144,7 +144,7 @@ pub struct GoBetween {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
     _spins: Vec<SpinThread>,
-    command: Command,
+    command: HeldCommand,
 }
 
 fn many() -> Qos {
@@ -159,12 +159,12 @@ fn pass<M: Message + Clone>(
     mut change: impl FnMut(M) -> Option<M> + Send + 'static,
 ) -> Subscription {
     let publisher = outside.publisher::<M>(topic, speak).expect("a publisher");
-    let hear = move |said: M, _: &_| {
-        if let Some(said) = change(said) {
-            publisher.publish(&said).expect("it can be said");
+    let forward = move |message: M, _: &_| {
+        if let Some(message) = change(message) {
+            publisher.publish(&message).expect("it can be said");
         }
     };
-    inside.subscribe(topic, listen, hear).expect("a subscription")
+    inside.subscribe(topic, listen, forward).expect("a subscription")
 }
 
 impl GoBetween {
@@ -181,7 +181,7 @@ impl GoBetween {
         });
         let voices = Arc::new(voices.collect::<Vec<_>>());
         let moving = Arc::new(AtomicBool::new(false));
-        let mut subscriptions = says(&inside, &outside, fault, &moving);
+        let mut subscriptions = pass_feedback(&inside, &outside, fault, &moving);
         subscriptions.extend(hears(&outside, &voices));
         let services = serves(&inside, &outside, fault, moving);
         let spins = vec![inside.spin_in_thread().expect("a thread"), outside.spin_in_thread().expect("a thread")];
@@ -200,7 +200,7 @@ impl GoBetween {
     }
 }
 
-fn says(inside: &Node, outside: &Node, fault: Fault, moving: &Arc<AtomicBool>) -> Vec<Subscription> {
+fn pass_feedback(inside: &Node, outside: &Node, fault: Fault, moving: &Arc<AtomicBool>) -> Vec<Subscription> {
     let (latched, many) = (Qos::latched(1), many());
     let ends = (inside, outside);
     let moving = Arc::clone(moving);
@@ -209,28 +209,29 @@ fn says(inside: &Node, outside: &Node, fault: Fault, moving: &Arc<AtomicBool>) -
     let place = Arc::new(Mutex::new(0_i64));
     let epoch = Arc::clone(&place);
     vec![
-        pass(ends, "machine/description", (&latched, &latched), move |said| Some(fault.description(said))),
-        pass(ends, "machine/stream", (&many, &many), move |said: MachineStream| {
-            moving.store(said.motion == MachineStream::MOTION_RUNNING, Ordering::Release);
+        pass(ends, "machine/description", (&latched, &latched), move |message| Some(fault.description(message))),
+        pass(ends, "machine/stream", (&many, &many), move |message: MachineStream| {
+            moving.store(message.motion == MachineStream::MOTION_RUNNING, Ordering::Release);
             *place.lock().expect("not poisoned") =
-                i64::from(said.epoch.sec) * 1_000_000_000 + i64::from(said.epoch.nanosec);
+                i64::from(message.epoch.sec) * 1_000_000_000 + i64::from(message.epoch.nanosec);
             // Only those are counted that must come.
-            streams += u64::from(said.tick.is_multiple_of(6));
-            fault.stream(said, streams, &mut edges)
+            streams += u64::from(message.tick.is_multiple_of(6));
+            fault.stream(message, streams, &mut edges)
         }),
-        pass(ends, "joint_states", (&many, &joint_states), move |mut said: JointState| {
+        pass(ends, "joint_states", (&many, &joint_states), move |mut message: JointState| {
             joints += 1;
             let epoch = *epoch.lock().expect("not poisoned");
-            let ns = i64::from(said.header.stamp.sec) * 1_000_000_000 + i64::from(said.header.stamp.nanosec) - epoch;
+            let ns =
+                i64::from(message.header.stamp.sec) * 1_000_000_000 + i64::from(message.header.stamp.nanosec) - epoch;
             let tick = u64::try_from(ns / 4_000_000).unwrap_or(0);
             if fault == Fault::MovesAtStandstill && epoch > 0 && is_elsewhere(tick) {
                 // A count of the table is 0.1 µm.
-                said.position[2] += 1e-7;
+                message.position[2] += 1e-7;
             }
-            fault.joints(said, joints, 4_000_000)
+            fault.joints(message, joints, 4_000_000)
         }),
         pass(ends, "machine/io", (&many, &many), Some::<MachineIo>),
-        pass(ends, "machine/alarms", (&latched, &latched), move |said| Some(fault.alarms(said))),
+        pass(ends, "machine/alarms", (&latched, &latched), move |message| Some(fault.alarms(message))),
     ]
 }
 
@@ -249,11 +250,11 @@ fn hears(outside: &Node, voices: &Arc<Vec<Voice>>) -> Vec<Subscription> {
     let voice_of = Arc::new(voice_of);
     let (first, second) = (Arc::clone(voices), Arc::clone(voices));
     let of_commands = Arc::clone(&voice_of);
-    let setpoints = outside.subscribe("machine/setpoints", &many(), move |said: JointTrajectory, info| {
-        first[voice_of(&info.writer)].setpoints.publish(&said).expect("it can be said");
+    let setpoints = outside.subscribe("machine/setpoints", &many(), move |message: JointTrajectory, info| {
+        first[voice_of(&info.writer)].setpoints.publish(&message).expect("it can be said");
     });
-    let commands = outside.subscribe("machine/commands", &many(), move |said: MachineCommand, info| {
-        second[of_commands(&info.writer)].commands.publish(&said).expect("it can be said");
+    let commands = outside.subscribe("machine/commands", &many(), move |message: MachineCommand, info| {
+        second[of_commands(&info.writer)].commands.publish(&message).expect("it can be said");
     });
     vec![setpoints.expect("a subscription"), commands.expect("a subscription")]
 }

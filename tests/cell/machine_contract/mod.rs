@@ -74,17 +74,18 @@ fn best_of(pace: &str, broken: &[u8], attempt: impl Fn() -> Checked) -> Checked 
 fn a_machine_at_rest_reports_every_fifth_period() {
     let domain = Domain::take();
     let node = Node::new(NodeOptions::new("listener", &args(&domain, "/idle"))).expect("a node");
-    let heard = Arc::new((Mutex::new(Vec::new()), Condvar::new()));
-    let sink = Arc::clone(&heard);
-    let subscription = node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |said, _| {
-        sink.0.lock().expect("not poisoned").push(said.tick);
+    let received = Arc::new((Mutex::new(Vec::new()), Condvar::new()));
+    let sink = Arc::clone(&received);
+    let subscription = node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |message, _| {
+        sink.0.lock().expect("not poisoned").push(message.tick);
         sink.1.notify_all();
     });
     let subscription = subscription.expect("a subscription");
     let spin = node.spin_in_thread().expect("a thread");
     let machine = machine(&domain, "/idle", "cam_grinder", "realtime", &[]);
-    let ticks = heard.0.lock().expect("not poisoned");
-    let (ticks, limit) = heard.1.wait_timeout_while(ticks, PATIENCE, |ticks| ticks.len() < 30).expect("not poisoned");
+    let ticks = received.0.lock().expect("not poisoned");
+    let (ticks, limit) =
+        received.1.wait_timeout_while(ticks, PATIENCE, |ticks| ticks.len() < 30).expect("not poisoned");
     assert!(!limit.timed_out(), "{} messages", ticks.len());
     // A tenth of the delay of 60 ticks, five times; the first messages announce the machine.
     let gaps: Vec<u64> = ticks[9..].windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -125,7 +126,7 @@ fn the_simulated_machine_keeps_its_contract() {
 }
 
 /// Faults of which each breaks one clause, behind one machine.
-fn each_is_told(faults: &[(Fault, u8)], pace: &str, moving: Option<(&str, f64)>, at_once: usize) {
+fn each_is_reported(faults: &[(Fault, u8)], pace: &str, moving: Option<(&str, f64)>, at_once: usize) {
     for some in faults.chunks(at_once) {
         std::thread::scope(|scope| {
             for (fault, clause) in some {
@@ -158,7 +159,7 @@ fn press(machine: &MachineSim, pressed: bool) {
 }
 
 #[test]
-fn what_a_machine_says_wrong_is_told_by_its_clause_alone() {
+fn each_wrong_message_is_reported_by_its_clause_alone() {
     let faults = [
         (Fault::None, 0),
         (Fault::OtherHash, 1),
@@ -186,11 +187,11 @@ fn what_a_machine_says_wrong_is_told_by_its_clause_alone() {
     assert_eq!(report.clauses(Verdict::Broken), Vec::<u8>::new(), "{report}");
     between.stop();
     machine.stop();
-    each_is_told(faults, "realtime", None, 7);
+    each_is_reported(faults, "realtime", None, 7);
 }
 
 #[test]
-fn what_a_machine_does_wrong_is_told_by_its_clause_alone() {
+fn each_wrong_behaviour_is_reported_by_its_clause_alone() {
     let faults = [
         (Fault::EdgeToldTwice, 6),
         (Fault::EdgeElsewhere, 6),
@@ -203,8 +204,8 @@ fn what_a_machine_does_wrong_is_told_by_its_clause_alone() {
         (Fault::StopWithoutEffect, 33),
     ];
     // More than a turn, so that the origin detector sees its mark.
-    each_is_told(&faults, "fast", Some(("c_axis", 7.0)), 5);
-    each_is_told(&[(Fault::SilenceNotTold, 12)], "realtime", Some(("c_axis", 0.2)), 1);
+    each_is_reported(&faults, "fast", Some(("c_axis", 7.0)), 5);
+    each_is_reported(&[(Fault::SilenceNotTold, 12)], "realtime", Some(("c_axis", 0.2)), 1);
 }
 
 #[test]
@@ -227,7 +228,7 @@ fn nothing_is_moved_where_it_is_not_free() {
 }
 
 #[test]
-fn the_command_says_by_its_exit_code_what_it_found() {
+fn the_exit_code_gives_the_result() {
     let domain = Domain::take();
     let run = |more: &[&str]| {
         let mut command: Command = support::processes::in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);

@@ -40,25 +40,25 @@ impl StandIn {
         let node = Node::new(NodeOptions::new(name, args)).expect("a node");
         let start = Point { ns: node.now_ns(), state: [START, [0.0; 3], [0.0; 3]] };
         let controller = Arc::new(Mutex::new(Controller { points: vec![start], now: start }));
-        let (followed, told) = (Arc::clone(&controller), Arc::clone(&controller));
+        let (followed, publishing) = (Arc::clone(&controller), Arc::clone(&controller));
         let clock = node.clone();
         let qos = Qos::default_topic();
-        let subscription = node.subscribe("~/joint_trajectory", &qos, move |said: JointTrajectory, _| {
-            followed.lock().expect("not poisoned").follow(&said, clock.now_ns());
+        let subscription = node.subscribe("~/joint_trajectory", &qos, move |trajectory: JointTrajectory, _| {
+            followed.lock().expect("not poisoned").follow(&trajectory, clock.now_ns());
         });
         let publisher =
             node.publisher::<JointTrajectoryControllerState>("~/controller_state", &qos).expect("a publisher");
         let clock = node.clone();
         let timer = node.timer(Duration::from_millis(5), move || {
-            let state = told.lock().expect("not poisoned").update(clock.now_ns());
-            let mut said = JointTrajectoryControllerState {
+            let state = publishing.lock().expect("not poisoned").update(clock.now_ns());
+            let mut message = JointTrajectoryControllerState {
                 joint_names: JOINTS.map(str::to_owned).to_vec(),
                 ..Default::default()
             };
-            said.header.stamp = camwright_files::convert::time::time_from_ns(state.ns);
+            message.header.stamp = camwright_files::convert::time::time_from_ns(state.ns);
             let [positions, velocities, accelerations] = state.state.map(|values| values.to_vec());
-            said.feedback = JointTrajectoryPoint { positions, velocities, accelerations, ..Default::default() };
-            publisher.publish(&said).expect("it can be said");
+            message.feedback = JointTrajectoryPoint { positions, velocities, accelerations, ..Default::default() };
+            publisher.publish(&message).expect("it can be said");
         });
         let spin = node.spin_in_thread().expect("a thread");
         Self { node, controller, _subscription: subscription.expect("a subscription"), _timer: timer, _spin: spin }
@@ -75,14 +75,14 @@ impl StandIn {
 }
 
 impl Controller {
-    fn follow(&mut self, said: &JointTrajectory, now_ns: i64) {
-        assert_eq!(said.joint_names, JOINTS, "the controller's joints");
-        let begin = i64::from(said.header.stamp.sec) * 1_000_000_000 + i64::from(said.header.stamp.nanosec);
+    fn follow(&mut self, trajectory: &JointTrajectory, now_ns: i64) {
+        assert_eq!(trajectory.joint_names, JOINTS, "the controller's joints");
+        let begin = i64::from(trajectory.header.stamp.sec) * 1_000_000_000 + i64::from(trajectory.header.stamp.nanosec);
         let after = |point: &JointTrajectoryPoint| {
             i64::from(point.time_from_start.sec) * 1_000_000_000 + i64::from(point.time_from_start.nanosec)
         };
         let array = |values: &[f64]| <[f64; 3]>::try_from(values).expect("three of each");
-        let points = said.points.iter().map(|point| Point {
+        let points = trajectory.points.iter().map(|point| Point {
             ns: begin + after(point),
             state: [array(&point.positions), array(&point.velocities), array(&point.accelerations)],
         });

@@ -14,7 +14,7 @@ fn ends(folder: &Folder, job: &str, command: &str) -> (End, String) {
     folder.write("job.yaml", job);
     let arguments: Vec<String> = command.split(' ').map(str::to_owned).collect();
     let outcome = judge::run(Path::new(env!("CARGO_BIN_EXE_camwright")), &arguments, folder.path());
-    (outcome.end, outcome.said)
+    (outcome.end, outcome.output)
 }
 
 fn shipped(name: &str) -> String {
@@ -31,7 +31,7 @@ fn what_is_too_much_work_is_refused_with_what_is_allowed() {
         SMALL_JOB.replace(from, to)
     };
     let turned = SMALL_TURNED.replace("SURFACE", SURFACES[0]);
-    for (job, command, says) in [
+    for (job, command, expected) in [
         (
             small("work_speed_rpm: 60.0", "work_speed_rpm: 0.01")
                 .replace("spark_out_turns: 4}", "spark_out_turns: 1000}"),
@@ -50,8 +50,8 @@ fn what_is_too_much_work_is_refused_with_what_is_allowed() {
             "a turn takes at least",
         ),
     ] {
-        let (end, said) = ends(&folder, &job, command);
-        assert!(end == End::Rule(2) && said.contains(says), "{says:?}: {end}: {said}");
+        let (end, output) = ends(&folder, &job, command);
+        assert!(end == End::Rule(2) && output.contains(expected), "{expected:?}: {end}: {output}");
     }
 }
 
@@ -65,8 +65,8 @@ fn a_surface_with_a_dent_is_planned_or_refused_in_time() {
             grid(36, 13).lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
         rows[row][column] = radius.to_owned();
         folder.write("surface.csv", &rows.iter().map(|row| row.join(",") + "\n").collect::<String>());
-        let (end, said) = ends(&folder, &job, "check job.yaml");
-        assert!(matches!(end, End::Rule(_)), "{row} {column}: {end}: {said}");
+        let (end, output) = ends(&folder, &job, "check job.yaml");
+        assert!(matches!(end, End::Rule(_)), "{row} {column}: {end}: {output}");
     }
 }
 
@@ -78,8 +78,8 @@ fn a_slow_cut_has_a_table_of_bounded_length() {
     let at = job.find("work_speed_rpm:").expect("its speed");
     let end = job[at..].find('\n').map_or(job.len(), |length| at + length);
     let job = format!("{}work_speed_rpm: 0.064{}", &job[..at], &job[end..]);
-    let (end, said) = ends(&folder, &job, "plan job.yaml --out out");
-    assert_eq!(end, End::Rule(0), "{said}");
+    let (end, output) = ends(&folder, &job, "plan job.yaml --out out");
+    assert_eq!(end, End::Rule(0), "{output}");
     let table = std::fs::read_to_string(folder.join("out/P/speed_plan.csv")).expect("its table");
     let rows = table.lines().count();
     assert!((500_000..=1_000_100).contains(&rows), "{rows} rows");
@@ -98,6 +98,6 @@ fn a_replay_does_not_run_to_where_a_damaged_number_leads() {
     });
     let arguments = ["replay".into(), bag.display().to_string(), "--against".into()];
     let outcome = judge::run(Path::new(env!("CARGO_BIN_EXE_camwright")), &arguments, folder.path());
-    assert_eq!(outcome.end, End::Rule(1), "{}", outcome.said);
-    assert!(outcome.said.contains("at most 1000000 are computed without a message"), "{}", outcome.said);
+    assert_eq!(outcome.end, End::Rule(1), "{}", outcome.output);
+    assert!(outcome.output.contains("at most 1000000 are computed without a message"), "{}", outcome.output);
 }

@@ -47,7 +47,7 @@ impl fmt::Display for End {
 pub struct Outcome {
     pub end: End,
     pub seconds: f64,
-    pub said: String,
+    pub output: String,
 }
 
 /// Runs the program in a folder.
@@ -68,13 +68,13 @@ pub fn run(program: &Path, arguments: &[String], folder: &Path) -> Outcome {
         .expect("a shell");
     let read = |mut pipe: Box<dyn Read + Send>| {
         std::thread::spawn(move || {
-            let (mut said, mut buffer) = (Vec::new(), [0; 4096]);
+            let (mut output, mut buffer) = (Vec::new(), [0; 4096]);
             while let Ok(length @ 1..) = pipe.read(&mut buffer) {
-                if said.len() < KEPT {
-                    said.extend_from_slice(&buffer[..length]);
+                if output.len() < KEPT {
+                    output.extend_from_slice(&buffer[..length]);
                 }
             }
-            said
+            output
         })
     };
     let stdout = read(Box::new(child.stdout.take().expect("piped")));
@@ -91,17 +91,17 @@ pub fn run(program: &Path, arguments: &[String], folder: &Path) -> Outcome {
         // The standard library has no wait with a deadline; the end of a process is polled.
         std::thread::sleep(Duration::from_millis(2));
     };
-    let said = [stderr.join().unwrap_or_default(), stdout.join().unwrap_or_default()].concat();
-    let said = String::from_utf8_lossy(&said).into_owned();
+    let output = [stderr.join().unwrap_or_default(), stdout.join().unwrap_or_default()].concat();
+    let output = String::from_utf8_lossy(&output).into_owned();
     let end = match status.code() {
         _ if is_late => End::Hang,
-        _ if said.contains("memory allocation of") || said.contains("capacity overflow") => End::Memory,
-        _ if said.contains("panicked at") => End::Panic,
-        Some(code @ 0..=3) if code == 0 || !said.trim().is_empty() => End::Rule(code),
+        _ if output.contains("memory allocation of") || output.contains("capacity overflow") => End::Memory,
+        _ if output.contains("panicked at") => End::Panic,
+        Some(code @ 0..=3) if code == 0 || !output.trim().is_empty() => End::Rule(code),
         Some(0..=3) => End::Silent,
         // SIGXCPU, and SIGKILL where that is not heard.
         None if begun.elapsed() > Duration::from_secs(MAX_CPU_S - 1) => End::Hang,
         _ => End::Panic,
     };
-    Outcome { end, seconds: begun.elapsed().as_secs_f64(), said }
+    Outcome { end, seconds: begun.elapsed().as_secs_f64(), output }
 }

@@ -99,7 +99,7 @@ impl Campaign {
                                 .push(self.store_case(case, kind, &command, &outcome, &folder));
                         }
                         if self.still && outcome.end > End::Rule(1) {
-                            println!("case {case}: {command:?} {}: {}", outcome.end, outcome.said);
+                            println!("case {case}: {command:?} {}: {}", outcome.end, outcome.output);
                         }
                         if case % 500 == 499 {
                             println!("{} cases", case + 1);
@@ -138,10 +138,10 @@ impl Campaign {
             command.join(" "),
             outcome.end,
             outcome.seconds,
-            outcome.said
+            outcome.output
         );
         let _kept = fs::write(kept.join("command_and_result.txt"), text);
-        let place = outcome.said.lines().find(|line| line.contains("panicked at")).unwrap_or_default();
+        let place = outcome.output.lines().find(|line| line.contains("panicked at")).unwrap_or_default();
         let line =
             format!("{name}: camwright {}: {} after {:.1} s {place}", command.join(" "), outcome.end, outcome.seconds);
         println!("{line}");

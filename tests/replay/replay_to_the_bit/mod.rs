@@ -179,9 +179,9 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     let text = rerun(changed).expect("it can be computed").to_text();
     assert!(text.contains("setpoint: position of x_axis: recorded ") && text.contains(" um of difference"), "{text}");
     // So is an alarm.
-    let told = |place: &usize| !original.decoded::<MachineAlarms>(*place).alarms.is_empty();
-    let alarm = original.places::<MachineAlarms>().into_iter().find(told).expect("the emergency stop");
-    let changed = with::<MachineAlarms>(&original, alarm, |said| said.alarms[0].text.push('!'));
+    let has_alarms = |place: &usize| !original.decoded::<MachineAlarms>(*place).alarms.is_empty();
+    let alarm = original.places::<MachineAlarms>().into_iter().find(has_alarms).expect("the emergency stop");
+    let changed = with::<MachineAlarms>(&original, alarm, |message| message.alarms[0].text.push('!'));
     let text = rerun(changed).expect("it can be computed").to_text();
     assert!(
         text.contains("machine/alarms: recorded alarm 1 of tick ") && text.contains("emergency stop pressed!"),

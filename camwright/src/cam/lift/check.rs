@@ -52,10 +52,10 @@ fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable
     let resolution_mm = declaration.resolution_mm;
     let mut findings: Vec<LiftError> = bad_resolution(declaration).into_iter().collect();
     if rows.len() < LiftTable::MIN_BLOCKS {
-        findings.push(LiftError::TooFewRows { count: rows.len(), least: LiftTable::MIN_BLOCKS });
+        findings.push(LiftError::TooFewRows { count: rows.len(), min: LiftTable::MIN_BLOCKS });
     }
     if rows.len() > LiftTable::MAX_BLOCKS + 1 {
-        findings.push(LiftError::TooManyRows { count: rows.len(), most: LiftTable::MAX_BLOCKS });
+        findings.push(LiftError::TooManyRows { count: rows.len(), max: LiftTable::MAX_BLOCKS });
     }
     let nothing_to_place = !findings.is_empty();
     findings.extend(rows.iter().filter_map(unusable_number));
@@ -176,7 +176,7 @@ pub(super) fn values(
 /// Turns increments into lifts in place and returns what remains after the last. Past a missing increment the lift is
 /// known but for a constant: the slot behind it stays empty, so that no check looks across.
 fn sum(read: &mut [Option<i64>], lines: &[usize], digit_mm: f64, findings: &mut Vec<LiftError>) -> Option<i64> {
-    let most = in_units(LARGEST_MM, digit_mm);
+    let max = in_units(LARGEST_MM, digit_mm);
     let mut sum = 0_i64;
     let mut is_known = true;
     for (slot, line) in read.iter_mut().zip(lines) {
@@ -185,7 +185,7 @@ fn sum(read: &mut [Option<i64>], lines: &[usize], digit_mm: f64, findings: &mut 
         is_known = increment.is_some();
         // Both are below 2^53 before the sum, so it cannot overflow.
         sum += increment.unwrap_or(0);
-        if sum.abs() > most {
+        if sum.abs() > max {
             let value_mm = sum as f64 * digit_mm;
             findings.push(LiftError::TooLarge { line: *line, value_mm, most_mm: LARGEST_MM });
             return None;

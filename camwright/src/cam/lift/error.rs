@@ -6,11 +6,11 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LiftError {
     /// Too few rows to be a lift table.
-    #[error("{count} rows are too few, at least {least} are needed for one turn")]
-    TooFewRows { count: usize, least: usize },
+    #[error("{count} rows are too few, at least {min} are needed for one turn")]
+    TooFewRows { count: usize, min: usize },
     /// More rows than the arithmetic is made for.
-    #[error("{count} rows are too many, at most {most} are allowed for one turn")]
-    TooManyRows { count: usize, most: usize },
+    #[error("{count} rows are too many, at most {max} are allowed for one turn")]
+    TooManyRows { count: usize, max: usize },
     /// The declared resolution is not usable.
     #[error("resolution {resolution_mm} mm is not within {least_mm} mm to {most_mm} mm")]
     BadResolution {

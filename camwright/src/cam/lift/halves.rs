@@ -8,21 +8,21 @@
 use super::check;
 use super::declaration::{LiftDeclaration, LiftRow};
 use super::error::LiftError;
-use super::row_spacing::{Placement, Walk, block_of, walk};
+use super::row_spacing::{AngleSequence, Placement, block_of, walk};
 use super::table::LiftTable;
 use super::warning::{self, LiftWarning};
 use alloc::vec;
 use alloc::vec::Vec;
 
 /// One flank, placed: slot i is i steps from the nose.
-struct Half<'a> {
+struct PlacedFlank<'a> {
     rows: &'a [LiftRow],
     step: f64,
     blocks: usize,
     slots: Vec<Option<usize>>,
 }
 
-impl Half<'_> {
+impl PlacedFlank<'_> {
     fn lift_mm(&self, slot: usize) -> Option<f64> {
         self.slots.get(slot).copied().flatten().map(|row| self.rows[row].value_mm)
     }
@@ -78,7 +78,7 @@ pub fn whole_turn(
     let nose = usize::try_from(nose.rem_euclid(i64::try_from(blocks).unwrap_or(i64::MAX))).unwrap_or(0);
     let base = |block: usize| LiftRow { line: 0, angle_deg: Some(turn * block as f64 / blocks as f64), value_mm: 0.0 };
     let mut rows: Vec<LiftRow> = (0..blocks).map(base).collect();
-    let mut put = |block: usize, half: &Half<'_>, slot: usize, mirrored: bool| {
+    let mut put = |block: usize, half: &PlacedFlank<'_>, slot: usize, mirrored: bool| {
         let Some(row) = half.slots[slot] else { return };
         rows[block].value_mm = half.rows[row].value_mm;
         rows[block].line = if mirrored { 0 } else { half.rows[row].line };
@@ -112,14 +112,14 @@ fn half<'a>(
     declaration: &LiftDeclaration,
     findings: &mut Vec<LiftError>,
     doubts: &mut Vec<LiftWarning>,
-) -> Option<Half<'a>> {
+) -> Option<PlacedFlank<'a>> {
     const LEAST: usize = 4;
     if let Some(error) = check::bad_resolution(declaration) {
         findings.push(error);
         return None;
     }
     if rows.len() < LEAST {
-        findings.push(LiftError::TooFewRows { count: rows.len(), least: LEAST });
+        findings.push(LiftError::TooFewRows { count: rows.len(), min: LEAST });
         return None;
     }
     if rows.iter().all(|row| row.angle_deg.is_none()) {
@@ -135,9 +135,9 @@ fn half<'a>(
     let turn = declaration.angle_unit.turn_deg();
     let walk = walk(rows, turn, declaration.blocks, findings);
     let slots = walk.slots();
-    let Walk { step, blocks, angles } = walk;
+    let AngleSequence { step, blocks, angles } = walk;
     if blocks > LiftTable::MAX_BLOCKS {
-        findings.push(LiftError::TooManyRows { count: blocks, most: LiftTable::MAX_BLOCKS });
+        findings.push(LiftError::TooManyRows { count: blocks, max: LiftTable::MAX_BLOCKS });
         return None;
     }
     if angles[0].abs() > super::row_spacing::ANGLE_TOLERANCE * step {
@@ -168,5 +168,5 @@ fn half<'a>(
         findings.extend(check::part(rows, &placement, declaration));
         return None;
     }
-    Some(Half { rows, step, blocks, slots })
+    Some(PlacedFlank { rows, step, blocks, slots })
 }

@@ -202,10 +202,10 @@ impl LiftLaw {
 
     fn new(shape: Shape, below_base_mm: f64) -> Result<Self, LiftLawError> {
         let mut law = Self { shape, max_lift_mm: 0.0, reading: None };
-        let least = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
-        if least.value.is_nan() || least.value < -below_base_mm {
-            let angle_deg = deg_from_rad(least.angle_rad);
-            return Err(LiftLawError::BelowBase { angle_deg, lift_mm: least.value, bound_mm: below_base_mm });
+        let min = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
+        if min.value.is_nan() || min.value < -below_base_mm {
+            let angle_deg = deg_from_rad(min.angle_rad);
+            return Err(LiftLawError::BelowBase { angle_deg, lift_mm: min.value, bound_mm: below_base_mm });
         }
         law.max_lift_mm = -smallest_over_turn(law.grid(), &law.breaks(), |angle| -law.sample(angle).value).value;
         Ok(law)

@@ -45,10 +45,10 @@ pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> 
         all => all,
     };
     if points.len() < LiftTable::MIN_BLOCKS {
-        return Err([LiftError::TooFewRows { count: points.len(), least: LiftTable::MIN_BLOCKS }].into());
+        return Err([LiftError::TooFewRows { count: points.len(), min: LiftTable::MIN_BLOCKS }].into());
     }
     if points.len() > LiftTable::MAX_BLOCKS {
-        return Err([LiftError::TooManyRows { count: points.len(), most: LiftTable::MAX_BLOCKS }].into());
+        return Err([LiftError::TooManyRows { count: points.len(), max: LiftTable::MAX_BLOCKS }].into());
     }
     let unusable: Vec<LiftError> = points.iter().filter_map(unusable).collect();
     if !unusable.is_empty() {
@@ -58,7 +58,7 @@ pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> 
     let found: Vec<(f64, f64)> = polar.iter().map(|(azimuth, radius, _)| (*azimuth, *radius)).collect();
     let Some(spline) = UnevenCubic::interpolate(&found) else {
         // Azimuths rise and are finite by now; what is left is a division finer than numbers.
-        return Err([LiftError::TooManyRows { count: points.len(), most: LiftTable::MAX_BLOCKS }].into());
+        return Err([LiftError::TooManyRows { count: points.len(), max: LiftTable::MAX_BLOCKS }].into());
     };
     let blocks = DIVISIONS.into_iter().find(|blocks| *blocks >= 2 * points.len()).unwrap_or(LiftTable::MAX_BLOCKS);
     let first_rad = polar[0].0;

@@ -21,8 +21,8 @@ pub struct MotionSegment {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ProgramError {
     /// No segments, or too many.
-    #[error("a motion program has {count} segments; 1 to {most} are allowed")]
-    SegmentCount { count: usize, most: usize },
+    #[error("a motion program has {count} segments; 1 to {max} are allowed")]
+    SegmentCount { count: usize, max: usize },
     /// A number that is not finite, or an angle that is not positive.
     #[error("segment {segment}: {what} is {value}")]
     BadNumber {
@@ -107,20 +107,20 @@ const ACCELERATION_CLOSURE: f64 = 1e-8;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionProgram {
     start_rad: f64,
-    pieces: Vec<Piece>,
+    pieces: Vec<PlacedSegment>,
 }
 
 /// A segment in place: lift(x) for x from its start, up to its length.
 #[derive(Debug, Clone, PartialEq)]
-struct Piece {
+struct PlacedSegment {
     begins_rad: f64,
     length_rad: f64,
     lift_mm: f64,
-    shape: Shape,
+    shape: SegmentShape,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Shape {
+enum SegmentShape {
     /// A law between dwells, scaled.
     Law { law: MotionLaw, rise_mm: f64 },
     /// Σ cᵢ uⁱ, u = x/length.
@@ -136,7 +136,7 @@ impl MotionProgram {
     /// velocities or accelerations that do not meet, numbers that are not finite.
     pub fn new(start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
         if segments.is_empty() || segments.len() > MAX_SEGMENTS {
-            return Err(ProgramError::SegmentCount { count: segments.len(), most: MAX_SEGMENTS });
+            return Err(ProgramError::SegmentCount { count: segments.len(), max: MAX_SEGMENTS });
         }
         if !start_rad.is_finite() {
             return Err(ProgramError::BadNumber { segment: 1, what: "the start angle", value: start_rad });
@@ -155,11 +155,11 @@ impl MotionProgram {
             if segment.law == MotionLaw::Dwell && segment.rise_mm.abs() > 0.0 {
                 return Err(ProgramError::DwellRises { segment: number, rise_mm: segment.rise_mm });
             }
-            pieces.push(Piece {
+            pieces.push(PlacedSegment {
                 begins_rad: angle,
                 length_rad: segment.angle_rad,
                 lift_mm: lift,
-                shape: Shape::Law { law: segment.law, rise_mm: segment.rise_mm },
+                shape: SegmentShape::Law { law: segment.law, rise_mm: segment.rise_mm },
             });
             angle += segment.angle_rad;
             lift += segment.rise_mm;
@@ -175,12 +175,12 @@ impl MotionProgram {
         }
         let fixed = pieces.clone();
         for (i, piece) in pieces.iter_mut().enumerate() {
-            let Shape::Law { law, rise_mm } = piece.shape else { continue };
+            let SegmentShape::Law { law, rise_mm } = piece.shape else { continue };
             if law.is_blend() {
                 let before = &fixed[(i + fixed.len() - 1) % fixed.len()];
                 let after = &fixed[(i + 1) % fixed.len()];
                 let (before, after) = (before.brings(before.length_rad), after.brings(0.0));
-                piece.shape = Shape::Polynomial(blend(law, piece.length_rad, rise_mm, before, after));
+                piece.shape = SegmentShape::Polynomial(blend(law, piece.length_rad, rise_mm, before, after));
             }
         }
         for i in 0..pieces.len() {
@@ -220,13 +220,13 @@ impl MotionProgram {
     }
 }
 
-impl Piece {
+impl PlacedSegment {
     fn sample(&self, x: f64) -> Sample {
         let per_rad = 1.0 / self.length_rad;
         let u = (x * per_rad).clamp(0.0, 1.0);
         let (normal, scale) = match &self.shape {
-            Shape::Law { law, rise_mm } => (law.sample(u), *rise_mm),
-            Shape::Polynomial(c) => (polynomial(c, u), 1.0),
+            SegmentShape::Law { law, rise_mm } => (law.sample(u), *rise_mm),
+            SegmentShape::Polynomial(c) => (polynomial(c, u), 1.0),
         };
         Sample {
             value: self.lift_mm + scale * normal.value,
@@ -244,7 +244,7 @@ impl Piece {
     /// Boundary condition that this piece imposes on an adjacent blend; two blends meet at rest.
     fn brings(&self, x: f64) -> Sample {
         match self.shape {
-            Shape::Law { law, .. } if !law.is_blend() => self.sample(x),
+            SegmentShape::Law { law, .. } if !law.is_blend() => self.sample(x),
             _ => Sample::default(),
         }
     }

@@ -44,7 +44,7 @@ pub(super) fn place(rows: &[LiftRow], declaration: &LiftDeclaration, findings: &
     let before = findings.len();
     let turn = declaration.angle_unit.turn_deg();
     let walk = walk(rows, turn, declaration.blocks, findings);
-    let Walk { step, blocks, ref angles } = walk;
+    let AngleSequence { step, blocks, ref angles } = walk;
     let (start, end) = (angles[0], angles[angles.len() - 1]);
     let last_line = rows[rows.len() - 1].line;
     let span = end - start;
@@ -90,7 +90,7 @@ fn place_without_angles(rows: &[LiftRow], declaration: &LiftDeclaration, finding
 }
 
 /// Angles in the order of the file, with the even step that most of them keep.
-pub(super) struct Walk {
+pub(super) struct AngleSequence {
     /// One block (deg of the file).
     pub(super) step: f64,
     /// Blocks over one turn.
@@ -99,15 +99,15 @@ pub(super) struct Walk {
     pub(super) angles: Vec<f64>,
 }
 
-impl Walk {
+impl AngleSequence {
     /// Row at each block from the first row on. Of two rows at one block the first counts.
     pub(super) fn slots(&self) -> Vec<Option<usize>> {
         let first = block_of(self.angles[0], self.step);
-        let most = 2 * LiftTable::MAX_BLOCKS;
+        let max = 2 * LiftTable::MAX_BLOCKS;
         let mut slots = Vec::new();
         for (row, angle) in self.angles.iter().enumerate() {
             let Ok(index) = usize::try_from(block_of(*angle, self.step).saturating_sub(first)) else { continue };
-            if index > most {
+            if index > max {
                 continue;
             }
             if index >= slots.len() {
@@ -123,7 +123,12 @@ impl Walk {
 
 /// Walks along the angles: missing ones, duplicates, steps back, gaps, and angles off the even division. At least one row
 /// has an angle.
-pub(super) fn walk(rows: &[LiftRow], turn: f64, declared: Option<usize>, findings: &mut Vec<LiftError>) -> Walk {
+pub(super) fn walk(
+    rows: &[LiftRow],
+    turn: f64,
+    declared: Option<usize>,
+    findings: &mut Vec<LiftError>,
+) -> AngleSequence {
     let usable = |row: &LiftRow| row.angle_deg.filter(|angle| angle.is_finite());
     let known: Vec<f64> = rows.iter().filter_map(usable).collect();
     let step = nominal_step(&known, turn, declared);
@@ -166,7 +171,7 @@ pub(super) fn walk(rows: &[LiftRow], turn: f64, declared: Option<usize>, finding
             findings.push(uneven(line, angle, off_step(angle - phase)));
         }
     }
-    Walk { step, blocks, angles }
+    AngleSequence { step, blocks, angles }
 }
 
 fn angles_missing(rows: &[LiftRow]) -> impl Iterator<Item = LiftError> {

@@ -167,7 +167,7 @@ fn humps(lifts: &[f64], level: f64, allowed: f64) -> Vec<(usize, f64)> {
         for (&k, before) in run.iter().zip(&before).rev() {
             right = right.min(lifts[k]);
             let height = (lifts[k] - before).min(lifts[k] - right);
-            if height > allowed && highest.is_none_or(|(_, most)| height > most) {
+            if height > allowed && highest.is_none_or(|(_, max)| height > max) {
                 highest = Some((k, height));
             }
         }

@@ -50,7 +50,7 @@ pub(super) struct CamStack {
 impl CamStack {
     pub(super) fn new(cams: &[CamAlong<'_>]) -> Result<Self, SurfaceError> {
         if cams.is_empty() || cams.len() > MOST {
-            return Err(SurfaceError::Count { what: SurfaceKey::Cams, count: cams.len(), least: 1, most: MOST });
+            return Err(SurfaceError::Count { what: SurfaceKey::Cams, count: cams.len(), min: 1, max: MOST });
         }
         let mut stack: Vec<Cam> = Vec::with_capacity(cams.len());
         for (index, cam) in cams.iter().enumerate() {
@@ -132,9 +132,9 @@ fn outline(cam: &CamAlong<'_>, index: usize) -> Result<PeriodicSpline, SurfaceEr
         let bad = |_| SurfaceError::BadNumber { what: SurfaceKey::CamRadius, value: f64::NAN, allowed: "finite" };
         let spline = PeriodicSpline::interpolate(&at_knots).map_err(bad)?;
         let between = values(knots, 0.5);
-        let error_mm = between.iter().enumerate().fold(0.0_f64, |most, (i, radius)| {
+        let error_mm = between.iter().enumerate().fold(0.0_f64, |max, (i, radius)| {
             let azimuth = (i as f64 + 0.5) * TURN_RAD / f64::from(knots);
-            most.max((spline.sample(azimuth).value - radius).abs())
+            max.max((spline.sample(azimuth).value - radius).abs())
         });
         if error_mm <= WANTED_ERROR_MM || (knots >= KNOTS.1 && error_mm <= ALLOWED_ERROR_MM) {
             return Ok(spline);

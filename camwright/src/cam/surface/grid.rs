@@ -67,9 +67,9 @@ impl GridSpline {
             let count = grid.radii_mm.len();
             return Err(SurfaceError::GridSize { angles: columns, rows, count, wanted });
         }
-        let count = |what, count: usize, (least, most): (usize, usize)| {
-            let fits = (least..=most).contains(&count);
-            if fits { Ok(()) } else { Err(SurfaceError::Count { what, count, least, most }) }
+        let count = |what, count: usize, (min, max): (usize, usize)| {
+            let fits = (min..=max).contains(&count);
+            if fits { Ok(()) } else { Err(SurfaceError::Count { what, count, min, max }) }
         };
         count(SurfaceKey::Azimuths, columns, ANGLES)?;
         count(SurfaceKey::Rows, rows, ROWS)?;
@@ -99,7 +99,7 @@ impl GridSpline {
 
     /// A grid that has at least the azimuths and, up to a number, the rows of this one.
     pub(super) fn fine_grid(&self) -> (u32, u32) {
-        let number = |count: usize, most: u32| u32::try_from(count).unwrap_or(most).min(most);
+        let number = |count: usize, max: u32| u32::try_from(count).unwrap_or(max).min(max);
         (number(self.angles, 1440).max(360), number(self.z_mm.len() - 1, 400).max(64))
     }
 

@@ -16,7 +16,7 @@ use alloc::vec::Vec;
 pub type Triangle = [[f64; 3]; 3];
 
 /// A piece of the line along which triangles meet a plane: x and z of its ends (mm).
-pub type Cut = [[f64; 2]; 2];
+pub type CrossingLine = [[f64; 2]; 2];
 
 /// Fidelity of the reading of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,7 @@ const ROWS: (usize, usize) = (2, 4000);
 
 /// A corner seen from the axis.
 #[derive(Debug, Clone, Copy)]
-struct Corner {
+struct MeshVertex {
     azimuth_rad: f64,
     z_mm: f64,
     radius_mm: f64,
@@ -68,7 +68,7 @@ struct Corner {
 
 /// Weights of one triangle's corners for a node of the grid.
 #[derive(Debug, Clone, Copy)]
-struct Share {
+struct TriangleWeights {
     face: usize,
     weights: [f64; 3],
 }
@@ -88,12 +88,13 @@ pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), Surf
     let z_mm: Vec<f64> = (0..rows).map(|k| from + (to - from) * k as f64 / (rows - 1) as f64).collect();
     let azimuths_rad: Vec<f64> = (0..angles).map(|i| i as f64 * TURN_RAD / angles as f64).collect();
     let spread = |off: &[[f64; 3]]| -> Vec<f64> {
-        let node = |share: &Share| share.weights.iter().zip(off[share.face]).map(|(weight, off)| weight * off).sum();
+        let node =
+            |share: &TriangleWeights| share.weights.iter().zip(off[share.face]).map(|(weight, off)| weight * off).sum();
         shares.iter().map(node).collect()
     };
     let mut off: Vec<[f64; 3]> = faces.iter().map(|face| face.map(|corner| corner.radius_mm)).collect();
     let mut grid = Grid { azimuths_rad, z_mm, radii_mm: vec![0.0; angles * rows] };
-    let mut best: Option<(Surface, f64, Corner)> = None;
+    let mut best: Option<(Surface, f64, MeshVertex)> = None;
     for _ in 0..ROUNDS {
         for (radius, more) in grid.radii_mm.iter_mut().zip(spread(&off)) {
             *radius += more;
@@ -122,9 +123,9 @@ pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), Surf
         return Err(SurfaceError::RoughMesh { azimuth_deg, z_mm, off_mm: corners_off_mm, bound_mm: OFF_MM.1 });
     }
     let faces_off_mm =
-        triangles.iter().filter(|triangle| is_side(triangle, FLAT * (to - from))).fold(0.0_f64, |most, t| {
+        triangles.iter().filter(|triangle| is_side(triangle, FLAT * (to - from))).fold(0.0_f64, |max, t| {
             let [x, y, z] = [0, 1, 2].map(|i| (t[0][i] + t[1][i] + t[2][i]) / 3.0);
-            most.max((libm::hypot(x, y) - surface.radius(libm::atan2(y, x), z)).abs())
+            max.max((libm::hypot(x, y) - surface.radius(libm::atan2(y, x), z)).abs())
         });
     let left_out = triangles.len() - faces.len();
     let reading = MeshReading { triangles: faces.len(), left_out, grid: (angles, rows), corners_off_mm, faces_off_mm };
@@ -134,7 +135,7 @@ pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), Surf
 /// Intersection of triangles with the rake plane at height `y_mm` above the axis, with the part at θ: pieces of the section in x and z
 /// (mm) with x above 0. Result of the flat faces, for comparison.
 #[must_use]
-pub fn cut_by_rake_plane(triangles: &[Triangle], turned_rad: f64, y_mm: f64) -> Vec<Cut> {
+pub fn cut_by_rake_plane(triangles: &[Triangle], turned_rad: f64, y_mm: f64) -> Vec<CrossingLine> {
     let (sin, cos) = libm::sincos(turned_rad);
     let mut cuts = Vec::new();
     for triangle in triangles {
@@ -163,10 +164,10 @@ fn is_side(triangle: &Triangle, flat_mm: f64) -> bool {
 }
 
 /// Triangles as seen from the axis, azimuths of one face side by side, without those that say nothing.
-fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
+fn faces_of(triangles: &[Triangle]) -> Result<Vec<[MeshVertex; 3]>, SurfaceError> {
     let count = triangles.len();
     if !(4..=MAX_TRIANGLES).contains(&count) {
-        return Err(SurfaceError::Count { what: SurfaceKey::Triangles, count, least: 4, most: MAX_TRIANGLES });
+        return Err(SurfaceError::Count { what: SurfaceKey::Triangles, count, min: 4, max: MAX_TRIANGLES });
     }
     let numbers = || triangles.iter().flatten().flatten();
     if let Some(value) = numbers().find(|value| !value.is_finite() || value.abs() > LARGEST_MM) {
@@ -180,7 +181,7 @@ fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
     }
     let mut faces = Vec::with_capacity(count);
     for triangle in triangles.iter().filter(|triangle| is_side(triangle, FLAT * (to - from))) {
-        let mut face = triangle.map(|[x, y, z]| Corner {
+        let mut face = triangle.map(|[x, y, z]| MeshVertex {
             azimuth_rad: wrap_turn(libm::atan2(y, x)),
             z_mm: z,
             radius_mm: libm::hypot(x, y),
@@ -202,20 +203,20 @@ fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
         }
     }
     if faces.is_empty() {
-        return Err(SurfaceError::Count { what: SurfaceKey::SideTriangles, count: 0, least: 4, most: MAX_TRIANGLES });
+        return Err(SurfaceError::Count { what: SurfaceKey::SideTriangles, count: 0, min: 4, max: MAX_TRIANGLES });
     }
     Ok(faces)
 }
 
 /// From the first corner to the other two, in azimuth and z.
-fn sides(face: &[Corner; 3]) -> ([f64; 2], [f64; 2]) {
+fn sides(face: &[MeshVertex; 3]) -> ([f64; 2], [f64; 2]) {
     let side = |k: usize| [face[k].azimuth_rad - face[0].azimuth_rad, face[k].z_mm - face[0].z_mm];
     (side(1), side(2))
 }
 
 /// Sees to it that what the triangles cover is the whole turn and length, but for a quarter of one of them.
-fn closes(faces: &[[Corner; 3]], length_mm: f64) -> Result<(), SurfaceError> {
-    let area = |face: &[Corner; 3]| {
+fn closes(faces: &[[MeshVertex; 3]], length_mm: f64) -> Result<(), SurfaceError> {
+    let area = |face: &[MeshVertex; 3]| {
         let (u, v) = sides(face);
         0.5 * (u[0] * v[1] - u[1] * v[0]).abs()
     };
@@ -225,8 +226,8 @@ fn closes(faces: &[[Corner; 3]], length_mm: f64) -> Result<(), SurfaceError> {
 }
 
 /// Azimuths and rows as fine as the mesh: the mean width and height of its triangles.
-fn resolution(faces: &[[Corner; 3]], length_mm: f64) -> (usize, usize) {
-    let extent = |of: fn(&Corner) -> f64| {
+fn resolution(faces: &[[MeshVertex; 3]], length_mm: f64) -> (usize, usize) {
+    let extent = |of: fn(&MeshVertex) -> f64| {
         let sum: f64 = faces
             .iter()
             .map(|face| {
@@ -244,9 +245,15 @@ fn resolution(faces: &[[Corner; 3]], length_mm: f64) -> (usize, usize) {
 }
 
 /// For every node, row by row, the triangle that covers it best.
-fn shares(faces: &[[Corner; 3]], angles: usize, rows: usize, from: f64, to: f64) -> Result<Vec<Share>, SurfaceError> {
+fn shares(
+    faces: &[[MeshVertex; 3]],
+    angles: usize,
+    rows: usize,
+    from: f64,
+    to: f64,
+) -> Result<Vec<TriangleWeights>, SurfaceError> {
     let (per_rad, per_mm) = (angles as f64 / TURN_RAD, (rows - 1) as f64 / (to - from));
-    let mut found: Vec<Option<(f64, f64, Share)>> = vec![None; angles * rows];
+    let mut found: Vec<Option<(f64, f64, TriangleWeights)>> = vec![None; angles * rows];
     let place = |node: usize| (deg_from_rad((node % angles) as f64 / per_rad), from + (node / angles) as f64 / per_mm);
     for (index, face) in faces.iter().enumerate() {
         let (u, v) = sides(face);
@@ -277,7 +284,7 @@ fn shares(faces: &[[Corner; 3]], angles: usize, rows: usize, from: f64, to: f64)
                     return Err(SurfaceError::TwoRadii { azimuth_deg, z_mm, radius_mm: radius, other_mm });
                 }
                 if found[node].is_none_or(|(best, _, _)| inside > best) {
-                    found[node] = Some((inside, radius, Share { face: index, weights }));
+                    found[node] = Some((inside, radius, TriangleWeights { face: index, weights }));
                 }
             }
         }

@@ -43,13 +43,13 @@ pub enum SurfaceError {
         to_mm: f64,
     },
     /// Too few, or too many, of something.
-    #[error("{count} {what}, there must be {least} to {most}")]
+    #[error("{count} {what}, there must be {min} to {max}")]
     Count {
         what: SurfaceKey,
         /// Given number.
         count: usize,
-        least: usize,
-        most: usize,
+        min: usize,
+        max: usize,
     },
     /// A grid is not as large as its axes say.
     #[error("a grid of {angles} azimuths and {rows} rows has {count} radii, not {wanted}")]

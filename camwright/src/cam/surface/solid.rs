@@ -6,13 +6,13 @@ use alloc::vec::Vec;
 
 /// A number that changes evenly along the axis: `at_zero + per_mm · z`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Along {
+pub struct LinearInZ {
     /// At z = 0.
     pub at_zero: f64,
     pub per_mm: f64,
 }
 
-impl Along {
+impl LinearInZ {
     /// The same all along.
     #[must_use]
     pub const fn constant(value: f64) -> Self {
@@ -34,9 +34,9 @@ pub struct Harmonic {
     /// Waves per turn, at least 1.
     pub waves: u32,
     /// Amplitude (mm).
-    pub amplitude_mm: Along,
+    pub amplitude_mm: LinearInZ,
     /// Phase (rad): of the wave, not of the part.
-    pub phase_rad: Along,
+    pub phase_rad: LinearInZ,
 }
 
 /// A solid by formula.
@@ -59,16 +59,16 @@ pub enum Solid {
     /// An ellipse with half axes a and b that change along z: r = (cos²(φ − α)/a² + sin²(φ − α)/b²)^(−1/2).
     EllipticCone {
         /// Half axis a (mm).
-        first_mm: Along,
+        first_mm: LinearInZ,
         /// Half axis b (mm).
-        second_mm: Along,
+        second_mm: LinearInZ,
         /// Azimuth of a (rad).
         azimuth_rad: f64,
     },
     /// Waves on a mean radius: polygons, trochoids, and what else a few harmonics describe.
     Lobed {
         /// Mean radius (mm).
-        mean_mm: Along,
+        mean_mm: LinearInZ,
         harmonics: Vec<Harmonic>,
     },
 }
@@ -90,7 +90,7 @@ fn positive(what: SurfaceKey, value: f64) -> Result<(), SurfaceError> {
     }
 }
 
-fn finite(what: SurfaceKey, number: Along) -> Result<(), SurfaceError> {
+fn finite(what: SurfaceKey, number: LinearInZ) -> Result<(), SurfaceError> {
     if number.is_finite() {
         return Ok(());
     }
@@ -109,23 +109,18 @@ impl Solid {
                     let (what, value) = (SurfaceKey::Eccentricity, *eccentricity_mm);
                     return Err(SurfaceError::BadNumber { what, value, allowed: "at least 0 and below the radius" });
                 }
-                finite(SurfaceKey::EccentricAzimuth, Along::constant(*azimuth_rad))
+                finite(SurfaceKey::EccentricAzimuth, LinearInZ::constant(*azimuth_rad))
             }
             Solid::EllipticCone { first_mm, second_mm, azimuth_rad } => {
                 finite(SurfaceKey::FirstHalfAxis, *first_mm)?;
                 finite(SurfaceKey::SecondHalfAxis, *second_mm)?;
-                finite(SurfaceKey::HalfAxisAzimuth, Along::constant(*azimuth_rad))
+                finite(SurfaceKey::HalfAxisAzimuth, LinearInZ::constant(*azimuth_rad))
             }
             Solid::Lobed { mean_mm, harmonics } => {
                 finite(SurfaceKey::MeanRadius, *mean_mm)?;
                 if harmonics.len() > MAX_HARMONICS {
                     let count = harmonics.len();
-                    return Err(SurfaceError::Count {
-                        what: SurfaceKey::Harmonics,
-                        count,
-                        least: 0,
-                        most: MAX_HARMONICS,
-                    });
+                    return Err(SurfaceError::Count { what: SurfaceKey::Harmonics, count, min: 0, max: MAX_HARMONICS });
                 }
                 for harmonic in harmonics {
                     if !(1..=MAX_WAVES).contains(&harmonic.waves) {

@@ -1,7 +1,8 @@
 use super::{
-    Failure, Goal, Handshake, LoaderState, LoadingCommand, LoadingInputs, Progress, Request, Step, Timeouts, Wait,
+    Goal, Handshake, HandshakeFailure, LoaderState, LoadingCommand, LoadingInputs, Progress, Request, Step, Timeouts,
+    Wait,
 };
-use crate::simulation::work_area::Occupant;
+use crate::simulation::work_area::ActuatorPosition;
 use alloc::string::ToString;
 
 const TIMEOUTS: Timeouts = Timeouts { machine_s: 5.0, enter_s: 20.0, inside_s: 30.0 };
@@ -11,14 +12,14 @@ const INSIDE: LoaderState = LoaderState { available: true, inside: true, busy: t
 /// A machine that has just ended a part: door closed, chuck closed on the part, nobody inside.
 const AFTER_A_PART: LoadingInputs = LoadingInputs {
     now_s: 0.0,
-    door: Occupant::Closed,
-    chuck: Occupant::Closed,
+    door: ActuatorPosition::Closed,
+    chuck: ActuatorPosition::Closed,
     part_present: true,
     entered: false,
     is_safe: false,
     loader: Some(READY),
 };
-const DOOR_OPEN: LoadingInputs = LoadingInputs { door: Occupant::Open, is_safe: true, ..AFTER_A_PART };
+const DOOR_OPEN: LoadingInputs = LoadingInputs { door: ActuatorPosition::Open, is_safe: true, ..AFTER_A_PART };
 const ROBOT_INSIDE: LoadingInputs = LoadingInputs { entered: true, loader: Some(INSIDE), ..DOOR_OPEN };
 
 fn begun(request: Request) -> Handshake {
@@ -29,7 +30,7 @@ fn begun(request: Request) -> Handshake {
 fn inside(request: Request) -> Handshake {
     let mut handshake = begun(request);
     for seen in [DOOR_OPEN, ROBOT_INSIDE] {
-        assert_eq!(handshake.look(&seen), Progress::Going(None));
+        assert_eq!(handshake.advance(&seen), Progress::Going(None));
     }
     assert_eq!(handshake.step(), Step::Inside);
     handshake
@@ -38,31 +39,31 @@ fn inside(request: Request) -> Handshake {
 #[test]
 fn an_exchange_goes_through_its_steps_and_gives_leave_in_two_of_them_only() {
     let mut handshake = begun(Request::Exchange);
-    assert_eq!(handshake.look(&AFTER_A_PART), Progress::Going(Some(LoadingCommand::OpenDoor)));
+    assert_eq!(handshake.advance(&AFTER_A_PART), Progress::Going(Some(LoadingCommand::OpenDoor)));
     assert!(!handshake.clear_to_enter());
-    let unsafe_yet = LoadingInputs { door: Occupant::Open, is_safe: false, ..AFTER_A_PART };
-    assert_eq!(handshake.look(&unsafe_yet), Progress::Going(None), "the wheel is not in its place");
+    let unsafe_yet = LoadingInputs { door: ActuatorPosition::Open, is_safe: false, ..AFTER_A_PART };
+    assert_eq!(handshake.advance(&unsafe_yet), Progress::Going(None), "the wheel is not in its place");
     assert!(!handshake.clear_to_enter());
-    assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(None));
+    assert_eq!(handshake.advance(&DOOR_OPEN), Progress::Going(None));
     assert!(handshake.clear_to_enter() && handshake.step() == Step::Enter);
     assert_eq!(Handshake::chuck_refused(Some(&handshake), &DOOR_OPEN), Some("the loader is not cleared and inside"));
-    assert_eq!(handshake.look(&ROBOT_INSIDE), Progress::Going(None));
+    assert_eq!(handshake.advance(&ROBOT_INSIDE), Progress::Going(None));
     assert_eq!(Handshake::chuck_refused(Some(&handshake), &ROBOT_INSIDE), None);
-    let empty = LoadingInputs { chuck: Occupant::Open, part_present: false, ..ROBOT_INSIDE };
-    assert_eq!(handshake.look(&empty), Progress::Going(None));
+    let empty = LoadingInputs { chuck: ActuatorPosition::Open, part_present: false, ..ROBOT_INSIDE };
+    assert_eq!(handshake.advance(&empty), Progress::Going(None));
     // Out for the next part: still busy, still cleared.
     let fetching = LoadingInputs { entered: false, loader: Some(LoaderState { inside: false, ..INSIDE }), ..empty };
-    assert_eq!(handshake.look(&fetching), Progress::Going(None));
+    assert_eq!(handshake.advance(&fetching), Progress::Going(None));
     assert!(handshake.clear_to_enter());
     assert_eq!(Handshake::chuck_refused(Some(&handshake), &fetching), Some("the loader is not in the work area"));
-    assert_eq!(handshake.look(&ROBOT_INSIDE), Progress::Going(None));
-    assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(None));
+    assert_eq!(handshake.advance(&ROBOT_INSIDE), Progress::Going(None));
+    assert_eq!(handshake.advance(&DOOR_OPEN), Progress::Going(None));
     assert_eq!(
         (handshake.step(), handshake.request(), handshake.clear_to_enter()),
         (Step::CloseDoor, Request::None, false)
     );
-    assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(Some(LoadingCommand::CloseDoor)));
-    assert_eq!(handshake.look(&AFTER_A_PART), Progress::Done);
+    assert_eq!(handshake.advance(&DOOR_OPEN), Progress::Going(Some(LoadingCommand::CloseDoor)));
+    assert_eq!(handshake.advance(&AFTER_A_PART), Progress::Done);
     assert_eq!(Handshake::chuck_refused(None, &ROBOT_INSIDE), Some("loading is not requested"));
 }
 
@@ -83,19 +84,23 @@ fn what_is_asked_for_follows_from_what_the_chuck_holds() {
 
 #[test]
 fn what_the_sensors_show_in_the_end_is_judged() {
-    let empty = LoadingInputs { part_present: false, chuck: Occupant::Open, ..DOOR_OPEN };
+    let empty = LoadingInputs { part_present: false, chuck: ActuatorPosition::Open, ..DOOR_OPEN };
     for (request, left, wanted) in [
-        (Request::Load, empty, Failure::PartMissing),
-        (Request::Exchange, empty, Failure::PartMissing),
-        (Request::Unload, DOOR_OPEN, Failure::PartStillThere),
-        (Request::Exchange, DOOR_OPEN, Failure::NotExchanged),
-        (Request::Load, LoadingInputs { chuck: Occupant::Open, ..DOOR_OPEN }, Failure::ChuckNotClosed),
-        (Request::Load, LoadingInputs { chuck: Occupant::Closing, ..DOOR_OPEN }, Failure::ChuckNotClosed),
+        (Request::Load, empty, HandshakeFailure::PartMissing),
+        (Request::Exchange, empty, HandshakeFailure::PartMissing),
+        (Request::Unload, DOOR_OPEN, HandshakeFailure::PartStillThere),
+        (Request::Exchange, DOOR_OPEN, HandshakeFailure::NotExchanged),
+        (Request::Load, LoadingInputs { chuck: ActuatorPosition::Open, ..DOOR_OPEN }, HandshakeFailure::ChuckNotClosed),
+        (
+            Request::Load,
+            LoadingInputs { chuck: ActuatorPosition::Closing, ..DOOR_OPEN },
+            HandshakeFailure::ChuckNotClosed,
+        ),
     ] {
-        assert_eq!(inside(request).look(&left), Progress::Failed(wanted), "{request:?}: {wanted}");
+        assert_eq!(inside(request).advance(&left), Progress::Failed(wanted), "{request:?}: {wanted}");
     }
     let mut unload = inside(Request::Unload);
-    assert_eq!(unload.look(&empty), Progress::Going(None));
+    assert_eq!(unload.advance(&empty), Progress::Going(None));
     assert_eq!(unload.step(), Step::CloseDoor);
 }
 
@@ -107,32 +112,32 @@ fn a_robot_that_cannot_be_counted_on_is_waited_for_without_end_and_then_has_its_
         (Some(LoaderState { has_fault: true, ..READY }), Wait::Fault),
     ] {
         let mut handshake = begun(Request::Load);
-        assert_eq!(handshake.look(&DOOR_OPEN), Progress::Going(None));
+        assert_eq!(handshake.advance(&DOOR_OPEN), Progress::Going(None));
         for now_s in [10.0, 1e6] {
-            assert_eq!(handshake.look(&LoadingInputs { now_s, loader, ..DOOR_OPEN }), Progress::Waiting(wait));
+            assert_eq!(handshake.advance(&LoadingInputs { now_s, loader, ..DOOR_OPEN }), Progress::Waiting(wait));
             assert_eq!(handshake.timeout_left_s(now_s), None);
         }
         let back = |now_s: f64| LoadingInputs { now_s, ..DOOR_OPEN };
-        assert_eq!(handshake.look(&back(1e6 + 1.0)), Progress::Going(None));
-        assert_eq!(handshake.look(&back(1e6 + 20.9)), Progress::Going(None));
-        let late = handshake.look(&back(1e6 + 21.1));
-        assert_eq!(late, Progress::Failed(Failure::TooLong(Step::Enter, 20.0)));
+        assert_eq!(handshake.advance(&back(1e6 + 1.0)), Progress::Going(None));
+        assert_eq!(handshake.advance(&back(1e6 + 20.9)), Progress::Going(None));
+        let late = handshake.advance(&back(1e6 + 21.1));
+        assert_eq!(late, Progress::Failed(HandshakeFailure::TooLong(Step::Enter, 20.0)));
     }
     // One that goes silent inside is the machine's alarm; the leave is not taken back.
     let mut handshake = inside(Request::Load);
-    assert_eq!(handshake.look(&LoadingInputs { loader: None, ..ROBOT_INSIDE }), Progress::Waiting(Wait::Silent));
+    assert_eq!(handshake.advance(&LoadingInputs { loader: None, ..ROBOT_INSIDE }), Progress::Waiting(Wait::Silent));
     assert!(handshake.clear_to_enter());
 }
 
 #[test]
-fn every_step_has_its_time_and_says_what_was_late() {
+fn every_step_has_a_timeout_that_names_it() {
     for (mut handshake, seen, after_s, words) in [
         (begun(Request::Load), AFTER_A_PART, 5.1, "was not ready to be loaded within 5 s"),
         (inside(Request::Load), ROBOT_INSIDE, 30.1, "the loader did not leave the work area within 30 s"),
         (
             {
                 let mut closing = inside(Request::Unload);
-                let _closing = closing.look(&LoadingInputs { part_present: false, ..DOOR_OPEN });
+                let _closing = closing.advance(&LoadingInputs { part_present: false, ..DOOR_OPEN });
                 closing
             },
             DOOR_OPEN,
@@ -140,7 +145,7 @@ fn every_step_has_its_time_and_says_what_was_late() {
             "the door did not close within 5 s",
         ),
     ] {
-        match handshake.look(&LoadingInputs { now_s: after_s, ..seen }) {
+        match handshake.advance(&LoadingInputs { now_s: after_s, ..seen }) {
             Progress::Failed(failure) => assert!(failure.to_string().contains(words), "{failure}"),
             other => panic!("{words}: {other:?}"),
         }
@@ -150,8 +155,8 @@ fn every_step_has_its_time_and_says_what_was_late() {
 #[test]
 fn who_enters_without_leave_is_found_in_every_step_without_leave() {
     let mut opening = begun(Request::Load);
-    assert_eq!(opening.look(&LoadingInputs { entered: true, ..AFTER_A_PART }), Progress::Uncleared);
+    assert_eq!(opening.advance(&LoadingInputs { entered: true, ..AFTER_A_PART }), Progress::Uncleared);
     let mut closing = inside(Request::Load);
-    assert_eq!(closing.look(&DOOR_OPEN), Progress::Going(None));
-    assert_eq!(closing.look(&ROBOT_INSIDE), Progress::Uncleared);
+    assert_eq!(closing.advance(&DOOR_OPEN), Progress::Going(None));
+    assert_eq!(closing.advance(&ROBOT_INSIDE), Progress::Uncleared);
 }

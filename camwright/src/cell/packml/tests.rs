@@ -60,7 +60,7 @@ const TABLE: [(State, [u8; 9], u8); 17] = [
 ];
 
 #[test]
-fn every_command_in_every_state_does_what_the_report_says_or_is_refused_with_its_reason() {
+fn every_command_in_every_state_follows_the_table_or_is_refused_with_a_reason() {
     for (state, row, by_itself) in TABLE {
         for (command, wanted) in Command::ALL.into_iter().zip(row) {
             let mut unit = unit_in(state);

@@ -75,7 +75,7 @@ impl Grid {
         }
         if points > MAX_POINTS {
             let tolerance_um = um_from_mm(request.tolerance_mm);
-            return Err(ChainError::TooFine { points, tolerance_um, most: MAX_POINTS });
+            return Err(ChainError::TooFine { points, tolerance_um, max: MAX_POINTS });
         }
         Self::at(request, cell_rad, &steps)
     }

@@ -82,12 +82,12 @@ pub enum ChainError {
         angle_deg: f64,
     },
     /// The tolerance is so fine that the computation would take too long.
-    #[error("the travel must be looked at in {points} places for a tolerance of {tolerance_um} um; at most {most} are")]
+    #[error("the travel must be looked at in {points} places for a tolerance of {tolerance_um} um; at most {max} are")]
     TooFine {
         points: u64,
         /// The tolerance (um).
         tolerance_um: f64,
-        most: u64,
+        max: u64,
     },
 }
 

@@ -7,8 +7,8 @@ use alloc::vec::Vec;
 /// Slopes that a line from a knot may have to pass every place so far.
 #[derive(Clone, Copy)]
 struct Cone {
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
 }
 
 /// From every knot the farthest place of the grid that all axes reach in one piece.
@@ -26,7 +26,7 @@ pub(super) fn farthest(grid: &Grid, half_width_mm: f64) -> Chain {
 
 /// The farthest place that one piece from a place reaches with all axes within the tolerance; at least the next.
 fn reach(grid: &Grid, from: usize, half_width_mm: f64) -> usize {
-    let mut cones = alloc::vec![Cone { least: f64::NEG_INFINITY, most: f64::INFINITY }; grid.values.len()];
+    let mut cones = alloc::vec![Cone { min: f64::NEG_INFINITY, max: f64::INFINITY }; grid.values.len()];
     let mut farthest = from + 1;
     for to in from + 1..grid.angles_rad.len() {
         let way_rad = grid.angles_rad[to] - grid.angles_rad[from];
@@ -34,10 +34,10 @@ fn reach(grid: &Grid, from: usize, half_width_mm: f64) -> usize {
         for (cone, values) in cones.iter_mut().zip(&grid.values) {
             let rise_mm = values[to] - values[from];
             let slope = rise_mm / way_rad;
-            reached &= slope >= cone.least && slope <= cone.most;
-            cone.least = cone.least.max((rise_mm - half_width_mm) / way_rad);
-            cone.most = cone.most.min((rise_mm + half_width_mm) / way_rad);
-            if cone.least > cone.most {
+            reached &= slope >= cone.min && slope <= cone.max;
+            cone.min = cone.min.max((rise_mm - half_width_mm) / way_rad);
+            cone.max = cone.max.min((rise_mm + half_width_mm) / way_rad);
+            if cone.min > cone.max {
                 return farthest;
             }
         }

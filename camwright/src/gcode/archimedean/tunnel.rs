@@ -32,19 +32,19 @@ pub(super) fn fewest_evenly(angles: &[f64], values: &[f64], half_width: f64) -> 
 
 /// A line through a place.
 #[derive(Debug, Clone, Copy)]
-struct Line {
+struct TangentLine {
     at: f64,
     height: f64,
     slope: f64,
 }
 
-impl Line {
+impl TangentLine {
     fn value(&self, angle: f64) -> f64 {
         self.height + self.slope * (angle - self.at)
     }
 
     /// Intersection with another line, clamped between two angles.
-    fn meets(&self, other: &Line, between: (f64, f64)) -> f64 {
+    fn meets(&self, other: &TangentLine, between: (f64, f64)) -> f64 {
         let apart = self.value(between.1) - other.value(between.1);
         let nearing = self.slope - other.slope;
         let angle = if nearing.abs() > 0.0 { between.1 - apart / nearing } else { between.1 };
@@ -54,18 +54,18 @@ impl Line {
 
 /// The wall by which a line leaves the tunnel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Wall {
+enum TunnelWall {
     Lower,
     Upper,
 }
 
 /// Lines y = t + s(x − at) that pass every gate so far: corners (s, t) of a convex polygon.
-struct Lines {
+struct PassingLines {
     at: f64,
     corners: Vec<(f64, f64)>,
 }
 
-impl Lines {
+impl PassingLines {
     /// Keeps those that are no higher (`sign` 1) or no lower (−1) than a height at an angle. False, and nothing changed, if none is left.
     fn clip(&mut self, angle: f64, height: f64, sign: f64, spare: &mut Vec<(f64, f64)>) -> bool {
         let way = angle - self.at;
@@ -90,16 +90,16 @@ impl Lines {
     }
 
     /// The line that is highest (`sign` 1) or lowest (−1) at an angle.
-    fn extreme(&self, angle: f64, sign: f64) -> Line {
+    fn extreme(&self, angle: f64, sign: f64) -> TangentLine {
         let way = angle - self.at;
         let height = |&(s, t): &(f64, f64)| sign * (t + s * way);
         let best = self.corners.iter().copied().reduce(|a, b| if height(&b) > height(&a) { b } else { a });
         let (slope, height) = best.unwrap_or((0.0, 0.0));
-        Line { at: self.at, height, slope }
+        TangentLine { at: self.at, height, slope }
     }
 
     /// One in the middle of them; a level one, if there is one, so that an axis rests where it may.
-    fn middle(&self) -> Line {
+    fn middle(&self) -> TangentLine {
         let next = |index: usize| self.corners[(index + 1) % self.corners.len()];
         let crossing = |(index, &(s, t)): (usize, &(f64, f64))| {
             let (next_s, next_t) = next(index);
@@ -111,11 +111,11 @@ impl Lines {
         let level = self.corners.iter().enumerate().filter_map(crossing);
         let (low, high) = level.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
         if low <= high {
-            return Line { at: self.at, height: 0.5 * (low + high), slope: 0.0 };
+            return TangentLine { at: self.at, height: 0.5 * (low + high), slope: 0.0 };
         }
         let share = 1.0 / self.corners.len() as f64;
         let (slope, height) = self.corners.iter().fold((0.0, 0.0), |sum, c| (sum.0 + share * c.0, sum.1 + share * c.1));
-        Line { at: self.at, height, slope }
+        TangentLine { at: self.at, height, slope }
     }
 }
 
@@ -127,19 +127,19 @@ struct Tunnel<'a> {
 }
 
 /// A piece: its line, where that leaves the tunnel, by which wall, and the first gate behind that place.
-struct Piece {
-    line: Line,
+struct TunnelPiece {
+    line: TangentLine,
     leaves: f64,
-    by: Wall,
+    by: TunnelWall,
     next_gate: usize,
 }
 
 /// Event that ends the search for a piece.
-enum Found {
+enum SearchEnd {
     /// It reaches the end.
-    Last(Line),
+    Last(TangentLine),
     /// It leaves the tunnel.
-    More(Piece),
+    More(TunnelPiece),
 }
 
 impl Tunnel<'_> {
@@ -150,40 +150,40 @@ impl Tunnel<'_> {
     }
 
     /// Passes gates from one on until none of the lines passes.
-    fn pass(&self, mut lines: Lines, from: usize, spare: &mut Vec<(f64, f64)>) -> Found {
+    fn pass(&self, mut lines: PassingLines, from: usize, spare: &mut Vec<(f64, f64)>) -> SearchEnd {
         for index in from..self.angles.len() {
             let (angle, (low, high)) = (self.angles[index], self.gate(index));
-            let before = |lines: &Lines, sign: f64, by: Wall| {
+            let before = |lines: &PassingLines, sign: f64, by: TunnelWall| {
                 let line = lines.extreme(angle, sign);
-                Found::More(Piece { line, leaves: self.leaves(&line, index, by), by, next_gate: index })
+                SearchEnd::More(TunnelPiece { line, leaves: self.leaves(&line, index, by), by, next_gate: index })
             };
             if !lines.clip(angle, low, -1.0, spare) {
-                return before(&lines, 1.0, Wall::Lower);
+                return before(&lines, 1.0, TunnelWall::Lower);
             }
             if !lines.clip(angle, high, 1.0, spare) {
-                return before(&lines, -1.0, Wall::Upper);
+                return before(&lines, -1.0, TunnelWall::Upper);
             }
         }
-        Found::Last(lines.middle())
+        SearchEnd::Last(lines.middle())
     }
 
     /// Angle at which a line that passed the gate before an index leaves the tunnel through a wall.
-    fn leaves(&self, line: &Line, index: usize, by: Wall) -> f64 {
+    fn leaves(&self, line: &TangentLine, index: usize, by: TunnelWall) -> f64 {
         let (from, to) = (self.angles[index - 1], self.angles[index]);
-        let wall = |index: usize| if by == Wall::Lower { self.gate(index).0 } else { self.gate(index).1 };
+        let wall = |index: usize| if by == TunnelWall::Lower { self.gate(index).0 } else { self.gate(index).1 };
         let (here, there) = (line.value(from) - wall(index - 1), line.value(to) - wall(index));
         if here * there < 0.0 { from + (to - from) * here / (here - there) } else { from }
     }
 
     /// Lines that cross that of a piece between its beginning and where it leaves the tunnel.
-    fn across(&self, piece: &Piece, begins: f64, first_gate: usize, spare: &mut Vec<(f64, f64)>) -> Lines {
+    fn across(&self, piece: &TunnelPiece, begins: f64, first_gate: usize, spare: &mut Vec<(f64, f64)>) -> PassingLines {
         // By the lower wall: steeper ones, below the piece where it begins and above it where it ends.
-        let sign = if piece.by == Wall::Lower { 1.0 } else { -1.0 };
+        let sign = if piece.by == TunnelWall::Lower { 1.0 } else { -1.0 };
         let (at, height) = (piece.leaves, piece.line.value(piece.leaves));
         let inner = sign * 2.0 * self.half_width;
         let (gentle, steep) = (piece.line.slope, piece.line.slope + sign * 2.0 * self.steepest);
         let corners = alloc::vec![(gentle, height), (steep, height), (steep, height + inner), (gentle, height + inner)];
-        let mut lines = Lines { at, corners };
+        let mut lines = PassingLines { at, corners };
         // The corner of the piece itself always stays, so nothing empties it.
         lines.clip(begins, piece.line.value(begins), sign, spare);
         for index in first_gate..piece.next_gate {
@@ -204,14 +204,14 @@ fn fewest(angles: &[f64], values: &[f64], half_width: f64) -> Option<Knots> {
     let tunnel = Tunnel { angles, values, half_width, steepest };
     let mut spare = Vec::new();
     let mut knots = (alloc::vec![angles[0]], alloc::vec![values[0]]);
-    let mut lines = Lines { at: angles[0], corners: alloc::vec![(-steepest, values[0]), (steepest, values[0])] };
+    let mut lines = PassingLines { at: angles[0], corners: alloc::vec![(-steepest, values[0]), (steepest, values[0])] };
     let mut first_gate = 1;
-    let mut before: Option<(Line, (f64, f64))> = None;
+    let mut before: Option<(TangentLine, (f64, f64))> = None;
     loop {
         let found = tunnel.pass(lines, first_gate, &mut spare);
         let line = match &found {
-            Found::Last(line) => *line,
-            Found::More(piece) => piece.line,
+            SearchEnd::Last(line) => *line,
+            SearchEnd::More(piece) => piece.line,
         };
         // The knot is where it meets the piece before.
         let begins = before.map_or(angles[0], |(earlier, between)| earlier.meets(&line, between));
@@ -222,7 +222,7 @@ fn fewest(angles: &[f64], values: &[f64], half_width: f64) -> Option<Knots> {
             knots.0.push(begins);
             knots.1.push(line.value(begins));
         }
-        let Found::More(piece) = found else {
+        let SearchEnd::More(piece) = found else {
             knots.0.push(angles[last]);
             knots.1.push(values[last]);
             return Some(knots);

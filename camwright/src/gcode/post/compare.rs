@@ -1,7 +1,7 @@
 //! Comparison of a program that was read back with the paths it was made for.
 
-use super::turn::Turn;
-use super::{PostError, Posted, ProgramRequest};
+use super::turn::SubprogramMotion;
+use super::{PostError, PostedProgram, ProgramRequest};
 use crate::gcode::NcAxis;
 use crate::gcode::archimedean::{Chain, Knots, Request, Travelling};
 use crate::math::units::um_from_mm;
@@ -18,7 +18,7 @@ pub struct ProgramRun {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Compared {
+pub struct ProgramComparison {
     pub moves: usize,
     /// Calls, each a run of feeds between rapids.
     pub calls: usize,
@@ -40,17 +40,21 @@ pub struct Compared {
 ///
 /// # Errors
 /// Another number of runs than of calls; a rapid that moves C, or an axis beside the infeed, while the cutter is not clear.
-pub fn compare(request: &ProgramRequest<'_>, posted: &Posted, moves: &[ProgramRun]) -> Result<Compared, PostError> {
+pub fn compare(
+    request: &ProgramRequest<'_>,
+    posted: &PostedProgram,
+    moves: &[ProgramRun],
+) -> Result<ProgramComparison, PostError> {
     let runs = runs(moves);
     if runs.len() != posted.calls.len() {
         return Err(PostError::OtherCalls { found: runs.len(), expected: posted.calls.len() });
     }
-    let mut compared = Compared { moves: moves.len(), calls: runs.len(), ..Compared::default() };
+    let mut compared = ProgramComparison { moves: moves.len(), calls: runs.len(), ..ProgramComparison::default() };
     for (index, (run, (turn, phase_rad, leaves_mm))) in runs.iter().zip(&posted.calls).enumerate() {
         let posted_turn = &posted.turns[*turn];
         let of = &request.features[posted_turn.feature];
         let pass = &of.passes[posted_turn.pass];
-        let ideal = Turn::new(&request.control, of, pass);
+        let ideal = SubprogramMotion::new(&request.control, of, pass);
         let axes: Vec<CarriageAxis> = ideal.axes();
         let position = |axis: &CarriageAxis| -> Vec<f64> {
             let left_mm = if *axis == of.path.infeed { *leaves_mm } else { 0.0 };
@@ -109,7 +113,7 @@ fn runs(moves: &[ProgramRun]) -> Vec<&[ProgramRun]> {
 }
 
 /// Rapids in which anything but the infeed axis moves must be clear of the part.
-fn check_rapids(request: &ProgramRequest<'_>, posted: &Posted, moves: &[ProgramRun]) -> Result<(), PostError> {
+fn check_rapids(request: &ProgramRequest<'_>, posted: &PostedProgram, moves: &[ProgramRun]) -> Result<(), PostError> {
     /// Rounding of what is read.
     const SAME: f64 = 1e-3;
     let mut call = 0;
@@ -142,7 +146,7 @@ fn check_rapids(request: &ProgramRequest<'_>, posted: &Posted, moves: &[ProgramR
     Ok(())
 }
 
-impl Compared {
+impl ProgramComparison {
     /// Largest distance from the path (µm).
     #[must_use]
     pub fn error_um(&self) -> f64 {

@@ -11,7 +11,7 @@ mod error;
 mod pieces;
 mod turn;
 
-pub use compare::{Compared, ProgramRun, compare};
+pub use compare::{ProgramComparison, ProgramRun, compare};
 pub use error::PostError;
 
 use crate::gcode::archimedean::{Deviation, Knots};
@@ -24,7 +24,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use pieces::Pieces;
-use turn::Turn;
+use turn::SubprogramMotion;
 
 /// C is programmed with fewer increments: eight digits, which all controls read.
 const C_INCREMENTS: i64 = 100_000_000;
@@ -167,7 +167,7 @@ pub struct PostedTurn {
 
 /// A program and what is known of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Posted {
+pub struct PostedProgram {
     pub program: Program,
     /// Every turn that it has a subprogram for.
     pub turns: Vec<PostedTurn>,
@@ -181,9 +181,9 @@ pub struct Posted {
 ///
 /// # Errors
 /// What the control cannot run or the path does not give, with how much of it is allowed.
-pub fn post(request: &ProgramRequest<'_>) -> Result<Posted, PostError> {
+pub fn post(request: &ProgramRequest<'_>) -> Result<PostedProgram, PostError> {
     error::check(request)?;
-    let mut posted = Posted { program: empty(request), turns: Vec::new(), calls: Vec::new(), feed_time_s: 0.0 };
+    let mut posted = PostedProgram { program: empty(request), turns: Vec::new(), calls: Vec::new(), feed_time_s: 0.0 };
     let mut c_end = 0_i64;
     for (feature, of) in request.features.iter().enumerate() {
         posted.rise_clear(request, of)?;
@@ -221,7 +221,7 @@ fn empty(request: &ProgramRequest<'_>) -> Program {
     }
 }
 
-impl Posted {
+impl PostedProgram {
     /// The infeed axis clear of everything that is made along it.
     fn rise_clear(&mut self, request: &ProgramRequest<'_>, of: &FeatureRequest<'_>) -> Result<(), PostError> {
         let along = request.features.iter().filter(|other| other.path.infeed == of.path.infeed);
@@ -253,7 +253,7 @@ impl Posted {
     /// The subprogram of a pass.
     fn add_turn(&mut self, request: &ProgramRequest<'_>, (feature, pass): (usize, usize)) -> Result<usize, PostError> {
         let (of, of_pass) = (&request.features[feature], &request.features[feature].passes[pass]);
-        let turn = Turn::new(&request.control, of, of_pass);
+        let turn = SubprogramMotion::new(&request.control, of, of_pass);
         let pieces = Pieces::fitting(&turn, &request.control, of, of_pass)?;
         let format = request.control.format;
         let index = self.program.subprograms.len();

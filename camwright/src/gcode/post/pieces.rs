@@ -1,6 +1,6 @@
 //! The turn of a call in whole increments: chains of pieces, rounded, judged as they will be driven, and slow enough for the control.
 
-use super::turn::Turn;
+use super::turn::SubprogramMotion;
 use super::{Control, FeatureRequest, PassRequest, PostError, PostedTurn};
 use crate::gcode::archimedean::{Chain, Deviation, Request, Travelling, theoretical_pieces};
 use crate::gcode::{Block, Dialect, Format, MIN_RATE_MM_MIN, NcAxis, Target};
@@ -35,7 +35,7 @@ const MAX_TURN_BLOCKS: u64 = 100_000;
 #[derive(Debug, Clone, PartialEq)]
 struct Knot {
     c: i64,
-    /// The axes that move, in the order of [`Turn::axes`].
+    /// The axes that move, in the order of [`SubprogramMotion::axes`].
     positions: Vec<i64>,
 }
 
@@ -67,7 +67,7 @@ pub(super) struct Pieces {
 impl Pieces {
     /// The fewest pieces within the tolerance, or within a wider one where the control would not read them in time.
     pub(super) fn fitting(
-        turn: &Turn<'_>,
+        turn: &SubprogramMotion<'_>,
         control: &Control,
         of: &FeatureRequest<'_>,
         pass: &PassRequest<'_>,
@@ -106,7 +106,7 @@ impl Pieces {
     }
 
     fn new(
-        turn: &Turn<'_>,
+        turn: &SubprogramMotion<'_>,
         control: &Control,
         pass: &PassRequest<'_>,
         tolerance_mm: f64,
@@ -156,7 +156,7 @@ impl Pieces {
     }
 
     /// Share of the tolerance (mm) used by rounding of both ends of a piece, and on LinuxCNC by the steps of very slow pieces.
-    fn rounding_mm(&self, turn: &Turn<'_>, control: &Control) -> f64 {
+    fn rounding_mm(&self, turn: &SubprogramMotion<'_>, control: &Control) -> f64 {
         let last_digit = |axis| control.format.value(axis, 1);
         let steepest = self.axes.iter().flat_map(|axis| {
             (0..LOOKS_PER_TURN).map(|look| {
@@ -171,7 +171,7 @@ impl Pieces {
     }
 
     /// Knots of a chain in increments, after those that are there; ends meet.
-    fn add_stretch(&mut self, turn: &Turn<'_>, chain: &Chain, moving: Vec<usize>) -> Result<(), PostError> {
+    fn add_stretch(&mut self, turn: &SubprogramMotion<'_>, chain: &Chain, moving: Vec<usize>) -> Result<(), PostError> {
         let format = self.format;
         let from = self.knots.len().saturating_sub(1);
         for (knot, u_rad) in chain.angles_rad.iter().enumerate() {
@@ -197,7 +197,7 @@ impl Pieces {
     /// LinuxCNC makes a rate of the time by the linear way, none below a least one. What is slower is driven level, as one block of C
     /// alone, where the path stays within the tolerance of that, else as steps as wide as the tolerance allows, each in a short block in
     /// which C turns on, with C alone between them. Not `widely`: as steps of an increment.
-    fn step_slowly(&mut self, turn: &Turn<'_>, widely: bool) -> Result<(), PostError> {
+    fn step_slowly(&mut self, turn: &SubprogramMotion<'_>, widely: bool) -> Result<(), PostError> {
         let format = self.format;
         // Where stretches meet, and at the end, knots lie on the path.
         let mut is_end = alloc::vec![false; self.knots.len()];
@@ -236,7 +236,7 @@ impl Pieces {
     }
 
     /// Tolerance left beside a chord (mm): below 0 the path goes farther from it than that.
-    fn room_mm(&self, turn: &Turn<'_>, from: &Knot, to: &Knot) -> f64 {
+    fn room_mm(&self, turn: &SubprogramMotion<'_>, from: &Knot, to: &Knot) -> f64 {
         let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let mut farthest_mm = 0.0_f64;
         for (index, axis) in self.axes.iter().enumerate() {
@@ -254,7 +254,7 @@ impl Pieces {
     /// The knots between two ends of a slow piece, in steps of half of which there is so much room beside the chord (mm).
     fn add_steps(
         &self,
-        turn: &Turn<'_>,
+        turn: &SubprogramMotion<'_>,
         (from, to): (&Knot, &Knot),
         room_mm: f64,
         knots: &mut Vec<Knot>,
@@ -304,7 +304,7 @@ impl Pieces {
     }
 
     /// The time of every block, and how many of them there are in a second.
-    fn time(&mut self, turn: &Turn<'_>) {
+    fn time(&mut self, turn: &SubprogramMotion<'_>) {
         let angle = |knot: &Knot| self.format.value(NcAxis::C, knot.c);
         self.times_s = self.knots.windows(2).map(|pair| turn.time_s(angle(&pair[0]), angle(&pair[1]))).collect();
         self.count_rate();
@@ -341,7 +341,7 @@ impl Pieces {
     }
 
     /// Judges what will be driven, in increments, against the path.
-    fn judge(&mut self, turn: &Turn<'_>, pass: &PassRequest<'_>) -> Result<(), PostError> {
+    fn judge(&mut self, turn: &SubprogramMotion<'_>, pass: &PassRequest<'_>) -> Result<(), PostError> {
         let mut worst = Deviation::default();
         for (stretch, (from_rad, to_rad)) in self.stretches.iter().zip(turn.stretches()) {
             let travels: Vec<_> = stretch
@@ -396,7 +396,7 @@ impl Pieces {
     }
 
     /// To the beginning: everything but the infeed axis, then that.
-    pub(super) fn approach(&self, turn: &Turn<'_>, format: Format) -> Result<Vec<Block>, PostError> {
+    pub(super) fn approach(&self, turn: &SubprogramMotion<'_>, format: Format) -> Result<Vec<Block>, PostError> {
         let Some(first) = self.knots.first() else { return Ok(Vec::new()) };
         let (mut beside, mut towards) = (Target::default().with(NcAxis::C, first.c), Target::default());
         for (index, axis) in self.axes.iter().enumerate() {

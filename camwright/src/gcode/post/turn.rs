@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 const STEPS_PER_TURN: f64 = 3600.0;
 
 /// A call of a subprogram as motion over u, the part's angle read forwards: it begins at −lead and is at full depth from 0 on.
-pub(super) struct Turn<'a> {
+pub(super) struct SubprogramMotion<'a> {
     path: &'a CutterPath,
     stands_mm: &'a [(CarriageAxis, f64)],
     height_mm: f64,
@@ -22,7 +22,7 @@ pub(super) struct Turn<'a> {
     pub(super) full_rad: f64,
 }
 
-impl<'a> Turn<'a> {
+impl<'a> SubprogramMotion<'a> {
     pub(super) fn new(control: &Control, of: &'a FeatureRequest<'a>, pass: &PassRequest<'a>) -> Self {
         Self {
             path: of.path,

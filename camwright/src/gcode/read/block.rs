@@ -157,11 +157,11 @@ impl Block {
     }
 
     /// The same, for a whole number.
-    pub(super) fn whole(&mut self, letter: u8, least: u32, most: u32) -> Result<Option<u32>, ReadFault> {
+    pub(super) fn whole(&mut self, letter: u8, min: u32, max: u32) -> Result<Option<u32>, ReadFault> {
         let Some(value) = self.value(letter) else { return Ok(None) };
-        let whole = value.whole().filter(|whole| (least..=most).contains(whole));
+        let whole = value.whole().filter(|whole| (min..=max).contains(whole));
         let word = || format!("{}{value}", char::from(letter));
-        whole.map(Some).ok_or_else(|| ReadFault::NotWhole { word: word(), least, most })
+        whole.map(Some).ok_or_else(|| ReadFault::NotWhole { word: word(), min, max })
     }
 
     /// The first word that nobody took.

@@ -58,8 +58,8 @@ pub enum ReadFault {
     #[error("{word} has no decimal point; on this control that counts increments or units, as a parameter says")]
     NoPoint { word: String },
     /// A value that must be a whole number in a range.
-    #[error("{word}: a whole number within {least} to {most} is needed")]
-    NotWhole { word: String, least: u32, most: u32 },
+    #[error("{word}: a whole number within {min} to {max} is needed")]
+    NotWhole { word: String, min: u32, max: u32 },
     /// A parameter that was not passed.
     #[error("{name} was not passed by the call")]
     NotPassed { name: String },

@@ -72,13 +72,13 @@ pub(super) fn o_word<'a>(cursor: &mut Cursor<'a>) -> Result<(String, OWord), Rea
     if name.is_empty() || !cursor.skip_if(b'>') {
         return Err(fault);
     }
-    let said = match cursor.name().to_ascii_lowercase().as_str() {
+    let keyword = match cursor.name().to_ascii_lowercase().as_str() {
         "sub" => OWord::Sub,
         "endsub" => OWord::EndSub,
         "call" => OWord::Call,
         _ => return Err(fault),
     };
-    Ok((name.to_ascii_lowercase(), said))
+    Ok((name.to_ascii_lowercase(), keyword))
 }
 
 /// Returns whether a line begins with an O word.
@@ -222,9 +222,9 @@ impl Finder<'_> {
     fn o_line(&mut self, line: &str, here: SourcePosition, next: SourcePosition) -> Result<(), ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
         let mut cursor = Cursor::new(self.dialect, &text);
-        let (name, said) = o_word(&mut cursor)?;
+        let (name, keyword) = o_word(&mut cursor)?;
         let refused = |why| Err(ReadFault::Refused { word: format!("o<{name}>"), why });
-        match said {
+        match keyword {
             OWord::Call => return Ok(()),
             OWord::Sub if self.open => return refused("a subprogram begins within another"),
             OWord::Sub => {

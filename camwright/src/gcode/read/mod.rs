@@ -11,14 +11,14 @@ mod words;
 
 pub use error::{ReadError, ReadFault};
 
-use super::{CallMade, Dialect, Done, Motion, ProgramFile, XValues};
+use super::{Dialect, Done, Motion, ProgramFile, SubprogramCall, XValues};
 use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
 use block::Block;
 use library::{Library, OWord, SourcePosition, error as error_at, line_at};
 use number::Fixed;
-use state::{Flow, State};
+use state::{Flow, ModalState};
 use words::{Cursor, Parameters};
 
 /// Most text that is read (bytes).
@@ -48,9 +48,9 @@ pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Resul
     let mut run = Run {
         dialect,
         library: &library,
-        state: State::new(dialect, x_values),
+        state: ModalState::new(dialect, x_values),
         motion: Motion { subprograms, ..Motion::default() },
-        stack: vec![Frame { program: 0, place: main.start, parameters: Parameters::default(), call: None }],
+        stack: vec![CallFrame { program: 0, place: main.start, parameters: Parameters::default(), call: None }],
         called: vec![false; library.programs.len()],
         blocks: 0,
         here: main.start,
@@ -63,7 +63,7 @@ pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Resul
 
 /// A program that is running.
 #[derive(Debug)]
-struct Frame {
+struct CallFrame {
     program: usize,
     place: SourcePosition,
     parameters: Parameters,
@@ -73,9 +73,9 @@ struct Frame {
 struct Run<'a> {
     dialect: Dialect,
     library: &'a Library<'a>,
-    state: State,
+    state: ModalState,
     motion: Motion,
-    stack: Vec<Frame>,
+    stack: Vec<CallFrame>,
     called: Vec<bool>,
     blocks: u32,
     /// The line that is being executed.
@@ -201,10 +201,10 @@ impl<'a> Run<'a> {
             reason = "no more than blocks and lines, which are counted in 32 bits"
         )]
         let (call, subprogram, file) = (self.motion.calls.len() as u32, index as u32 - 1, self.here.file as u32);
-        self.motion.calls.push(CallMade { subprogram, file, line: self.here.line, by });
+        self.motion.calls.push(SubprogramCall { subprogram, file, line: self.here.line, by });
         self.called[index] = true;
         let parameters = Parameters { names: program.parameters.clone(), values };
-        self.stack.push(Frame { program: index, place: program.start, parameters, call: Some(call) });
+        self.stack.push(CallFrame { program: index, place: program.start, parameters, call: Some(call) });
         Ok(())
     }
 
@@ -228,9 +228,9 @@ impl<'a> Run<'a> {
 }
 
 /// A line with an O word: a subprogram is passed over where it stands, and called where it is called.
-fn o_line(library: &Library<'_>, frame: &mut Frame, cursor: &mut Cursor<'_>) -> Result<Flow, ReadFault> {
-    let (name, said) = library::o_word(cursor)?;
-    match said {
+fn o_line(library: &Library<'_>, frame: &mut CallFrame, cursor: &mut Cursor<'_>) -> Result<Flow, ReadFault> {
+    let (name, keyword) = library::o_word(cursor)?;
+    match keyword {
         OWord::Sub => {
             frame.place = library.programs[library.find(&name)?].after;
             Ok(Flow::Next)

@@ -20,15 +20,15 @@ pub(super) enum Flow {
 
 /// A motion that holds for blocks of axes alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Motion {
+enum MotionMode {
     Rapid,
     Feed,
 }
 
 #[derive(Debug)]
-pub(super) struct State {
+pub(super) struct ModalState {
     dialect: Dialect,
-    motion: Option<Motion>,
+    motion: Option<MotionMode>,
     metric: bool,
     absolute: bool,
     inverse_time: bool,
@@ -50,7 +50,7 @@ fn refuse(word: impl Into<String>, why: &'static str) -> ReadFault {
     ReadFault::Refused { word: word.into(), why }
 }
 
-impl State {
+impl ModalState {
     pub(super) fn new(dialect: Dialect, x_values: XValues) -> Self {
         Self {
             dialect,
@@ -257,8 +257,8 @@ impl State {
     fn travel(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<(), ReadFault> {
         let stated = block.take_code(Group::Motion);
         match stated {
-            Some(0) => self.motion = Some(Motion::Rapid),
-            Some(10) => self.motion = Some(Motion::Feed),
+            Some(0) => self.motion = Some(MotionMode::Rapid),
+            Some(10) => self.motion = Some(MotionMode::Feed),
             Some(_) => self.motion = None,
             None => {}
         }
@@ -281,8 +281,8 @@ impl State {
             return Err(needs("a motion", "metric and absolute coordinates, stated before it"));
         }
         let action = match self.motion.ok_or_else(|| needs("a target", "G0 or G1"))? {
-            Motion::Rapid => Action::Rapid(pose),
-            Motion::Feed => Action::Feed { pose, time_s: self.time_s(block)? },
+            MotionMode::Rapid => Action::Rapid(pose),
+            MotionMode::Feed => Action::Feed { pose, time_s: self.time_s(block)? },
         };
         self.pose = pose;
         done(action);

@@ -39,7 +39,7 @@ fn check_tools(program: &Program) -> Result<(), WriteError> {
         let (number, radius_mm) = (tool.number, tool.radius_mm);
         let known = (1..=MAX_TOOL).contains(&number) && radius_mm > 0.0 && radius_mm.is_finite();
         if !known {
-            return Err(WriteError::BadTool { number, radius_mm, most: MAX_TOOL });
+            return Err(WriteError::BadTool { number, radius_mm, max: MAX_TOOL });
         }
         if program.tools[..index].iter().any(|other| other.number == number) {
             return Err(WriteError::SameTool { number });

@@ -4,7 +4,7 @@ use super::words;
 use crate::gcode::dialect::{Dialect, MAX_DWELL_MS, MAX_RPM, MAX_TOOL, Rules};
 use crate::gcode::driven::shift_of;
 use crate::gcode::fitted::{self, Names};
-use crate::gcode::{Block, BlockPlace, Call, Direction, NcAxis, Program, Subprogram, Target, WriteError};
+use crate::gcode::{Block, BlockLocation, Call, Direction, NcAxis, Program, Subprogram, Target, WriteError};
 use alloc::format;
 use alloc::string::String;
 
@@ -39,8 +39,8 @@ impl<'a> Section<'a> {
         self.block += 1;
     }
 
-    fn place(&self) -> BlockPlace {
-        BlockPlace { subprogram: self.subprogram.map(|sub| sub.name.clone()), block: self.block }
+    fn place(&self) -> BlockLocation {
+        BlockLocation { subprogram: self.subprogram.map(|sub| sub.name.clone()), block: self.block }
     }
 
     pub(super) fn block(&mut self, block: &Block) -> Result<(), WriteError> {
@@ -108,9 +108,9 @@ impl<'a> Section<'a> {
 
     fn coordinate(&self, axis: NcAxis, count: i64) -> Result<String, WriteError> {
         let word = format!("{}{}", axis.letter(), words::decimal(count, self.program.format.decimals(axis)));
-        let (digits, most) = (digits_of(count), self.maximum_digits(axis));
-        if digits > most {
-            return Err(WriteError::TooManyDigits { place: self.place(), word, digits, most });
+        let (digits, max) = (digits_of(count), self.maximum_digits(axis));
+        if digits > max {
+            return Err(WriteError::TooManyDigits { place: self.place(), word, digits, max });
         }
         Ok(word)
     }
@@ -126,9 +126,9 @@ impl<'a> Section<'a> {
             return Err(WriteError::NoTime { place: self.place(), time_s });
         }
         let feed_per_min = 60.0 / time_s;
-        let (least, most, decimals) = self.rules.feed;
-        if !(least..=most).contains(&feed_per_min) {
-            return Err(WriteError::FeedOutOfRange { place: self.place(), feed_per_min, time_s, least, most });
+        let (min, max, decimals) = self.rules.feed;
+        if !(min..=max).contains(&feed_per_min) {
+            return Err(WriteError::FeedOutOfRange { place: self.place(), feed_per_min, time_s, min, max });
         }
         #[allow(clippy::cast_possible_truncation, reason = "the logarithm of a number within the range of feeds")]
         let before = libm::floor(libm::log10(feed_per_min)) as i32 + 1;
@@ -151,7 +151,7 @@ impl<'a> Section<'a> {
             }
             Block::SpindleOn { direction, rpm } => {
                 if !(1..=MAX_RPM).contains(rpm) {
-                    return Err(WriteError::SpindleSpeed { place: place(), rpm: *rpm, most: MAX_RPM });
+                    return Err(WriteError::SpindleSpeed { place: place(), rpm: *rpm, max: MAX_RPM });
                 }
                 format!("S{rpm} {}\n", if *direction == Direction::Clockwise { "M3" } else { "M4" })
             }
@@ -159,8 +159,8 @@ impl<'a> Section<'a> {
             Block::Coolant(on) => if *on { "M8\n" } else { "M9\n" }.into(),
             Block::PathTolerance(increments) => {
                 if !(1..=MAX_TOLERANCE).contains(increments) {
-                    let (increments, most) = (*increments, MAX_TOLERANCE);
-                    return Err(WriteError::Tolerance { place: place(), increments, most });
+                    let (increments, max) = (*increments, MAX_TOLERANCE);
+                    return Err(WriteError::Tolerance { place: place(), increments, max });
                 }
                 words::path_tolerance(
                     self.dialect,
@@ -169,7 +169,7 @@ impl<'a> Section<'a> {
             }
             Block::Dwell { ms } => {
                 if !(1..=MAX_DWELL_MS).contains(ms) {
-                    return Err(WriteError::Dwell { place: place(), ms: *ms, most: MAX_DWELL_MS });
+                    return Err(WriteError::Dwell { place: place(), ms: *ms, max: MAX_DWELL_MS });
                 }
                 words::dwell(self.dialect, &words::decimal(i64::from(*ms), 3))
             }
@@ -204,9 +204,9 @@ impl<'a> Section<'a> {
         for (axis, by) in shift.named() {
             let counts = targets.clone().filter_map(|target| target.value(axis));
             let longest = counts.map(|count| digits_of(count.saturating_add(by))).max().unwrap_or(0);
-            let (digits, most) = (longest.max(digits_of(by)), self.maximum_digits(axis));
-            if digits > most {
-                return Err(WriteError::ShiftedTooFar { place: self.place(), axis, digits, most });
+            let (digits, max) = (longest.max(digits_of(by)), self.maximum_digits(axis));
+            if digits > max {
+                return Err(WriteError::ShiftedTooFar { place: self.place(), axis, digits, max });
             }
         }
         Ok(())

@@ -38,15 +38,15 @@ impl SnapshotCodec<'_> {
         self.settle(own, there, there == *own, |bits| Value::Whole(bits.cast_signed()))
     }
 
-    /// Length of a list, at most `most`; on the codec it is followed by its items.
+    /// Length of a list, at most `max`; on the codec it is followed by its items.
     ///
     /// # Errors
     /// Those of the walk; a list that is too long, or longer than what is on the codec.
-    pub fn count(&mut self, own: usize, most: usize) -> Result<usize, SnapshotError> {
+    pub fn count(&mut self, own: usize, max: usize) -> Result<usize, SnapshotError> {
         let mut count = own;
         count.snapshot(self)?;
         // Every item takes an octet at least.
-        if count > most.min(self.left()) {
+        if count > max.min(self.left()) {
             return Err(SnapshotError::Impossible("a list is longer than it can be"));
         }
         Ok(count)
@@ -66,12 +66,12 @@ impl SnapshotCodec<'_> {
         own.iter_mut().enumerate().try_for_each(|(index, number)| self.item(index, |codec| number.snapshot(codec)))
     }
 
-    /// A list of numbers, at most `most`.
+    /// A list of numbers, at most `max`.
     ///
     /// # Errors
     /// Those of the walk; a list that is too long, or longer than what is on the codec.
-    pub fn list_of_numbers(&mut self, own: &mut Vec<f64>, most: usize) -> Result<(), SnapshotError> {
-        let count = self.count(own.len(), most.min(self.left() / size_of::<f64>()))?;
+    pub fn list_of_numbers(&mut self, own: &mut Vec<f64>, max: usize) -> Result<(), SnapshotError> {
+        let count = self.count(own.len(), max.min(self.left() / size_of::<f64>()))?;
         if self.is_reading() {
             own.clear();
             own.resize(count, 0.0);
@@ -82,16 +82,16 @@ impl SnapshotCodec<'_> {
 
 /// A whole number within bounds, as eight octets.
 macro_rules! whole {
-    ($($type:ty, $most:expr);+ $(;)?) => { $(
+    ($($type:ty, $max:expr);+ $(;)?) => { $(
         impl Snapshot for $type {
             fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
                 // No state has a number that does not fit, so that nothing is cut off.
                 let own = u64::try_from(*self).unwrap_or(u64::MAX);
                 let there = u64::from_le_bytes(codec.word(own.to_le_bytes())?);
-                let value = <$type>::try_from(there).ok().filter(|_| there <= $most);
+                let value = <$type>::try_from(there).ok().filter(|_| there <= $max);
                 let value = value.ok_or(SnapshotError::Impossible("a whole number is larger than it can be"))?;
-                let told = |value: $type| Value::Whole(i64::try_from(value).unwrap_or(i64::MAX));
-                codec.settle(self, value, value == *self, told)
+                let whole = |value: $type| Value::Whole(i64::try_from(value).unwrap_or(i64::MAX));
+                codec.settle(self, value, value == *self, whole)
             }
         }
     )+ };
@@ -192,15 +192,15 @@ impl<A: Snapshot, B: Snapshot> Snapshot for (A, B) {
     }
 }
 
-/// A list in whose room a state is taken up: at most `most` items.
+/// A list in whose room a state is taken up: at most `max` items.
 macro_rules! list {
     ($($list:ident, $push:ident, $name:ident);+ $(;)?) => { impl SnapshotCodec<'_> { $(
-        /// A list with at most `most` items.
+        /// A list with at most `max` items.
         ///
         /// # Errors
         /// Those of the walk; a list that is too long.
-        pub fn $name<T: Snapshot + Default>(&mut self, own: &mut $list<T>, most: usize) -> Result<(), SnapshotError> {
-            let count = self.count(own.len(), most)?;
+        pub fn $name<T: Snapshot + Default>(&mut self, own: &mut $list<T>, max: usize) -> Result<(), SnapshotError> {
+            let count = self.count(own.len(), max)?;
             if self.is_reading() {
                 own.clear();
                 (0..count).for_each(|_| own.$push(T::default()));

@@ -214,8 +214,8 @@ mod tests {
                     c
                 })
                 .collect();
-            let most = moments.iter().flat_map(|c| turn.uses(*c)).fold(0.0, f64::max);
-            assert!(most <= 1.0 + 1e-6, "{removal_rate_mm2_s} mm2/s: {most}");
+            let max = moments.iter().flat_map(|c| turn.uses(*c)).fold(0.0, f64::max);
+            assert!(max <= 1.0 + 1e-6, "{removal_rate_mm2_s} mm2/s: {max}");
             let idle = moments.iter().filter(|c| turn.active(**c).is_none()).count();
             assert!(idle < 180, "{removal_rate_mm2_s} mm2/s: {idle} of 3600");
         }

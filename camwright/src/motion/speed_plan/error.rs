@@ -66,14 +66,14 @@ pub enum SpeedPlanError {
     },
     /// A varying speed over so many turns is more than a plan holds.
     #[error(
-        "the speed of {turns} turns has {knots:.0} knots, at most {most:.0} are allowed: use fewer turns or a constant work speed"
+        "the speed of {turns} turns has {knots:.0} knots, at most {max:.0} are allowed: use fewer turns or a constant work speed"
     )]
     TooManyKnots {
         /// Turns of the cut.
         turns: u32,
         /// Knots of its law.
         knots: f64,
-        most: f64,
+        max: f64,
     },
     /// No stop on the path within ten seconds keeps the limits.
     #[error("no stop of up to {longest_s} s on the path keeps the limits of the axes")]

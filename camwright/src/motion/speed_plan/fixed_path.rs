@@ -2,8 +2,8 @@
 
 use super::limit_use::{LimitUse, uses_by_differences};
 use super::{
-    CHECK_FACTOR, Misfit, PATH_SHARE, PLANNING_GRID, RAMP_SHARES, SHORTEST_CHECK_STEP_S, SpeedPlanError, between, ramp,
-    stop,
+    CHECK_FACTOR, LimitViolation, PATH_SHARE, PLANNING_GRID, RAMP_SHARES, SHORTEST_CHECK_STEP_S, SpeedPlanError,
+    between, ramp, stop,
 };
 use crate::machine::description::MotionLimits;
 use crate::math::hermite::HermiteSpline;
@@ -70,7 +70,7 @@ impl FixedPathRequest<'_> {
         let total_rad = f64::from(self.turns) * TURN_RAD;
         let limits = MotionLimits { velocity: self.c.velocity.max(speed_rad_s), ..self.c.with_share(RAMP_SHARES[1]) };
         let up = ramp(0.0, speed_rad_s, &limits).map_err(|misfit| match misfit {
-            Misfit::Ramp(error) => SpeedPlanError::Ramp(error),
+            LimitViolation::Ramp(error) => SpeedPlanError::Ramp(error),
             _ => SpeedPlanError::NoStop { longest_s: stop::LONGEST_S },
         })?;
         let ramps_rad = 2.0 * up[up.len() - 1].value;

@@ -53,11 +53,11 @@ pub fn largest_lead_speed_rad_s(path: &PeriodicSpline, x: &MotionLimits) -> f64 
 
 /// Largest derivatives of a path by the angle.
 fn peaks(path: &PeriodicSpline) -> Sample {
-    path.samples(2).iter().fold(Sample::default(), |most, x| Sample {
+    path.samples(2).iter().fold(Sample::default(), |max, x| Sample {
         value: 0.0,
-        first: most.first.max(x.first.abs()),
-        second: most.second.max(x.second.abs()),
-        third: most.third.max(x.third.abs()),
+        first: max.first.max(x.first.abs()),
+        second: max.second.max(x.second.abs()),
+        third: max.third.max(x.third.abs()),
     })
 }
 

@@ -142,7 +142,7 @@ struct Candidate {
     uses: Vec<LimitUse>,
 }
 
-enum Misfit {
+enum LimitViolation {
     Limit(LimitUse),
     /// Speed allowed by the wheel's power (rad/s), and the path angle of its minimum.
     Power(f64, f64),
@@ -373,7 +373,7 @@ impl<'a> SpeedRequest<'a> {
             lead.extend(out.map(|knot| Knot { at: end_s - knot.at, first: -knot.first, ..*knot }));
         }
         let total_s = end_s;
-        let spline = |knots| HermiteSpline::new(knots).map_err(|_| self.refusal(0.0, Misfit::TooLong(total_s)));
+        let spline = |knots| HermiteSpline::new(knots).map_err(|_| self.refusal(0.0, LimitViolation::TooLong(total_s)));
         let (law, lead) = (spline(law)?, Some(spline(lead)?));
         Ok(Candidate { law, lead, ..candidate })
     }
@@ -386,34 +386,36 @@ impl<'a> SpeedRequest<'a> {
         uses
     }
 
-    fn refusal(&self, work_speed_rad_s: f64, misfit: Misfit) -> SpeedPlanError {
+    fn refusal(&self, work_speed_rad_s: f64, misfit: LimitViolation) -> SpeedPlanError {
         let largest = || match self.speed {
             SpeedLaw::ConstantWorkSpeed { .. } => largest_speed(self, work_speed_rad_s),
             _ => None,
         };
         match misfit {
-            Misfit::Limit(worst) => SpeedPlanError::TooFast { work_speed_rad_s, worst, largest_rad_s: largest() },
-            Misfit::Power(allowed_rad_s, angle_rad) => SpeedPlanError::WheelPower {
+            LimitViolation::Limit(worst) => {
+                SpeedPlanError::TooFast { work_speed_rad_s, worst, largest_rad_s: largest() }
+            }
+            LimitViolation::Power(allowed_rad_s, angle_rad) => SpeedPlanError::WheelPower {
                 work_speed_rad_s,
                 angle_deg: cam_angle_deg(f64::from(self.rotation_sense.signum()) * angle_rad),
                 allowed_rad_s,
                 largest_rad_s: largest(),
             },
-            Misfit::NoPlateau(ramps_rad) => SpeedPlanError::NoPlateau {
+            LimitViolation::NoPlateau(ramps_rad) => SpeedPlanError::NoPlateau {
                 work_speed_rad_s,
                 ramps_deg: deg_from_rad(ramps_rad),
                 turns: self.turns(),
                 largest_rad_s: largest(),
             },
-            Misfit::TooLong(duration_s) => {
+            LimitViolation::TooLong(duration_s) => {
                 SpeedPlanError::TooLong { turns: self.turns(), duration_s, most_s: MAX_CUT_S }
             }
-            Misfit::TooManyKnots(knots) => {
-                SpeedPlanError::TooManyKnots { turns: self.turns(), knots, most: MAX_LAW_KNOTS }
+            LimitViolation::TooManyKnots(knots) => {
+                SpeedPlanError::TooManyKnots { turns: self.turns(), knots, max: MAX_LAW_KNOTS }
             }
-            Misfit::Ramp(error) => error.into(),
-            Misfit::Turn(error) => SpeedPlanError::Turn(error),
-            Misfit::NoRunUp => SpeedPlanError::NoRunUp {
+            LimitViolation::Ramp(error) => error.into(),
+            LimitViolation::Turn(error) => SpeedPlanError::Turn(error),
+            LimitViolation::NoRunUp => SpeedPlanError::NoRunUp {
                 start_deg: cam_angle_deg(f64::from(self.rotation_sense.signum()) * self.path_start_rad),
             },
         }
@@ -428,15 +430,15 @@ impl<'a> SpeedRequest<'a> {
 }
 
 /// The law of one constant speed with the shortest ramps that fit.
-fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, Misfit> {
+fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, LimitViolation> {
     if let Some((allowed, angle)) = request.minimum_by_power().filter(|(allowed, _)| *allowed < speed) {
-        return Err(Misfit::Power(allowed, angle));
+        return Err(LimitViolation::Power(allowed, angle));
     }
     let infeed = request.infeed_for(speed);
     let (comes_rad_s, goes_rad_s) = request.end_speeds_rad_s();
     let total = f64::from(request.turns()) * TURN_RAD;
     if total > MAX_CUT_S * speed {
-        return Err(Misfit::TooLong(total / speed));
+        return Err(LimitViolation::TooLong(total / speed));
     }
     let mut misfit = None;
     for share in RAMP_SHARES {
@@ -445,7 +447,7 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
         let ramps_rad = ramps.0[ramps.0.len() - 1].value + ramps.1[ramps.1.len() - 1].value;
         // Less than a turn of plateau could not be previewed, nor a turn put in.
         if ramps_rad > total - TURN_RAD {
-            return Err(misfit.unwrap_or(Misfit::NoPlateau(ramps_rad)));
+            return Err(misfit.unwrap_or(LimitViolation::NoPlateau(ramps_rad)));
         }
         let (law, plateau_s) = between(&ramps.0, &ramps.1, speed, total)?;
         let (infeed, turn_s) = (infeed.clone(), TURN_RAD / speed);
@@ -463,26 +465,26 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
             Some(worst) if worst.ratio() > 1.0 => {
                 let on_plateau = worst.time_s >= plateau_s.0 && worst.time_s <= plateau_s.1;
                 if on_plateau {
-                    return Err(Misfit::Limit(worst));
+                    return Err(LimitViolation::Limit(worst));
                 }
-                misfit = Some(Misfit::Limit(worst));
+                misfit = Some(LimitViolation::Limit(worst));
             }
             _ => return Ok(Candidate { uses, ..candidate }),
         }
     }
-    Err(misfit.unwrap_or(Misfit::NoPlateau(0.0)))
+    Err(misfit.unwrap_or(LimitViolation::NoPlateau(0.0)))
 }
 
 /// From one speed to another, from angle 0 at time 0 on; where they are the same, that one knot.
-fn ramp(from: f64, to: f64, limits: &MotionLimits) -> Result<Vec<Knot>, Misfit> {
+fn ramp(from: f64, to: f64, limits: &MotionLimits) -> Result<Vec<Knot>, LimitViolation> {
     if from.to_bits() == to.to_bits() {
         return Ok(alloc::vec![Knot { at: 0.0, value: 0.0, first: to, second: 0.0 }]);
     }
-    velocity_ramp(from, to, limits).map(|ramp| ramp.knots().to_vec()).map_err(Misfit::Ramp)
+    velocity_ramp(from, to, limits).map(|ramp| ramp.knots().to_vec()).map_err(LimitViolation::Ramp)
 }
 
 /// Run-up, plateau, and run-down, which is given as the run-up that it is backwards, over `total` rad exactly.
-fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> Result<(HermiteSpline, (f64, f64)), Misfit> {
+fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> Result<(HermiteSpline, (f64, f64)), LimitViolation> {
     let (up_end, down_end) = (up[up.len() - 1], down[down.len() - 1]);
     let begin = up_end.at;
     let end = begin + (total - (up_end.value + down_end.value)) / speed;
@@ -494,7 +496,7 @@ fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> Result<(Hermit
         second: -knot.second,
     }));
     // So long a plateau that the knots of the run-down are the same float.
-    let law = HermiteSpline::new(knots).map_err(|_| Misfit::TooLong(end + down_end.at))?;
+    let law = HermiteSpline::new(knots).map_err(|_| LimitViolation::TooLong(end + down_end.at))?;
     Ok((law, (begin, end)))
 }
 

@@ -83,7 +83,7 @@ impl Reach {
 }
 
 /// Peaks of the limit utilisation for given knots.
-pub(super) struct Between<'a> {
+pub(super) struct PeakSearch<'a> {
     request: &'a TurnRequest<'a>,
     table: &'a Table,
     reach: Vec<Reach>,
@@ -91,7 +91,7 @@ pub(super) struct Between<'a> {
     weights: Vec<Weights>,
 }
 
-impl<'a> Between<'a> {
+impl<'a> PeakSearch<'a> {
     pub(super) fn new(request: &'a TurnRequest<'a>, table: &'a Table, knots: &Knots) -> Self {
         let per_bound = |angle: f64| request.per_square_bound(angle, request.path.sample(angle));
         let at_knots: Vec<f64> = (0..knots.count()).map(|i| per_bound(knots.at(i))).collect();
@@ -104,12 +104,12 @@ impl<'a> Between<'a> {
             });
             let within = table.within(begin, length).map(|(_, per)| per);
             let all = per_bounds.into_iter().chain(within);
-            let (least, largest) =
-                all.fold((f64::INFINITY, 0.0), |(least, largest), per| (f64::min(least, per), f64::max(largest, per)));
+            let (min, largest) =
+                all.fold((f64::INFINITY, 0.0), |(min, largest), per| (f64::min(min, per), f64::max(largest, per)));
             let (from, to) = knots_of_path(request, begin, length);
             let mut x = request.path.largest_derivatives(from, to);
             x[0] += request.infeed_slope_mm_rad.abs();
-            Reach { x, per_bound: largest, per_bound_spread: largest - least, per_bounds }
+            Reach { x, per_bound: largest, per_bound_spread: largest - min, per_bounds }
         });
         let parts = 2 * POINTS.div_ceil(2 * request.path.coefficients().len());
         let weights = Weights::at_parts(u32::try_from(parts).unwrap_or(u32::MAX));

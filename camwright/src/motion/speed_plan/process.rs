@@ -23,13 +23,13 @@ impl Cutting {
     /// ω = k/(ρ dφ/dC) of constant radial stock lacks the cosine of the contour angle.
     #[must_use]
     pub fn removal_rate_ratio_mm2(&self, x: Sample) -> f64 {
-        let contact = Contact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);
+        let contact = PathContact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);
         contact.depth_mm * contact.ratio_mm
     }
 }
 
 /// The contact at one place of the path.
-struct Contact {
+struct PathContact {
     /// Footprint speed per unit of C's speed (mm/rad).
     ratio_mm: f64,
     /// Depth along the normal (mm).
@@ -38,7 +38,7 @@ struct Contact {
     equivalent_diameter_mm: f64,
 }
 
-impl Contact {
+impl PathContact {
     fn at(x: Sample, radius: f64, infeed_per_turn_mm: f64, direction: InfeedDirection) -> Self {
         let centre = x.value + radius;
         let square = centre * centre + x.first * x.first;
@@ -62,7 +62,7 @@ impl Contact {
 /// temperature go with diameter^½·depth^−3/2 (constant specific energy and share of heat).
 #[must_use]
 pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 {
-    let contact = Contact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm, cutting.infeed_direction);
+    let contact = PathContact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm, cutting.infeed_direction);
     match *law {
         SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
         SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,

@@ -37,13 +37,13 @@ const NEXT_RISE: f64 = 1.05;
 const RISE_KNOTS: u32 = 256;
 
 /// Limits of a ramp.
-struct Bounds<A> {
+struct RunUpBounds<A> {
     c: MotionLimits,
     x: MotionLimits,
     along: A,
 }
 
-impl<A: Fn(f64) -> (Sample, f64)> Bounds<A> {
+impl<A: Fn(f64) -> (Sample, f64)> RunUpBounds<A> {
     /// Returns whether a ramp keeps the limits, given the angle by the share of its time.
     fn keeps(&self, angle_at: impl Fn(f64) -> Sample) -> bool {
         RAMP_POINTS.into_iter().all(|points| {
@@ -71,9 +71,9 @@ pub(super) fn run_up(
     x: MotionLimits,
     along: impl Fn(f64) -> (Sample, f64),
 ) -> Option<RunUp> {
-    let bounds = Bounds { c, x, along };
+    let bounds = RunUpBounds { c, x, along };
     let first_turn = &knots[..knots.iter().position(|knot| knot.value > TURN_RAD).unwrap_or(knots.len())];
-    let turn = Turn::from(first_turn)?;
+    let turn = FirstTurn::from(first_turn)?;
     let start = Knot { at: 0.0, value: 0.0, first: from_rad_s, second: 0.0 };
     let quintic = by_quintic(&turn, start, &bounds);
     if from_rad_s > 0.0 {
@@ -84,13 +84,13 @@ pub(super) fn run_up(
 }
 
 /// The first turn from the start on.
-struct Turn<'a> {
+struct FirstTurn<'a> {
     knots: &'a [Knot],
     /// Time at which its angle is 0 (s): the first knot lies a little later.
     zero_s: f64,
 }
 
-impl<'a> Turn<'a> {
+impl<'a> FirstTurn<'a> {
     fn from(knots: &'a [Knot]) -> Option<Self> {
         let (first, second) = (knots.first()?, knots.get(1)?);
         let mut zero_s = first.at;
@@ -112,7 +112,11 @@ impl<'a> Turn<'a> {
     }
 }
 
-fn by_quintic<A: Fn(f64) -> (Sample, f64)>(turn: &Turn<'_>, start: Knot, bounds: &Bounds<A>) -> Option<RunUp> {
+fn by_quintic<A: Fn(f64) -> (Sample, f64)>(
+    turn: &FirstTurn<'_>,
+    start: Knot,
+    bounds: &RunUpBounds<A>,
+) -> Option<RunUp> {
     let mut best: Option<(RunUp, f64)> = None;
     let mut left = usize::MAX;
     for (knot, target) in turn.knots.iter().enumerate().filter(|(_, knot)| knot.value > 1e-6) {
@@ -140,9 +144,9 @@ fn by_quintic<A: Fn(f64) -> (Sample, f64)>(turn: &Turn<'_>, start: Knot, bounds:
 
 /// The turn from its first angle on, at a rate that rises by a quintic smoothstep; if that loses less than `least_lost_s`.
 fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
-    turn: &Turn<'_>,
+    turn: &FirstTurn<'_>,
     rest: Knot,
-    bounds: &Bounds<A>,
+    bounds: &RunUpBounds<A>,
     least_lost_s: f64,
 ) -> Option<RunUp> {
     let turn_s = turn.knots[turn.knots.len() - 1].at - turn.zero_s;

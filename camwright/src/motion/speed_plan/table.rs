@@ -38,7 +38,7 @@ impl Table {
             for weights in &weights {
                 let angle = to_f64(per_bound.len()) * spacing;
                 let path = request.path.combine(knot, weights);
-                per_bound.push(look(request, angle, path)?);
+                per_bound.push(inverse_square_bound(request, angle, path)?);
             }
         }
         let notches = notches(request, &per_bound, spacing)?;
@@ -74,7 +74,7 @@ impl Table {
 }
 
 /// 1/bound² where the path is as given: a number above 0.
-fn look(request: &TurnRequest<'_>, angle: f64, path: Sample) -> Result<f64, TurnError> {
+fn inverse_square_bound(request: &TurnRequest<'_>, angle: f64, path: Sample) -> Result<f64, TurnError> {
     let per = request.per_square_bound(angle, path);
     if per.is_nan() || per <= 0.0 || per.is_infinite() {
         return Err(TurnError::NoSpeed { angle_deg: deg_from_rad(angle), speed_rad_s: (request.bound)(angle, path) });
@@ -101,7 +101,7 @@ fn notches(request: &TurnRequest<'_>, per_bound: &[f64], spacing: f64) -> Result
         let parts = libm::ceil(libm::sqrt(arc / FLAT)).min(MAX_PARTS) as u32;
         for part in 1..parts {
             let angle = (to_f64(i) + f64::from(part) / f64::from(parts)) * spacing;
-            notches.push((angle, look(request, angle, request.path.sample(angle))?));
+            notches.push((angle, inverse_square_bound(request, angle, request.path.sample(angle))?));
         }
     }
     Ok(notches)

@@ -136,7 +136,7 @@ fn at_a_constant_removal_rate_a_cut_is_faster_than_at_any_constant_speed() {
         .map(|i| largest_speed_rad_s(&law, path.sample(f64::from(i) * TURN_RAD / 3600.0), &cutting))
         .fold(f64::INFINITY, f64::min);
     assert!(plan.turn_s() < 0.95 * TURN_RAD / slowest, "{} s against {} s", plan.turn_s(), TURN_RAD / slowest);
-    assert!(plan.minimum_turn_s().is_some_and(|least| least < plan.turn_s()));
+    assert!(plan.minimum_turn_s().is_some_and(|min| min < plan.turn_s()));
     let (low, high) = plan.speed_range_rad_s();
     assert!(low < high && high <= 31.4);
     assert_eq!(plan.turns(), 4);

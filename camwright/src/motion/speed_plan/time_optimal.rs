@@ -7,7 +7,7 @@
 //! problem is not convex: what is found is the best nearby.
 
 use super::envelope::Envelope;
-use super::peaks::{Between, Peaks};
+use super::peaks::{PeakSearch, Peaks};
 use super::square_speed::{Knots, SquareSpeed, Weights, to_f64};
 use super::turn_request::TurnRequest;
 use crate::math::banded::CyclicBand;
@@ -48,7 +48,7 @@ const MAX_ITERATIONS: usize = 100;
 const MAX_SLOWDOWNS: u32 = 400;
 
 /// Start of a search.
-pub(super) struct Begin {
+pub(super) struct SearchStart {
     /// Factor of each slowdown, in z.
     slowdown: f64,
     /// Room that every limit is left then, as a share of it.
@@ -57,12 +57,12 @@ pub(super) struct Begin {
     far: f64,
 }
 
-impl Begin {
+impl SearchStart {
     /// With next to nothing known.
-    pub(super) const COLD: Begin = Begin { slowdown: 0.85, spare: 0.1, far: 1.0 };
+    pub(super) const COLD: SearchStart = SearchStart { slowdown: 0.85, spare: 0.1, far: 1.0 };
 
     /// With a plan that was the fastest under limits a little wider.
-    pub(super) const WARM: Begin = Begin { slowdown: 0.995, spare: 0.002, far: 0.005 };
+    pub(super) const WARM: SearchStart = SearchStart { slowdown: 0.995, spare: 0.002, far: 0.005 };
 }
 
 /// Share of a Newton step required before the next one aims nearer to the limits, and the factor.
@@ -92,19 +92,19 @@ struct Interval {
 
 /// A number for every limit of an interval: of each pair for its upper and for its lower side.
 #[derive(Clone, Copy)]
-struct Each {
+struct PerLimit {
     upper: [f64; PAIRS],
     lower: [f64; PAIRS],
     bound: [f64; BOUNDS],
 }
 
-impl Each {
-    const NONE: Each = Each { upper: [0.0; PAIRS], lower: [0.0; PAIRS], bound: [0.0; BOUNDS] };
+impl PerLimit {
+    const NONE: PerLimit = PerLimit { upper: [0.0; PAIRS], lower: [0.0; PAIRS], bound: [0.0; BOUNDS] };
 
     /// Room that is left to every limit.
-    fn least(&self, pairs: usize) -> f64 {
+    fn min(&self, pairs: usize) -> f64 {
         let sides = self.upper[..pairs].iter().chain(&self.lower[..pairs]).chain(&self.bound);
-        sides.fold(f64::INFINITY, |least, room| least.min(*room))
+        sides.fold(f64::INFINITY, |min, room| min.min(*room))
     }
 }
 
@@ -123,23 +123,23 @@ fn sum<const N: usize>(all: [Weights; N]) -> Weights {
 /// The plan that is being improved, with the room it leaves to every limit and the price of that.
 struct Iterate {
     coefficients: Vec<f64>,
-    at: Vec<At>,
+    at: Vec<IntervalState>,
     /// Change of the prices with the current step.
-    changes: Vec<Each>,
+    changes: Vec<PerLimit>,
     /// Sum of all prices times rooms (s): how far the plan is from the best nearby.
     gap: f64,
 }
 
 /// An interval under the plan at hand.
 #[derive(Clone, Copy)]
-struct At {
+struct IntervalState {
     /// 1/z at the points.
     per_z: [f64; 3],
     /// Slope of the right side of jerk by z, at the points.
     right_slope: [f64; 4],
     /// 1/room of every limit, and the price of it.
-    per_room: Each,
-    price: Each,
+    per_room: PerLimit,
+    price: PerLimit,
 }
 
 /// The limits of a turn on given knots.
@@ -149,7 +149,7 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(request: &TurnRequest<'_>, envelope: &Envelope, between: &Between<'_>, knots: Knots) -> Self {
+    pub(super) fn new(request: &TurnRequest<'_>, envelope: &Envelope, between: &PeakSearch<'_>, knots: Knots) -> Self {
         let at_knots: Vec<Sample> = (0..knots.count()).map(|i| request.path.sample(knots.at(i))).collect();
         let (c, limits) = (request.c, request.x);
         let intervals = (0..knots.count())
@@ -202,13 +202,13 @@ impl Problem {
 
     /// The plan at hand in an interval, without prices, and the room of every limit.
     #[inline]
-    fn rooms(interval: &Interval, c: &Weights) -> (At, Each) {
+    fn rooms(interval: &Interval, c: &Weights) -> (IntervalState, PerLimit) {
         let z = [0, 1, 2].map(|k| dot(&interval.z[k], c));
         let per_z = z.map(|z| 1.0 / z);
         let right = per_z.map(|per_z| interval.root * libm::sqrt(per_z));
         let right_slope = [0, 1, 2].map(|k| -0.5 * right[k] * per_z[k]);
         let right = [right[0], right[1], right[2], 1.0];
-        let mut room = Each::NONE;
+        let mut room = PerLimit::NONE;
         for p in 0..interval.pairs {
             let value = dot(&interval.values[p], c);
             room.upper[p] = right[POINT[p]] - value;
@@ -216,7 +216,7 @@ impl Problem {
         }
         room.bound = [0, 1].map(|k| 1.0 - interval.per_bound[k] * z[k]);
         let right_slope = [right_slope[0], right_slope[1], right_slope[2], 0.0];
-        (At { per_z, right_slope, per_room: Each::NONE, price: Each::NONE }, room)
+        (IntervalState { per_z, right_slope, per_room: PerLimit::NONE, price: PerLimit::NONE }, room)
     }
 
     fn time(&self, coefficients: &[f64]) -> f64 {
@@ -234,7 +234,7 @@ impl Problem {
         self.intervals.iter().enumerate().all(|(i, interval)| {
             let c = self.around(coefficients, i);
             let is_positive = interval.z[..3].iter().all(|w| dot(w, &c) > 0.0);
-            is_positive && Self::rooms(interval, &c).1.least(interval.pairs) > spare
+            is_positive && Self::rooms(interval, &c).1.min(interval.pairs) > spare
         })
     }
 
@@ -284,7 +284,7 @@ impl Problem {
     }
 
     /// A plan slowed down until it keeps every limit.
-    fn slowed_down(&self, mut coefficients: Vec<f64>, begin: &Begin) -> Option<Vec<f64>> {
+    fn slowed_down(&self, mut coefficients: Vec<f64>, begin: &SearchStart) -> Option<Vec<f64>> {
         for _ in 0..MAX_SLOWDOWNS {
             if self.keeps(&coefficients, begin.spare) {
                 return Some(coefficients);
@@ -305,15 +305,16 @@ fn over_neighbours(values: &[f64], reach: usize, fold: impl Fn(f64, f64) -> f64,
 /// The fastest turn found, `None` where not even standing nearly still keeps the limits; they hold at the points of the intervals.
 ///
 /// `from` is where to begin, slowed down as need be.
-pub(super) fn solve(problem: &Problem, from: Vec<f64>, begin: &Begin) -> Option<SquareSpeed> {
+pub(super) fn solve(problem: &Problem, from: Vec<f64>, begin: &SearchStart) -> Option<SquareSpeed> {
     let limits = problem.limits();
     let coefficients = problem.slowed_down(from, begin)?;
     let mut mu = begin.far * problem.time(&coefficients) / limits;
     let n = problem.knots.count();
-    let none = At { per_z: [0.0; 3], right_slope: [0.0; 4], per_room: Each::NONE, price: Each::NONE };
-    let mut it = Iterate { coefficients, at: vec![none; n], changes: vec![Each::NONE; n], gap: 0.0 };
+    let none =
+        IntervalState { per_z: [0.0; 3], right_slope: [0.0; 4], per_room: PerLimit::NONE, price: PerLimit::NONE };
+    let mut it = Iterate { coefficients, at: vec![none; n], changes: vec![PerLimit::NONE; n], gap: 0.0 };
     // All prices at first are those of the central path: whatever is not there yet is brought to it.
-    it.look(problem, mu, 0.0, f64::INFINITY);
+    it.update_slacks(problem, mu, 0.0, f64::INFINITY);
     for _ in 0..MAX_ITERATIONS {
         let Some(stepped) = step(problem, &mut it, mu) else { break };
         if stepped.primal.min(stepped.dual) > TAKEN {
@@ -334,7 +335,7 @@ const ASTRAY: f64 = 30.0;
 const MIN_ROOM: f64 = 1e-13;
 
 /// Share of a Newton step that was taken, and the distance of the plan from the best nearby before it (s).
-struct Stepped {
+struct StepLengths {
     primal: f64,
     dual: f64,
     gap: f64,
@@ -343,7 +344,7 @@ struct Stepped {
 impl Iterate {
     /// Rooms of the coefficients at hand, and prices after a share of their change, none farther from those of the central path
     /// than by this factor: prices that have strayed from what the rooms now say hold the next steps back.
-    fn look(&mut self, problem: &Problem, mu: f64, share: f64, astray: f64) {
+    fn update_slacks(&mut self, problem: &Problem, mu: f64, share: f64, astray: f64) {
         let is_first = astray.is_infinite();
         let (low, high) = if is_first { (mu, mu) } else { (mu / astray, mu * astray) };
         self.gap = 0.0;
@@ -372,7 +373,7 @@ impl Iterate {
 
 /// Adds an interval's part of the Newton matrix, upper half (0,0) (0,1) (0,2) (1,1) (1,2) (2,2), and of its right side.
 #[inline]
-fn assemble(interval: &Interval, at: &At, mu: f64) -> ([f64; 6], [f64; 3]) {
+fn assemble(interval: &Interval, at: &IntervalState, mu: f64) -> ([f64; 6], [f64; 3]) {
     let (mut h, mut g) = ([0.0; 6], [0.0; 3]);
     // A side's slope is that of its right side along z, less or more the value's: what goes with z is gathered by point.
     let (mut square, mut pull, mut cross) = ([0.0; 4], [0.0; 4], [[0.0; 3]; 4]);
@@ -413,7 +414,7 @@ fn assemble(interval: &Interval, at: &At, mu: f64) -> ([f64; 6], [f64; 3]) {
 /// Change of an interval's prices with a step of its coefficients; and the largest rates at which the step uses up margins,
 /// prices, and z, as shares of them.
 #[inline]
-fn follow(interval: &Interval, at: &At, moved: &Weights, mu: f64, change: &mut Each) -> (f64, f64, f64) {
+fn follow(interval: &Interval, at: &IntervalState, moved: &Weights, mu: f64, change: &mut PerLimit) -> (f64, f64, f64) {
     let z = [0, 1, 2].map(|k| dot(&interval.z[k], moved));
     let (mut primal, mut dual, mut by_z) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (z, per_z) in z.iter().zip(&at.per_z) {
@@ -440,7 +441,7 @@ fn follow(interval: &Interval, at: &At, moved: &Weights, mu: f64, change: &mut E
 }
 
 /// One Newton step towards the point of the central path at μ.
-fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
+fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<StepLengths> {
     let n = problem.knots.count();
     let mut band = CyclicBand::<3>::circulant(n, [0.0; 3]);
     let mut right = vec![0.0; n];
@@ -477,8 +478,8 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
     for (coefficient, along) in it.coefficients.iter_mut().zip(&change) {
         *coefficient += primal * along;
     }
-    it.look(problem, mu, dual, ASTRAY);
-    Some(Stepped { primal, dual, gap })
+    it.update_slacks(problem, mu, dual, ASTRAY);
+    Some(StepLengths { primal, dual, gap })
 }
 
 fn add(h: &mut [f64; 6], g: &mut [f64; 3], slope: &Weights, weight: f64, pull: f64) {

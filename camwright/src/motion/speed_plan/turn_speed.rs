@@ -1,10 +1,10 @@
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;
-use super::peaks::{Between, Peaks, Reach};
+use super::peaks::{PeakSearch, Peaks, Reach};
 use super::square_speed::{SquareSample, SquareSpeed};
 use super::table::Table;
-use super::time_optimal::{Begin, Problem, solve};
+use super::time_optimal::{Problem, SearchStart, solve};
 use super::turn_request::{TurnError, TurnRequest};
 use crate::machine::description::Axis;
 use crate::math::hermite::{Knot, quintic};
@@ -66,18 +66,18 @@ impl TurnSpeed {
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
         let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
-        let between = Between::new(request, &table, &knots);
+        let between = PeakSearch::new(request, &table, &knots);
         let mut problem = Problem::new(request, &envelope, &between, knots);
         #[allow(clippy::cast_possible_truncation, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
-        let mut fastest = solve(&problem, problem.start(round), &Begin::COLD).ok_or(TurnError::NoStart)?;
+        let mut fastest = solve(&problem, problem.start(round), &SearchStart::COLD).ok_or(TurnError::NoStart)?;
         let mut peaks = between.peaks(&fastest);
         for _ in 0..MORE_ROUNDS {
             if !problem.tighten(&peaks) {
                 break;
             }
-            let again = solve(&problem, fastest.coefficients().to_vec(), &Begin::WARM);
-            let again = again.or_else(|| solve(&problem, problem.start(round), &Begin::COLD));
+            let again = solve(&problem, fastest.coefficients().to_vec(), &SearchStart::WARM);
+            let again = again.or_else(|| solve(&problem, problem.start(round), &SearchStart::COLD));
             fastest = again.ok_or(TurnError::NoStart)?;
             peaks = between.peaks(&fastest);
         }
@@ -212,7 +212,7 @@ fn within_hull(left: &Knot, right: &Knot, request: &TurnRequest<'_>, reach: &Rea
     let v = [v0, v1, 5.0 * (right.value - left.value) / h - (v0 + v1 + v3 + v4), v3, v4];
     let a: [f64; 4] = core::array::from_fn(|i| 4.0 / h * (v[i + 1] - v[i]));
     let j: [f64; 3] = core::array::from_fn(|i| 3.0 / h * (a[i + 1] - a[i]));
-    let largest = |values: &[f64]| values.iter().fold(0.0, |most, value| f64::max(most, value.abs()));
+    let largest = |values: &[f64]| values.iter().fold(0.0, |max, value| f64::max(max, value.abs()));
     let (v, a, j) = (largest(&v), largest(&a), largest(&j));
     let [x1, x2, x3] = reach.x;
     Peaks {

@@ -5,7 +5,7 @@ use super::run_up::run_up;
 use super::square_speed::to_f64;
 use super::turn_speed::TurnSpeed;
 use super::{
-    Candidate, LimitUse, MAX_CUT_S, MAX_LAW_KNOTS, Misfit, PATH_SHARE, PLANNING_GRID, Quantity, SpeedRequest,
+    Candidate, LimitUse, LimitViolation, MAX_CUT_S, MAX_LAW_KNOTS, PATH_SHARE, PLANNING_GRID, Quantity, SpeedRequest,
     TurnRequest, VARYING_X_SHARE, windows,
 };
 use crate::math::hermite::{HermiteSpline, Knot, Sample};
@@ -51,14 +51,14 @@ impl SpeedRequest<'_> {
         let samples = self.path.samples(parts);
         let spacing = TURN_RAD / to_f64(samples.len());
         let allowed = |path: &Sample| largest_speed_rad_s(&power, *path, &cutting);
-        let (index, least) =
+        let (index, min) =
             samples.iter().map(allowed).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY));
-        Some((least, to_f64(index) * spacing))
+        Some((min, to_f64(index) * spacing))
     }
 }
 
 /// The fastest cut under the law of the request.
-pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, TurnSpeed), Misfit> {
+pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, TurnSpeed), LimitViolation> {
     let bound = |_: f64, path: Sample| request.process_rad_s(path);
     let mut turn = TurnSpeed::fastest(&TurnRequest {
         path: request.path,
@@ -67,8 +67,8 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
         c: request.c.with_share(PATH_SHARE),
         x: request.x.with_share(VARYING_X_SHARE),
     })
-    .map_err(Misfit::Turn)?;
-    let mut misfit = Misfit::NoRunUp;
+    .map_err(LimitViolation::Turn)?;
+    let mut misfit = LimitViolation::NoRunUp;
     let mut ramp_share = 1.0;
     for _ in 0..CORRECTIONS {
         let candidate = around(request, &turn, ramp_share)?;
@@ -80,13 +80,13 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
                 } else {
                     turn = turn.slower(worst.ratio() * (1.0 + 1e-9));
                 }
-                misfit = Misfit::Limit(worst);
+                misfit = LimitViolation::Limit(worst);
             }
             // The knots of a short ramp lie closer than the points of the planning grid, and its jerk may peak between these.
             _ => match exceeded_on_ramps(request, &candidate) {
                 Some(exceeded) => {
                     ramp_share *= RAMP_STEP / exceeded.ratio();
-                    misfit = Misfit::Limit(exceeded);
+                    misfit = LimitViolation::Limit(exceeded);
                 }
                 None => return Ok((candidate, turn)),
             },
@@ -109,15 +109,15 @@ fn exceeded_on_ramps(request: &SpeedRequest<'_>, candidate: &Candidate) -> Optio
 }
 
 /// Ramps and turns put together, and how they use the limits.
-fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Result<Candidate, Misfit> {
+fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Result<Candidate, LimitViolation> {
     let (turns, total) = (f64::from(request.turns()), f64::from(request.turns()) * TURN_RAD);
     let cut_s = turns * turn.turn_s();
     if cut_s.is_nan() || cut_s > MAX_CUT_S {
-        return Err(Misfit::TooLong(cut_s));
+        return Err(LimitViolation::TooLong(cut_s));
     }
     let count = turns * to_f64(turn.knots_of_turn());
     if count > MAX_LAW_KNOTS {
-        return Err(Misfit::TooManyKnots(count));
+        return Err(LimitViolation::TooManyKnots(count));
     }
     let knots = turn.knots(request.path_start_rad, 0.0, total);
     let (_, fastest) = turn.range_rad_s();
@@ -137,13 +137,13 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
         .map(|knot| Knot { at: -knot.at, value: total - knot.value, first: knot.first, second: -knot.second })
         .collect();
     let (c, x) = (request.c.with_share(ramp_share * PATH_SHARE), request.x.with_share(ramp_share * PATH_SHARE));
-    let up = run_up(&knots, comes_rad_s, c, x, |angle| along(angle, false)).ok_or(Misfit::NoRunUp)?;
-    let down = run_up(&reversed, goes_rad_s, c, x, |angle| along(angle, true)).ok_or(Misfit::NoRunUp)?;
+    let up = run_up(&knots, comes_rad_s, c, x, |angle| along(angle, false)).ok_or(LimitViolation::NoRunUp)?;
+    let down = run_up(&reversed, goes_rad_s, c, x, |angle| along(angle, true)).ok_or(LimitViolation::NoRunUp)?;
     let last = knots.len() - 1 - down.knot;
     // Less than a turn of plateau could not be previewed, nor a turn put in.
     if last <= up.knot || knots[last].value - knots[up.knot].value < TURN_RAD {
         let plateau = knots.get(last).map_or(0.0, |knot| knot.value - knots[up.knot].value);
-        return Err(Misfit::NoPlateau(total - plateau));
+        return Err(LimitViolation::NoPlateau(total - plateau));
     }
     let shift = up.time_s - knots[up.knot].at;
     let mut law = Vec::with_capacity(last - up.knot + 1 + up.way.len() + down.way.len());
@@ -157,7 +157,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
         first: knot.first,
         second: -knot.second,
     }));
-    let law = HermiteSpline::new(law).map_err(|_| Misfit::NoRunUp)?;
+    let law = HermiteSpline::new(law).map_err(|_| LimitViolation::NoRunUp)?;
     let mut candidate = Candidate { law, infeed, lead: None, plateau_s, turn_s: turn.turn_s(), uses: Vec::new() };
     let motion = request.motion(&candidate);
     let stretches = windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());

@@ -167,14 +167,14 @@ pub fn check_plan(
     machine: &MachineDescription,
     start_counts: [i64; AXIS_COUNT],
 ) -> Result<PlanReport, PlanCheckError> {
-    let mut walk = Walk {
+    let mut walk = PlanCheck {
         plan,
         machine,
         at: start_counts,
         uses: Vec::new(),
         turns: false,
         wheel_nm: nm_from_mm(machine.wheel.new_radius_mm) + 1,
-        paths: alloc::vec![PathUse::Unused; plan.paths.len()],
+        paths: alloc::vec![PathState::Unused; plan.paths.len()],
     };
     for (index, segment) in plan.segments.iter().enumerate() {
         let worst = walk.step(segment).map_err(|fault| PlanCheckError {
@@ -191,7 +191,7 @@ pub fn check_plan(
     Ok(PlanReport { uses: walk.uses, end_counts: walk.at })
 }
 
-struct Walk<'a> {
+struct PlanCheck<'a> {
     plan: &'a Plan,
     machine: &'a MachineDescription,
     at: [i64; AXIS_COUNT],
@@ -200,18 +200,18 @@ struct Walk<'a> {
     turns: bool,
     /// Radius that the wheel is smaller than (nm), or known to have.
     wheel_nm: i64,
-    paths: Vec<PathUse>,
+    paths: Vec<PathState>,
 }
 
 /// A path belongs to one radius of the wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum PathUse {
+enum PathState {
     Unused,
     Used,
     Old,
 }
 
-impl Walk<'_> {
+impl PlanCheck<'_> {
     /// One segment; the limit it uses most, if it moves.
     fn step(&mut self, segment: &Segment) -> Result<Option<LimitUse>, PlanFault> {
         let moves_c = match &segment.kind {
@@ -289,7 +289,7 @@ impl Walk<'_> {
             return Err(PlanFault::WheelRadius { radius_mm, least_mm, before_mm });
         }
         self.wheel_nm = radius_nm;
-        self.paths.iter_mut().filter(|path| **path == PathUse::Used).for_each(|path| *path = PathUse::Old);
+        self.paths.iter_mut().filter(|path| **path == PathState::Used).for_each(|path| *path = PathState::Old);
         Ok(())
     }
 
@@ -331,8 +331,8 @@ impl Walk<'_> {
     fn cut(&mut self, cut: &CutSegment) -> Result<LimitUse, PlanFault> {
         let motion = self.plan.motion_of(cut).ok_or(PlanFault::UnknownSpline)?;
         match &mut self.paths[cut.path] {
-            PathUse::Old => return Err(PlanFault::OldPath { path: cut.path }),
-            path => *path = PathUse::Used,
+            PathState::Old => return Err(PlanFault::OldPath { path: cut.path }),
+            path => *path = PathState::Used,
         }
         let (c, x) = (self.machine.axis(Axis::C), self.machine.axis(Axis::X));
         let turn_counts = c.scale.counts(TURN_RAD);

@@ -1,6 +1,6 @@
 //! A spiral of a plan, walked through forwards.
 
-use super::{PlanFault, Walk, larger, within};
+use super::{PlanCheck, PlanFault, larger, within};
 use crate::machine::description::Axis;
 use crate::math::differences::largest_exact_derivatives;
 use crate::math::hermite::HermiteSpline;
@@ -65,7 +65,7 @@ impl SpiralRange {
 /// Maximum number of points at which a pass is checked, some ten seconds of work. The reference turned cam needs 2.3e5.
 pub(super) const MAX_POINTS: f64 = 2e7;
 
-impl Walk<'_> {
+impl PlanCheck<'_> {
     pub(super) fn spiral(&mut self, spiral: &SpiralSegment) -> Result<LimitUse, PlanFault> {
         let motion = self.plan.motion_of_spiral(spiral).ok_or(PlanFault::UnknownSpline)?;
         let counts = |axis: Axis, at: f64| self.machine.axis(axis).scale.counts(at);

@@ -98,21 +98,21 @@ pub enum ProgramMotionFault {
         tolerance_mm: f64,
     },
     /// More than is driven between two rapids.
-    #[error("{count} blocks feed between two rapids, at most {most} are driven")]
+    #[error("{count} blocks feed between two rapids, at most {max} are driven")]
     TooManyBlocks {
         /// Number of items.
         count: usize,
-        most: usize,
+        max: usize,
     },
     /// Blocks that are much shorter than what they are averaged over.
     #[error(
-        "{count} blocks end within {window_deg:.4} deg, over which corners are rounded; at most {most} are averaged"
+        "{count} blocks end within {window_deg:.4} deg, over which corners are rounded; at most {max} are averaged"
     )]
     TooDense {
         count: usize,
         /// Both sides of the window (deg).
         window_deg: f64,
-        most: usize,
+        max: usize,
     },
     /// A line of no spline: angles or times that are equal in their last bit.
     #[error(transparent)]

@@ -25,7 +25,7 @@ use crate::gcode::{Action, Done, Motion, NcAxis, Pose, ProgramFile};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use alloc::string::String;
 use alloc::vec::Vec;
-use run::Feed;
+use run::FeedBlock;
 
 /// Farthest place of an axis (mm or rad): beyond it counts do not fit into their numbers.
 const FARTHEST: f64 = 1e6;
@@ -93,7 +93,7 @@ pub fn program_steps(
         ProgramMotionError { file, line: place.map_or(1, |done| done.line), fault }
     };
     setup.check(machine).map_err(|fault| at_line((0, fault)))?;
-    let mut walk = Walk {
+    let mut walk = ProgramWalk {
         setup,
         machine,
         at: start,
@@ -160,13 +160,13 @@ impl ProgramSetup {
 }
 
 /// A program that is being walked through.
-struct Walk<'a> {
+struct ProgramWalk<'a> {
     setup: &'a ProgramSetup,
     machine: &'a MachineDescription,
     /// Position of the axes at rest (counts), before the current feeds.
     at: [i64; AXIS_COUNT],
     /// Feeds since then, and where they began (rad, mm).
-    feeds: Vec<Feed>,
+    feeds: Vec<FeedBlock>,
     from: [f64; AXIS_COUNT],
     /// The tolerance in force, and the least of those feeds (mm).
     tolerance_mm: f64,
@@ -177,7 +177,7 @@ struct Walk<'a> {
 
 type Fault = (usize, ProgramMotionFault);
 
-impl Walk<'_> {
+impl ProgramWalk<'_> {
     fn check_move(&mut self, index: usize, done: &Done) -> Result<(), Fault> {
         match done.action {
             Action::Rapid(pose) => {
@@ -192,7 +192,7 @@ impl Walk<'_> {
                 let before = self.feeds.last().map_or(self.from, |feed| feed.to);
                 let to = self.targets(&pose).map_err(|fault| (index, fault))?;
                 let to = Axis::ALL.map(|axis| to[axis.index()].unwrap_or(before[axis.index()]));
-                self.feeds.push(Feed { to, time_s, done: index });
+                self.feeds.push(FeedBlock { to, time_s, done: index });
                 Ok(())
             }
             Action::Dwell(time_s) => self.order(index, ProgramStep::Dwell(time_s)),

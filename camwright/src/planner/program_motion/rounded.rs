@@ -34,7 +34,7 @@ struct Corner {
 
 /// Continuation of a line beyond its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ends {
+pub(super) enum EndExtension {
     /// It rests: so does what was averaged, a window before and behind the line.
     Rest,
     /// It goes on as its mirror image in the end point, so that it keeps its end points.
@@ -45,7 +45,7 @@ pub(super) enum Ends {
 #[derive(Debug, Clone)]
 pub(super) struct BrokenLine {
     places: Vec<CornerPosition>,
-    ends: Ends,
+    ends: EndExtension,
 }
 
 /// A broken line averaged twice over one window.
@@ -58,7 +58,7 @@ pub(super) struct RoundedLine<'a> {
 
 impl BrokenLine {
     /// At least two places with abscissae that increase.
-    pub(super) fn new(places: Vec<CornerPosition>, ends: Ends) -> Result<Self, HermiteError> {
+    pub(super) fn new(places: Vec<CornerPosition>, ends: EndExtension) -> Result<Self, HermiteError> {
         if places.len() < 2 {
             return Err(HermiteError::TooFewKnots { count: places.len() });
         }
@@ -83,7 +83,7 @@ impl BrokenLine {
 
     /// Averaged twice over a window; where its ends are mirrored, over its own length at most.
     pub(super) fn rounded(&self, window: f64) -> RoundedLine<'_> {
-        let window = if self.ends == Ends::Mirrored { window.min(self.length()) } else { window };
+        let window = if self.ends == EndExtension::Mirrored { window.min(self.length()) } else { window };
         RoundedLine { line: self, window, corners: self.corners(window) }
     }
 
@@ -101,14 +101,14 @@ impl BrokenLine {
             .collect();
         let (first, last) = (self.places[0].at, self.places[self.places.len() - 1].at);
         let all = match self.ends {
-            Ends::Rest => {
+            EndExtension::Rest => {
                 let begins = Corner { at: first, step: self.slopes().next().unwrap_or(0.0) };
                 let ends = Corner { at: last, step: -self.slopes().next_back().unwrap_or(0.0) };
                 corners.insert(0, begins);
                 corners.push(ends);
                 corners
             }
-            Ends::Mirrored => {
+            EndExtension::Mirrored => {
                 let image = |end: f64| move |corner: &Corner| Corner { at: 2.0 * end - corner.at, step: -corner.step };
                 let before = corners.iter().take_while(|corner| corner.at < first + window).map(image(first));
                 let behind = corners.iter().rev().take_while(|corner| corner.at > last - window).map(image(last));
@@ -129,22 +129,22 @@ impl RoundedLine<'_> {
     pub(super) fn range(&self) -> (f64, f64) {
         let (first, last) = (self.line.places[0].at, self.line.places[self.line.places.len() - 1].at);
         match self.line.ends {
-            Ends::Rest => (first - self.window, last + self.window),
-            Ends::Mirrored => (first, last),
+            EndExtension::Rest => (first - self.window, last + self.window),
+            EndExtension::Mirrored => (first, last),
         }
     }
 
     /// Most corners that one average sees.
     pub(super) fn maximum_in_window(&self) -> usize {
         let mut from = 0;
-        let mut most = 0;
+        let mut max = 0;
         for (to, corner) in self.corners.iter().enumerate() {
             while self.corners[from].at < corner.at - 2.0 * self.window {
                 from += 1;
             }
-            most = most.max(to - from + 1);
+            max = max.max(to - from + 1);
         }
-        most
+        max
     }
 
     /// Maximum distance from the broken line.
@@ -154,7 +154,7 @@ impl RoundedLine<'_> {
         let (first, last) = self.range();
         let at_corners = self.corners.iter().filter(|corner| (first..=last).contains(&corner.at));
         let mut from = 0;
-        let mut most = 0.0_f64;
+        let mut max = 0.0_f64;
         for here in at_corners {
             while self.corners[from].at <= here.at - self.window {
                 from += 1;
@@ -162,9 +162,9 @@ impl RoundedLine<'_> {
             let seen = self.corners[from..].iter().take_while(|corner| corner.at < here.at + self.window);
             let sum: f64 =
                 seen.map(|corner| (corner.step * self.window / 6.0 * cube(self.rest(here.at - corner.at))).abs()).sum();
-            most = most.max(sum);
+            max = max.max(sum);
         }
-        most
+        max
     }
 
     /// Its knots: exact values and derivatives at every place between which it is a cubic.
@@ -202,7 +202,7 @@ impl RoundedLine<'_> {
         for (knot, place) in [(0, 0), (knots.len() - 1, places.len() - 1)] {
             let (knot, place) = (&mut knots[knot], places[place]);
             (knot.value, knot.second) = (place.value, 0.0);
-            if self.line.ends == Ends::Rest {
+            if self.line.ends == EndExtension::Rest {
                 knot.first = 0.0;
             }
         }
@@ -226,7 +226,7 @@ impl RoundedLine<'_> {
         let beyond = at < places[0].at || at >= places[places.len() - 1].at;
         let slope = (right.value - left.value) / (right.at - left.at);
         let mut knot = match self.line.ends {
-            Ends::Rest if beyond => {
+            EndExtension::Rest if beyond => {
                 let value = if at < left.at { left.value } else { right.value };
                 Knot { at, value, first: 0.0, second: 0.0 }
             }
@@ -252,7 +252,7 @@ fn cube(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn line(values: &[(f64, f64)], ends: Ends) -> BrokenLine {
+    fn line(values: &[(f64, f64)], ends: EndExtension) -> BrokenLine {
         BrokenLine::new(values.iter().map(|&(at, value)| CornerPosition { at, value }).collect(), ends)
             .expect("it increases")
     }
@@ -261,10 +261,10 @@ mod tests {
     fn value(line: &BrokenLine, at: f64) -> f64 {
         let (first, last) = (line.places[0], line.places[line.places.len() - 1]);
         match line.ends {
-            Ends::Rest if at <= first.at => first.value,
-            Ends::Rest if at >= last.at => last.value,
-            Ends::Mirrored if at < first.at => 2.0 * first.value - value(line, 2.0 * first.at - at),
-            Ends::Mirrored if at > last.at => 2.0 * last.value - value(line, 2.0 * last.at - at),
+            EndExtension::Rest if at <= first.at => first.value,
+            EndExtension::Rest if at >= last.at => last.value,
+            EndExtension::Mirrored if at < first.at => 2.0 * first.value - value(line, 2.0 * first.at - at),
+            EndExtension::Mirrored if at > last.at => 2.0 * last.value - value(line, 2.0 * last.at - at),
             _ => {
                 let pair = line.places.windows(2).find(|pair| at <= pair[1].at).expect("it lies inside");
                 pair[0].value + (pair[1].value - pair[0].value) * (at - pair[0].at) / (pair[1].at - pair[0].at)
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn it_is_the_average_of_the_average() {
         let places = [(0.0, 1.0), (0.3, 1.2), (0.35, 1.9), (1.1, 1.4), (1.2, 1.4), (2.0, 2.5)];
-        for ends in [Ends::Rest, Ends::Mirrored] {
+        for ends in [EndExtension::Rest, EndExtension::Mirrored] {
             let line = line(&places, ends);
             for window in [0.02, 0.2, 0.9] {
                 let rounded = line.rounded(window);
@@ -297,7 +297,7 @@ mod tests {
                 }
                 let (first, last) = (spline.sample(from), spline.sample(to));
                 assert!((first.value - 1.0).abs() < 1e-15 && (last.value - 2.5).abs() < 1e-15);
-                if ends == Ends::Rest {
+                if ends == EndExtension::Rest {
                     assert!(first.first == 0.0 && last.first == 0.0);
                 }
             }
@@ -307,7 +307,7 @@ mod tests {
     /// A corner of slope step Δ alone: Δ·w/6 off, curved by Δ/w there, and nothing beyond w.
     #[test]
     fn a_corner_is_cut_by_a_sixth_of_its_step_times_the_window() {
-        let line = line(&[(0.0, 0.0), (5.0, 0.0), (10.0, 15.0)], Ends::Mirrored);
+        let line = line(&[(0.0, 0.0), (5.0, 0.0), (10.0, 15.0)], EndExtension::Mirrored);
         let rounded = line.rounded(0.4);
         assert!((rounded.error() - 3.0 * 0.4 / 6.0).abs() < 1e-14);
         let spline = rounded.spline().expect("a spline");
@@ -323,7 +323,7 @@ mod tests {
         let (bend, step, window) = (7.0, 0.01, 0.3);
         let chords: Vec<(f64, f64)> =
             (0..=400_u32).map(|i| f64::from(i) * step).map(|at| (at, 0.5 * bend * at * at)).collect();
-        let line = line(&chords, Ends::Mirrored);
+        let line = line(&chords, EndExtension::Mirrored);
         let rounded = line.rounded(window);
         let at_corner = rounded.spline().expect("a spline").sample(2.0).value - 0.5 * bend * 4.0;
         let closed = bend * window * window / 12.0;
@@ -335,7 +335,7 @@ mod tests {
     /// A speed from nothing to ω and back, averaged over ±T: acceleration ω/T, jerk ω/T², and 2T longer.
     #[test]
     fn a_speed_runs_up_from_rest_over_two_windows() {
-        let line = line(&[(0.0, 0.0), (2.0, 6.0)], Ends::Rest);
+        let line = line(&[(0.0, 0.0), (2.0, 6.0)], EndExtension::Rest);
         let spline = line.rounded(0.1).spline().expect("a spline");
         assert!((spline.start() + 0.1).abs() < 1e-15 && (spline.end() - 2.1).abs() < 1e-15);
         assert!((spline.sample(0.0).second - 3.0 / 0.1).abs() < 1e-10);
@@ -347,7 +347,7 @@ mod tests {
     fn what_makes_no_line_is_refused() {
         let places = |values: &[f64]| values.iter().map(|&at| CornerPosition { at, value: at }).collect::<Vec<_>>();
         for values in [&[0.0][..], &[0.0, 0.0], &[0.0, 2.0, 1.0], &[0.0, f64::NAN]] {
-            assert!(BrokenLine::new(places(values), Ends::Rest).is_err(), "{values:?}");
+            assert!(BrokenLine::new(places(values), EndExtension::Rest).is_err(), "{values:?}");
         }
     }
 }

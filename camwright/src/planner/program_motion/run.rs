@@ -1,8 +1,8 @@
 //! The feeds between two rapids as one motion: C by a law over time, X and Z by laws over the angle of C, from rest to rest.
 
 use super::ProgramMotionFault;
-use super::rounded::{BrokenLine, CornerPosition, Ends};
-use super::uses::{Slide, Turning, Use, worst_use};
+use super::rounded::{BrokenLine, CornerPosition, EndExtension};
+use super::uses::{HeadstockUse, Slide, Use, worst_use};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::HermiteSpline;
 use crate::math::units::deg_from_rad;
@@ -24,7 +24,7 @@ const NEAR: f64 = 1.01;
 
 /// A block that feeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Feed {
+pub(super) struct FeedBlock {
     /// End position: C (rad), X and Z (mm) of the machine.
     pub(super) to: [f64; AXIS_COUNT],
     pub(super) time_s: f64,
@@ -59,13 +59,13 @@ pub struct RunLaws {
 pub(super) type RunFault = (usize, ProgramMotionFault);
 
 /// A run before its corners are rounded.
-struct Lines {
+struct UnroundedRun {
     turning: BrokenLine,
     slides: [(Axis, BrokenLine); 2],
 }
 
 /// A run with windows that were tried.
-struct Tried {
+struct RoundedTrial {
     ramp_s: f64,
     window_rad: f64,
     worst: Use,
@@ -75,17 +75,17 @@ impl RunLaws {
     /// Rounds as little as the axes allow, within a tolerance (mm).
     pub(super) fn new(
         from: [f64; AXIS_COUNT],
-        feeds: &[Feed],
+        feeds: &[FeedBlock],
         tolerance_mm: f64,
         machine: &MachineDescription,
     ) -> Result<Self, RunFault> {
         let first = feeds.first().map_or(0, |feed| feed.done);
         let wrong = |fault: ProgramMotionFault| (first, fault);
         if feeds.len() > MAX_BLOCKS {
-            return Err(wrong(ProgramMotionFault::TooManyBlocks { count: feeds.len(), most: MAX_BLOCKS }));
+            return Err(wrong(ProgramMotionFault::TooManyBlocks { count: feeds.len(), max: MAX_BLOCKS }));
         }
         no_block_is_too_fast(from, feeds, machine)?;
-        let lines = Lines::new(from, feeds).map_err(wrong)?;
+        let lines = UnroundedRun::new(from, feeds).map_err(wrong)?;
         let limits = Axis::ALL.map(|axis| usable(machine.axis(axis).limits));
         let widest_rad = lines.widest_window(tolerance_mm);
         lines.not_too_dense(widest_rad).map_err(wrong)?;
@@ -126,7 +126,11 @@ fn usable(limits: MotionLimits) -> MotionLimits {
 }
 
 /// Averages of slopes are never above the steepest, so a block that keeps its speed as it is written keeps it rounded.
-fn no_block_is_too_fast(from: [f64; AXIS_COUNT], feeds: &[Feed], machine: &MachineDescription) -> Result<(), RunFault> {
+fn no_block_is_too_fast(
+    from: [f64; AXIS_COUNT],
+    feeds: &[FeedBlock],
+    machine: &MachineDescription,
+) -> Result<(), RunFault> {
     let mut at = from;
     for feed in feeds {
         if feed.to[0] <= at[0] {
@@ -146,8 +150,8 @@ fn no_block_is_too_fast(from: [f64; AXIS_COUNT], feeds: &[Feed], machine: &Machi
     Ok(())
 }
 
-impl Lines {
-    fn new(from: [f64; AXIS_COUNT], feeds: &[Feed]) -> Result<Self, ProgramMotionFault> {
+impl UnroundedRun {
+    fn new(from: [f64; AXIS_COUNT], feeds: &[FeedBlock]) -> Result<Self, ProgramMotionFault> {
         let mut time_s = 0.0;
         let mut turning = alloc::vec![CornerPosition { at: 0.0, value: 0.0 }];
         for feed in feeds {
@@ -156,11 +160,11 @@ impl Lines {
         }
         let slide = |axis: Axis| {
             let begins = CornerPosition { at: 0.0, value: from[axis.index()] };
-            let ends = |feed: &Feed| CornerPosition { at: feed.to[0] - from[0], value: feed.to[axis.index()] };
+            let ends = |feed: &FeedBlock| CornerPosition { at: feed.to[0] - from[0], value: feed.to[axis.index()] };
             let places = core::iter::once(begins).chain(feeds.iter().map(ends)).collect();
-            BrokenLine::new(places, Ends::Mirrored).map(|line| (axis, line))
+            BrokenLine::new(places, EndExtension::Mirrored).map(|line| (axis, line))
         };
-        Ok(Self { turning: BrokenLine::new(turning, Ends::Rest)?, slides: [slide(Axis::X)?, slide(Axis::Z)?] })
+        Ok(Self { turning: BrokenLine::new(turning, EndExtension::Rest)?, slides: [slide(Axis::X)?, slide(Axis::Z)?] })
     }
 
     fn angle_rad(&self) -> f64 {
@@ -197,22 +201,27 @@ impl Lines {
             self.slides.iter().map(|(_, line)| line.rounded(widest_rad).maximum_in_window()).fold(0, usize::max);
         if count > MAX_IN_WINDOW {
             let window_deg = deg_from_rad(2.0 * widest_rad);
-            return Err(ProgramMotionFault::TooDense { count, window_deg, most: MAX_IN_WINDOW });
+            return Err(ProgramMotionFault::TooDense { count, window_deg, max: MAX_IN_WINDOW });
         }
         Ok(())
     }
 
     /// The shortest ramp, and with it the smallest window, that all axes keep their limits with; the last that was tried where none will do.
-    fn fitting(&self, widest_rad: f64, cycle_s: f64, limits: &[MotionLimits; AXIS_COUNT]) -> Result<Tried, Tried> {
+    fn fitting(
+        &self,
+        widest_rad: f64,
+        cycle_s: f64,
+        limits: &[MotionLimits; AXIS_COUNT],
+    ) -> Result<RoundedTrial, RoundedTrial> {
         let mut ramp_s = self.shortest_ramp(cycle_s, &limits[0]);
         loop {
-            let turning = Turning::new(&self.turning.rounded(ramp_s).knots());
+            let turning = HeadstockUse::new(&self.turning.rounded(ramp_s).knots());
             let tried = |window_rad: f64| {
                 let slides = [0, 1].map(|index| {
                     let (axis, line) = &self.slides[index];
                     Slide { axis: *axis, knots: line.rounded(window_rad).knots() }
                 });
-                Tried { ramp_s, window_rad, worst: worst_use(&turning, &slides, limits) }
+                RoundedTrial { ramp_s, window_rad, worst: worst_use(&turning, &slides, limits) }
             };
             let widest = tried(widest_rad);
             if widest.worst.ratio() <= 1.0 {
@@ -227,7 +236,7 @@ impl Lines {
 
     /// The shortest ramp that C itself keeps its limits with (s), and a cycle of the control at least.
     fn shortest_ramp(&self, cycle_s: f64, limits: &MotionLimits) -> f64 {
-        let keeps = |ramp_s: f64| Turning::new(&self.turning.rounded(ramp_s).knots()).ratio(limits) <= 1.0;
+        let keeps = |ramp_s: f64| HeadstockUse::new(&self.turning.rounded(ramp_s).knots()).ratio(limits) <= 1.0;
         let (mut low, mut high) = (cycle_s, LONGEST_RAMP_S);
         if keeps(low) {
             return low;
@@ -239,8 +248,8 @@ impl Lines {
         high
     }
 
-    fn laws(&self, tried: &Tried) -> Result<RunLaws, crate::math::hermite::HermiteError> {
-        let Tried { ramp_s, window_rad, .. } = *tried;
+    fn laws(&self, tried: &RoundedTrial) -> Result<RunLaws, crate::math::hermite::HermiteError> {
+        let RoundedTrial { ramp_s, window_rad, .. } = *tried;
         let places = self.turning.places();
         let mut knots = self.turning.rounded(ramp_s).knots();
         knots.iter_mut().for_each(|knot| knot.at += ramp_s);
@@ -262,13 +271,13 @@ impl Lines {
 }
 
 /// The smallest window that keeps the limits, between that of a cycle of the control and one that does.
-fn smallest(widest: Tried, least_rad: f64, tried: &impl Fn(f64) -> Tried) -> Tried {
+fn smallest(widest: RoundedTrial, least_rad: f64, tried: &impl Fn(f64) -> RoundedTrial) -> RoundedTrial {
     if least_rad >= widest.window_rad {
         return widest;
     }
-    let least = tried(least_rad);
-    if least.worst.ratio() <= 1.0 {
-        return least;
+    let min = tried(least_rad);
+    if min.worst.ratio() <= 1.0 {
+        return min;
     }
     let (mut low, mut found) = (least_rad, widest);
     while found.window_rad > NEAR * low {

@@ -35,12 +35,12 @@ impl Use {
 struct LimitRange {
     from_rad: f64,
     to_rad: f64,
-    most: [f64; 3],
+    max: [f64; 3],
 }
 
 /// Motion of C, interval by interval.
 #[derive(Debug, Clone)]
-pub(super) struct Turning {
+pub(super) struct HeadstockUse {
     stretches: Vec<LimitRange>,
 }
 
@@ -76,7 +76,7 @@ fn within(left: &Knot, right: &Knot, share: f64) -> Knot {
     }
 }
 
-impl Turning {
+impl HeadstockUse {
     /// From knots of C over time, between which it is a cubic.
     pub(super) fn new(knots: &[Knot]) -> Self {
         let mut stretches = Vec::with_capacity(knots.len());
@@ -91,29 +91,25 @@ impl Turning {
             };
             for part in 0..parts {
                 let (from, to) = (place(part), place(part + 1));
-                stretches.push(LimitRange {
-                    from_rad: from.value,
-                    to_rad: to.value,
-                    most: maximum_between(&from, &to),
-                });
+                stretches.push(LimitRange { from_rad: from.value, to_rad: to.value, max: maximum_between(&from, &to) });
             }
         }
         Self { stretches }
     }
 
     pub(super) fn fastest_rad_s(&self) -> f64 {
-        self.stretches.iter().map(|stretch| stretch.most[0]).fold(0.0, f64::max)
+        self.stretches.iter().map(|stretch| stretch.max[0]).fold(0.0, f64::max)
     }
 
     /// Largest utilisation of C's acceleration and jerk limits; its speed is an average of the programmed one.
     pub(super) fn ratio(&self, limits: &MotionLimits) -> f64 {
-        let ratio = |stretch: &LimitRange| (stretch.most[1] / limits.acceleration).max(stretch.most[2] / limits.jerk);
+        let ratio = |stretch: &LimitRange| (stretch.max[1] / limits.acceleration).max(stretch.max[2] / limits.jerk);
         self.stretches.iter().map(ratio).fold(0.0, f64::max)
     }
 }
 
 /// The limit that is used most; limits in the order of [`Axis::ALL`].
-pub(super) fn worst_use(turning: &Turning, slides: &[Slide; 2], limits: &[MotionLimits; AXIS_COUNT]) -> Use {
+pub(super) fn worst_use(turning: &HeadstockUse, slides: &[Slide; 2], limits: &[MotionLimits; AXIS_COUNT]) -> Use {
     let mut worst = Use {
         axis: Axis::C,
         quantity: Quantity::Velocity,
@@ -133,7 +129,7 @@ pub(super) fn worst_use(turning: &Turning, slides: &[Slide; 2], limits: &[Motion
         }
     };
     for stretch in &turning.stretches {
-        take(Axis::C, [0.0, stretch.most[1], stretch.most[2]], stretch.to_rad, true);
+        take(Axis::C, [0.0, stretch.max[1], stretch.max[2]], stretch.to_rad, true);
     }
     for slide in slides {
         let mut first = 0;
@@ -143,7 +139,7 @@ pub(super) fn worst_use(turning: &Turning, slides: &[Slide; 2], limits: &[Motion
                 first += 1;
             }
             for stretch in turning.stretches[first..].iter().take_while(|stretch| stretch.from_rad < pair[1].at) {
-                let [w, rise, bend] = stretch.most;
+                let [w, rise, bend] = stretch.max;
                 let turns = [a * w, b * w * w, c * w * w * w];
                 let values = [turns[0], turns[1] + a * rise, turns[2] + 3.0 * b * w * rise + a * bend];
                 let at_rad = 0.5 * (stretch.from_rad.max(pair[0].at) + stretch.to_rad.min(pair[1].at));

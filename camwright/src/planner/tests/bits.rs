@@ -54,7 +54,7 @@ fn real_job() -> (JobSpec, MachineDescription, PlannedJob) {
 fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_everywhere() {
     let (job, description, planned) = real_job();
     let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
-    let (told, machine) = ground(&job, &planned, planned.plan.clone(), &description, |setpoint, report| {
+    let (simulated, machine) = ground(&job, &planned, planned.plan.clone(), &description, |setpoint, report| {
         for axis in 0..3 {
             fingerprint.add(setpoint.counts[axis].to_le_bytes());
             fingerprint.add(setpoint.velocity[axis].to_bits().to_le_bytes());
@@ -66,7 +66,7 @@ fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_every
     for radius_mm in machine.part().lobes().iter().flat_map(Lobe::radii_mm) {
         fingerprint.add(radius_mm.to_bits().to_le_bytes());
     }
-    assert!(told.last_tick - told.first_tick > 10_000, "a real job: {told:?}");
+    assert!(simulated.last_tick - simulated.first_tick > 10_000, "a real job: {simulated:?}");
     assert_eq!(fingerprint.0, FINGERPRINT, "other bits than before: {:#018x}", fingerprint.0);
 }
 

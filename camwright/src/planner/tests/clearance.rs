@@ -126,8 +126,8 @@ fn whenever_the_table_moves_the_wheel_is_clear_of_everything_it_passes() {
             let (low, high) = (z.min(z_before) - 12.5, z.max(z_before) + 12.5);
             let obstacle = job.obstacles[0].extent;
             if obstacle.to_mm > low && obstacle.from_mm < high {
-                let least = obstacle.radius_mm + job.clearance_mm - 1e-3;
-                assert!(x >= least, "seed {seed:#x}, round {round}: x {x}, {obstacle:?}");
+                let min = obstacle.radius_mm + job.clearance_mm - 1e-3;
+                assert!(x >= min, "seed {seed:#x}, round {round}: x {x}, {obstacle:?}");
             }
             // 22.3 mm is the highest nose with its stock.
             assert!(x > 22.3, "seed {seed:#x}, round {round}: x {x}");

@@ -35,7 +35,7 @@ fn a_dress_now_leaves_the_wheel_dressed_and_no_part_made() {
             nearest = nearest.min(machine.axis(Axis::X).scale.position(setpoint.counts[Axis::X.index()]));
         }
     });
-    let told = simulated.unwrap_or_else(|error| panic!("{error}"));
+    let result = simulated.unwrap_or_else(|error| panic!("{error}"));
     let lasting = closed_loop.machine().lasting();
     assert!((lasting.wheel_radius_mm - 59.486).abs() < 1e-9 && lasting.wheel_wear_mm == 0.0, "{lasting:?}");
     assert_eq!((lasting.dress_count, lasting.lobes_since_dress, lasting.parts_since_dress), (1, 0, 0));
@@ -45,26 +45,26 @@ fn a_dress_now_leaves_the_wheel_dressed_and_no_part_made() {
         (report.axes[1].position - 180.0).abs() < 1e-5 && !report.io.wheel_running,
         "clear of everything, and still"
     );
-    let seconds = (told.last_tick - told.first_tick) as f64 * 1e-3;
+    let seconds = (result.last_tick - result.first_tick) as f64 * 1e-3;
     assert!((seconds - plan.duration_s).abs() < 0.1 + 2.0, "{seconds} s, predicted {} s", plan.duration_s);
     // The plan names the wheel: another one stops the machine before anything moves.
     assert!(matches!(plan.segments[0].kind, SegmentKind::Command(Command::ExpectWheel { radius_nm: 59_500_000 })));
 }
 
 #[test]
-fn what_cannot_be_dressed_is_refused_with_its_figures() {
+fn impossible_dresses_are_refused_with_their_figures() {
     let machine = with_dresser();
     let wheel = |radius_mm, wear_mm| WheelNow { wear_mm, ..WheelNow::dressed(radius_mm) };
-    let told = |machine: &MachineDescription, wheel, depth_mm| {
+    let refusal = |machine: &MachineDescription, wheel, depth_mm| {
         plan_dress(machine, wheel, depth_mm).expect_err("refused").to_string()
     };
     let without = MachineDescription { dresser: None, ..machine.clone() };
-    assert_eq!(told(&without, wheel(59.0, 0.0), 0.01), "machine test grinder has no dresser");
+    assert_eq!(refusal(&without, wheel(59.0, 0.0), 0.01), "machine test grinder has no dresser");
     for depth_mm in [0.0, -0.01, f64::NAN, f64::INFINITY] {
-        assert!(told(&machine, wheel(59.0, 0.0), depth_mm).contains("it must be above 0"), "{depth_mm}");
+        assert!(refusal(&machine, wheel(59.0, 0.0), depth_mm).contains("it must be above 0"), "{depth_mm}");
     }
-    let deep = told(&machine, wheel(59.0, 0.02), 0.04);
+    let deep = refusal(&machine, wheel(59.0, 0.02), 0.04);
     assert!(deep.contains("takes 60.000 um") && deep.contains("allowed 50.000 um"), "{deep}");
-    let worn = told(&machine, wheel(40.005, 0.0), 0.01);
+    let worn = refusal(&machine, wheel(40.005, 0.0), 0.01);
     assert!(worn.contains("39.9950 mm") && worn.contains("mount a new wheel"), "{worn}");
 }

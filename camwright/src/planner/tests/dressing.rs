@@ -78,10 +78,10 @@ fn lobes_after_a_dress_are_ground_as_exactly_as_those_before_it() {
 
 /// With the old paths the machine grinds the error that the plan predicted.
 #[test]
-fn a_kept_path_grinds_the_error_that_is_told() {
+fn a_kept_path_grinds_the_reported_error() {
     let (machine, job) = (with_dresser(), dressed());
     let planned = plan_on(&job, &machine);
-    let told = planned.dresses[0].kept_path.expect("both radii have paths");
+    let path_error = planned.dresses[0].kept_path.expect("both radii have paths");
     let mut plan = planned.plan.clone();
     (plan.paths[2], plan.paths[3]) = (plan.paths[0].clone(), plan.paths[1].clone());
     // The same start as before it, to the count, or the cut does not begin.
@@ -97,8 +97,11 @@ fn a_kept_path_grinds_the_error_that_is_told() {
     }
     let (errors, _) = form_errors(&job, &planned, plan, &machine);
     let worst = errors[2..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    assert!(told.error.value > 0.01, "{told:?}");
-    assert!((worst - told.error.value).abs() < 0.05 * told.error.value, "ground {worst}, told {told:?}");
+    assert!(path_error.error.value > 0.01, "{path_error:?}");
+    assert!(
+        (worst - path_error.error.value).abs() < 0.05 * path_error.error.value,
+        "ground {worst}, told {path_error:?}"
+    );
     assert!(errors[..2].iter().all(|error| error.abs() < 3e-4), "{errors:?}");
 }
 

@@ -36,10 +36,10 @@ fn untouched(
     planned: &PlannedJob,
     plan: Plan,
     on: &MachineDescription,
-    tell: impl FnMut(&Setpoint, &TickReport),
+    report: impl FnMut(&Setpoint, &TickReport),
 ) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let (_, fresh) = ground(job, planned, Plan { segments: Vec::new(), ..plan.clone() }, on, |_, _| {});
-    let (_, machine) = ground(job, planned, plan, on, tell);
+    let (_, machine) = ground(job, planned, plan, on, report);
     let radii = |machine: &Machine| machine.part().lobes().iter().map(|lobe| lobe.radii_mm().to_vec()).collect();
     (radii(&fresh), radii(&machine))
 }

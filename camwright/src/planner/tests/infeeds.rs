@@ -30,8 +30,8 @@ fn every_kind_of_infeed_is_planned_within_limits_and_ground_to_the_design() {
             job.passes[0].speed = law;
             let planned = planned(&job);
             assert!(planned.report.max_ratio() <= 1.0 + 1e-6, "{course:?} {direction:?}: {:?}", planned.report);
-            let told = simulated(planned.plan.clone(), &machine(), |_, _| {});
-            assert_eq!(told.outcome, Outcome::Completed);
+            let simulated = simulated(planned.plan.clone(), &machine(), |_, _| {});
+            assert_eq!(simulated.outcome, Outcome::Completed);
         }
     }
 }

@@ -236,10 +236,10 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 mod bits;
 mod clearance;
 mod compensation;
+mod deflection;
 mod dress_now;
 mod dressing;
 mod dry_run;
-mod giving_way;
 mod infeeds;
 mod order;
 mod passes;

@@ -58,8 +58,8 @@ fn each_pass_begins_where_the_one_before_ended() {
 
 #[test]
 fn both_passes_are_executed_without_an_alarm() {
-    let told = simulated(planned(&in_two_passes()).plan, &machine(), |_, _| {});
-    assert_eq!(told.outcome, Outcome::Completed);
+    let simulated = simulated(planned(&in_two_passes()).plan, &machine(), |_, _| {});
+    assert_eq!(simulated.outcome, Outcome::Completed);
 }
 
 #[test]

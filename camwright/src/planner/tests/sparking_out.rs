@@ -30,15 +30,15 @@ fn spark_out_ends_when_the_force_is_steady_after_the_predicted_turns() {
         }
         let planned = plan_job(&job, &soft, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
         let mut turned = [(f64::INFINITY, f64::NEG_INFINITY); 2];
-        let (told, ground) = ground(&job, &planned, planned.plan.clone(), &soft, |setpoint, report| {
+        let (simulated, ground) = ground(&job, &planned, planned.plan.clone(), &soft, |setpoint, report| {
             if let Some(lobe) = report.lobe.filter(|_| setpoint.velocity[0] != 0.0) {
                 let c = report.axes[Axis::C.index()].position / TURN_RAD;
                 turned[lobe] = (turned[lobe].0.min(c), turned[lobe].1.max(c));
             }
         });
-        assert_eq!(told.outcome, Outcome::Completed);
+        assert_eq!(simulated.outcome, Outcome::Completed);
         // A turn more or less for each lobe, and what the two searches of the table take longer.
-        let took_s = (told.last_tick - told.first_tick) as f64 * soft.cycle_time_s();
+        let took_s = (simulated.last_tick - simulated.first_tick) as f64 * soft.cycle_time_s();
         assert!((took_s - planned.plan.duration_s).abs() < 2.5, "{took_s} s, {} s", planned.plan.duration_s);
         for (index, lobe) in planned.lobes.iter().enumerate() {
             let design = &lobe.design;
@@ -69,8 +69,8 @@ fn without_a_steady_force_every_turn_is_turned() {
     let planned = plan_job(&job, &soft, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
     let cut = planned.plan.cuts_of(0).next().expect("a cut");
     let law = contact().law(50.0, 14.0).expect("a width");
-    let told = Deflections::from_lobe(&planned.plan, 0, job.stock_mm, &law).expect("it is cut");
-    assert_eq!(told.turns, cut.turns);
+    let predicted = Deflections::from_lobe(&planned.plan, 0, job.stock_mm, &law).expect("it is cut");
+    assert_eq!(predicted.turns, cut.turns);
     let watches = |plan: &Plan| {
         let is = |segment: &&Segment| matches!(segment.kind, SegmentKind::Command(Command::WatchForce { .. }));
         plan.segments.iter().filter(is).count()

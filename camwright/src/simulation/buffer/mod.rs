@@ -13,7 +13,7 @@ use crate::machine::setpoint::Setpoint;
 use crate::math::fixed_list::FixedList;
 use crate::math::hermite::{Knot, quintic};
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
-use crate::simulation::plausibility::{Misfit, Plausibility};
+use crate::simulation::plausibility::{ImplausibleSetpoint, Plausibility};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -92,7 +92,7 @@ pub enum ChunkError {
     Misfit {
         /// Tick of the setpoint.
         tick: u64,
-        misfit: Misfit,
+        misfit: ImplausibleSetpoint,
     },
 }
 

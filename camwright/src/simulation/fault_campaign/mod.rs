@@ -61,7 +61,7 @@ pub struct Keyframe {
 #[derive(Debug)]
 pub struct Campaign<'a> {
     plan: &'a Plan,
-    lobes: Vec<Target<'a>>,
+    lobes: Vec<CampaignTarget<'a>>,
     motion: Prepared,
     /// Deepest cut below the design that the job leaves without a fault, at any moment (mm).
     pub healthy_mm: f64,
@@ -71,7 +71,7 @@ pub struct Campaign<'a> {
 }
 
 #[derive(Debug)]
-struct Target<'a> {
+struct CampaignTarget<'a> {
     design: &'a LobeDesign,
     cut: &'a CutSegment,
     /// C where the cut begins (rad).
@@ -145,7 +145,7 @@ impl<'a> Campaign<'a> {
         let lobes = designs.iter().enumerate().filter_map(|(index, design)| {
             let cut = plan.cuts_of(index).last()?;
             let start_rad = cell.machine().description().axis(Axis::C).scale.position(cut.start_counts);
-            Some(Target { design, cut, start_rad, radii_mm: azimuths(design) })
+            Some(CampaignTarget { design, cut, start_rad, radii_mm: azimuths(design) })
         });
         let mut campaign = Self { plan, lobes: lobes.collect(), motion, healthy_mm: 0.0, cycle_s, ticks: (0, 0) };
         cell.start(Box::new(campaign.motion.clone())).map_err(|_| None)?;
@@ -301,7 +301,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Axes at the lobe in front of the wheel.
-    fn state(&self, cell: &ClosedLoop, report: &TickReport) -> Option<State> {
+    fn state(&self, cell: &ClosedLoop, report: &TickReport) -> Option<MachineMoment> {
         let machine = cell.machine();
         let name = machine.part().lobes().get(report.lobe?)?.name();
         let target = self.lobes.iter().position(|target| target.design.name == name)?;
@@ -312,7 +312,7 @@ impl<'a> Campaign<'a> {
             let scale = machine.description().axis(axis).scale;
             if own.is_powered && own.is_homed { scale.position(own.setpoint_counts) } else { truth[axis.index()].0 }
         };
-        Some(State {
+        Some(MachineMoment {
             target,
             c_rad: truth[C].0,
             c_set_rad: set(Axis::C),
@@ -332,7 +332,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Depth of the wheel in the path beyond its setpoints, if they lie on the path or outside (mm).
-    fn error_mm(&self, state: Option<State>) -> f64 {
+    fn error_mm(&self, state: Option<MachineMoment>) -> f64 {
         let Some(state) = state else { return 0.0 };
         let inside_mm = self.path_mm(state.target, state.c_rad) - state.x_mm;
         let asked_mm = self.path_mm(state.target, state.c_set_rad) - state.x_set_mm;
@@ -340,7 +340,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Rise of the path above X after an alarm that removes power from the drive of C or X (mm).
-    fn rising_mm(&self, machine: &MachineDescription, report: &TickReport, state: Option<State>) -> f64 {
+    fn rising_mm(&self, machine: &MachineDescription, report: &TickReport, state: Option<MachineMoment>) -> f64 {
         let [c_dead, x_dead] = [C, X].map(|i| !report.axes[i].is_powered);
         let Some(state) = state.filter(|_| c_dead || x_dead) else { return 0.0 };
         let (c, x) = (machine.axis(Axis::C), machine.axis(Axis::X));
@@ -389,7 +389,7 @@ impl<'a> Campaign<'a> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct State {
+struct MachineMoment {
     target: usize,
     c_rad: f64,
     c_set_rad: f64,

@@ -87,13 +87,13 @@ impl FlawAxes {
 
 /// A flaw of some drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FlawOf {
+pub struct AxisFlaw {
     pub axes: FlawAxes,
     /// Removed flaw.
     pub flaw: DriveFlaw,
 }
 
-impl FlawOf {
+impl AxisFlaw {
     /// All that are looked at: every flaw of every axis and of all of them, and everything of all but one.
     fn all() -> impl Iterator<Item = Self> {
         let one = |axis: Axis| DriveFlaw::ALL.map(|flaw| Self { axes: FlawAxes::One(axis), flaw });
@@ -119,7 +119,7 @@ impl FlawOf {
     }
 }
 
-impl fmt::Display for FlawOf {
+impl fmt::Display for AxisFlaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let flaw = self.flaw.name();
         match self.axes {
@@ -132,8 +132,8 @@ impl fmt::Display for FlawOf {
 
 /// Form error without a flaw.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FlawWithout {
-    pub of: FlawOf,
+pub struct FlawEffect {
+    pub of: AxisFlaw,
     /// Form error of the other flaws.
     pub form: DrivesForm,
 }
@@ -150,13 +150,13 @@ impl TurningDrives<'_> {
     pub fn without_flaws(
         &self,
         machine: &MachineDescription,
-        mut tell: impl FnMut(&Finding),
-    ) -> Result<Vec<FlawWithout>, TurningDrivesError> {
+        mut report: impl FnMut(&Finding),
+    ) -> Result<Vec<FlawEffect>, TurningDrivesError> {
         let mut found = Vec::new();
-        for of in FlawOf::all() {
+        for of in AxisFlaw::all() {
             let Some(other) = of.left_out_of(machine) else { continue };
-            let without = FlawWithout { of, form: self.form(&other)? };
-            tell(&Finding::Flaw(without));
+            let without = FlawEffect { of, form: self.form(&other)? };
+            report(&Finding::Flaw(without));
             found.push(without);
         }
         found.sort_by(|a, b| a.form.beyond_mm.total_cmp(&b.form.beyond_mm));
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn what_a_machine_has_not_got_is_not_left_out() {
         let mut machine = lathe().with_drives(DriveSettings::IDEAL);
-        let of = |axes| FlawOf { axes, flaw: DriveFlaw::Backlash };
+        let of = |axes| AxisFlaw { axes, flaw: DriveFlaw::Backlash };
         machine.axes[Axis::Z.index()].drive = BAD;
         assert_eq!(of(FlawAxes::One(Axis::X)).left_out_of(&machine), None);
         assert_eq!(of(FlawAxes::All).left_out_of(&machine), None, "that is Z's alone");
@@ -216,7 +216,7 @@ mod tests {
         machine.axes[Axis::X.index()].drive = BAD;
         let without = of(FlawAxes::All).left_out_of(&machine).expect("two have play");
         assert!(without.axes.iter().all(|axis| axis.drive.backlash == 0.0));
-        let alone = FlawOf { axes: FlawAxes::AllBut(Axis::Z), flaw: DriveFlaw::Everything };
+        let alone = AxisFlaw { axes: FlawAxes::AllBut(Axis::Z), flaw: DriveFlaw::Everything };
         assert_eq!(alone.left_out_of(&machine), None, "C is ideal: that is X's alone");
         machine.axes[Axis::C.index()].drive = BAD;
         let alone = alone.left_out_of(&machine).expect("C and X");

@@ -1,6 +1,6 @@
 //! The least position loop gain of X with which a part keeps its tolerance.
 
-use super::{DrivesForm, Finding, FlawWithout, TurningDrives, TurningDrivesError};
+use super::{DrivesForm, Finding, FlawEffect, TurningDrives, TurningDrivesError};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::simulation::closed_loop::SimulationError;
 use alloc::format;
@@ -28,7 +28,7 @@ pub struct GainSearch {
 
 /// A gain and what it leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GainTried {
+pub struct GainTrial {
     /// Position loop gain of X (1/s).
     pub kv_1_s: f64,
     /// Bandwidth of its velocity loop (rad/s), changed by the same factor; `None`: ideal.
@@ -37,7 +37,7 @@ pub struct GainTried {
     pub form: Option<DrivesForm>,
 }
 
-impl GainTried {
+impl GainTrial {
     /// Returns whether a tolerance (mm) is kept.
     #[must_use]
     pub fn keeps(&self, tolerance_mm: f64) -> bool {
@@ -54,22 +54,22 @@ impl GainTried {
 pub enum MinimumGain {
     /// A gain that keeps the tolerance.
     Found {
-        least: GainTried,
+        least: GainTrial,
         /// The next smaller one that was tried and does not keep it, at most 5 % smaller; `None` where the smallest of all keeps it.
-        below: Option<GainTried>,
+        below: Option<GainTrial>,
         /// All that were tried, by rising gain.
-        tried: Vec<GainTried>,
+        tried: Vec<GainTrial>,
     },
     /// None up to the bound keeps it.
     NotFound {
         /// The gain that leaves least.
-        best: GainTried,
+        best: GainTrial,
         /// The largest one that was tried (1/s).
         most_kv_1_s: f64,
         /// Best form error with each flaw of the drives removed, the most important first.
-        flaws: Vec<FlawWithout>,
+        flaws: Vec<FlawEffect>,
         /// All that were tried, by rising gain.
-        tried: Vec<GainTried>,
+        tried: Vec<GainTrial>,
     },
 }
 
@@ -95,19 +95,19 @@ impl TurningDrives<'_> {
     pub fn minimum_gain(
         &self,
         search: &GainSearch,
-        mut tell: impl FnMut(&Finding),
+        mut report: impl FnMut(&Finding),
     ) -> Result<MinimumGain, TurningDrivesError> {
         let own = self.machine().axis(Axis::X).drive;
         let most_kv_1_s = self.largest_gain(search)?;
-        let mut tried: Vec<GainTried> = Vec::new();
-        let mut failed: Option<GainTried> = None;
-        let mut kept: Option<GainTried> = None;
+        let mut tried: Vec<GainTrial> = Vec::new();
+        let mut failed: Option<GainTrial> = None;
+        let mut kept: Option<GainTrial> = None;
         for step in STEPS {
             let kv_1_s = (own.kv_1_s * libm::pow(STEP, f64::from(step))).min(most_kv_1_s);
             if tried.last().is_some_and(|last| last.kv_1_s >= kv_1_s) {
                 break;
             }
-            let gain = self.tried(search, kv_1_s, &mut tell)?;
+            let gain = self.tried(search, kv_1_s, &mut report)?;
             tried.push(gain);
             if gain.keeps(search.tolerance_mm) {
                 kept = Some(gain);
@@ -115,9 +115,9 @@ impl TurningDrives<'_> {
             }
             failed = Some(gain);
         }
-        let Some(mut least) = kept else { return self.not_found(search, tried, tell) };
+        let Some(mut least) = kept else { return self.not_found(search, tried, report) };
         while let Some(below) = failed.filter(|below| least.kv_1_s > NEAR * below.kv_1_s) {
-            let gain = self.tried(search, libm::sqrt(below.kv_1_s * least.kv_1_s), &mut tell)?;
+            let gain = self.tried(search, libm::sqrt(below.kv_1_s * least.kv_1_s), &mut report)?;
             tried.push(gain);
             if gain.keeps(search.tolerance_mm) { least = gain } else { failed = Some(gain) }
         }
@@ -128,15 +128,15 @@ impl TurningDrives<'_> {
     fn not_found(
         &self,
         search: &GainSearch,
-        tried: Vec<GainTried>,
-        tell: impl FnMut(&Finding),
+        tried: Vec<GainTrial>,
+        report: impl FnMut(&Finding),
     ) -> Result<MinimumGain, TurningDrivesError> {
         let best =
             tried.iter().copied().reduce(|best, one| if one.beyond_mm() < best.beyond_mm() { one } else { best });
         let (Some(best), Some(last)) = (best, tried.last()) else { return Err(self.out_of_range(search.most_kv_1_s)) };
         let most_kv_1_s = last.kv_1_s;
         let machine = self.with_gain(search, best.kv_1_s);
-        let flaws = if best.form.is_some() { self.without_flaws(&machine, tell)? } else { Vec::new() };
+        let flaws = if best.form.is_some() { self.without_flaws(&machine, report)? } else { Vec::new() };
         Ok(MinimumGain::NotFound { best, most_kv_1_s, flaws, tried })
     }
 
@@ -182,8 +182,8 @@ impl TurningDrives<'_> {
         &self,
         search: &GainSearch,
         kv_1_s: f64,
-        tell: &mut impl FnMut(&Finding),
-    ) -> Result<GainTried, TurningDrivesError> {
+        report: &mut impl FnMut(&Finding),
+    ) -> Result<GainTrial, TurningDrivesError> {
         let machine = self.with_gain(search, kv_1_s);
         let form = match self.form(&machine) {
             Ok(form) => Some(form),
@@ -191,8 +191,8 @@ impl TurningDrives<'_> {
             Err(error) => return Err(error),
         };
         let velocity_loop_rad_s = machine.axis(Axis::X).drive.velocity_loop_rad_s;
-        let gain = GainTried { kv_1_s, velocity_loop_rad_s, form };
-        tell(&Finding::Gain(gain));
+        let gain = GainTrial { kv_1_s, velocity_loop_rad_s, form };
+        report(&Finding::Gain(gain));
         Ok(gain)
     }
 }

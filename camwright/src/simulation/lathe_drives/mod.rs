@@ -6,8 +6,8 @@
 mod flaw;
 mod gain;
 
-pub use flaw::{DriveFlaw, FlawAxes, FlawOf, FlawWithout};
-pub use gain::{FeedForward, GainSearch, GainTried, MinimumGain};
+pub use flaw::{AxisFlaw, DriveFlaw, FlawAxes, FlawEffect};
+pub use gain::{FeedForward, GainSearch, GainTrial, MinimumGain};
 
 use crate::interpolator::{Motion, Outcome, PrepareError, Prepared};
 use crate::job::turning::TurningJob;
@@ -114,8 +114,8 @@ impl fmt::Display for Drives {
 pub enum Finding {
     Drives(Drives, DrivesForm),
     /// Result for a gain of X.
-    Gain(GainTried),
-    Flaw(FlawWithout),
+    Gain(GainTrial),
+    Flaw(FlawEffect),
 }
 
 /// A job, its plan and its machine, to be turned with other drives.
@@ -185,12 +185,12 @@ impl<'a> TurningDrives<'a> {
     ///
     /// # Errors
     /// See [`Self::form`].
-    pub fn compare(&self, mut tell: impl FnMut(&Finding)) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
+    pub fn compare(&self, mut report: impl FnMut(&Finding)) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
         let mut found = Vec::new();
         for drives in Drives::ALL {
             let Some(machine) = drives.on(self.machine) else { continue };
             let form = if drives == Drives::Ideal { self.compared(&self.ideal) } else { self.form(&machine)? };
-            tell(&Finding::Drives(drives, form));
+            report(&Finding::Drives(drives, form));
             found.push((drives, form));
         }
         Ok(found)

@@ -12,7 +12,7 @@ use super::workholding::Clearance;
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::Sample;
 use crate::motion::point_to_point::{JerkLaw, solve, stop};
-use crate::simulation::axis::{AxisState, Span, Target};
+use crate::simulation::axis::{AxisSetpoint, AxisState, Span};
 use crate::simulation::plausibility::DRIVE_HEADROOM;
 
 const X: usize = Axis::X as usize;
@@ -120,13 +120,13 @@ impl Retract {
     }
 
     /// Target of X in a retreat that follows no path.
-    pub(super) fn target(&self, tick: u64, cycle_time_s: f64, per_mm: f64) -> Option<Target> {
+    pub(super) fn target(&self, tick: u64, cycle_time_s: f64, per_mm: f64) -> Option<AxisSetpoint> {
         let (from, end) = self.retreat?.own?;
         let (sample, is_over) = self.sample(tick, cycle_time_s);
         Some(if is_over {
-            Target::resting(end)
+            AxisSetpoint::resting(end)
         } else {
-            Target {
+            AxisSetpoint {
                 position: from + sample.value * per_mm,
                 velocity: sample.first * per_mm,
                 acceleration: sample.second * per_mm,

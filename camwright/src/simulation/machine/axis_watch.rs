@@ -71,18 +71,18 @@ impl AxisWatch {
             let [before, last] = self.readings[i];
             self.readings[i] = [last, now];
             let description = &description.axes[i];
-            let most = 2.0 * description.maximum_acceleration() * state.counts_per_unit * cycle_time_s * cycle_time_s
+            let max = 2.0 * description.maximum_acceleration() * state.counts_per_unit * cycle_time_s * cycle_time_s
                 + JUMP_COUNTS
                 + 4.0 * (description.drive.encoder_step_counts + description.drive.encoder_noise_counts);
             let jump = (now.saturating_sub(last)).saturating_sub(last.saturating_sub(before)).unsigned_abs() as f64;
-            if jump > most {
+            if jump > max {
                 let per_unit = state.counts_per_unit;
                 // The reading after it is as far off the other way.
                 self.readings[i] = [now, now];
                 if description.needs_homing {
                     state.lose_home();
                 }
-                supervision.raise(tick, AlarmKind::EncoderJump(axis), jump / per_unit, most / per_unit);
+                supervision.raise(tick, AlarmKind::EncoderJump(axis), jump / per_unit, max / per_unit);
             }
         }
     }

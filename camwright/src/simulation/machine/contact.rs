@@ -2,14 +2,14 @@
 
 use super::inputs::{Inputs, Sensing};
 use super::probes::{GapWatch, engagement_mm};
-use super::wheel::Surface;
+use super::wheel::WheelSurface;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::Input;
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::force_monitor::ForceMonitor;
-use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelPosition};
+use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelCentre};
 
 /// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
 /// a concave flank whose radius is the wheel's over 0.9, the tightest that is planned.
@@ -20,21 +20,21 @@ const CUSP_MM: f64 = 5.0e-6;
 
 /// One servo step of the wheel along the lobe in front of it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sweep<'a> {
+pub(super) struct LobeSweep<'a> {
     pub(super) c: &'a Span,
     pub(super) x: &'a Span,
     pub(super) per_rad: f64,
     pub(super) per_mm: f64,
     pub(super) rotation_sense: f64,
     pub(super) step_s: f64,
-    pub(super) surface: Surface,
+    pub(super) surface: WheelSurface,
     /// The wheel is fast enough to cut.
     pub(super) cuts: bool,
 }
 
 /// Deflection and force between wheel and part.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Contact {
+pub(super) struct ContactState {
     deflection: Deflection,
     /// Normal force of the wheel on the part (N).
     force_n: f64,
@@ -44,12 +44,12 @@ pub(super) struct Contact {
     gap: Option<GapWatch>,
 }
 
-snapshot_groups!(Contact {
+snapshot_groups!(ContactState {
     keep_force(fields: deflection, force_n, push_n, force_monitor),
     keep_gap(equipment: gap),
 } on {});
 
-impl Contact {
+impl ContactState {
     pub(super) fn new(description: &MachineDescription) -> Self {
         Self {
             deflection: Deflection::default(),
@@ -138,8 +138,8 @@ impl Contact {
 
     /// Sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
     #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
-    pub(super) fn grind(&mut self, lobe: &mut Lobe, law: Option<&ContactLaw>, sweep: &Sweep<'_>) -> Removal {
-        let Sweep { c, x, per_rad, per_mm, rotation_sense: sense, step_s, surface, cuts } = *sweep;
+    pub(super) fn grind(&mut self, lobe: &mut Lobe, law: Option<&ContactLaw>, sweep: &LobeSweep<'_>) -> Removal {
+        let LobeSweep { c, x, per_rad, per_mm, rotation_sense: sense, step_s, surface, cuts } = *sweep;
         let turn = libm::round(TURN_RAD * per_rad);
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
@@ -157,7 +157,7 @@ impl Contact {
         let mut removal = Removal::default();
         for j in 1..=positions {
             let s = f64::from(j) / f64::from(positions);
-            let wheel = WheelPosition {
+            let wheel = WheelCentre {
                 azimuth_rad: from_rad + sense * c.way(s, step_s) / turn * TURN_RAD,
                 centre_mm: (x.from + x.way(s, step_s)) / per_mm + surface.centre_mm + surface.thrown_mm(s),
                 radius_mm: surface.radius_mm,

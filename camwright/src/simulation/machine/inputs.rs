@@ -160,11 +160,11 @@ impl Inputs {
     pub(super) fn restart(&mut self, axes: &[AxisState; AXIS_COUNT]) {
         let table = axes[Axis::Z.index()].true_position();
         for switch in &mut self.stations {
-            switch.look(table);
+            switch.update(table);
         }
         for (references, axis) in self.references.iter_mut().zip(axes) {
             if let Some(references) = references {
-                references.switch.look(axis.true_position());
+                references.switch.update(axis.true_position());
             }
         }
         self.switch_watch.fill(SwitchWatch::default());

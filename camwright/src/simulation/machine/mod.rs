@@ -38,7 +38,7 @@ use crate::simulation::workpiece::Removal;
 use alarm_retract::Retract;
 use axis_watch::AxisWatch;
 pub use command::{MachineCommand, ResetRefused};
-use contact::{Contact, Sweep};
+use contact::{ContactState, LobeSweep};
 use gauging::Gauging;
 use inputs::{Inputs, ProcessLevels, Sensing};
 use power::Power;
@@ -62,7 +62,7 @@ pub struct Machine {
     inputs: Inputs,
     gauging: Gauging,
     workholding: Workholding,
-    contact: Contact,
+    contact: ContactState,
     wheel: GrindingWheel,
     power: Power,
     stream: Stream,
@@ -94,7 +94,7 @@ impl Machine {
             inputs: Inputs::new(&description, &axes),
             gauging: Gauging::new(&description),
             workholding: Workholding::default(),
-            contact: Contact::new(&description),
+            contact: ContactState::new(&description),
             wheel: GrindingWheel::new(&description),
             power: Power::new(&description.retract),
             stream: Stream::new(&description, resting_setpoint(&axes)),
@@ -372,7 +372,7 @@ impl Machine {
         if c.is_still() && x.is_still() {
             return Removal::default();
         }
-        let sweep = Sweep {
+        let sweep = LobeSweep {
             c,
             x,
             per_rad: self.axes[Axis::C.index()].counts_per_unit,

@@ -6,7 +6,7 @@ use super::{Machine, ResetRefused};
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::machine::setpoint::Setpoint;
-use crate::simulation::axis::{AxisState, Span, Target};
+use crate::simulation::axis::{AxisSetpoint, AxisState, Span};
 
 const X: usize = Axis::X as usize;
 
@@ -112,7 +112,7 @@ impl Machine {
         let retreats = self.retract.end();
         if retreats {
             let end = libm::round(self.axes[X].target().position);
-            self.axes[X].go(Target::resting(end));
+            self.axes[X].go(AxisSetpoint::resting(end));
         }
         let is_near = retreats && self.too_near(self.x_target_mm()).is_some();
         self.supervision.enter(if is_near { Mode::OwnStop } else { Mode::Halted });

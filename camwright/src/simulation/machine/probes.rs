@@ -129,7 +129,7 @@ mod tests {
 
     /// A position on an edge is within the keyway on one side only, so every edge is reported exactly once.
     #[test]
-    fn an_edge_that_a_step_ends_on_is_told_once() {
+    fn an_edge_at_a_step_boundary_is_reported_once() {
         let edges = |from, to| edge_positions(key_way_edges(-20.0, 30.0, 3600.0, from, to));
         assert_eq!([edges(-30.0, -20.0), edges(-20.0, -10.0)].concat(), [(true, -20.0)]);
         assert_eq!([edges(-10.0, -20.0), edges(-20.0, -30.0)].concat(), [(false, -20.0)]);

@@ -28,7 +28,7 @@ const WAVE_STEP_RAD: f64 = 0.5;
 
 /// The wheel during one servo step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Surface {
+pub(super) struct WheelSurface {
     /// Its radius (mm).
     pub(super) radius_mm: f64,
     /// Its centre from where X is counted, without unbalance (mm).
@@ -39,7 +39,7 @@ pub(super) struct Surface {
     turn_rad: f64,
 }
 
-impl Surface {
+impl WheelSurface {
     /// Distance by which unbalance throws the centre off the part at fraction `s` of the step (mm).
     pub(super) fn thrown_mm(&self, s: f64) -> f64 {
         if self.unbalance_mm == 0.0 { 0.0 } else { self.unbalance_mm * libm::cos(self.phase_rad + s * self.turn_rad) }
@@ -179,10 +179,10 @@ impl GrindingWheel {
             supervision.raise(tick, AlarmKind::WheelStopped, 0.0, 0.0);
         }
         let ordered = description.wheel.surface_speed_m_s * 1000.0 / lasting.wheel_radius_mm;
-        let (speed, most) = (self.rad_s(lasting), ordered * MAX_OVERSPEED);
-        if speed > most {
+        let (speed, max) = (self.rad_s(lasting), ordered * MAX_OVERSPEED);
+        if speed > max {
             let rpm = |rad_s: f64| rad_s / TURN_RAD * 60.0;
-            supervision.raise(tick, AlarmKind::WheelOverspeed, rpm(speed), rpm(most));
+            supervision.raise(tick, AlarmKind::WheelOverspeed, rpm(speed), rpm(max));
             self.wheel.order(false);
         }
     }
@@ -214,14 +214,14 @@ impl GrindingWheel {
         step_s: f64,
         description: &MachineDescription,
         lasting: &PersistentState,
-    ) -> Surface {
+    ) -> WheelSurface {
         let (grown_mm, dressed_mm) = match description.thermal {
             Some(_) => (lasting.growth_mm, lasting.growth_at_dress_mm),
             None => (0.0, 0.0),
         };
         let turn_rad = self.rad_s(lasting) * step_s;
         let share = self.wheel.share_of_speed();
-        Surface {
+        WheelSurface {
             // The dresser's rim stands where it stands, whatever the zero of X was corrected by before.
             radius_mm: lasting.wheel_radius_mm - lasting.wheel_wear_mm - dressed_mm + self.dressed_zero_mm,
             centre_mm: lasting.wheel_radius_mm - grown_mm,

@@ -166,7 +166,7 @@ impl Workholding {
         } else {
             let lobe = &self.lobes()[self.lobe_in_front(z_mm, description)?];
             let reach_mm = lobe.reach_mm();
-            (reach_mm, lobe.radii_mm().iter().fold(reach_mm, |least, radius| least.min(*radius)))
+            (reach_mm, lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius)))
         };
         let off_mm = reach_mm + description.retract.clearance_mm;
         (x_mm < off_mm).then_some(Clearance { off_mm, nearest_mm: nearest_mm.min(x_mm) })

@@ -104,7 +104,7 @@ fn the_error_of_a_ramp_is_that_of_the_second_order_lag() {
 }
 
 #[test]
-fn an_ideal_drive_is_exactly_where_it_is_told_to_be() {
+fn an_ideal_drive_is_exactly_at_its_setpoint() {
     let mut servo = servo(DriveSettings::IDEAL);
     for k in 0..10_000_u32 {
         let distance = f64::from((k * 7919) % 1000) - 500.0;
@@ -229,7 +229,7 @@ fn backlash_is_the_difference_between_both_directions() {
 #[test]
 fn an_encoder_in_counts_holds_the_axis_within_counts() {
     let whole = DriveSettings { acceleration_feed_forward: 1.0, ..drive(200.0, 1.0, Some(700.0)) };
-    for (step, noise, integral, most) in
+    for (step, noise, integral, max) in
         [(1.0, 0.0, None, 1.0), (1.0, 0.0, Some(0.01), 1.0), (1.0, 0.5, Some(0.01), 2.0), (20.0, 0.0, Some(0.01), 20.0)]
     {
         let coarse = DriveSettings {
@@ -246,7 +246,7 @@ fn an_encoder_in_counts_holds_the_axis_within_counts() {
             }
         };
         follow(&mut servo, 20_000, |t| [1234.5 * t, 1234.5, 0.0], see);
-        assert!(largest < most && largest > 1e-3, "{step} {noise}: {largest}");
+        assert!(largest < max && largest > 1e-3, "{step} {noise}: {largest}");
     }
 }
 
@@ -272,9 +272,9 @@ fn a_motor_at_its_limit_falls_behind_and_does_not_wind_up() {
             true => [0.5 * asked * t * t, asked * t, asked],
             false => [0.5 * asked * s * s, 0.0, 0.0],
         };
-        let (mut least, mut most) = (0.0_f64, 0.0_f64);
+        let (mut min, mut max) = (0.0_f64, 0.0_f64);
         let see = |t: f64, _: f64, servo: &Servo| {
-            (least, most) = (least.min(servo.error()), most.max(servo.error()));
+            (min, max) = (min.min(servo.error()), max.max(servo.error()));
             assert!(servo.force().expect("a motor").abs() <= 400.0 * (1.0 + 1e-12));
             if t < 0.0999 {
                 let missing = 0.5 * (asked - (400.0 - friction) / 400.0 * 1000.0 * counts) * t * t;
@@ -283,7 +283,7 @@ fn a_motor_at_its_limit_falls_behind_and_does_not_wind_up() {
         };
         follow(&mut servo, 40_000, way, see);
         assert!(servo.error().abs() < 1.0, "{}", servo.error());
-        least / most
+        min / max
     };
     let without = run(None, 0.0);
     let integral = run(Some(0.01), 0.0);

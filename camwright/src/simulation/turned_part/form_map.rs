@@ -186,9 +186,9 @@ impl FormMap {
             // Valley to valley: both ends of the stretch belong to it.
             for first in (0..self.places.len() - columns).step_by(columns) {
                 let cells = (first..=first + columns).map(|column| self.deviations[column * self.azimuths + azimuth]);
-                let (least, most) = minimum_and_maximum(cells);
-                most_mm = most_mm.max(most - least);
-                sum += most - least;
+                let (min, max) = minimum_and_maximum(cells);
+                most_mm = most_mm.max(max - min);
+                sum += max - min;
                 count += 1.0;
             }
         }

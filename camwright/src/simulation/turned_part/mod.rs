@@ -196,7 +196,7 @@ pub struct TurnedPart {
     cos: Vec<f64>,
     sin: Vec<f64>,
     raw_reach: f64,
-    least: f64,
+    min: f64,
     /// An upper bound of its radius.
     reach: f64,
     /// The column to be looked at next, and the largest radius of those before it.
@@ -224,10 +224,10 @@ impl TurnedPart {
             });
         }
         let reach = largest(&radii);
-        let least = radii.iter().fold(reach, |least, r| least.min(*r));
+        let min = radii.iter().fold(reach, |min, r| min.min(*r));
         let cos = (0..azimuths).map(|i| libm::cos(grid.azimuth_rad(i))).collect();
         let sin = (0..azimuths).map(|i| libm::sin(grid.azimuth_rad(i))).collect();
-        Ok(Self { name, grid, radii, cos, sin, raw_reach: reach, least, reach, refresh: (0, 0.0), changed: false })
+        Ok(Self { name, grid, radii, cos, sin, raw_reach: reach, min, reach, refresh: (0, 0.0), changed: false })
     }
 
     /// A round bar of this radius (mm).
@@ -280,7 +280,7 @@ impl TurnedPart {
     /// Its smallest radius (mm).
     #[must_use]
     pub fn minimum_mm(&self) -> f64 {
-        self.least
+        self.min
     }
 
     /// An upper bound of its radius (mm): it follows what is cut once [`TurnedPart::refresh`] has gone over all columns.
@@ -307,18 +307,18 @@ impl TurnedPart {
         }
         for _ in 0..REFRESHED {
             let (column, so_far) = self.refresh;
-            let most = so_far.max(largest(self.column_mm(column)));
+            let max = so_far.max(largest(self.column_mm(column)));
             self.refresh = if column + 1 == self.grid.columns {
                 // Radii only get smaller: what was the largest some time ago is no less than now.
-                self.reach = most;
+                self.reach = max;
                 (0, 0.0)
             } else {
-                (column + 1, most)
+                (column + 1, max)
             };
         }
     }
 }
 
 fn largest(radii: &[f64]) -> f64 {
-    radii.iter().fold(0.0, |most, r| if *r > most { *r } else { most })
+    radii.iter().fold(0.0, |max, r| if *r > max { *r } else { max })
 }

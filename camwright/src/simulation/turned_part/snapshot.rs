@@ -30,9 +30,9 @@ impl TurnedPart {
     }
 
     fn snapshot_rest(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
-        let Self { raw_reach, least, reach, refresh, changed, grid, .. } = self;
+        let Self { raw_reach, min, reach, refresh, changed, grid, .. } = self;
         codec.field("raw_reach", |codec| raw_reach.snapshot(codec))?;
-        codec.field("least", |codec| least.snapshot(codec))?;
+        codec.field("least", |codec| min.snapshot(codec))?;
         codec.field("reach", |codec| reach.snapshot(codec))?;
         codec.field("refresh", |codec| refresh.snapshot(codec))?;
         codec.field("changed", |codec| changed.snapshot(codec))?;

@@ -30,14 +30,14 @@ const MAX_STEPS: u32 = 24;
 
 /// A line of the grid at both ends of a step: cosine and sine of a.
 #[derive(Clone, Copy)]
-struct Line {
+struct GridLine {
     index: usize,
     begin: (f64, f64),
     end: (f64, f64),
 }
 
 /// A step of the insert.
-struct Sweep<'a> {
+struct InsertSweep<'a> {
     insert: &'a Insert,
     motion: &'a InsertMove,
     from: InsertPose,
@@ -80,9 +80,9 @@ impl Insert {
     }
 }
 
-impl Sweep<'_> {
+impl InsertSweep<'_> {
     /// The columns that may pass a line, on either side of the insert's centre: distances from it, and all between.
-    fn beside_mm(&self, line: &Line, widest: f64) -> (f64, f64) {
+    fn beside_mm(&self, line: &GridLine, widest: f64) -> (f64, f64) {
         let insert = self.insert;
         if insert.height_mm == 0.0 {
             return (0.0, widest);
@@ -99,7 +99,7 @@ impl Sweep<'_> {
     }
 
     /// Share of the step at which a point of a column crosses a line: xₑ there. `None` if it does not cross.
-    fn passes_at(&self, line: &Line, column_mm: f64) -> Option<f64> {
+    fn passes_at(&self, line: &GridLine, column_mm: f64) -> Option<f64> {
         let (insert, height) = (self.insert, self.insert.height_mm);
         let edge0 = insert.edge_mm(self.from.x_mm, column_mm - self.from.z_mm);
         let edge1 = insert.edge_mm(self.to.x_mm, column_mm - self.to.z_mm);
@@ -138,7 +138,7 @@ impl Sweep<'_> {
     }
 
     /// A column that the insert reaches with its rim only at one end of the step: there the edge is at the height of the centre.
-    fn rim_passes(&self, line: &Line, edge0: Option<f64>, edge1: Option<f64>) -> Option<f64> {
+    fn rim_passes(&self, line: &GridLine, edge0: Option<f64>, edge1: Option<f64>) -> Option<f64> {
         let (x0, x1, height) = (self.from.x_mm, self.to.x_mm, self.insert.height_mm);
         if edge0.is_none() && edge1.is_none() {
             return None;
@@ -175,10 +175,10 @@ impl TurnedPart {
         }
         let (from, to) = (motion.from(), motion.at(1.0));
         if !cuts {
-            return self.look(insert, to);
+            return self.depth_at(insert, to);
         }
         let (column_step, half_sector) = (self.grid.column_step_mm(), self.half_sector());
-        let sweep = Sweep { insert, motion, from, to, x, z, height2: height * height, column_step, half_sector };
+        let sweep = InsertSweep { insert, motion, from, to, x, z, height2: height * height, column_step, half_sector };
         // Half the width over which the edge is inside the largest radius.
         let depth = x.0 - outermost;
         let widest = if depth > 0.0 {
@@ -192,8 +192,8 @@ impl TurnedPart {
         let high = (from.turned_rad.max(to.turned_rad) + one.max(other)) / per_line;
         let (begin, end) = (libm::sincos(from.turned_rad), libm::sincos(to.turned_rad));
         let lowest = libm::ceil(low - 1e-6);
-        let most = self.grid.azimuths as f64 - 1.0;
-        let count = (libm::floor(high + 1e-6) - lowest).min(most);
+        let max = self.grid.azimuths as f64 - 1.0;
+        let count = (libm::floor(high + 1e-6) - lowest).min(max);
         let mut removal = none;
         let mut k = 0.0;
         while k <= count {
@@ -202,7 +202,7 @@ impl TurnedPart {
             let seen = |(sin_turned, cos_turned): (f64, f64)| {
                 (cos * cos_turned + sin * sin_turned, sin * cos_turned - cos * sin_turned)
             };
-            let line = Line { index, begin: seen(begin), end: seen(end) };
+            let line = GridLine { index, begin: seen(begin), end: seen(end) };
             let (narrowest, widest) = sweep.beside_mm(&line, widest);
             let left = self.columns(from.z_mm.min(to.z_mm) - widest, from.z_mm.max(to.z_mm) - narrowest);
             let right = self.columns(from.z_mm.min(to.z_mm) + narrowest, from.z_mm.max(to.z_mm) + widest);
@@ -229,13 +229,13 @@ impl TurnedPart {
     #[allow(clippy::cast_possible_truncation, reason = "clamped to the columns there are")]
     fn columns(&self, from_mm: f64, to_mm: f64) -> (usize, usize) {
         let step = self.grid.column_step_mm();
-        let most = self.grid.columns as f64;
-        let first = libm::ceil((from_mm - self.grid.from_mm) / step - 1e-6).clamp(0.0, most);
-        let end = (libm::floor((to_mm - self.grid.from_mm) / step + 1e-6) + 1.0).clamp(first, most);
+        let max = self.grid.columns as f64;
+        let first = libm::ceil((from_mm - self.grid.from_mm) / step - 1e-6).clamp(0.0, max);
+        let end = (libm::floor((to_mm - self.grid.from_mm) / step + 1e-6) + 1.0).clamp(first, max);
         (first as usize, end as usize)
     }
 
-    fn cut_cell(&mut self, sweep: &Sweep<'_>, line: &Line, column: usize, removal: &mut TurnedRemoval) {
+    fn cut_cell(&mut self, sweep: &InsertSweep<'_>, line: &GridLine, column: usize, removal: &mut TurnedRemoval) {
         let at = column * self.grid.azimuths + line.index;
         let before = self.radii[at];
         let (insert, square) = (sweep.insert, sweep.height2);
@@ -253,7 +253,7 @@ impl TurnedPart {
             return;
         }
         self.radii[at] = left;
-        self.least = self.least.min(left);
+        self.min = self.min.min(left);
         self.changed = true;
         removal.volume_mm3 += (before + left) * depth * sweep.half_sector;
         if depth > removal.depth_mm {
@@ -263,7 +263,7 @@ impl TurnedPart {
     }
 
     /// Depth of the insert's edge in the part at this pose; between two azimuths the radius is linear.
-    fn look(&self, insert: &Insert, pose: InsertPose) -> TurnedRemoval {
+    fn depth_at(&self, insert: &Insert, pose: InsertPose) -> TurnedRemoval {
         let (first, end) = self.columns(pose.z_mm - insert.radius_mm, pose.z_mm + insert.radius_mm);
         let mut removal = TurnedRemoval::default();
         let (n, height) = (self.grid.azimuths as f64, insert.height_mm);

@@ -243,7 +243,7 @@ fn random_motions_leave_what_a_look_at_every_moment_leaves() {
 }
 
 #[test]
-fn looking_does_not_cut_and_tells_how_deep() {
+fn measuring_depth_does_not_cut() {
     for height in [0.0, H45] {
         let mut part = bar(360, 101, -5.0, 5.0, 20.0);
         let x = libm::sqrt(19.9 * 19.9 - height * height) + INSERT;
@@ -272,9 +272,9 @@ fn a_smaller_reach_is_known_after_every_column_was_looked_at() {
     let mut part = bar(90, 11, 0.0, 1.0, 20.0);
     turn(&mut part, &insert(0.0), |_| (19.0 + INSERT, 0.0), (0.0, 0.5), (0.0, 7.0), 200);
     (0..11).for_each(|_| part.refresh());
-    let most = part.radii_mm().iter().copied().fold(0.0, f64::max);
+    let max = part.radii_mm().iter().copied().fold(0.0, f64::max);
     assert!(
-        part.reach_mm() < 19.1 && part.reach_mm() >= most && part.raw_reach_mm() >= 20.0 && part.minimum_mm() >= 19.0,
+        part.reach_mm() < 19.1 && part.reach_mm() >= max && part.raw_reach_mm() >= 20.0 && part.minimum_mm() >= 19.0,
         "{}",
         part.reach_mm()
     );

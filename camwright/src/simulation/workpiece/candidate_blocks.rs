@@ -2,7 +2,7 @@
 
 /// An edge of a block of azimuths.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Edge {
+pub(super) enum BlockEdge {
     First,
     Last,
 }
@@ -30,7 +30,7 @@ impl CandidateBlocks {
 
     /// Returns the next block that may be inside the wheel. `look` returns for a block, by its edge nearest to the wheel's centre,
     /// whether any block could reach there, and whether this block does.
-    pub(super) fn next(&mut self, blocks: usize, look: impl Fn(usize, Edge) -> (bool, bool)) -> Option<usize> {
+    pub(super) fn next(&mut self, blocks: usize, look: impl Fn(usize, BlockEdge) -> (bool, bool)) -> Option<usize> {
         loop {
             if self.seen == blocks {
                 return None;
@@ -42,8 +42,8 @@ impl CandidateBlocks {
                     self.seen = 1;
                     return Some(self.first);
                 }
-                SearchDirection::Up(last) => (if last + 1 == blocks { 0 } else { last + 1 }, Edge::First),
-                SearchDirection::Down(last) => (if last == 0 { blocks - 1 } else { last - 1 }, Edge::Last),
+                SearchDirection::Up(last) => (if last + 1 == blocks { 0 } else { last + 1 }, BlockEdge::First),
+                SearchDirection::Down(last) => (if last == 0 { blocks - 1 } else { last - 1 }, BlockEdge::Last),
             };
             let (can, does) = look(block, edge);
             self.way = match (can, self.way) {

@@ -3,8 +3,8 @@
 //! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth
 //! keeps its radius from before the present pass until it is opposite the wheel.
 
-use super::cut_record::ContactNow;
-use super::{BLOCK, Facing, Lobe, Removal, WheelPosition, largest};
+use super::cut_record::ContactSample;
+use super::{BLOCK, Lobe, Removal, WheelCentre, WheelDirection, largest};
 use crate::machine::contact_law::ContactLaw;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
@@ -28,7 +28,7 @@ impl Default for Deflection {
     }
 }
 
-impl Facing {
+impl WheelDirection {
     /// The wheel where it stands when it has given way.
     fn deflected(&self, by: Deflection) -> Self {
         let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
@@ -46,7 +46,7 @@ impl Facing {
 
 /// The surface that the wheel meets: radii from before the present pass.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Met {
+pub(super) struct EngagedSurface {
     radii: Vec<f64>,
     block_reach: Vec<f64>,
     reach: f64,
@@ -54,13 +54,13 @@ pub(super) struct Met {
     upto: Option<usize>,
 }
 
-impl Met {
+impl EngagedSurface {
     pub(super) fn new(radii: &[f64], block_reach: &[f64]) -> Self {
         Self { radii: radii.to_vec(), block_reach: block_reach.to_vec(), reach: largest(block_reach), upto: None }
     }
 }
 
-impl Snapshot for Met {
+impl Snapshot for EngagedSurface {
     fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self { radii, block_reach, reach, upto } = self;
         codec.field("radii", |codec| codec.numbers(radii))?;
@@ -75,7 +75,7 @@ impl Snapshot for Met {
 }
 
 /// Deepest point of a wheel in the surface.
-struct Touch {
+struct DeepestTouch {
     depth_mm: f64,
     normal: (f64, f64),
     /// Index of the azimuth nearest to it.
@@ -102,7 +102,7 @@ impl Lobe {
     /// surface that it makes, its deepest point is the one that counts, however steeply the undeflected wheel closes in.
     pub(crate) fn press(
         &mut self,
-        wheel: WheelPosition,
+        wheel: WheelCentre,
         law: &ContactLaw,
         before: Deflection,
         cuts: bool,
@@ -115,12 +115,12 @@ impl Lobe {
             return (self.pass(wheel, cuts), Deflection::default());
         }
         self.bring_up_to(wheel.azimuth_rad);
-        let (position, wheel) = (wheel, Facing::from_wheel(wheel));
+        let (position, wheel) = (wheel, WheelDirection::from_wheel(wheel));
         let touch = match self.touch(&wheel.deflected(before)) {
-            Some(touch) => Some(Touch { depth_mm: touch.depth_mm + before.mm, ..touch }),
+            Some(touch) => Some(DeepestTouch { depth_mm: touch.depth_mm + before.mm, ..touch }),
             None => self.touch(&wheel),
         };
-        let Some(Touch { depth_mm: engagement_mm, normal, at }) = touch else {
+        let Some(DeepestTouch { depth_mm: engagement_mm, normal, at }) = touch else {
             if let Some(record) = &mut self.record {
                 record.leave();
             }
@@ -136,7 +136,8 @@ impl Lobe {
         if let Some(record) = &mut self.record {
             let azimuth_rad = at as f64 / self.radii.len() as f64 * TURN_RAD;
             let force_n = law.force_n(deflection.mm);
-            let contact = ContactNow { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, force_n, cos_beta: normal.0 };
+            let contact =
+                ContactSample { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, force_n, cos_beta: normal.0 };
             record.note(position, contact, time_s);
         }
         (removal, deflection)
@@ -176,7 +177,7 @@ impl Lobe {
 
     /// Finds the deepest point of a wheel in the surface: the azimuth nearest to its centre, and between its neighbours the vertex of a
     /// parabola. `None` without contact.
-    fn touch(&self, wheel: &Facing) -> Option<Touch> {
+    fn touch(&self, wheel: &WheelDirection) -> Option<DeepestTouch> {
         let (x, radius) = (wheel.centre_mm, wheel.radius_mm);
         let (cos, sin) = wheel.direction;
         let mut nearest = (radius * radius, None);
@@ -189,12 +190,11 @@ impl Lobe {
             let start = block * BLOCK;
             let end = (start + BLOCK).min(self.radii.len());
             let squares = wheel.squares(&self.met.radii[start..end], &self.cos[start..end], &self.sin[start..end]);
-            let least =
-                squares.iter().fold(f64::INFINITY, |least, square| if *square < least { *square } else { least });
-            if least < nearest.0
-                && let Some(i) = squares.iter().position(|square| *square <= least)
+            let min = squares.iter().fold(f64::INFINITY, |min, square| if *square < min { *square } else { min });
+            if min < nearest.0
+                && let Some(i) = squares.iter().position(|square| *square <= min)
             {
-                nearest = (least, Some(start + i));
+                nearest = (min, Some(start + i));
             }
         }
         let at = nearest.1?;
@@ -214,6 +214,6 @@ impl Lobe {
         let [(along0, across0), (along1, across1), (along2, across2)] = neighbours;
         let (along, across) = (along1 + 0.5 * (along2 - along0) * aside, across1 + 0.5 * (across2 - across0) * aside);
         let length = libm::sqrt(along * along + across * across);
-        Some(Touch { depth_mm, normal: (along / length, across / length), at })
+        Some(DeepestTouch { depth_mm, normal: (along / length, across / length), at })
     }
 }

@@ -5,7 +5,7 @@
 //! v = Q′/a; and with ω, the speed of the wheel line about the part, and β, the angle of the normal to it, the part's curvature κ at the
 //! contact is that of 1 + κR = centre·ω/(v cos β) (`speed_plan::process`).
 
-use super::WheelPosition;
+use super::WheelCentre;
 use crate::machine::description::{GrindingProcess, MachineDescription, ReferenceCut};
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
@@ -19,7 +19,7 @@ const MIN_DEPTH_MM: f64 = 1e-6;
 
 /// Removal at one degree of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct CutAt {
+pub struct RemovalAtDegree {
     /// Largest power of the wheel's spindle per width (W/mm).
     pub power_w_mm: f64,
     /// Energy per removed volume in that moment (J/mm³).
@@ -28,7 +28,7 @@ pub struct CutAt {
     pub burn_index: f64,
 }
 
-crate::snapshot!(CutAt { power_w_mm, specific_energy_j_mm3, burn_index } on {});
+crate::snapshot!(RemovalAtDegree { power_w_mm, specific_energy_j_mm3, burn_index } on {});
 
 /// The contact on its way over a degree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,7 +54,7 @@ pub struct CutRecord {
     /// Largest normal force (N), of the whole contact as the law has it.
     forces_n: Vec<f64>,
     /// None of them where nobody says what grinding takes.
-    degrees: Vec<CutAt>,
+    degrees: Vec<RemovalAtDegree>,
     passage: Option<Passage>,
     /// Azimuth of the wheel line before (rad).
     line_rad: Option<f64>,
@@ -73,7 +73,7 @@ impl Snapshot for CutRecord {
 
 /// The contact at one position of the wheel.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ContactNow {
+pub(super) struct ContactSample {
     /// Azimuth on the part (rad).
     pub(super) azimuth_rad: f64,
     pub(super) area_mm2: f64,
@@ -90,14 +90,14 @@ impl CutRecord {
     pub(crate) fn from_description(description: &MachineDescription) -> Option<Self> {
         description.contact.as_ref()?;
         let process = description.process;
-        let degrees = alloc::vec![CutAt::default(); if process.is_some() { DEGREES } else { 0 }];
+        let degrees = alloc::vec![RemovalAtDegree::default(); if process.is_some() { DEGREES } else { 0 }];
         let (forces_n, wheel_speed_m_s) = (alloc::vec![0.0; DEGREES], description.wheel.surface_speed_m_s);
         Some(Self { process, wheel_speed_m_s, forces_n, degrees, passage: None, line_rad: None })
     }
 
     /// Removal at every degree from the keyway on; empty without process data in the machine file.
     #[must_use]
-    pub fn degrees(&self) -> &[CutAt] {
+    pub fn degrees(&self) -> &[RemovalAtDegree] {
         &self.degrees
     }
 
@@ -113,7 +113,7 @@ impl CutRecord {
     }
 
     /// The wheel stood here for a while (s).
-    pub(super) fn note(&mut self, wheel: WheelPosition, contact: ContactNow, time_s: f64) {
+    pub(super) fn note(&mut self, wheel: WheelCentre, contact: ContactSample, time_s: f64) {
         let turned_rad = self.line_rad.replace(wheel.azimuth_rad).map_or(0.0, |before| {
             let turned = (wheel.azimuth_rad - before).abs();
             turned.min((TURN_RAD - turned).abs())

@@ -19,9 +19,9 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-use candidate_blocks::{CandidateBlocks, Edge};
+use candidate_blocks::{BlockEdge, CandidateBlocks};
 pub use compliance::Deflection;
-pub use cut_record::{CutAt, CutRecord, DEGREES};
+pub use cut_record::{CutRecord, DEGREES, RemovalAtDegree};
 
 /// Azimuths of an outline unless somebody wants another number: 0.1° apart, the block of JPS6156064B2.
 pub const DEFAULT_AZIMUTHS: usize = 3600;
@@ -96,7 +96,7 @@ impl Removal {
 
 /// The wheel as the part sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WheelPosition {
+pub struct WheelCentre {
     /// Azimuth of its centre in the part's frame (rad).
     pub azimuth_rad: f64,
     /// Distance of its centre from the part's axis (mm).
@@ -107,7 +107,7 @@ pub struct WheelPosition {
 
 /// The wheel as it faces the part: which way its centre lies, as a direction.
 #[derive(Debug, Clone, Copy)]
-struct Facing {
+struct WheelDirection {
     centre_mm: f64,
     radius_mm: f64,
     /// Cosine and sine of its azimuth.
@@ -115,9 +115,9 @@ struct Facing {
     azimuth_rad: f64,
 }
 
-impl Facing {
-    fn from_wheel(wheel: WheelPosition) -> Self {
-        let WheelPosition { azimuth_rad, centre_mm, radius_mm } = wheel;
+impl WheelDirection {
+    fn from_wheel(wheel: WheelCentre) -> Self {
+        let WheelCentre { azimuth_rad, centre_mm, radius_mm } = wheel;
         let (sin, cos) = libm::sincos(azimuth_rad);
         Self { centre_mm, radius_mm, direction: (cos, sin), azimuth_rad }
     }
@@ -157,7 +157,7 @@ pub struct Lobe {
     sin: Vec<f64>,
     reach: f64,
     changed: bool,
-    met: compliance::Met,
+    met: compliance::EngagedSurface,
     record: Option<CutRecord>,
 }
 
@@ -181,7 +181,7 @@ impl Lobe {
         let sin = (0..radii.len()).map(|i| libm::sin(azimuth(i))).collect();
         let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
         let reach = largest(&radii);
-        let met = compliance::Met::new(&radii, &block_reach);
+        let met = compliance::EngagedSurface::new(&radii, &block_reach);
         Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met, record: None })
     }
 
@@ -249,17 +249,17 @@ impl Lobe {
     /// Valid while the part is smaller than √(X² − R²), the distance of the wheel's tangent point: then a ray that meets
     /// the wheel leaves the part inside it. A wheel over the part's axis (X ≤ R) cuts nothing and has the whole part
     /// as depth.
-    pub fn pass(&mut self, wheel: WheelPosition, cuts: bool) -> Removal {
+    pub fn pass(&mut self, wheel: WheelCentre, cuts: bool) -> Removal {
         if wheel.centre_mm - wheel.radius_mm >= self.reach {
             return Removal::default();
         }
         if wheel.centre_mm <= wheel.radius_mm {
             return Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
         }
-        self.cut(&Facing::from_wheel(wheel), cuts)
+        self.cut(&WheelDirection::from_wheel(wheel), cuts)
     }
 
-    fn cut(&mut self, wheel: &Facing, cuts: bool) -> Removal {
+    fn cut(&mut self, wheel: &WheelDirection, cuts: bool) -> Removal {
         let mut removal = Removal::default();
         let mut near = self.near(wheel);
         while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
@@ -273,15 +273,15 @@ impl Lobe {
     }
 
     /// Looks about from the block that the wheel's centre faces.
-    fn near(&self, wheel: &Facing) -> CandidateBlocks {
+    fn near(&self, wheel: &WheelDirection) -> CandidateBlocks {
         CandidateBlocks::new(self.block_of(wheel.azimuth_rad))
     }
 
     /// The azimuth of a block at one of its edges.
-    fn azimuth_of(&self, block: usize, edge: Edge) -> usize {
+    fn azimuth_of(&self, block: usize, edge: BlockEdge) -> usize {
         match edge {
-            Edge::First => block * BLOCK,
-            Edge::Last => ((block + 1) * BLOCK).min(self.radii.len()) - 1,
+            BlockEdge::First => block * BLOCK,
+            BlockEdge::Last => ((block + 1) * BLOCK).min(self.radii.len()) - 1,
         }
     }
 
@@ -296,7 +296,7 @@ impl Lobe {
         self.index_of(azimuth_rad) / BLOCK
     }
 
-    fn cut_block(&mut self, block: usize, wheel: &Facing, cuts: bool) -> Removal {
+    fn cut_block(&mut self, block: usize, wheel: &WheelDirection, cuts: bool) -> Removal {
         let (cos, sin) = wheel.direction;
         let range = block * BLOCK..((block + 1) * BLOCK).min(self.radii.len());
         let (x, r2) = (wheel.centre_mm, wheel.radius_mm * wheel.radius_mm);
@@ -337,8 +337,8 @@ fn largest(radii: &[f64]) -> f64 {
     // No radius is NaN. Four at a time, which do not wait for each other.
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (fours, rest) = radii.as_chunks::<4>();
-    let most = fours.iter().fold([0.0; 4], |most, four| core::array::from_fn(|i| larger(most[i], four[i])));
-    rest.iter().chain(&most).fold(0.0, |most, radius| larger(most, *radius))
+    let max = fours.iter().fold([0.0; 4], |max, four| core::array::from_fn(|i| larger(max[i], four[i])));
+    rest.iter().chain(&max).fold(0.0, |max, radius| larger(max, *radius))
 }
 
 /// The part between the centres.
@@ -394,7 +394,7 @@ mod tests {
     }
 
     /// Every azimuth by the formula alone.
-    fn slow_pass(radii: &mut [f64], wheel: WheelPosition) {
+    fn slow_pass(radii: &mut [f64], wheel: WheelCentre) {
         let n = radii.len() as f64;
         for (i, radius) in radii.iter_mut().enumerate() {
             let delta = TURN_RAD * i as f64 / n - wheel.azimuth_rad;
@@ -421,7 +421,7 @@ mod tests {
             let mut slow = vec![25.0; azimuths];
             let mut area = 0.0;
             for _ in 0..300 {
-                let wheel = WheelPosition {
+                let wheel = WheelCentre {
                     azimuth_rad: 40.0 * (random() - 0.5),
                     radius_mm: 60.0,
                     centre_mm: 85.5 - 3.0 * random(),
@@ -441,7 +441,7 @@ mod tests {
     #[test]
     fn looking_does_not_cut() {
         let mut lobe = blank(20.0);
-        let wheel = WheelPosition { azimuth_rad: 1.0, centre_mm: 79.9, radius_mm: 60.0 };
+        let wheel = WheelCentre { azimuth_rad: 1.0, centre_mm: 79.9, radius_mm: 60.0 };
         let seen = lobe.pass(wheel, false);
         assert!((seen.depth_mm - 0.1).abs() < 1e-4 && seen.area_mm2 == 0.0, "{seen:?}");
         assert_eq!(lobe, blank(20.0));

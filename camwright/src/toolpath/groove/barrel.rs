@@ -77,10 +77,7 @@ impl BarrelGroove {
                 let z = lift.sample(angle);
                 (0..=DEPTHS)
                     .map(|depth| (groove.regularity(&z, groove.at_depth(depth), wall), groove.at_depth(depth)))
-                    .fold(
-                        (f64::INFINITY, 0.0),
-                        |least, new| if new.0 < least.0 || new.0.is_nan() { new } else { least },
-                    )
+                    .fold((f64::INFINITY, 0.0), |min, new| if new.0 < min.0 || new.0.is_nan() { new } else { min })
             };
             let thinnest = smallest_over_turn(lift.grid(), &lift.breaks(), |angle| worst(angle).0);
             if thinnest.value.is_nan() || thinnest.value <= ROUNDING {

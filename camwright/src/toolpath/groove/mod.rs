@@ -122,7 +122,7 @@ pub enum GrooveError {
     /// A mill that would have to go round far too often.
     #[error(
         "a mill of radius {cutter_radius_mm} mm needs {paths} paths beside each other in a groove of half width {half_width_mm} mm; at most \
-         {most} are allowed"
+         {max} are allowed"
     )]
     CutterTooSmall {
         /// Radius of the mill (mm).
@@ -132,7 +132,7 @@ pub enum GrooveError {
         /// Paths it would take.
         paths: f64,
         /// Most that are allowed.
-        most: u32,
+        max: u32,
     },
     /// A path that is not smooth enough, or not confirmed on its way back.
     #[error(transparent)]
@@ -178,7 +178,7 @@ fn side_by_side(
     }
     let paths = libm::ceil(beside_mm / (STEP_OVER * cutter_radius_mm)).max(1.0) + 1.0;
     if coverage == Coverage::Slot && paths > f64::from(MAX_PATHS) {
-        return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, most: MAX_PATHS });
+        return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, max: MAX_PATHS });
     }
     let mut offsets = Vec::new();
     offsets.push((name(Wall::Inner).to_string(), -beside_mm));

@@ -27,16 +27,16 @@ pub struct WallError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallErrors {
     /// Position with most material left.
-    pub most: WallError,
+    pub max: WallError,
     /// Position with least material left, or the deepest cut.
-    pub least: WallError,
+    pub min: WallError,
 }
 
 impl WallErrors {
     /// The larger of the two, by size.
     #[must_use]
     pub fn worst(&self) -> WallError {
-        if self.most.error_mm.abs() >= self.least.error_mm.abs() { self.most } else { self.least }
+        if self.max.error_mm.abs() >= self.min.error_mm.abs() { self.max } else { self.min }
     }
 }
 
@@ -69,17 +69,17 @@ impl BarrelGroove {
             let angle = f64::from(i) * TURN_RAD / f64::from(AZIMUTHS);
             (0..=DEPTHS).map(move |depth| (angle, f64::from(depth) / f64::from(DEPTHS)))
         });
-        let (mut most, mut least) = ((f64::NEG_INFINITY, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0));
+        let (mut max, mut min) = ((f64::NEG_INFINITY, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0));
         for (angle, share) in places {
             let error = swept.error(angle, share).error_mm;
-            if error > most.0 {
-                most = (error, angle, share);
+            if error > max.0 {
+                max = (error, angle, share);
             }
-            if error < least.0 {
-                least = (error, angle, share);
+            if error < min.0 {
+                min = (error, angle, share);
             }
         }
-        WallErrors { most: swept.refined(most, -1.0), least: swept.refined(least, 1.0) }
+        WallErrors { max: swept.refined(max, -1.0), min: swept.refined(min, 1.0) }
     }
 }
 

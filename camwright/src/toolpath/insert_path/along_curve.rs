@@ -42,7 +42,7 @@ pub(super) fn spiral(
     let mut lengths = Vec::with_capacity(request.angles as usize);
     for angle in 0..request.angles {
         let mut length = 0.0;
-        let mut along = Along::new(contacts, turned(angle), request.from_mm)?;
+        let mut along = SectionLocation::new(contacts, turned(angle), request.from_mm)?;
         for piece in 1..=PIECES {
             let share = f64::from(piece) / f64::from(PIECES);
             let to = request.from_mm + share * (request.to_mm - request.from_mm);
@@ -51,13 +51,13 @@ pub(super) fn spiral(
         }
         lengths.push(length);
     }
-    let longest = lengths.iter().fold(0.0_f64, |most, length| most.max(length.abs()));
+    let longest = lengths.iter().fold(0.0_f64, |max, length| max.max(length.abs()));
     let steps = request.steps(longest / feed)?;
     // Knot k − BESIDE of the path is entry k here.
     let count = steps + 1 + 2 * BESIDE;
     let mut centres = vec![[0.0; 2]; count as usize];
     for (angle, length) in (0..request.angles.min(count)).zip(lengths) {
-        let mut along = Along::new(contacts, turned(angle), request.from_mm)?;
+        let mut along = SectionLocation::new(contacts, turned(angle), request.from_mm)?;
         let way = |knots: f64| length * knots / f64::from(steps);
         along.advance(way(f64::from(angle) - f64::from(BESIDE)))?;
         let mut k = angle;
@@ -88,14 +88,14 @@ pub(super) fn spiral(
 }
 
 /// A place on the section of one angle.
-struct Along<'a> {
+struct SectionLocation<'a> {
     contacts: &'a Contacts<'a>,
     turned_rad: f64,
     z_mm: f64,
     point: SectionPoint,
 }
 
-impl<'a> Along<'a> {
+impl<'a> SectionLocation<'a> {
     fn new(contacts: &'a Contacts<'a>, turned_rad: f64, z_mm: f64) -> Result<Self, InsertPathError> {
         let point = contacts.section().point(turned_rad, z_mm)?;
         Ok(Self { contacts, turned_rad, z_mm, point })

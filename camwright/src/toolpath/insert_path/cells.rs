@@ -32,7 +32,7 @@ pub(super) struct Cells {
 
 /// Spindle motion over a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Turning {
+pub(super) struct SpindleMotion {
     /// Time (s).
     pub(super) time_s: f64,
     speed: Range,
@@ -40,7 +40,7 @@ pub(super) struct Turning {
     jerk: Range,
 }
 
-impl Turning {
+impl SpindleMotion {
     /// Over a cell between two speeds with their accelerations: ω over time is the cubic through them, and the time such that the angle
     /// is the cell's. `None` where that would turn back.
     pub(super) fn new(width_rad: f64, from: (f64, f64), to: (f64, f64)) -> Option<Self> {
@@ -80,18 +80,18 @@ impl Cells {
     }
 
     /// Largest magnitudes of a slide's derivatives from a cell to before another: X, Z.
-    pub(super) fn most(&self, cells: core::ops::Range<usize>) -> [[f64; 3]; 2] {
+    pub(super) fn maximum(&self, cells: core::ops::Range<usize>) -> [[f64; 3]; 2] {
         [&self.x[cells.clone()], &self.z[cells]].map(|all| {
-            all.iter().fold([0.0; 3], |most, ranges| {
-                core::array::from_fn(|i| f64::max(most[i], f64::max(-ranges[i].0, ranges[i].1)))
+            all.iter().fold([0.0; 3], |maximum, ranges| {
+                core::array::from_fn(|i| f64::max(maximum[i], f64::max(-ranges[i].0, ranges[i].1)))
             })
         })
     }
 
     /// The fastest constant speed in a cell (rad/s).
     pub(super) fn fastest(&self, cell: usize, limits: &AxisLimits) -> f64 {
-        let most = self.most(cell..cell + 1);
-        [limits.x, limits.z].iter().zip(most).fold(limits.spindle_rad_s, |rad_s, (limits, [s1, s2, s3])| {
+        let maximum = self.maximum(cell..cell + 1);
+        [limits.x, limits.z].iter().zip(maximum).fold(limits.spindle_rad_s, |rad_s, (limits, [s1, s2, s3])| {
             let slide = [limits.velocity / s1, libm::sqrt(limits.acceleration / s2), libm::cbrt(limits.jerk / s3)];
             slide.into_iter().fold(rad_s, f64::min)
         })
@@ -102,22 +102,22 @@ impl Cells {
     pub(super) fn slower(
         &self,
         cell: usize,
-        turning: &Turning,
+        turning: &SpindleMotion,
         limits: &AxisLimits,
         c: &MotionLimits,
     ) -> (f64, SpeedBound) {
-        let Turning { speed: w, acceleration: a, jerk: j, .. } = *turning;
-        let most = |range: Range| f64::max(-range.0, range.1);
+        let SpindleMotion { speed: w, acceleration: a, jerk: j, .. } = *turning;
+        let maximum = |range: Range| f64::max(-range.0, range.1);
         let w2 = (w.0 * w.0, w.1 * w.1);
         let (w3, wa3) = ((w2.0 * w.0, w2.1 * w.1), scaled(a, (3.0 * w.0, 3.0 * w.1)));
         let mut worst = [
             (w.1 / limits.spindle_rad_s.min(c.velocity), SpeedBound::Spindle),
-            (most(a) / c.acceleration, SpeedBound::Acceleration("c_axis")),
-            (most(j) / c.jerk, SpeedBound::Jerk("c_axis")),
+            (maximum(a) / c.acceleration, SpeedBound::Acceleration("c_axis")),
+            (maximum(j) / c.jerk, SpeedBound::Jerk("c_axis")),
         ];
         for (axis, [s1, s2, s3], limits) in [("x_axis", self.x[cell], limits.x), ("z_axis", self.z[cell], limits.z)] {
             let used = [
-                (most(scaled(s1, w)) / limits.velocity, SpeedBound::Velocity(axis)),
+                (maximum(scaled(s1, w)) / limits.velocity, SpeedBound::Velocity(axis)),
                 (
                     maximum_of_sum([scaled(s2, w2), product(s1, a)]) / limits.acceleration,
                     SpeedBound::Acceleration(axis),
@@ -135,14 +135,14 @@ impl Cells {
         }
         let [velocity, acceleration, jerk] = worst;
         // A root only of what asks for more than what came before.
-        let mut most = velocity;
-        if acceleration.0 > most.0 * most.0 {
-            most = (libm::sqrt(acceleration.0), acceleration.1);
+        let mut maximum = velocity;
+        if acceleration.0 > maximum.0 * maximum.0 {
+            maximum = (libm::sqrt(acceleration.0), acceleration.1);
         }
-        if jerk.0 > most.0 * most.0 * most.0 {
-            most = (libm::cbrt(jerk.0), jerk.1);
+        if jerk.0 > maximum.0 * maximum.0 * maximum.0 {
+            maximum = (libm::cbrt(jerk.0), jerk.1);
         }
-        most
+        maximum
     }
 }
 
@@ -168,19 +168,19 @@ mod tests {
     /// ω = 2 + t − t² over a second turns by 2 + ½ − ⅓; its acceleration is 1 − 2t, its jerk −2.
     #[test]
     fn a_cell_is_passed_in_the_time_that_its_speeds_take() {
-        let turning = Turning::new(2.0 + 1.0 / 6.0, (2.0, 1.0), (2.0, -1.0)).expect("it turns on");
+        let turning = SpindleMotion::new(2.0 + 1.0 / 6.0, (2.0, 1.0), (2.0, -1.0)).expect("it turns on");
         assert!((turning.time_s - 1.0).abs() < 1e-12);
         assert!(turning.speed.0 <= 2.0 && turning.speed.1 >= 2.25 && turning.speed.1 < 2.34, "{turning:?}");
         assert!((turning.acceleration.0 + 1.0).abs() < 1e-12 && (turning.acceleration.1 - 1.0).abs() < 1e-12);
         assert!((turning.jerk.0 + 2.0).abs() < 1e-12 && (turning.jerk.1 + 2.0).abs() < 1e-12);
-        assert_eq!(Turning::new(1.0, (0.0, 0.0), (0.0, 0.0)), None);
-        assert_eq!(Turning::new(1.0, (1.0, -9.0), (1.0, 9.0)), None, "it would turn back");
+        assert_eq!(SpindleMotion::new(1.0, (0.0, 0.0), (0.0, 0.0)), None);
+        assert_eq!(SpindleMotion::new(1.0, (1.0, -9.0), (1.0, 9.0)), None, "it would turn back");
     }
 
     /// An eccentric at centre height: X″ is largest where it is farthest out, e + e²/a. With the spindle at constant speed only that
     /// and the like count; with its acceleration the terms add up.
     #[test]
-    fn what_asks_for_most_is_told_and_by_how_much() {
+    fn the_most_demanding_cell_is_reported_with_its_share() {
         let (a, e) = (20.0, 2.0);
         let eccentric = Solid::Eccentric { radius_mm: a, eccentricity_mm: e, azimuth_rad: 0.0 };
         let surface = Surface::solid(eccentric, 0.0, 10.0).expect("an eccentric");
@@ -202,10 +202,10 @@ mod tests {
         // At a constant acceleration ω² grows by 2α over a rad.
         let turning = |rad_s: f64, slope: f64| {
             let after = libm::sqrt(rad_s * rad_s + 2.0 * slope * cells.width_rad);
-            Turning::new(cells.width_rad, (rad_s, slope), (after, slope)).expect("it turns on")
+            SpindleMotion::new(cells.width_rad, (rad_s, slope), (after, slope)).expect("it turns on")
         };
-        let most = e + e * e / a;
-        let fastest = libm::sqrt(100.0 / most);
+        let maximum = e + e * e / a;
+        let fastest = libm::sqrt(100.0 / maximum);
         assert!((cells.fastest(0, &limits) - fastest).abs() < 2e-3 * fastest, "{}", cells.fastest(0, &limits));
         let (over, bound) = cells.slower(0, &turning(2.0 * fastest, 0.0), &limits, &wide);
         assert!((over - 2.0).abs() < 4e-3 && bound == SpeedBound::Acceleration("x_axis"), "{over} {bound}");

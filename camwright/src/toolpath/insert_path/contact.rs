@@ -85,8 +85,8 @@ impl<'a> Contacts<'a> {
     }
 
     /// Contacts one after the other.
-    pub(super) fn follow(&self) -> Follow<'_> {
-        Follow { contacts: self, before: [(0.0, 0.0); 6], known: 0, jumped: false }
+    pub(super) fn follow(&self) -> ContactTracker<'_> {
+        ContactTracker { contacts: self, before: [(0.0, 0.0); 6], known: 0, jumped: false }
     }
 
     /// The contact near a place (ψ, z), by Newton's method in both at once: `None` where that leads nowhere.
@@ -255,7 +255,7 @@ const POINTING: [[f64; 6]; 6] = [
 
 /// Contacts at equal steps of the turned angle: the next is begun where the last ones point to.
 #[derive(Debug)]
-pub(super) struct Follow<'a> {
+pub(super) struct ContactTracker<'a> {
     contacts: &'a Contacts<'a>,
     /// ψ and z − `z_R`, the newest last.
     before: [(f64, f64); 6],
@@ -263,7 +263,7 @@ pub(super) struct Follow<'a> {
     jumped: bool,
 }
 
-impl Follow<'_> {
+impl ContactTracker<'_> {
     /// Returns whether the last contact differs from the extrapolation.
     pub(super) fn jumped(&self) -> bool {
         self.jumped

@@ -67,7 +67,7 @@ impl Hollows {
                     continue;
                 }
                 *range = Some(range.map_or((z, z), |(low, _): (f64, f64)| (low, z)));
-                if tightest.is_none_or(|(_, _, most)| curvature > most) {
+                if tightest.is_none_or(|(_, _, max)| curvature > max) {
                     tightest = Some((turned, z, curvature));
                 }
             }

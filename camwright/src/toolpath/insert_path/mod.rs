@@ -54,8 +54,8 @@ pub enum InsertPathError {
     /// The rake plane does not cut the surface as it must.
     #[error(transparent)]
     Section(#[from] RakeSectionError),
-    #[error("the spiral has {turns:.1} turns of {angles} angles, {knots:.0} in all, allowed are {most}")]
-    TooLong { turns: f64, angles: u32, knots: f64, most: u32 },
+    #[error("the spiral has {turns:.1} turns of {angles} angles, {knots:.0} in all, allowed are {max}")]
+    TooLong { turns: f64, angles: u32, knots: f64, max: u32 },
     /// A hollow that the insert does not reach, on a path that would have to.
     #[error(
         "turned to {turned_deg:.2} deg, the section at z = {z_mm:.3} mm is hollow with a radius of {radius_mm:.3} mm, it must be above \
@@ -167,7 +167,7 @@ pub struct PathRequest {
 
 /// Accuracy of a path between its knots.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathAccuracy {
+pub struct InsertPathAccuracy {
     /// Largest difference of X from the exact one midway between knots (mm).
     pub interpolation_error_mm: f64,
     /// Maximum amount by which the distance of the centre from the section falls below R (mm), found by testing all points.
@@ -196,7 +196,7 @@ pub struct InsertPath {
     x: UniformHermite,
     z: ZLaw,
     hollow: Option<Hollow>,
-    accuracy: PathAccuracy,
+    accuracy: InsertPathAccuracy,
 }
 
 /// Most knots of a path: 360 angles of 13,000 turns.
@@ -258,7 +258,7 @@ impl PathRequest {
     fn steps(&self, turns: f64) -> Result<u32, InsertPathError> {
         let knots = libm::ceil(turns * f64::from(self.angles) - 1e-9).max(1.0);
         if knots.is_nan() || knots >= f64::from(MAX_KNOTS) {
-            return Err(InsertPathError::TooLong { turns, angles: self.angles, knots, most: MAX_KNOTS });
+            return Err(InsertPathError::TooLong { turns, angles: self.angles, knots, max: MAX_KNOTS });
         }
         #[allow(clippy::cast_possible_truncation, reason = "it was bounded")]
         Ok(knots as u32)
@@ -293,7 +293,7 @@ impl InsertPath {
             Feed::AlongCurve(feed) => along_curve::spiral(&contacts, request, feed)?,
         };
         let hollow = contacts.bridged_hollow()?;
-        let accuracy = PathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places: 0 };
+        let accuracy = InsertPathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places: 0 };
         let mut path = Self { request: *request, x, z, hollow, accuracy };
         path.accuracy = path.check(&contacts)?;
         Ok(path)
@@ -393,7 +393,7 @@ impl InsertPath {
 
     /// Accuracy of the path.
     #[must_use]
-    pub fn accuracy(&self) -> PathAccuracy {
+    pub fn accuracy(&self) -> InsertPathAccuracy {
         self.accuracy
     }
 
@@ -419,10 +419,10 @@ impl InsertPath {
 
     /// Looks at places spread over the whole path: between knots against the exact contact, and against the section itself, all of whose
     /// points within the insert's reach are tried.
-    fn check(&self, contacts: &Contacts<'_>) -> Result<PathAccuracy, InsertPathError> {
+    fn check(&self, contacts: &Contacts<'_>) -> Result<InsertPathAccuracy, InsertPathError> {
         let steps = u32::try_from(self.x.knots().len() - 1).unwrap_or(u32::MAX);
         let places = CHECKED_PLACES.min(steps);
-        let mut found = PathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places };
+        let mut found = InsertPathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places };
         let reach = contacts.reach_mm();
         for place in 0..places {
             // Spread evenly, and at all angles of the turn.

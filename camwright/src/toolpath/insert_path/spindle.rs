@@ -74,8 +74,8 @@ impl InsertPath {
         let fastest =
             self.fastest_at(&rates, &AxisLimits { spindle_rad_s: limits.spindle_rad_s.min(c.velocity), ..*limits })?;
         let mut rad_s = spindle_rad_s.min(SHARE * fastest.rad_s);
-        let slides =
-            [rates.x, rates.z].map(|rates| [rates.velocity, rates.acceleration, rates.jerk].map(|most| most.value));
+        let slides = [rates.x, rates.z]
+            .map(|rates| [rates.velocity, rates.acceleration, rates.jerk].map(|maximum| maximum.value));
         let way = self.x().end() - self.x().start();
         for _ in 0..MAX_TRIES {
             let Some(ramp_s) = ramp_s(rad_s, &slides, limits, &c) else {
@@ -125,7 +125,8 @@ impl InsertPath {
 pub(super) fn ramp_s(rad_s: f64, slides: &[[f64; 3]; 2], limits: &AxisLimits, c: &MotionLimits) -> Option<f64> {
     let keeps = |ramp_s: f64| {
         let slides = slides.iter().zip([&limits.x, &limits.z]);
-        keeps(rad_s, ramp_s, c) && slides.into_iter().all(|(most, limits)| slide_keeps(most, limits, rad_s, ramp_s))
+        keeps(rad_s, ramp_s, c)
+            && slides.into_iter().all(|(maximum, limits)| slide_keeps(maximum, limits, rad_s, ramp_s))
     };
     let (mut low, mut high) = RAMP_S;
     if !keeps(high) {

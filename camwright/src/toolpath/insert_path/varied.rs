@@ -13,7 +13,7 @@
 //! However good the cap is, slowing the whole law down by one factor keeps all limits: speeds fall by it, accelerations by its square, jerks
 //! by its cube. So a law comes out that keeps them, or the constant one, if that is sooner at its end.
 
-use super::cells::{Cells, Turning};
+use super::cells::{Cells, SpindleMotion};
 use super::spindle::{BoundShare, SpindleLaw, ramp_s};
 use super::{AxisLimits, InsertPath, InsertPathError};
 use crate::machine::description::MotionLimits;
@@ -60,7 +60,7 @@ impl InsertPath {
         let limits = AxisLimits { spindle_rad_s: limits.spindle_rad_s.min(c.velocity), ..*limits };
         let varied = Fit::new(&cells, &limits, &c).law(self.x().end() - self.x().start());
         Ok(match varied {
-            Some(Varied { law, range_rad_s, ramp_s, bounds }) if law.end() < constant.law.end() => {
+            Some(VariedLaw { law, range_rad_s, ramp_s, bounds }) if law.end() < constant.law.end() => {
                 SpindleLaw { law, rad_s: range_rad_s.0, range_rad_s, ramp_s, bounds, fastest: constant.fastest }
             }
             _ => constant,
@@ -74,12 +74,12 @@ struct Fit<'a> {
     limits: &'a AxisLimits,
     c: &'a MotionLimits,
     /// Largest q = ω² of every cell at constant speed, and how far q may rise or fall from one to the next.
-    most: Vec<f64>,
+    maximum: Vec<f64>,
     rise: f64,
 }
 
 /// Speeds at the ends of all cells as q = ω² and accelerations there, and what comes of them.
-struct Profile {
+struct CapProfile {
     q: Vec<f64>,
     acceleration: Vec<f64>,
     /// Times too fast, per cell, and the largest of them.
@@ -88,7 +88,7 @@ struct Profile {
     time_s: f64,
 }
 
-impl Profile {
+impl CapProfile {
     /// Time when it is slowed down until it keeps all limits (s).
     fn kept_s(&self) -> f64 {
         self.time_s * self.worst.max(SPARE) / SPARE
@@ -96,10 +96,10 @@ impl Profile {
 }
 
 /// A cap that was fitted, and its profile.
-struct Fitted {
+struct FittedCap {
     reach: usize,
     cap: Vec<f64>,
-    profile: Profile,
+    profile: CapProfile,
 }
 
 /// Ramp of C at the start or the end of a path.
@@ -117,11 +117,11 @@ impl<'a> Fit<'a> {
             rad_s * rad_s
         };
         let rise = 2.0 * RISE_SHARE * c.acceleration * cells.width_rad;
-        Self { cells, limits, c, most: (0..cells.count()).map(square).collect(), rise }
+        Self { cells, limits, c, maximum: (0..cells.count()).map(square).collect(), rise }
     }
 
     /// The profile nowhere above the cap of any cell.
-    fn profile(&self, cap: &[f64], reach: usize) -> Option<Profile> {
+    fn profile(&self, cap: &[f64], reach: usize) -> Option<CapProfile> {
         let count = cap.len();
         let mut q: Vec<f64> =
             (0..=count).map(|node| cap[node.saturating_sub(1)].min(cap[node.min(count - 1)])).collect();
@@ -131,18 +131,18 @@ impl<'a> Fit<'a> {
         for node in (0..count).rev() {
             q[node] = q[node].min(q[node + 1] + self.rise);
         }
-        let least = minimum_around(&q, 3 * reach);
-        let mean = (0..3).fold(least.clone(), |q, _| mean_around(&q, reach));
+        let minimum = minimum_around(&q, 3 * reach);
+        let mean = (0..3).fold(minimum.clone(), |q, _| mean_around(&q, reach));
         // Where the speed is constant it is to the last bit.
         let q: Vec<f64> = mean
             .into_iter()
-            .zip(least)
-            .map(|(q, least)| if (q - least).abs() < 1e-9 * least { least } else { q })
+            .zip(minimum)
+            .map(|(q, minimum)| if (q - minimum).abs() < 1e-9 * minimum { minimum } else { q })
             .collect();
         self.profile_with(q)
     }
 
-    fn profile_with(&self, q: Vec<f64>) -> Option<Profile> {
+    fn profile_with(&self, q: Vec<f64>) -> Option<CapProfile> {
         let (count, h) = (q.len() - 1, self.cells.width_rad);
         let slope = |node: usize| if node == 0 || node == count { 0.0 } else { 0.25 * (q[node + 1] - q[node - 1]) / h };
         let acceleration: Vec<f64> = (0..=count).map(slope).collect();
@@ -150,32 +150,32 @@ impl<'a> Fit<'a> {
         let mut over = Vec::with_capacity(count);
         let (mut time_s, mut worst) = (0.0, 0.0_f64);
         for cell in 0..count {
-            let turning = Turning::new(h, at(cell), at(cell + 1))?;
+            let turning = SpindleMotion::new(h, at(cell), at(cell + 1))?;
             let (slower, _) = self.cells.slower(cell, &turning, self.limits, self.c);
             time_s += turning.time_s;
             worst = worst.max(slower);
             over.push(slower);
         }
-        Some(Profile { q, acceleration, over, worst, time_s })
+        Some(CapProfile { q, acceleration, over, worst, time_s })
     }
 
     /// Fits the cap of some cells to a profile: down where it is too fast, up where room is left.
-    fn fit(&self, cap: &mut [f64], free: Range<usize>, profile: &Profile, rises: bool) {
+    fn fit(&self, cap: &mut [f64], free: Range<usize>, profile: &CapProfile, rises: bool) {
         for cell in free {
             let over = profile.over[cell] / SPARE;
             let here = 0.5 * (profile.q[cell] + profile.q[cell + 1]);
             if over > 1.0 {
                 cap[cell] = cap[cell].min(here / (over * over));
             } else if rises {
-                cap[cell] = (cap[cell] * f64::min(1.0 / over, RAISED)).min(self.most[cell]);
+                cap[cell] = (cap[cell] * f64::min(1.0 / over, RAISED)).min(self.maximum[cell]);
             }
         }
     }
 
     /// Rounds of fitting the cap of some cells.
-    fn rounds(&self, cap: &[f64], free: &Range<usize>, reach: usize, rounds: u32) -> Option<Fitted> {
+    fn rounds(&self, cap: &[f64], free: &Range<usize>, reach: usize, rounds: u32) -> Option<FittedCap> {
         let mut cap = cap.to_vec();
-        let mut best: Option<Fitted> = None;
+        let mut best: Option<FittedCap> = None;
         for round in 0..rounds {
             let profile = self.profile(&cap, reach)?;
             let kept_s = profile.kept_s();
@@ -183,7 +183,7 @@ impl<'a> Fit<'a> {
             self.fit(&mut next, free.clone(), &profile, round + LOWERING < rounds);
             let is_done = next == cap;
             if best.as_ref().is_none_or(|best| kept_s < best.profile.kept_s()) {
-                best = Some(Fitted { reach, cap, profile });
+                best = Some(FittedCap { reach, cap, profile });
             }
             if is_done {
                 break;
@@ -193,17 +193,17 @@ impl<'a> Fit<'a> {
         best
     }
 
-    fn law(&self, way_rad: f64) -> Option<Varied> {
-        let count = self.most.len();
-        let mut best: Option<Fitted> = None;
+    fn law(&self, way_rad: f64) -> Option<VariedLaw> {
+        let count = self.maximum.len();
+        let mut best: Option<FittedCap> = None;
         for reach in REACHES {
-            let tried = self.rounds(&self.most, &(0..count), reach, TRIAL_ROUNDS)?;
+            let tried = self.rounds(&self.maximum, &(0..count), reach, TRIAL_ROUNDS)?;
             if best.as_ref().is_none_or(|best| tried.profile.kept_s() < GAIN * best.profile.kept_s()) {
                 best = Some(tried);
             }
         }
-        let Fitted { reach, cap, .. } = best?;
-        let Fitted { mut cap, profile, .. } = self.rounds(&cap, &(0..count), reach, ROUNDS)?;
+        let FittedCap { reach, cap, .. } = best?;
+        let FittedCap { mut cap, profile, .. } = self.rounds(&cap, &(0..count), reach, ROUNDS)?;
         // A constant speed at both ends, on which C runs up and down, and as far beyond as least and means reach.
         let flat = 6 * reach + 2;
         let up = self.ramp(&profile, flat, |index| index)?;
@@ -219,7 +219,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The fastest ramp to a speed that the profile has all along it, and on for so many cells.
-    fn ramp(&self, profile: &Profile, flat: usize, place: impl Fn(usize) -> usize) -> Option<Ramp> {
+    fn ramp(&self, profile: &CapProfile, flat: usize, place: impl Fn(usize) -> usize) -> Option<Ramp> {
         let count = profile.over.len();
         let mut rad_s = libm::sqrt(profile.q[place(0)].min(profile.q[place(0) + 1]));
         let has = |rad_s: f64, cells: usize| {
@@ -243,7 +243,7 @@ impl<'a> Fit<'a> {
         let mut cells = 1;
         while cells <= count {
             let (first, last) = (place(0), place(cells - 1));
-            let rates = self.cells.most(first.min(last)..first.max(last) + 1);
+            let rates = self.cells.maximum(first.min(last)..first.max(last) + 1);
             let ramp_s = ramp_s(rad_s, &rates, self.limits, self.c)?;
             // One more: the last cell of a path is a part of one.
             #[allow(clippy::cast_possible_truncation, reason = "ramps are bounded")]
@@ -257,7 +257,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The law of a profile that is constant where it begins and where it ends.
-    fn built(&self, profile: &Profile, up: &Ramp, down: &Ramp, way_rad: f64) -> Option<Varied> {
+    fn built(&self, profile: &CapProfile, up: &Ramp, down: &Ramp, way_rad: f64) -> Option<VariedLaw> {
         let slower = profile.worst.max(SPARE) / SPARE;
         let h = self.cells.width_rad;
         let count = profile.over.len();
@@ -274,18 +274,18 @@ impl<'a> Fit<'a> {
             q[0].to_bits() == q[1].to_bits() && q[1].to_bits() == q[2].to_bits()
         };
         let mut time_s = up.ramp_s + (begin as f64 * h - up_rad) / up.rad_s;
-        let (mut least, mut most) = (up.rad_s.min(down.rad_s), up.rad_s.max(down.rad_s));
+        let (mut minimum, mut maximum) = (up.rad_s.min(down.rad_s), up.rad_s.max(down.rad_s));
         let mut bounds: Vec<BoundShare> = Vec::new();
         for node in begin..=end {
             let (from, to) = (at(node), at(node + 1));
             if !steady(node) {
                 knots.push(knot(time_s, node as f64 * h, from.0, from.1));
             }
-            (least, most) = (least.min(from.0), most.max(from.0));
+            (minimum, maximum) = (minimum.min(from.0), maximum.max(from.0));
             if node == end {
                 break;
             }
-            let turning = Turning::new(h, from, to)?;
+            let turning = SpindleMotion::new(h, from, to)?;
             time_s += turning.time_s;
             let (_, bound) = self.cells.slower(node, &turning, self.limits, self.c);
             match bounds.iter_mut().find(|share| share.bound == bound) {
@@ -298,12 +298,12 @@ impl<'a> Fit<'a> {
         knots.push(knot(time_s, way_rad - down_rad, down.rad_s, 0.0));
         knots.push(knot(time_s + down.ramp_s, way_rad, 0.0, 0.0));
         let law = HermiteSpline::new(knots).ok()?;
-        Some(Varied { law, range_rad_s: (least, most), ramp_s: up.ramp_s.max(down.ramp_s), bounds })
+        Some(VariedLaw { law, range_rad_s: (minimum, maximum), ramp_s: up.ramp_s.max(down.ramp_s), bounds })
     }
 }
 
 /// A law as it was found.
-struct Varied {
+struct VariedLaw {
     law: HermiteSpline,
     range_rad_s: (f64, f64),
     ramp_s: f64,

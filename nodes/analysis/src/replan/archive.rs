@@ -77,8 +77,8 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
     while let Some(message) = messages.next_message()? {
         let of_type = bag.topics()[message.topic].type_name.as_str();
         if of_type == DescriptionMessage::TYPE_NAME {
-            if let Ok(told) = message_from_sample(&message.data) {
-                machines.push((cell(message.topic, "machine/description"), told));
+            if let Ok(recorded) = message_from_sample(&message.data) {
+                machines.push((cell(message.topic, "machine/description"), recorded));
             }
         } else if of_type == PlanPage::TYPE_NAME {
             pages.extend(message_from_sample::<PlanPage>(&message.data));
@@ -94,7 +94,7 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
             let is_known = |job: &ArchivedJob| {
                 job.status.job_hash == status.job_hash
                     && job.status.plan_hash == status.plan_hash
-                    && job.machine.as_ref().map(|known| &known.hash) == machine.as_ref().map(|told| &told.hash)
+                    && job.machine.as_ref().map(|known| &known.hash) == machine.as_ref().map(|recorded| &recorded.hash)
             };
             if !jobs.iter().any(is_known) {
                 jobs.push(ArchivedJob { status, machine, files: Vec::new(), pages: Vec::new() });

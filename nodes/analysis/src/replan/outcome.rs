@@ -11,7 +11,7 @@ use camwright_planning::plan_recorded;
 use std::fmt;
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct ChangeLine {
     /// Which step, by its number and what it is for.
     pub step: String,
     /// Changed value, old and new.
@@ -28,7 +28,7 @@ pub struct Outcome {
     /// Predicted durations (s).
     pub duration_s: [f64; 2],
     /// Changes beyond the tolerance.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ChangeLine>,
     /// Differences that were no more than was allowed.
     pub within: usize,
 }
@@ -53,29 +53,29 @@ pub fn replan(job: &ArchivedJob, set: &[String], set_machine: &[String], toleran
     let difference = compare(&old, &new, &machine);
     let is_same = old == new;
     let mut lines = lines_of(&old, &new, &difference, tolerance_um);
-    let told = difference.moved.len() + difference.only_old.len() + difference.only_new.len();
-    let within = told - lines.len();
+    let changes = difference.moved.len() + difference.only_old.len() + difference.only_new.len();
+    let within = changes - lines.len();
     if difference.is_none() && !is_same {
         let text = "same motion at all compared points, but other values".to_owned();
-        lines.push(Line { step: "the plan".to_owned(), text });
+        lines.push(ChangeLine { step: "the plan".to_owned(), text });
     }
     let version = job.pages.iter().flat_map(|page| &page.header).next().map_or("", |header| header.version.as_str());
     let hashes = [job.status.plan_hash.clone(), hash_with_version(prepared.first_pages(), version)];
     Ok(Outcome { hashes, is_same, duration_s: [old.duration_s, new.duration_s], lines, within })
 }
 
-fn lines_of(old: &Plan, new: &Plan, difference: &PlanDifference, tolerance_um: f64) -> Vec<Line> {
-    let mut lines: Vec<Line> = Vec::new();
-    let only = |plan: &Plan, steps: &[usize], text: &str| -> Vec<Line> {
+fn lines_of(old: &Plan, new: &Plan, difference: &PlanDifference, tolerance_um: f64) -> Vec<ChangeLine> {
+    let mut lines: Vec<ChangeLine> = Vec::new();
+    let only = |plan: &Plan, steps: &[usize], text: &str| -> Vec<ChangeLine> {
         let named = steps.iter().filter_map(|step| Some((*step, plan.segments.get(*step)?)));
-        named.map(|(step, segment)| Line { step: name(plan, step, segment), text: text.to_owned() }).collect()
+        named.map(|(step, segment)| ChangeLine { step: name(plan, step, segment), text: text.to_owned() }).collect()
     };
     lines.extend(only(old, &difference.only_old, "was removed"));
     lines.extend(only(new, &difference.only_new, "is new"));
     for found in &difference.moved {
         let Some(segment) = new.segments.get(found.new_step) else { continue };
         if let Some(text) = text(found, tolerance_um) {
-            lines.push(Line { step: name(new, found.new_step, segment), text });
+            lines.push(ChangeLine { step: name(new, found.new_step, segment), text });
         }
     }
     lines
@@ -100,7 +100,7 @@ fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
         let is_more = um_from_mm(um_from_mm(found.by())).abs() > tolerance_um;
         is_more.then(|| format!("{what} by {:+.6} deg{at}", deg_from_rad(found.by())))
     };
-    let told = |what: &str, old: f64, new: f64, unit: &str| Some(format!("{what} {old} -> {new}{unit}{at}"));
+    let change = |what: &str, old: f64, new: f64, unit: &str| Some(format!("{what} {old} -> {new}{unit}{at}"));
     match found.moved {
         PlanChange::Target(Axis::C) => turned("moves c_axis to another position,"),
         PlanChange::Target(axis) => way(&format!("moves to another position of {},", axis.joint())),
@@ -110,7 +110,7 @@ fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
         PlanChange::Stock => way("material above the contour at its beginning changed"),
         PlanChange::Start => turned("begins at another angle,"),
         PlanChange::Ratio => Some(format!("travel of x_axis per depth changed by {:+.3e}{at}", found.by())),
-        PlanChange::Turns => told("turns", found.old, found.new, ""),
+        PlanChange::Turns => change("turns", found.old, found.new, ""),
         PlanChange::Speed => {
             let rpm = [found.old, found.new].map(rpm_from_rad_s);
             Some(format!("speed of c_axis {:.4} -> {:.4} rpm ({:+.4} rpm){at}", rpm[0], rpm[1], rpm[1] - rpm[0]))

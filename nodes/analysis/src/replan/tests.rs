@@ -37,7 +37,7 @@ fn replanned(job: &ArchivedJob, set: &[&str], tolerance_um: f64) -> Outcome {
 
 /// The texts of what moved in steps of a phase.
 fn moved(outcome: &Outcome, phase: &str) -> Vec<String> {
-    let is_of = |line: &&super::Line| line.step.contains(&format!("({phase}"));
+    let is_of = |line: &&super::ChangeLine| line.step.contains(&format!("({phase}"));
     outcome.lines.iter().filter(is_of).map(|line| line.text.clone()).collect()
 }
 
@@ -67,8 +67,8 @@ fn a_larger_base_circle_moves_the_path_by_as_much() {
     let cut = moved(&outcome, "cut of A");
     let path = cut.iter().find(|text| text.starts_with("path of x_axis")).expect("the path moved");
     let (sum, eccentricity) = (19.0_f64 + 15.0, 4.2);
-    let most = sum / (sum * sum - eccentricity * eccentricity).sqrt();
-    assert!((number(path, "moved by ") - most).abs() < 1e-4 && path.ends_with("at 90.00 deg"), "{path}, but {most}");
+    let max = sum / (sum * sum - eccentricity * eccentricity).sqrt();
+    assert!((number(path, "moved by ") - max).abs() < 1e-4 && path.ends_with("at 90.00 deg"), "{path}, but {max}");
     assert!(!cut.iter().any(|text| text.starts_with("begins") || text.starts_with("turns")), "{cut:?}");
     // Changes within the tolerance are counted and not reported.
     let within = replanned(&job, &["profiles.eccentric.base_radius_mm=14.801"], 1.1);
@@ -76,7 +76,7 @@ fn a_larger_base_circle_moves_the_path_by_as_much() {
 }
 
 #[test]
-fn speed_infeed_and_places_are_told_each_for_itself() {
+fn speed_infeed_and_position_changes_are_reported_separately() {
     let job = archived("eccentric", &[]);
     // The infeed is the same but for where within a turn it is rounded to increments: 2 nm.
     let slower = replanned(&job, &["work_speed_rpm=30"], 0.01);
@@ -134,7 +134,7 @@ fn the_files_that_a_job_names_come_from_the_bag() {
 }
 
 #[test]
-fn what_cannot_be_planned_again_says_why() {
+fn jobs_that_cannot_be_replanned_report_the_reason() {
     let mut job = archived("eccentric", &[]);
     let refused = |job: &ArchivedJob, set: &[&str]| {
         let set: Vec<String> = set.iter().map(ToString::to_string).collect();

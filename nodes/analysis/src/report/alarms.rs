@@ -12,8 +12,8 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     if recorded.alarms.is_empty() {
         out.push_str("<p>None.</p>");
     } else {
-        let row = |told: &super::gather::AlarmRecord| {
-            let alarm = &told.alarm;
+        let row = |record: &super::gather::AlarmRecord| {
+            let alarm = &record.alarm;
             let severity = match alarm.severity {
                 Alarm::WARNING => "warning",
                 Alarm::STOP => "stop",
@@ -27,7 +27,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
                 escape(&alarm.source),
                 escape(&alarm.text),
                 escape(&alarm.remedy),
-                told.gone.map_or_else(|| "no".into(), |tick| format!("at tick {tick}")),
+                record.gone.map_or_else(|| "no".into(), |tick| format!("at tick {tick}")),
             ]
         };
         let heads = [

@@ -1,6 +1,6 @@
 //! Causes of the worst deviation, in words.
 
-use super::edge::{OfAxis, Split};
+use super::edge::{AxisShare, Split};
 use super::lag::{Lag, Residual};
 use super::text::{fixed, signed, um};
 use camwright::machine::description::Axis;
@@ -59,9 +59,9 @@ fn sources(split: &Split) -> Vec<String> {
 
 /// The structure that leaves most towards the error.
 fn swings(split: &Split) -> String {
-    let towards = |axis: &&OfAxis| axis.swing_um * split.error_um.signum();
-    let most = split.axes.iter().max_by(|a, b| towards(a).total_cmp(&towards(b)));
-    let name = most.map_or("", |axis| name(axis.axis));
+    let towards = |axis: &&AxisShare| axis.swing_um * split.error_um.signum();
+    let max = split.axes.iter().max_by(|a, b| towards(a).total_cmp(&towards(b)));
+    let name = max.map_or("", |axis| name(axis.axis));
     format!("the structure of {name}, which swings behind its encoder when {name} is accelerated")
 }
 

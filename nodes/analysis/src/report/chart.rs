@@ -239,7 +239,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_curve_is_not_joined_over_a_gap_and_nothing_recorded_is_said_so() {
+    fn curves_stop_at_gaps_and_missing_data_is_reported() {
         let curve = |points: Vec<(f64, f64)>| Curve { class: "is", name: "<b>".into(), points };
         let chart =
             Chart { curves: vec![curve(vec![(0.0, 1.0), (1.0, 2.0), (180.0, 3.0)])], ..Chart::over_azimuth("a & b") };

@@ -39,12 +39,12 @@ fn weights(u: f64) -> [f64; 6] {
 
 /// Positions of the axes, tick by tick: C, X, Z (rad, mm, mm along the part); NaN where they are not recorded.
 #[derive(Debug, Clone)]
-pub(super) struct Track {
+pub(super) struct AxisTrack {
     first: u64,
     points: Vec<[f64; 3]>,
 }
 
-impl Track {
+impl AxisTrack {
     fn from_positions(first: u64, last: u64, places: impl Iterator<Item = (u64, [f64; 3])>, zero_mm: f64) -> Self {
         let count = usize::try_from(last.saturating_sub(first)).map_or(0, |ticks| ticks.saturating_add(1));
         let mut points = vec![[f64::NAN; 3]; count];
@@ -88,7 +88,7 @@ impl EdgePosition {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Edge {
+pub(super) struct CuttingEdge {
     pub(super) radius_mm: f64,
     pub(super) height_mm: f64,
     /// +1 where the part turns clockwise with a positive C.
@@ -97,12 +97,12 @@ pub(super) struct Edge {
 
 /// The edge comes by.
 #[derive(Debug, Clone, Copy)]
-struct Passing {
+struct EdgePassage {
     time: f64,
     radius_mm: f64,
 }
 
-impl Edge {
+impl CuttingEdge {
     /// x of the edge's point at the place's column (mm).
     fn x_mm(&self, place: &EdgePosition, [_, x, z]: [f64; 3]) -> Option<f64> {
         let under = self.radius_mm.powi(2) - (place.z_mm - z).powi(2);
@@ -116,7 +116,7 @@ impl Edge {
     }
 
     /// Crossing of the azimuth by the edge between two ticks.
-    fn passing(&self, place: &EdgePosition, tick: u64, at: &impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
+    fn passing(&self, place: &EdgePosition, tick: u64, at: &impl Fn(f64) -> Option<[f64; 3]>) -> Option<EdgePassage> {
         let (mut from, mut to) = (tick as f64, tick as f64 + 1.0);
         let short = |time: f64| self.short_of(place, at(time)?);
         let (before, after) = (short(from)?, short(to)?);
@@ -128,18 +128,18 @@ impl Edge {
             *(if (short(middle)? < 0.0) == (before < 0.0) { &mut from } else { &mut to }) = middle;
         }
         let time = 0.5 * (from + to);
-        Some(Passing { time, radius_mm: self.x_mm(place, at(time)?)?.hypot(self.height_mm) })
+        Some(EdgePassage { time, radius_mm: self.x_mm(place, at(time)?)?.hypot(self.height_mm) })
     }
 
     /// The passing that leaves least of all.
-    fn least(&self, place: &EdgePosition, track: &Track) -> Option<Passing> {
+    fn min(&self, place: &EdgePosition, track: &AxisTrack) -> Option<EdgePassage> {
         let ticks = track.first..track.first.saturating_add(track.points.len() as u64);
         let all = ticks.filter_map(|tick| self.passing(place, tick, &|time| track.at(time)));
         all.min_by(|a, b| a.radius_mm.total_cmp(&b.radius_mm))
     }
 
     /// The passing nearest to a time, with the axes elsewhere.
-    fn near(&self, place: &EdgePosition, time: f64, at: impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
+    fn near(&self, place: &EdgePosition, time: f64, at: impl Fn(f64) -> Option<[f64; 3]>) -> Option<EdgePassage> {
         #[allow(clippy::cast_possible_truncation, reason = "a tick of a track")]
         let tick = time.floor() as u64;
         let ticks = tick.saturating_sub(NEAR_TICKS)..=tick.saturating_add(NEAR_TICKS);
@@ -150,7 +150,7 @@ impl Edge {
 
 /// Error of an axis as the edge passed, and the resulting form error along the normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct OfAxis {
+pub(super) struct AxisShare {
     pub(super) axis: Axis,
     /// Encoder less setpoint at that time (rad or mm).
     pub(super) lag: f64,
@@ -166,7 +166,7 @@ pub(super) struct Split {
     /// The tick in which the edge came by, and where the axes were by their encoders (rad, mm along the part).
     pub(super) tick: u64,
     pub(super) position: [f64; 3],
-    pub(super) axes: [OfAxis; 3],
+    pub(super) axes: [AxisShare; 3],
     /// Form error of the setpoints there (µm): the cusp of the feed.
     pub(super) cusp_um: f64,
     /// Unexplained remainder (µm).
@@ -193,9 +193,9 @@ impl Split {
 /// Tracks of a pass: setpoints, encoder readings, and true positions of tool and part.
 #[derive(Debug, Clone)]
 pub(super) struct Tracks {
-    told: Track,
-    encoders: Track,
-    tool: Option<Track>,
+    setpoints: AxisTrack,
+    encoders: AxisTrack,
+    tool: Option<AxisTrack>,
     has_structure: [bool; 3],
 }
 
@@ -210,18 +210,18 @@ impl Tracks {
     ) -> Option<Self> {
         let (first, last) = (pass.first()?.tick, pass.last()?.tick);
         let (from, to) = (first.saturating_sub(MARGIN_TICKS), last.saturating_add(MARGIN_TICKS));
-        let told = motion.setpoints.range(from..=to).map(|(tick, place)| (*tick, *place));
+        let setpoints = motion.setpoints.range(from..=to).map(|(tick, place)| (*tick, *place));
         let swing = behind.iter().any(Option::is_some).then(|| swung(pass, behind, cycle_s));
         let ticks = || pass.iter().map(|sample| sample.tick);
         Some(Self {
-            told: Track::from_positions(from, to, told, zero_mm),
-            encoders: Track::from_positions(
+            setpoints: AxisTrack::from_positions(from, to, setpoints, zero_mm),
+            encoders: AxisTrack::from_positions(
                 first,
                 last,
                 pass.iter().map(|sample| (sample.tick, sample.position)),
                 zero_mm,
             ),
-            tool: swing.map(|places| Track::from_positions(first, last, ticks().zip(places), zero_mm)),
+            tool: swing.map(|places| AxisTrack::from_positions(first, last, ticks().zip(places), zero_mm)),
             has_structure: behind.map(|structure| structure.is_some()),
         })
     }
@@ -230,12 +230,12 @@ impl Tracks {
     ///
     /// # Errors
     /// Why that is not known, as the end of a sentence.
-    pub(super) fn split(&self, edge: Edge, place: &EdgePosition, error_um: f64) -> Result<Split, String> {
-        let made = edge.least(place, self.tool.as_ref().unwrap_or(&self.encoders));
+    pub(super) fn split(&self, edge: CuttingEdge, place: &EdgePosition, error_um: f64) -> Result<Split, String> {
+        let made = edge.min(place, self.tool.as_ref().unwrap_or(&self.encoders));
         let made = made.ok_or("the insert's edge does not come by there in the recorded ticks of the last pass")?;
         let missing = || String::from("setpoints or samples about the tick that made it are not in the bag");
         // One axis from another track than the others.
-        let left = |tracks: [&Track; 3]| {
+        let left = |tracks: [&AxisTrack; 3]| {
             let at = |time: f64| {
                 let mut found = [0.0; 3];
                 for (axis, track) in tracks.into_iter().enumerate() {
@@ -245,16 +245,21 @@ impl Tracks {
             };
             edge.near(place, made.time, at).map(|passing| place.above_um(passing.radius_mm)).ok_or_else(missing)
         };
-        let places = |track: &Track| track.at(made.time).ok_or_else(missing);
-        let (told, encoders) = (places(&self.told)?, places(&self.encoders)?);
-        let cusp_um = left([&self.told; 3])?;
+        let places = |track: &AxisTrack| track.at(made.time).ok_or_else(missing);
+        let (setpoints, encoders) = (places(&self.setpoints)?, places(&self.encoders)?);
+        let cusp_um = left([&self.setpoints; 3])?;
         let with_encoders = left([&self.encoders; 3])?;
-        let mut axes =
-            [Axis::C, Axis::X, Axis::Z].map(|axis| OfAxis { axis, lag: 0.0, lag_um: 0.0, swing: None, swing_um: 0.0 });
+        let mut axes = [Axis::C, Axis::X, Axis::Z].map(|axis| AxisShare {
+            axis,
+            lag: 0.0,
+            lag_um: 0.0,
+            swing: None,
+            swing_um: 0.0,
+        });
         for (index, axis) in axes.iter_mut().enumerate() {
-            let mut tracks = [&self.told; 3];
+            let mut tracks = [&self.setpoints; 3];
             tracks[index] = &self.encoders;
-            (axis.lag, axis.lag_um) = (encoders[index] - told[index], left(tracks)? - cusp_um);
+            (axis.lag, axis.lag_um) = (encoders[index] - setpoints[index], left(tracks)? - cusp_um);
             if let Some(tool) = self.tool.as_ref().filter(|_| self.has_structure[index]) {
                 let mut tracks = [&self.encoders; 3];
                 tracks[index] = tool;
@@ -288,7 +293,7 @@ pub(super) fn worst(
     let behind = [Axis::C, Axis::X, Axis::Z].map(|axis| machine.axis(axis).drive.structure);
     let tracks = Tracks::from_recording(motion, pass, behind, machine.cycle_time_s(), spec.part_zero_mm)
         .ok_or("the ticks of the last pass are not in the bag")?;
-    let edge = Edge { radius_mm, height_mm, sense: f64::from(machine.rotation_sense) };
+    let edge = CuttingEdge { radius_mm, height_mm, sense: f64::from(machine.rotation_sense) };
     tracks.split(edge, &place, um_from_mm(mm_from_m(result.form_error_max)))
 }
 
@@ -309,7 +314,7 @@ mod tests {
     const FEED: f64 = 0.3;
 
     /// A pass of some turns over x(θ, z) (mm), the section at a turned angle and the place of the insert's centre, and the axes off it.
-    struct Pass<'a> {
+    struct SurfacePass<'a> {
         sense: f64,
         x_mm: &'a dyn Fn(f64, f64) -> f64,
         off: [f64; 3],
@@ -319,7 +324,7 @@ mod tests {
         10.0 + FEED * SPEED * time / TURN_RAD
     }
 
-    impl Pass<'_> {
+    impl SurfacePass<'_> {
         fn at(&self, tick: u32) -> [f64; 3] {
             let (time, turned) = (f64::from(tick), SPEED * f64::from(tick));
             let (x, z) = ((self.x_mm)(turned, z_mm(time)), z_mm(time) - ZERO_MM);
@@ -336,7 +341,7 @@ mod tests {
             let samples: Vec<Sample> = (20..1280).map(sample).collect();
             let motion = Motion::made_of(&samples, setpoints);
             let tracks = Tracks::from_recording(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
-            let edge = Edge { radius_mm: R, height_mm, sense: self.sense };
+            let edge = CuttingEdge { radius_mm: R, height_mm, sense: self.sense };
             tracks.split(edge, place, error_um).expect("the edge comes by")
         }
     }
@@ -362,7 +367,7 @@ mod tests {
         let edge = (radius * radius - height * height).sqrt();
         let expected = um_from_mm((edge + 0.003).hypot(height) - radius);
         for sense in [1.0, -1.0] {
-            let pass = Pass { sense, x_mm: &|_, _| edge + R, off: [0.0, 0.003, 0.0] };
+            let pass = SurfacePass { sense, x_mm: &|_, _| edge + R, off: [0.0, 0.003, 0.0] };
             // The insert's centre stands at the place as the edge comes by in the third turn.
             let turned = 2.2 + 2.0 * TURN_RAD;
             let azimuth_rad = wrap_turn(turned + height.atan2(edge));
@@ -379,8 +384,11 @@ mod tests {
     fn an_axis_c_that_lags_leaves_slope_times_lag_on_a_flank() {
         let (amplitude, lag) = (2.0, 2e-4);
         for (sense, azimuth_rad) in [(1.0, 0.4_f64), (-1.0, 0.4), (1.0, 2.6)] {
-            let pass =
-                Pass { sense, x_mm: &|turned, _| 20.0 + amplitude * turned.sin() + R, off: [-sense * lag, 0.0, 0.0] };
+            let pass = SurfacePass {
+                sense,
+                x_mm: &|turned, _| 20.0 + amplitude * turned.sin() + R,
+                off: [-sense * lag, 0.0, 0.0],
+            };
             let (radius_mm, by_azimuth) = (20.0 + amplitude * azimuth_rad.sin(), amplitude * azimuth_rad.cos());
             let design = SurfacePoint { radius_mm, by_azimuth, ..SurfacePoint::default() };
             let place = EdgePosition { azimuth_rad, z_mm: z_mm((azimuth_rad + TURN_RAD) / SPEED), design };
@@ -396,7 +404,7 @@ mod tests {
         let normal = slope.atan();
         // The contact lies R sin τ farther on than the centre.
         let x_mm = |_: f64, z: f64| 20.0 + slope * (z + R * normal.sin()) + R * normal.cos();
-        let pass = Pass { sense: 1.0, x_mm: &x_mm, off: [0.0, 0.0, off] };
+        let pass = SurfacePass { sense: 1.0, x_mm: &x_mm, off: [0.0, 0.0, off] };
         let z_mm = z_mm((1.0 + 2.0 * TURN_RAD) / SPEED) + R * normal.sin();
         let design = SurfacePoint { radius_mm: 20.0 + slope * z_mm, by_z: slope, ..SurfacePoint::default() };
         let expected = -um_from_mm(slope * off) * normal.cos();
@@ -407,7 +415,7 @@ mod tests {
     /// Midway between two turns on a cylinder the edge leaves f²/8R.
     #[test]
     fn a_pass_without_lag_leaves_the_cusp_of_its_feed() {
-        let pass = Pass { sense: 1.0, x_mm: &|_, _| 20.0 + R, off: [0.0; 3] };
+        let pass = SurfacePass { sense: 1.0, x_mm: &|_, _| 20.0 + R, off: [0.0; 3] };
         let middle = z_mm((1.0 + 2.5 * TURN_RAD) / SPEED);
         let expected = um_from_mm(FEED * FEED / (8.0 * R));
         let place = EdgePosition { azimuth_rad: 1.0, z_mm: middle, design: cylinder(20.0) };
@@ -415,18 +423,18 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_the_edge_does_not_reach_is_told_and_so_are_missing_setpoints() {
-        let pass = Pass { sense: 1.0, x_mm: &|_, _| 20.0 + R, off: [0.0; 3] };
+    fn unreached_positions_and_missing_setpoints_are_reported() {
+        let pass = SurfacePass { sense: 1.0, x_mm: &|_, _| 20.0 + R, off: [0.0; 3] };
         let samples: Vec<Sample> = (20..1280_u32)
             .map(|tick| Sample { tick: u64::from(tick), position: pass.at(tick), velocity: [0.0; 3], force_x_n: 0.0 })
             .collect();
         let motion = Motion::made_of(&samples, BTreeMap::new());
         let tracks = Tracks::from_recording(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
-        let edge = Edge { radius_mm: R, height_mm: 0.0, sense: 1.0 };
+        let edge = CuttingEdge { radius_mm: R, height_mm: 0.0, sense: 1.0 };
         let split =
             |z_mm: f64| tracks.split(edge, &EdgePosition { azimuth_rad: 1.0, z_mm, design: cylinder(20.0) }, 1.0);
-        let told = |z_mm: f64| split(z_mm).expect_err("it is not known");
-        assert!(told(60.0).contains("does not come by"), "{}", told(60.0));
-        assert!(told(10.5).contains("setpoints or samples"), "{}", told(10.5));
+        let error_at = |z_mm: f64| split(z_mm).expect_err("it is not known");
+        assert!(error_at(60.0).contains("does not come by"), "{}", error_at(60.0));
+        assert!(error_at(10.5).contains("setpoints or samples"), "{}", error_at(10.5));
     }
 }

@@ -1,7 +1,7 @@
 //! Everything that the sections of the page report.
 
 use super::edge::Split;
-use super::gather::Recorded;
+use super::gather::RecordedRun;
 use super::job_timeline::JobTimeline;
 use super::judge::Verdict;
 use super::lag::Lag;
@@ -10,7 +10,7 @@ use camwright_planning::AnyPrepared;
 
 /// Content of the page.
 pub(super) struct Findings<'a> {
-    pub(super) recorded: &'a Recorded,
+    pub(super) recorded: &'a RecordedRun,
     pub(super) story: &'a JobTimeline<'a>,
     pub(super) motion: Option<&'a Motion>,
     /// Errors that the axes leave on each lobe, or on the part.

@@ -18,9 +18,9 @@ use std::path::Path;
 
 /// A message with the time at which it was recorded (ns since 1970).
 #[derive(Debug, Clone)]
-pub(super) struct At<T> {
+pub(super) struct Timed<T> {
     pub(super) ns: u64,
-    pub(super) said: T,
+    pub(super) message: T,
 }
 
 #[derive(Debug, Clone)]
@@ -40,14 +40,14 @@ pub(super) struct AlarmRecord {
 
 /// Messages of a topic that are missing by their numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Gap {
+pub(super) struct MessageGap {
     pub(super) topic: String,
     pub(super) missing: u64,
 }
 
 /// Everything that was recorded, but for what is there a thousand times a second.
 #[derive(Debug, Default)]
-pub(super) struct Recorded {
+pub(super) struct RecordedRun {
     pub(super) name: String,
     pub(super) files: Vec<StoredFile>,
     pub(super) custom: BTreeMap<String, String>,
@@ -58,25 +58,25 @@ pub(super) struct Recorded {
     /// Name of the cell, with which its topics begin.
     pub(super) prefix: String,
     pub(super) clock: Option<TickClock>,
-    pub(super) machines: Vec<At<MachineDescription>>,
-    pub(super) statuses: Vec<At<JobStatus>>,
-    pub(super) forms: Vec<At<LobeForm>>,
-    pub(super) parts: Vec<At<PartLobe>>,
-    pub(super) job_files: Vec<At<JobFilePage>>,
-    pub(super) pages: Vec<At<PlanPage>>,
-    pub(super) states: Vec<At<InterpolatorState>>,
-    pub(super) inputs: Vec<At<AppliedInput>>,
+    pub(super) machines: Vec<Timed<MachineDescription>>,
+    pub(super) statuses: Vec<Timed<JobStatus>>,
+    pub(super) forms: Vec<Timed<LobeForm>>,
+    pub(super) parts: Vec<Timed<PartLobe>>,
+    pub(super) job_files: Vec<Timed<JobFilePage>>,
+    pub(super) pages: Vec<Timed<PlanPage>>,
+    pub(super) states: Vec<Timed<InterpolatorState>>,
+    pub(super) inputs: Vec<Timed<AppliedInput>>,
     pub(super) alarms: Vec<AlarmRecord>,
-    pub(super) gauge: Vec<At<GaugeReading>>,
-    pub(super) maps: Vec<At<FormMap>>,
-    pub(super) surface: Vec<At<TurnedPage>>,
+    pub(super) gauge: Vec<Timed<GaugeReading>>,
+    pub(super) maps: Vec<Timed<FormMap>>,
+    pub(super) surface: Vec<Timed<TurnedPage>>,
     pub(super) recorder: Option<RecorderStatus>,
-    pub(super) gaps: Vec<Gap>,
+    pub(super) gaps: Vec<MessageGap>,
     /// Messages that could not be understood, by topic, with the first reason.
     pub(super) unread: BTreeMap<String, (u64, String)>,
 }
 
-impl Recorded {
+impl RecordedRun {
     pub(super) fn from_bag(bag: &Bag) -> Result<Self, ReportError> {
         let mut recorded = Self {
             name: name_of(bag.path()),
@@ -109,7 +109,7 @@ impl Recorded {
         let gaps = bag.topics().iter().zip(&highest);
         recorded.gaps = gaps
             .filter(|(_, (last, seen))| last > seen)
-            .map(|(topic, (last, seen))| Gap { topic: topic.name.clone(), missing: last - seen })
+            .map(|(topic, (last, seen))| MessageGap { topic: topic.name.clone(), missing: last - seen })
             .collect();
         Ok(recorded)
     }
@@ -128,7 +128,7 @@ impl Recorded {
             "job_planner/form_map" => push(&mut self.maps, message),
             "axis_interpolator/state" => push(&mut self.states, message),
             "axis_interpolator/inputs" => push(&mut self.inputs, message),
-            "run_logger/status" => message_from_sample(&message.data).map(|said| self.recorder = Some(said)),
+            "run_logger/status" => message_from_sample(&message.data).map(|message| self.recorder = Some(message)),
             "machine/alarms" | "axis_interpolator/alarms" => {
                 message_from_sample(&message.data).map(|list| self.add_alarms(list))
             }
@@ -144,7 +144,7 @@ impl Recorded {
         let stream: MachineStream = message_from_sample(&message.data)?;
         if let Some(machine) = self.machines.first() {
             self.clock =
-                Some(TickClock { epoch_ns: ns_from_time(&stream.epoch), cycle_time_ns: machine.said.cycle_time_ns });
+                Some(TickClock { epoch_ns: ns_from_time(&stream.epoch), cycle_time_ns: machine.message.cycle_time_ns });
         }
         Ok(())
     }
@@ -153,14 +153,14 @@ impl Recorded {
     fn add_alarms(&mut self, list: MachineAlarms) {
         let is = |a: &Alarm, b: &Alarm| (a.number, a.tick, &a.source) == (b.number, b.tick, &b.source);
         // Both nodes report the alarm that ended a motion: it is one alarm.
-        let of_these = |told: &Alarm, list: &MachineAlarms| list.alarms.iter().any(|alarm| is(alarm, told));
-        for told in self.alarms.iter_mut().filter(|told| told.gone.is_none()) {
-            if !of_these(&told.alarm, &list) && told.alarm.tick <= list.tick && list.alarms.is_empty() {
-                told.gone = Some(list.tick);
+        let of_these = |record: &Alarm, list: &MachineAlarms| list.alarms.iter().any(|alarm| is(alarm, record));
+        for record in self.alarms.iter_mut().filter(|record| record.gone.is_none()) {
+            if !of_these(&record.alarm, &list) && record.alarm.tick <= list.tick && list.alarms.is_empty() {
+                record.gone = Some(list.tick);
             }
         }
         for alarm in list.alarms {
-            if !self.alarms.iter().any(|told| is(&told.alarm, &alarm)) {
+            if !self.alarms.iter().any(|record| is(&record.alarm, &alarm)) {
                 self.alarms.push(AlarmRecord { alarm, gone: None });
             }
         }
@@ -172,8 +172,8 @@ impl Recorded {
     }
 }
 
-fn push<T: DeserializeOwned>(into: &mut Vec<At<T>>, message: &Message) -> Result<(), String> {
-    into.push(At { ns: message.log_time_ns, said: message_from_sample(&message.data)? });
+fn push<T: DeserializeOwned>(into: &mut Vec<Timed<T>>, message: &Message) -> Result<(), String> {
+    into.push(Timed { ns: message.log_time_ns, message: message_from_sample(&message.data)? });
     Ok(())
 }
 

@@ -88,12 +88,12 @@ fn diameter(findings: &Findings<'_>, index: usize, name: &str, readings: &[&Gaug
                 (deg_from_rad(wrap_turn(at)), um(reading.reading))
             })
             .collect();
-        let (least, most) = minimum_and_maximum(turn.iter().map(|point| point.1));
-        let middle = 0.5 * (least + most);
+        let (min, max) = minimum_and_maximum(turn.iter().map(|point| point.1));
+        let middle = 0.5 * (min + max);
         let size = mm_from_um(middle);
         let points =
             Columns::from_points(0.0, 360.0, COLUMNS, turn.iter().map(|(at, value)| (*at, value - middle))).points();
-        (points, size, most - least)
+        (points, size, max - min)
     };
     let curve = |class, when: &str, (points, size, range): (Vec<(f64, f64)>, f64, f64)| Curve {
         class,
@@ -116,8 +116,8 @@ fn diameter(findings: &Findings<'_>, index: usize, name: &str, readings: &[&Gaug
 fn outline(findings: &Findings<'_>, name: &str) -> Option<Chart> {
     let result = findings.story.status?.lobes.iter().find(|lobe| lobe.name == name && lobe.runout_before > 0.0)?;
     let part = findings.story.outlines.iter().find(|part| part.name == name && !part.radius.is_empty())?;
-    let (least, most) = minimum_and_maximum(part.radius.iter().copied());
-    let middle = 0.5 * (least + most);
+    let (min, max) = minimum_and_maximum(part.radius.iter().copied());
+    let middle = 0.5 * (min + max);
     let count = part.radius.len() as f64;
     let points = part.radius.iter().enumerate().map(|(at, r)| (360.0 * at as f64 / count, um(r - middle)));
     let curve = Curve {

@@ -3,7 +3,7 @@
 use super::chart::{Chart, Curve, Mark, Size};
 use super::columns::Columns;
 use super::findings::Findings;
-use super::judge::{Tone, Worst};
+use super::judge::{Tone, WorstError};
 use super::lag::Residual;
 use super::part_drawing::Section;
 use super::text::{escape, fixed, signed, um};
@@ -80,7 +80,7 @@ fn titles(out: &mut String, findings: &Findings<'_>) {
 }
 
 /// The worst lobe as a drawing and as a curve.
-fn pictures(out: &mut String, findings: &Findings<'_>, worst: &Worst) {
+fn pictures(out: &mut String, findings: &Findings<'_>, worst: &WorstError) {
     let name = findings.story.names().get(worst.index).map_or("", String::as_str);
     let form = findings.story.forms.iter().find(|form| form.name == name);
     let (section, chart) = match form {
@@ -117,7 +117,7 @@ pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> Section {
 }
 
 /// The form error of a lobe over its azimuth, with what of it the drives leave.
-pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm, worst: Option<&Worst>) -> Chart {
+pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm, worst: Option<&WorstError>) -> Chart {
     let count = form.form_error.len().max(1);
     let points = form.form_error.iter().enumerate();
     let errors = points.map(|(at, error)| (360.0 * at as f64 / count as f64, um(*error)));

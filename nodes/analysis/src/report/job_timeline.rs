@@ -1,6 +1,6 @@
 //! The last job of a bag: which plans were its own, when what was done, and what came out.
 
-use super::gather::{At, Recorded};
+use super::gather::{RecordedRun, Timed};
 use camwright_files::convert::job_files::files_from_pages;
 use camwright_files::recorded_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::{
@@ -34,7 +34,7 @@ impl Period {
 
 /// Another job of the bag, ended before the last one.
 #[derive(Debug, Clone)]
-pub(super) struct Ended {
+pub(super) struct EndedJob {
     pub(super) status: JobStatus,
     pub(super) is_last: bool,
 }
@@ -45,7 +45,7 @@ pub(super) struct JobTimeline<'a> {
     /// Last status; `None` without messages of a planner.
     pub(super) status: Option<&'a JobStatus>,
     /// Every job that came to an end, in their order.
-    pub(super) ended: Vec<Ended>,
+    pub(super) ended: Vec<EndedJob>,
     /// Recorded files that it names.
     pub(super) files: Vec<NamedFile>,
     /// The machine as it was when the job was planned.
@@ -64,11 +64,11 @@ pub(super) struct JobTimeline<'a> {
 }
 
 impl<'a> JobTimeline<'a> {
-    pub(super) fn from_recorded(recorded: &'a Recorded) -> Self {
+    pub(super) fn from_recorded(recorded: &'a RecordedRun) -> Self {
         let from_ns = begin_ns(&recorded.statuses);
-        let status = recorded.statuses.last().map(|at| &at.said).filter(|status| !status.job.is_empty());
+        let status = recorded.statuses.last().map(|at| &at.message).filter(|status| !status.job.is_empty());
         let machine = recorded.machines.iter().rev().find(|at| at.ns <= from_ns).or(recorded.machines.first());
-        let pages = recorded.job_files.iter().map(|at| &at.said);
+        let pages = recorded.job_files.iter().map(|at| &at.message);
         let files = status.map_or_else(Vec::new, |status| files_from_pages(&status.job_hash, pages));
         let plans = plans(recorded, from_ns, status);
         let stretches = stretches(&recorded.states, &plans);
@@ -76,15 +76,15 @@ impl<'a> JobTimeline<'a> {
         let names: Vec<String> = plans.first().map_or_else(Vec::new, |(_, header)| header.lobes.clone());
         let forms = last_of(&recorded.forms, from_ns, |form| &form.name, &names);
         let outlines = last_of(&recorded.parts, from_ns, |part| &part.name, &names);
-        let gauge = recorded.gauge.iter().filter(|at| at.ns >= from_ns).map(|at| &at.said).collect();
-        let pages = || recorded.surface.iter().filter(|at| at.ns >= from_ns).map(|at| &at.said);
+        let gauge = recorded.gauge.iter().filter(|at| at.ns >= from_ns).map(|at| &at.message).collect();
+        let pages = || recorded.surface.iter().filter(|at| at.ns >= from_ns).map(|at| &at.message);
         let newest = pages().filter(|page| page.finished).map(|page| page.tick).max();
         let surface = pages().filter(|page| Some(page.tick) == newest).collect();
         Self {
             status,
             ended: ended(&recorded.statuses),
             files,
-            machine: machine.map(|at| &at.said),
+            machine: machine.map(|at| &at.message),
             plans,
             stretches,
             ticks,
@@ -118,26 +118,26 @@ impl<'a> JobTimeline<'a> {
 }
 
 /// Time of the last job's request; everything about that job comes later.
-fn begin_ns(statuses: &[At<JobStatus>]) -> u64 {
+fn begin_ns(statuses: &[Timed<JobStatus>]) -> u64 {
     let is_asked = |index: usize| {
-        let before = index.checked_sub(1).map(|before| statuses[before].said.state);
-        statuses[index].said.state == JobStatus::PLANNING && before != Some(JobStatus::PLANNING)
+        let before = index.checked_sub(1).map(|before| statuses[before].message.state);
+        statuses[index].message.state == JobStatus::PLANNING && before != Some(JobStatus::PLANNING)
     };
     (0..statuses.len()).rev().find(|index| is_asked(*index)).map_or(0, |index| statuses[index].ns)
 }
 
-fn ended(statuses: &[At<JobStatus>]) -> Vec<Ended> {
+fn ended(statuses: &[Timed<JobStatus>]) -> Vec<EndedJob> {
     let is_end = |state: u8| (JobStatus::COMPLETE..=JobStatus::ABORTED).contains(&state);
-    let mut ended: Vec<Ended> = Vec::new();
+    let mut ended: Vec<EndedJob> = Vec::new();
     let mut before = JobStatus::IDLE;
     for at in statuses {
-        if is_end(at.said.state) {
+        if is_end(at.message.state) {
             if is_end(before) {
                 ended.pop();
             }
-            ended.push(Ended { status: at.said.clone(), is_last: false });
+            ended.push(EndedJob { status: at.message.clone(), is_last: false });
         }
-        before = at.said.state;
+        before = at.message.state;
     }
     if let (Some(last), true) = (ended.last_mut(), is_end(before)) {
         last.is_last = true;
@@ -146,48 +146,53 @@ fn ended(statuses: &[At<JobStatus>]) -> Vec<Ended> {
 }
 
 /// Plans published since then; a plan that is repeated by name only is taken from the earlier ones.
-fn plans(recorded: &Recorded, from_ns: u64, status: Option<&JobStatus>) -> Vec<(String, PlanHeader)> {
-    let headers = || recorded.pages.iter().filter_map(|at| Some((at, at.said.header.first()?)));
+fn plans(recorded: &RecordedRun, from_ns: u64, status: Option<&JobStatus>) -> Vec<(String, PlanHeader)> {
+    let headers = || recorded.pages.iter().filter_map(|at| Some((at, at.message.header.first()?)));
     let mut plans: Vec<(String, PlanHeader)> = Vec::new();
     let wanted = |hash: &str| status.is_some_and(|status| !hash.is_empty() && status.plan_hash == hash);
-    for (at, header) in headers().filter(|(at, _)| at.ns >= from_ns || wanted(&at.said.plan_hash)) {
-        if plans.iter().all(|(hash, _)| *hash != at.said.plan_hash) {
-            plans.push((at.said.plan_hash.clone(), header.clone()));
+    for (at, header) in headers().filter(|(at, _)| at.ns >= from_ns || wanted(&at.message.plan_hash)) {
+        if plans.iter().all(|(hash, _)| *hash != at.message.plan_hash) {
+            plans.push((at.message.plan_hash.clone(), header.clone()));
         }
     }
     plans
 }
 
-fn last_of<'a, T>(told: &'a [At<T>], from_ns: u64, name: impl Fn(&'a T) -> &'a String, order: &[String]) -> Vec<&'a T> {
-    let of = |wanted: &String| told.iter().rev().find(|at| at.ns >= from_ns && name(&at.said) == wanted);
-    order.iter().filter_map(|wanted| of(wanted).map(|at| &at.said)).collect()
+fn last_of<'a, T>(
+    messages: &'a [Timed<T>],
+    from_ns: u64,
+    name: impl Fn(&'a T) -> &'a String,
+    order: &[String],
+) -> Vec<&'a T> {
+    let of = |wanted: &String| messages.iter().rev().find(|at| at.ns >= from_ns && name(&at.message) == wanted);
+    order.iter().filter_map(|wanted| of(wanted).map(|at| &at.message)).collect()
 }
 
 /// Periods from message to message, with adjacent ones of one kind merged.
-fn stretches(states: &[At<InterpolatorState>], plans: &[(String, PlanHeader)]) -> Vec<Period> {
+fn stretches(states: &[Timed<InterpolatorState>], plans: &[(String, PlanHeader)]) -> Vec<Period> {
     let mut stretches: Vec<Period> = Vec::new();
     // The last job's plans may have been driven before, by a part of the same kind: then its own time is the last.
     let mut before: Option<Period> = None;
     for at in states {
-        let said = &at.said;
+        let message = &at.message;
         if let Some(mut open) = before.take() {
-            open.to = said.tick.max(open.from);
+            open.to = message.tick.max(open.from);
             add(&mut stretches, open);
         }
-        let Some(plan) = plans.iter().position(|(hash, _)| *hash == said.plan_hash) else { continue };
-        let again = stretches.last().is_some_and(|last| (plan, said.segment) < (last.plan, last.segment));
+        let Some(plan) = plans.iter().position(|(hash, _)| *hash == message.plan_hash) else { continue };
+        let again = stretches.last().is_some_and(|last| (plan, message.segment) < (last.plan, last.segment));
         if again {
             stretches.clear();
         }
         before = Some(Period {
             plan,
-            phase: said.phase,
-            lobe: usize::try_from(said.lobe).ok(),
-            segment: said.segment,
-            is_held: (InterpolatorState::HOLDING..=InterpolatorState::UNHOLDING).contains(&said.state),
-            from: said.tick,
-            to: said.tick,
-            least_override: said.feed_override,
+            phase: message.phase,
+            lobe: usize::try_from(message.lobe).ok(),
+            segment: message.segment,
+            is_held: (InterpolatorState::HOLDING..=InterpolatorState::UNHOLDING).contains(&message.state),
+            from: message.tick,
+            to: message.tick,
+            least_override: message.feed_override,
         });
     }
     stretches.extend(before);

@@ -2,7 +2,7 @@
 
 use super::causes::{causes_of, causes_of_turned};
 use super::edge::Split;
-use super::gather::Recorded;
+use super::gather::RecordedRun;
 use super::job_timeline::JobTimeline;
 use super::lag::{Lag, Residual};
 use super::text::{fixed, signed, um};
@@ -23,7 +23,7 @@ pub(super) enum Tone {
 
 /// The worst place of the part.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Worst {
+pub(super) struct WorstError {
     /// Which lobe, or the part.
     pub(super) index: usize,
     pub(super) name: String,
@@ -41,14 +41,14 @@ pub(super) struct Verdict {
     pub(super) tone: Tone,
     pub(super) word: &'static str,
     pub(super) reason: String,
-    pub(super) worst: Option<Worst>,
+    pub(super) worst: Option<WorstError>,
     /// Causes of the error; the first is the short answer.
     pub(super) causes: Vec<String>,
 }
 
 /// Judges the last job; one lag for each lobe, where the ticks are recorded, and of a turned part what made its worst place.
 pub(super) fn judge(
-    recorded: &Recorded,
+    recorded: &RecordedRun,
     story: &JobTimeline<'_>,
     lags: &[Option<Lag>],
     split: Option<&Result<Split, String>>,
@@ -131,10 +131,10 @@ fn bad_count(status: &JobStatus, story: &JobTimeline<'_>) -> usize {
 }
 
 /// The place that is worst by what is allowed there.
-fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<Worst> {
+fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<WorstError> {
     let of_lobe = |lobe: &LobeResult| {
         let form = story.forms.iter().find(|form| form.name == lobe.name)?;
-        Some(Worst {
+        Some(WorstError {
             index: story.names().iter().position(|name| *name == lobe.name)?,
             name: format!("lobe {}", lobe.name),
             error_um: um(lobe.form_error_max),
@@ -143,7 +143,7 @@ fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<Worst> {
             azimuth_deg: farthest_deg(form),
         })
     };
-    let of_part = |part: &TurnedResult| Worst {
+    let of_part = |part: &TurnedResult| WorstError {
         index: 0,
         name: "part".to_owned(),
         error_um: um(part.form_error_max),
@@ -166,9 +166,9 @@ pub(super) fn farthest_deg(form: &LobeForm) -> Option<f64> {
     Some(360.0 * index as f64 / form.form_error.len() as f64)
 }
 
-fn not_complete(recorded: &Recorded, story: &JobTimeline<'_>, status: &JobStatus) -> Verdict {
+fn not_complete(recorded: &RecordedRun, story: &JobTimeline<'_>, status: &JobStatus) -> Verdict {
     let begin = story.ticks.map_or(0, |(first, _)| first);
-    let stopping = recorded.alarms.iter().map(|told| &told.alarm);
+    let stopping = recorded.alarms.iter().map(|record| &record.alarm);
     let first = stopping.filter(|alarm| alarm.severity >= Alarm::STOP && alarm.tick >= begin).min_by_key(|a| a.tick);
     let done = status.lobes.len() + status.turned.len();
     let of = story.names().len();
@@ -189,8 +189,8 @@ fn not_complete(recorded: &Recorded, story: &JobTimeline<'_>, status: &JobStatus
 }
 
 /// Share of each cause in the error at the worst position of a lobe.
-fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
-    let [low, high] = [lag.most().lowest_um, lag.most().highest_um].map(|um| signed(um, 2));
+fn causes_of_lobe(worst: &WorstError, lag: &Lag) -> Vec<String> {
+    let [low, high] = [lag.max().lowest_um, lag.max().highest_um].map(|um| signed(um, 2));
     let range = format!("In the last turn, lag and swing of the axes leave {low} to {high} µm around {}.", worst.name);
     let at = |left: &Residual| worst.azimuth_deg.and_then(|azimuth| left.at(azimuth));
     let Some(drives) = at(&lag.encoders) else { return vec![range] };

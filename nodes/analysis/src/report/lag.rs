@@ -80,7 +80,7 @@ impl Lag {
     }
 
     /// All that is known: of the tool, or else of the encoders.
-    pub(super) fn most(&self) -> &Residual {
+    pub(super) fn max(&self) -> &Residual {
         self.tool.as_ref().unwrap_or(&self.encoders)
     }
 }
@@ -161,12 +161,13 @@ impl Path {
     fn from_samples(motion: &Motion, samples: &[Sample]) -> Option<Self> {
         let (first, last) = (samples.first()?.tick, samples.last()?.tick);
         let range = first.saturating_sub(MARGIN_TICKS)..=last.saturating_add(MARGIN_TICKS);
-        let told: Vec<(u64, [f64; 3])> = motion.setpoints.range(range).map(|(tick, point)| (*tick, *point)).collect();
+        let setpoints: Vec<(u64, [f64; 3])> =
+            motion.setpoints.range(range).map(|(tick, point)| (*tick, *point)).collect();
         let step = |pair: &[(u64, [f64; 3])]| pair[1].1[0] - pair[0].1[0];
-        let (_, fastest) = minimum_and_maximum(told.windows(2).map(step));
+        let (_, fastest) = minimum_and_maximum(setpoints.windows(2).map(step));
         let mut points: Vec<(f64, f64)> = Vec::new();
         let mut last_tick = 0;
-        for pair in told.windows(2).filter(|pair| step(pair) > STANDING_SHARE * fastest) {
+        for pair in setpoints.windows(2).filter(|pair| step(pair) > STANDING_SHARE * fastest) {
             let (tick, [c, x, _]) = pair[0];
             if points.last().is_some_and(|(before, _)| c <= *before) {
                 continue;

@@ -42,7 +42,7 @@ use camwright_planning::AnyPrepared;
 use edge::Split;
 pub use error::ReportError;
 use findings::Findings;
-use gather::Recorded;
+use gather::RecordedRun;
 use job_timeline::JobTimeline;
 pub use judge::{BURNT, burnt};
 use lag::Lag;
@@ -59,7 +59,7 @@ pub const FILE_NAME: &str = "report.html";
 /// A bag that cannot be read, or that holds no job.
 pub fn html(path: &Path) -> Result<String, ReportError> {
     let bag = Bag::open(path)?;
-    let recorded = Recorded::from_bag(&bag)?;
+    let recorded = RecordedRun::from_bag(&bag)?;
     let story = JobTimeline::from_recorded(&recorded);
     if story.status.is_none() {
         return Err(ReportError::NoJob { path: path.to_owned() });
@@ -93,7 +93,7 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
 
 /// Form error by the axes in the last turn of a cut, or in the last pass of a turned part.
 fn lag_of(
-    recorded: &Recorded,
+    recorded: &RecordedRun,
     story: &JobTimeline<'_>,
     description: Option<&MachineDescription>,
     motion: &Motion,

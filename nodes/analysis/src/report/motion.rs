@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::error::ReportError;
-use super::gather::Recorded;
+use super::gather::RecordedRun;
 use camwright::math::units::rpm_from_rad_s;
 use camwright_bag::Bag;
 use camwright_files::convert::time::ns_from_time;
@@ -44,7 +44,7 @@ impl Motion {
     /// Reads the job's ticks; `windows` are first and last ticks of what is kept as it is.
     pub(super) fn from_recorded(
         bag: &Bag,
-        recorded: &Recorded,
+        recorded: &RecordedRun,
         job: (u64, u64),
         windows: &[(u64, u64)],
     ) -> Result<Option<Self>, ReportError> {

@@ -50,9 +50,9 @@ impl Outline {
         };
         let points_mm: Vec<[f64; 2]> = radius_mm.iter().enumerate().map(point).collect();
         let ranges = [0, 1].map(|side| minimum_and_maximum(points_mm.iter().map(|point| point[side])));
-        let half_mm = ranges.iter().map(|(least, most)| 0.5 * (most - least)).fold(1e-9, f64::max);
+        let half_mm = ranges.iter().map(|(min, max)| 0.5 * (max - min)).fold(1e-9, f64::max);
         let per_mm = DESIGN / half_mm;
-        let axis = ranges.map(|(least, most)| -0.5 * per_mm * (least + most));
+        let axis = ranges.map(|(min, max)| -0.5 * per_mm * (min + max));
         let points: Vec<[f64; 2]> =
             points_mm.iter().map(|point| [per_mm * point[0] + axis[0], per_mm * point[1] + axis[1]]).collect();
         let normal = |index: usize| {

@@ -31,7 +31,7 @@ fn earlier(out: &mut String, findings: &Findings<'_>) {
     if ended.len() < 2 {
         return;
     }
-    let row = |(index, ended): (usize, &super::job_timeline::Ended)| {
+    let row = |(index, ended): (usize, &super::job_timeline::EndedJob)| {
         let status = &ended.status;
         let state = match status.state {
             JobStatus::COMPLETE => "complete",

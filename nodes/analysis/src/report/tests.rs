@@ -77,8 +77,8 @@ fn a_hostile_bag_gives_a_page_without_a_script_and_the_same_bag_the_same_bytes()
     assert_eq!(page, html(&path).expect("the same report"));
     assert!(!page.contains("<script") && page.contains("&lt;script&gt;"), "{page}");
     assert!(page.contains("<h1>NOT COMPLETE</h1>") && page.contains("Alarm 42"), "{page}");
-    for said in ["not recorded", "1 messages could not be understood", "the bag does not hold the job&#39;s file"] {
-        assert!(page.contains(said), "{said}: {page}");
+    for message in ["not recorded", "1 messages could not be understood", "the bag does not hold the job&#39;s file"] {
+        assert!(page.contains(message), "{message}: {page}");
     }
     assert!(
         !page.contains("http://") && !page.contains("https://") && !page.contains("url("),
@@ -165,24 +165,24 @@ fn the_force_is_drawn_where_the_bag_has_it_and_missing_where_it_is_older() {
 
 /// Without ticks the verdict stands, and the cause is said to be unknown.
 #[test]
-fn a_lobe_out_of_tolerance_is_not_good_and_its_worst_place_is_told() {
+fn a_lobe_out_of_tolerance_is_not_good_and_its_worst_position_is_reported() {
     let dir = TempDir::new().expect("a temporary directory");
     let path = bag(&dir, lobe_out_of_tolerance);
     let page = html(&path).expect("a report");
-    for said in [
+    for message in [
         "<h1>NOT GOOD</h1>",
         "2.50 µm less material than the allowed ±5.0 µm",
         "−7.50 µm</div>",
         "lobe A, cam angle 28.6°",
         "the axes&#39; ticks are not in the bag",
     ] {
-        assert!(page.contains(said), "{said}: {page}");
+        assert!(page.contains(message), "{message}: {page}");
     }
 }
 
 /// A turned part of which only the result is recorded: it is judged, and what is missing is said where it would stand.
 #[test]
-fn a_turned_part_without_its_ticks_is_judged_and_its_cause_said_to_be_unknown() {
+fn a_turned_part_without_ticks_is_judged_with_unknown_cause() {
     let dir = TempDir::new().expect("a temporary directory");
     let path = bag(&dir, |writer| {
         let part = TurnedResult {
@@ -199,14 +199,14 @@ fn a_turned_part_without_its_ticks_is_judged_and_its_cause_said_to_be_unknown() 
         write(writer, "/job_planner/job_status", of_job, 2, &done);
     });
     let page = html(&path).expect("a report");
-    for said in [
+    for message in [
         "<h1>GOOD</h1>",
         "part, azimuth 57.3°, z 20.00 mm",
         "<p>Not known: the axes&#39; ticks are not in the bag.</p>",
         "What made the worst place, azimuth 57.3°, z 20.00 mm",
         "the form map is not recorded",
     ] {
-        assert!(page.contains(said), "{said}: {page}");
+        assert!(page.contains(message), "{message}: {page}");
     }
     assert!(!page.contains("<script"), "{page}");
 }

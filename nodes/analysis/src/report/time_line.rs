@@ -179,8 +179,8 @@ fn words(name: &str) -> String {
 
 fn ground_row(lobe: &str, pass: &PassSummary) -> Vec<String> {
     let bounds = pass.bounds.iter().map(|bound| format!("{} {}", words(&bound.bound), percent(bound.share)));
-    let most = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    let most = most.map_or_else(String::new, |limit| {
+    let max = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let max = max.map_or_else(String::new, |limit| {
         let at = format!("cam angle {}°", fixed(limit.cam_angle_deg, 1));
         format!("{} of {}, {} at {at}", limit.quantity, words(limit.axis), percent(limit.ratio))
     });
@@ -191,14 +191,14 @@ fn ground_row(lobe: &str, pass: &PassSummary) -> Vec<String> {
         format!("{}–{}", fixed(pass.work_speed_rpm[0], 1), fixed(pass.work_speed_rpm[1], 1)),
         fixed(pass.max_removal_mm2_s, 2),
         escape(&bounds.collect::<Vec<_>>().join(", ")),
-        escape(&most),
+        escape(&max),
     ]
 }
 
 fn turned_row(part: &str, index: usize, pass: &TurnedPassSummary) -> Vec<String> {
     let bounds = pass.bounds.iter().map(|bound| format!("{} {}", words(&bound.bound), percent(bound.share)));
-    let most = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    let most = most.map_or_else(String::new, |limit| {
+    let max = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let max = max.map_or_else(String::new, |limit| {
         let at = format!("C {}°, z {} mm", fixed(limit.c_deg, 1), fixed(limit.z_mm, 2));
         format!("{} of {}, {} at {at}", limit.quantity, words(limit.axis), percent(limit.ratio))
     });
@@ -209,7 +209,7 @@ fn turned_row(part: &str, index: usize, pass: &TurnedPassSummary) -> Vec<String>
         format!("{}–{}", fixed(pass.spindle_rpm[0], 1), fixed(pass.spindle_rpm[1], 1)),
         "–".into(),
         escape(&bounds.collect::<Vec<_>>().join(", ")),
-        escape(&most),
+        escape(&max),
     ]
 }
 
@@ -224,7 +224,7 @@ fn operator(out: &mut String, findings: &Findings<'_>) {
         AppliedInput::ALARM => Some(format!("alarm {} came into sight", input.counts)),
         _ => None,
     };
-    let rows: Vec<Vec<String>> = (findings.recorded.inputs.iter().map(|at| &at.said))
+    let rows: Vec<Vec<String>> = (findings.recorded.inputs.iter().map(|at| &at.message))
         .filter(|input| (first..=last).contains(&input.tick))
         .filter_map(|input| {
             let at = findings.seconds(input.tick).map_or_else(|| "–".into(), |at| fixed(at, 3));

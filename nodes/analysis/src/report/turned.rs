@@ -3,7 +3,7 @@
 use super::chart::{Chart, Curve, Mark};
 use super::columns::Columns;
 use super::findings::Findings;
-use super::judge::Worst;
+use super::judge::WorstError;
 use super::part_drawing::Section;
 use super::table::table;
 use super::text::{escape, fixed, signed, um};
@@ -69,7 +69,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
 }
 
 fn last_map<'a>(findings: &Findings<'a>) -> Option<&'a FormMap> {
-    let map = &findings.recorded.maps.last()?.said;
+    let map = &findings.recorded.maps.last()?.message;
     let cells = usize::try_from(map.azimuths).ok()?.checked_mul(usize::try_from(map.columns).ok()?)?;
     (cells > 0 && map.lowest.len() == cells && map.highest.len() == cells).then_some(map)
 }
@@ -83,13 +83,13 @@ fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
         let (low, high) = (um(f64::from(map.lowest[index])), um(f64::from(map.highest[index])));
         if low.abs() > high.abs() { low } else { high }
     };
-    let most = (0..round * along).map(|index| farthest(index).abs()).fold(1e-3, f64::max);
+    let max = (0..round * along).map(|index| farthest(index).abs()).fold(1e-3, f64::max);
     let mut paths = [const { String::new() }; 8];
     for column in 0..along {
         for azimuth in 0..round {
             let value = farthest(column * round + azimuth);
             #[allow(clippy::cast_possible_truncation, reason = "between 0 and 3")]
-            let shade = ((value.abs() / most * SHADES) as usize).min(3);
+            let shade = ((value.abs() / max * SHADES) as usize).min(3);
             let path = &mut paths[shade + if value < 0.0 { 4 } else { 0 }];
             let (x, y) = (left + azimuth as f64 * dx, 10.0 + column as f64 * dy);
             let _infallible = write!(path, "M{x:.1} {y:.1}h{dx:.2}v{dy:.2}h-{dx:.2}z");
@@ -125,7 +125,7 @@ fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
          <div class=\"legend\"><span>red: material is left, blue: too much is gone; darkest {} µm and more, four equal steps</span></div></figure>",
         0.5 * (left + width),
         height - 4.0,
-        fixed(0.75 * most, 2)
+        fixed(0.75 * max, 2)
     );
 }
 
@@ -163,7 +163,7 @@ fn last_pass(findings: &Findings<'_>) -> (Chart, Chart) {
 }
 
 /// The section in which the part is worst, as a drawing and as a curve.
-pub(super) fn worst_section(findings: &Findings<'_>, worst: &Worst) -> Option<(Section, Chart)> {
+pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Option<(Section, Chart)> {
     let part = findings.story.status?.turned.first()?;
     let map = last_map(findings)?;
     let (round, along) = (map.azimuths as usize, map.columns as usize);

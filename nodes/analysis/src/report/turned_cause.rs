@@ -1,6 +1,6 @@
 //! The worst deviation of a turned part by its causes, as a table.
 
-use super::edge::{OfAxis, Split, turns_since};
+use super::edge::{AxisShare, Split, turns_since};
 use super::findings::Findings;
 use super::table::table;
 use super::text::{escape, fixed, signed};
@@ -50,7 +50,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>, part: &TurnedResu
     let _infallible = write!(out, "<p class=\"faint\">{}</p>", made(findings, split));
 }
 
-fn axis_lines(name: &str, axis: &OfAxis) -> Vec<String> {
+fn axis_lines(name: &str, axis: &AxisShare) -> Vec<String> {
     let unit = |off: f64| match axis.axis {
         Axis::C => format!("{}°", signed(deg_from_rad(off), 4)),
         Axis::X | Axis::Z => format!("{} µm", signed(um_from_mm(off), 2)),

@@ -40,7 +40,7 @@ impl Difference {
     }
 
     /// Two counts of an axis, if they differ.
-    pub(super) fn of_counts(tick: u64, field: &str, old: i64, new: i64, size: Option<(Axis, f64)>) -> Option<Self> {
+    pub(super) fn from_counts(tick: u64, field: &str, old: i64, new: i64, size: Option<(Axis, f64)>) -> Option<Self> {
         (old != new).then(|| Self { tick, field: field.to_owned(), values: Values::Counts { old, new, size } })
     }
 }
@@ -80,8 +80,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_difference_says_tick_field_both_values_and_how_much() {
-        let counts = Difference::of_counts(1234, "setpoint of x_axis", 100, 103, Some((Axis::X, 1e-8)));
+    fn a_difference_reports_tick_field_both_values_and_size() {
+        let counts = Difference::from_counts(1234, "setpoint of x_axis", 100, 103, Some((Axis::X, 1e-8)));
         let text = counts.expect("they differ").to_string();
         assert_eq!(text, "tick 1234: setpoint of x_axis: recorded 100, computed 103, +0.030000 um of difference");
         let numbers = Difference::from_numbers(7, "position of z_axis", 0.1, 0.1 + 1e-9, "m").expect("they differ");

@@ -1,7 +1,7 @@
 //! Two bags of the same job: the same digests, tick by tick of the job.
 
 use super::error::RerunError;
-use super::recorded::Recorded;
+use super::recorded::RecordedInputs;
 use super::window::Window;
 use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::msg::MachineInput;
@@ -12,14 +12,14 @@ type Jobs = Vec<Vec<(u64, u64)>>;
 
 /// Comparison of the digests of two bags.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Compared {
+pub(super) struct DigestComparison {
     jobs: [usize; 2],
     digests: usize,
     /// Job from 1 on, ticks of it up to which all is the same, and those within which it differs.
     first_difference: Option<(usize, u64, u64)>,
 }
 
-impl Compared {
+impl DigestComparison {
     pub(super) fn is_same(&self) -> bool {
         self.first_difference.is_none() && self.jobs[0] == self.jobs[1] && self.digests > 0
     }
@@ -38,12 +38,12 @@ impl Compared {
 }
 
 /// Compares the digests of two bags.
-pub(super) fn compare(one: &Path, other: &Path) -> Result<Compared, RerunError> {
+pub(super) fn compare(one: &Path, other: &Path) -> Result<DigestComparison, RerunError> {
     Ok(compare_jobs(&jobs(one)?, &jobs(other)?))
 }
 
 fn jobs(path: &Path) -> Result<Jobs, RerunError> {
-    let recorded = Recorded::from_bag(&Bag::open(path)?, Window::default())?;
+    let recorded = RecordedInputs::from_bag(&Bag::open(path)?, Window::default())?;
     Ok(jobs_of(&recorded.machine_inputs))
 }
 
@@ -59,8 +59,8 @@ fn jobs_of(inputs: &[MachineInput]) -> Jobs {
     jobs
 }
 
-fn compare_jobs(ours: &Jobs, theirs: &Jobs) -> Compared {
-    let mut compared = Compared { jobs: [ours.len(), theirs.len()], digests: 0, first_difference: None };
+fn compare_jobs(ours: &Jobs, theirs: &Jobs) -> DigestComparison {
+    let mut compared = DigestComparison { jobs: [ours.len(), theirs.len()], digests: 0, first_difference: None };
     for (job, (ours, theirs)) in (1..).zip(ours.iter().zip(theirs)) {
         let mut same = 0;
         for place in 0..ours.len().max(theirs.len()) {
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_digest_that_differs_is_told_with_its_job() {
+    fn the_first_differing_digest_is_reported_with_its_job() {
         let run = vec![vec![(1000, 1), (2000, 2), (2100, 3)], vec![(1000, 4)]];
         assert!(compare_jobs(&run, &run).is_same());
         assert_eq!(compare_jobs(&run, &run).to_text(), "the other run is the same: 4 digests of 2 jobs");
@@ -96,10 +96,10 @@ mod tests {
 
     #[test]
     fn a_job_begins_where_its_ticks_begin_anew() {
-        let told = |number, digest| MachineInput { kind: MachineInput::DIGEST, number, digest, ..Default::default() };
+        let input = |number, digest| MachineInput { kind: MachineInput::DIGEST, number, digest, ..Default::default() };
         let chunk = MachineInput { kind: MachineInput::CHUNK, number: 7, ..Default::default() };
         let inputs =
-            [told(0, 5), told(1, 7), told(1000, 1), chunk, told(1200, 2), told(0, 6), told(1, 7), told(2000, 3)];
+            [input(0, 5), input(1, 7), input(1000, 1), chunk, input(1200, 2), input(0, 6), input(1, 7), input(2000, 3)];
         assert_eq!(jobs_of(&inputs), vec![vec![(1, 7), (1000, 1), (1200, 2)], vec![(1, 7), (2000, 3)]]);
     }
 }

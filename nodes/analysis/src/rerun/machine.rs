@@ -4,7 +4,7 @@ use super::difference::Difference;
 use super::error::RerunError;
 use super::keyframes;
 use super::outputs::{Output, difference};
-use super::recorded::Recorded;
+use super::recorded::RecordedInputs;
 use camwright::math::snapshot::SnapshotCodec;
 use camwright_bag::Bag;
 use camwright_files::convert::keyframes::check;
@@ -12,7 +12,7 @@ use camwright_files::convert::setpoints::ChunkBuffer;
 use camwright_machine_cycle::input_record::kind_name;
 use camwright_machine_cycle::keyframes::FORM as KEYFRAME_FORM;
 use camwright_machine_cycle::output_digest::{RangeDigest, chunk_digest};
-use camwright_machine_cycle::replay::{MachineReplay, Ticked};
+use camwright_machine_cycle::replay::{MachineReplay, TickOutput};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -25,7 +25,7 @@ const WAITING: usize = 50_000;
 #[derive(Debug)]
 pub(super) struct MachineRun<'a> {
     bag: &'a Bag,
-    recorded: &'a Recorded,
+    recorded: &'a RecordedInputs,
     machine: MachineReplay,
     next: usize,
     /// The tick after which it began, and the last one.
@@ -33,14 +33,14 @@ pub(super) struct MachineRun<'a> {
     tick: u64,
     /// Keyframes that it has not come to.
     to_come: &'a [MachineKeyframe],
-    kept: VecDeque<Ticked>,
+    kept: VecDeque<TickOutput>,
     /// Chunks that the machine takes, by their first ticks and digests.
     taken: HashSet<(u64, u64)>,
     /// Those that were sent and not taken yet, by their first tick, with their digests.
     chunks: HashMap<u64, Vec<(u64, ChunkBuffer)>>,
     waiting: VecDeque<(u64, Output)>,
     /// Digests of the replayed run, for the comparison with the recorded ones.
-    told: VecDeque<RangeDigest>,
+    pending_digests: VecDeque<RangeDigest>,
     pub(super) compared: u64,
     pub(super) keyframes: usize,
     pub(super) digests: Vec<RangeDigest>,
@@ -52,7 +52,7 @@ impl<'a> MachineRun<'a> {
     ///
     /// # Errors
     /// It cannot be made from what was recorded.
-    pub(super) fn new(bag: &'a Bag, recorded: &'a Recorded) -> Result<Self, RerunError> {
+    pub(super) fn new(bag: &'a Bag, recorded: &'a RecordedInputs) -> Result<Self, RerunError> {
         let cannot = RerunError::Cannot;
         let (machine, begun) = match (&recorded.start, recorded.machine_inputs.first()) {
             (Some(head), _) => {
@@ -77,7 +77,7 @@ impl<'a> MachineRun<'a> {
             kept: VecDeque::with_capacity(KEPT),
             chunks: HashMap::new(),
             waiting: VecDeque::new(),
-            told: VecDeque::new(),
+            pending_digests: VecDeque::new(),
             compared: 0,
             keyframes: 0,
             digests: Vec::new(),
@@ -154,7 +154,7 @@ impl<'a> MachineRun<'a> {
             if self.kept.len() == KEPT {
                 self.kept.pop_front();
             }
-            self.told.extend(ticked.told.into_iter().flatten());
+            self.pending_digests.extend(ticked.digests.into_iter().flatten());
             self.kept.push_back(ticked);
             self.compare_state()?;
         }
@@ -210,15 +210,15 @@ impl<'a> MachineRun<'a> {
     fn compare_digest(&mut self, input: &MachineInput) -> Result<(), Box<Difference>> {
         let field = "digest of all that the machine put out";
         let text = |ticks: u64, digest: u64| format!("{digest:016x} after {ticks} ticks of a job");
-        let Some(told) = self.told.pop_front() else {
+        let Some(pending) = self.pending_digests.pop_front() else {
             return Err(Difference::texts(input.tick, field, text(input.number, input.digest), "none").into());
         };
-        if (told.job_ticks, told.digest) != (input.number, input.digest) {
-            let (old, new) = (text(input.number, input.digest), text(told.job_ticks, told.digest));
-            return Err(Difference::texts(told.tick, field, old, new).into());
+        if (pending.job_ticks, pending.digest) != (input.number, input.digest) {
+            let (old, new) = (text(input.number, input.digest), text(pending.job_ticks, pending.digest));
+            return Err(Difference::texts(pending.tick, field, old, new).into());
         }
-        self.last_digest = told.digest;
-        self.digests.push(told);
+        self.last_digest = pending.digest;
+        self.digests.push(pending);
         Ok(())
     }
 }

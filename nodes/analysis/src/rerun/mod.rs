@@ -32,7 +32,7 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use machine::MachineRun;
 use motion::InterpolatorReplay;
 use outputs::Output;
-use recorded::Recorded;
+use recorded::RecordedInputs;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -157,7 +157,7 @@ pub fn rerun(path: &Path) -> Result<Verdict, RerunError> {
 pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
     let begun = Instant::now();
     let bag = Bag::open(path)?;
-    let recorded = Recorded::from_bag(&bag, window)?;
+    let recorded = RecordedInputs::from_bag(&bag, window)?;
     let mut interpolator = InterpolatorReplay::new(&recorded);
     let mut machine = MachineRun::new(&bag, &recorded)?;
     let differences = compare(&bag, &recorded, &mut interpolator, &mut machine)?;
@@ -183,7 +183,7 @@ pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
 /// Goes through the bag once; interpolator and machine each up to where they first differ.
 fn compare(
     bag: &Bag,
-    recorded: &Recorded,
+    recorded: &RecordedInputs,
     interpolator: &mut InterpolatorReplay<'_>,
     machine: &mut MachineRun<'_>,
 ) -> Result<Vec<Difference>, RerunError> {

@@ -1,7 +1,7 @@
 //! The interpolator again: every chunk of setpoints that was sent is computed from the inputs as they were applied.
 
 use super::difference::Difference;
-use super::recorded::Recorded;
+use super::recorded::RecordedInputs;
 use camwright::interpolator::{AppliedInput as Applied, Interpolator, Request, TickInputs};
 use camwright::machine::description::Axis;
 use camwright_files::convert::applied_input::{input as applied_input, kind_name};
@@ -14,7 +14,7 @@ use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint
 /// The interpolator, run again.
 #[derive(Debug)]
 pub(super) struct InterpolatorReplay<'a> {
-    recorded: &'a Recorded,
+    recorded: &'a RecordedInputs,
     interpolator: Interpolator,
     /// The next input that was recorded.
     next: usize,
@@ -28,7 +28,7 @@ pub(super) struct InterpolatorReplay<'a> {
 }
 
 impl<'a> InterpolatorReplay<'a> {
-    pub(super) fn new(recorded: &'a Recorded) -> Self {
+    pub(super) fn new(recorded: &'a RecordedInputs) -> Self {
         let inputs = recorded.interpolator_inputs.iter().enumerate();
         Self {
             recorded,

@@ -7,7 +7,7 @@ use camwright_files::convert::gauge::readings;
 use camwright_files::convert::machine_report::{io_message, joint_values, latch_message, motion_number};
 use camwright_files::convert::si_from_core;
 use camwright_files::convert::time::TickClock;
-use camwright_machine_cycle::replay::Ticked;
+use camwright_machine_cycle::replay::TickOutput;
 use camwright_msgs::camwright_msgs::msg::{Alarm, GaugeReading, MachineAlarms, MachineIo, MachineStream};
 use camwright_msgs::sensor_msgs::msg::JointState;
 
@@ -32,7 +32,7 @@ fn size(machine: &MachineDescription, axis: Axis) -> Option<(Axis, f64)> {
 /// First difference between the recorded and the replayed outputs of a tick.
 pub(super) fn difference(
     output: &Output,
-    ticked: &Ticked,
+    ticked: &TickOutput,
     machine: &MachineDescription,
     clock: TickClock,
 ) -> Option<Difference> {
@@ -77,7 +77,13 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
     for axis in Axis::ALL {
         let (i, own) = (axis.index(), &report.axes[axis.index()]);
         let counts = |what: &str, old: i64, new: i64| {
-            Difference::of_counts(tick, &format!("{what} of {} (counts)", axis.joint()), old, new, size(machine, axis))
+            Difference::from_counts(
+                tick,
+                &format!("{what} of {} (counts)", axis.joint()),
+                old,
+                new,
+                size(machine, axis),
+            )
         };
         let unit = if axis == Axis::C { "rad/s" } else { "m/s" };
         let speed = si_from_core(axis, own.velocity);
@@ -99,9 +105,9 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
 }
 
 /// Motion state and alarms in the stream.
-fn states(old: &MachineStream, ticked: &Ticked) -> Option<Difference> {
+fn states(old: &MachineStream, ticked: &TickOutput) -> Option<Difference> {
     let (tick, motion) = (ticked.report.tick, motion_number(ticked.report.motion));
-    let counts = Difference::of_counts(tick, "motion", old.motion.into(), motion.into(), None);
+    let counts = Difference::from_counts(tick, "motion", old.motion.into(), motion.into(), None);
     counts.or_else(|| {
         let new = ticked.alarms.numbers();
         let differs = old.alarms != new;
@@ -109,14 +115,14 @@ fn states(old: &MachineStream, ticked: &Ticked) -> Option<Difference> {
     })
 }
 
-fn alarms(old: &MachineAlarms, ticked: &Ticked, clock: TickClock) -> Option<Difference> {
+fn alarms(old: &MachineAlarms, ticked: &TickOutput, clock: TickClock) -> Option<Difference> {
     let new = ticked.alarms.messages(clock);
-    let told = |alarm: Option<&Alarm>| {
+    let text = |alarm: Option<&Alarm>| {
         alarm.map_or_else(|| "none".to_owned(), |a| format!("alarm {} of tick {}: {}", a.number, a.tick, a.text))
     };
     let count = old.alarms.len().max(new.len());
     let differs = (0..count).find(|place| old.alarms.get(*place) != new.get(*place))?;
-    let (old, new) = (told(old.alarms.get(differs)), told(new.get(differs)));
+    let (old, new) = (text(old.alarms.get(differs)), text(new.get(differs)));
     Some(Difference::texts(ticked.report.tick, "machine/alarms", old, new))
 }
 

@@ -8,7 +8,7 @@ use camwright::machine::description::MachineDescription;
 use camwright::motion::plan::Plan;
 use camwright_bag::Bag;
 use camwright_files::convert::applied_input;
-use camwright_files::convert::keyframes::Arriving;
+use camwright_files::convert::keyframes::PartialKeyframe;
 use camwright_files::convert::machine_now::recorded_machine;
 use camwright_files::convert::plan::plan_from_pages;
 use camwright_files::convert::time::{TickClock, ns_from_time};
@@ -25,7 +25,7 @@ const MAX_LEAP_TICKS: u64 = 1_000_000;
 
 /// Recorded run.
 #[derive(Debug)]
-pub(super) struct Recorded {
+pub(super) struct RecordedInputs {
     pub(super) topics: Topics,
     pub(super) machine: MachineDescription,
     pub(super) clock: TickClock,
@@ -40,7 +40,7 @@ pub(super) struct Recorded {
     pub(super) last_tick: u64,
 }
 
-impl Recorded {
+impl RecordedInputs {
     /// Reads what was given, and looks whether all of it is there that the window takes.
     ///
     /// # Errors
@@ -51,7 +51,7 @@ impl Recorded {
         let mut machine_inputs: Vec<MachineInput> = Vec::new();
         let mut interpolator_inputs: Vec<AppliedInput> = Vec::new();
         let mut pages: HashMap<String, Vec<PlanPage>> = HashMap::new();
-        let (mut heads, mut arriving): (Vec<MachineKeyframe>, _) = (Vec::new(), Arriving::default());
+        let (mut heads, mut arriving): (Vec<MachineKeyframe>, _) = (Vec::new(), PartialKeyframe::default());
         let (mut last_tick, mut ticks) = (0, Vec::new());
         let mut messages = bag.messages();
         while let Some(message) = messages.next_message()? {
@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gap_is_told_with_its_inputs_and_ticks() {
+    fn a_gap_is_reported_with_its_inputs_and_ticks() {
         let refusal =
             |numbers: &[(u64, u64)]| whole("machine/inputs", 0, numbers.iter().copied()).map_err(|e| e.to_string());
         assert_eq!(refusal(&[(0, 0), (1, 5), (2, 5)]), Ok(()));

@@ -75,7 +75,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
         "~/joint_trajectory",
         &Qos::default_topic(),
         move |message, info| {
-            if !this.grant.takes("~/joint_trajectory", &info.writer, &this.node) {
+            if !this.grant.accepts("~/joint_trajectory", &info.writer, &this.node) {
                 return;
             }
             if let Err(reason) = this.accept_from_topic(&message, &info.writer) {
@@ -88,7 +88,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
         "~/speed_scaling_input",
         &Qos::latched(1),
         move |message, info| {
-            if !this.grant.takes("~/speed_scaling_input", &info.writer, &this.node) {
+            if !this.grant.accepts("~/speed_scaling_input", &info.writer, &this.node) {
                 return;
             }
             let factor = message.factor;

@@ -12,18 +12,18 @@ use camwright_msgs::control_msgs::srv::QueryTrajectoryStateResponse;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectoryPoint;
 
 /// Joints of some axes at a tick: setpoints, measured values, and the difference.
-struct Followed {
+struct TrackedPoint {
     joints: Vec<String>,
     reference: JointTrajectoryPoint,
     actual: JointTrajectoryPoint,
     error: JointTrajectoryPoint,
 }
 
-impl Followed {
+impl TrackedPoint {
     fn from_tracking(tracking: &Tracking, axes: &[Axis], machine: &MachineDescription) -> Self {
         let per_axis = |value: &dyn Fn(Axis) -> f64| -> Vec<f64> { axes.iter().map(|axis| value(*axis)).collect() };
-        let (told, measured) = (&tracking.told, &tracking.measured);
-        let reference = point(told, axes, machine);
+        let (setpoint, measured) = (&tracking.setpoint, &tracking.measured);
+        let reference = point(setpoint, axes, machine);
         let actual = JointTrajectoryPoint {
             positions: per_axis(&|axis| si_from_counts(machine.axis(axis).scale, measured.counts[axis.index()])),
             velocities: per_axis(&|axis| si_from_core(axis, measured.velocity[axis.index()])),
@@ -31,11 +31,11 @@ impl Followed {
         };
         let error = JointTrajectoryPoint {
             positions: per_axis(&|axis| {
-                let counts = told.counts[axis.index()] - measured.counts[axis.index()];
+                let counts = setpoint.counts[axis.index()] - measured.counts[axis.index()];
                 si_from_counts(machine.axis(axis).scale, counts)
             }),
             velocities: per_axis(&|axis| {
-                si_from_core(axis, told.velocity[axis.index()] - measured.velocity[axis.index()])
+                si_from_core(axis, setpoint.velocity[axis.index()] - measured.velocity[axis.index()])
             }),
             ..JointTrajectoryPoint::default()
         };
@@ -67,7 +67,7 @@ pub(crate) fn feedback(
     clock: TickClock,
 ) -> FollowJointTrajectoryFeedback {
     let axes: Vec<Axis> = joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
-    let followed = Followed::from_tracking(tracking, &axes, machine);
+    let followed = TrackedPoint::from_tracking(tracking, &axes, machine);
     let mut message = FollowJointTrajectoryFeedback {
         joint_names: followed.joints,
         desired: followed.reference,
@@ -86,7 +86,7 @@ pub(crate) fn state(
     machine: &MachineDescription,
     clock: TickClock,
 ) -> JointTrajectoryControllerState {
-    let followed = Followed::from_tracking(tracking, &Axis::ALL, machine);
+    let followed = TrackedPoint::from_tracking(tracking, &Axis::ALL, machine);
     let mut message = JointTrajectoryControllerState {
         joint_names: followed.joints,
         output: followed.reference.clone(),
@@ -101,12 +101,12 @@ pub(crate) fn state(
 }
 
 /// The answer of `~/query_state`.
-pub(crate) fn answer(told: Option<&Setpoint>, machine: &MachineDescription) -> QueryTrajectoryStateResponse {
-    let Some(told) = told else {
+pub(crate) fn answer(setpoint: Option<&Setpoint>, machine: &MachineDescription) -> QueryTrajectoryStateResponse {
+    let Some(setpoint) = setpoint else {
         let message = "no joint trajectory is executed at that time, or it is too long ago".to_owned();
         return QueryTrajectoryStateResponse { success: false, message, ..QueryTrajectoryStateResponse::default() };
     };
-    let point = point(told, &Axis::ALL, machine);
+    let point = point(setpoint, &Axis::ALL, machine);
     QueryTrajectoryStateResponse {
         success: true,
         message: String::new(),

@@ -1,7 +1,7 @@
 //! Summaries of a bag in `metadata.yaml`, in its storage and by its recorder, compared with its content.
 
 use super::report::Report;
-use super::walk::Walk;
+use super::walk::BagWalk;
 use crate::metadata::RECORDER_VERSION;
 use crate::metadata::{self, BagMetadata, NO_START_NS};
 use crate::writer::REPEATED;
@@ -10,7 +10,7 @@ const PLACE: &str = metadata::FILE_NAME;
 const CUSTOM: &str = "custom_data";
 
 /// Holds all accounts against each other. A bag that is one file has no `metadata.yaml`.
-pub(super) fn agree(walk: &mut Walk, yaml: Option<&BagMetadata>) {
+pub(super) fn agree(walk: &mut BagWalk, yaml: Option<&BagMetadata>) {
     let mut report = std::mem::take(&mut walk.report);
     walk.order.add_to(&mut report);
     // What a file has lost is no fault of the account.
@@ -27,7 +27,7 @@ pub(super) fn agree(walk: &mut Walk, yaml: Option<&BagMetadata>) {
     walk.report = report;
 }
 
-fn in_all(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
+fn in_all(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
     let seen = report.message_count;
     if yaml.message_count != seen {
         report.error(PLACE, format!("message_count is {}, the files have {seen}", yaml.message_count));
@@ -36,8 +36,8 @@ fn in_all(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
     let by_topic = sum(&mut yaml.topics.iter().map(|t| t.message_count));
     let by_file = sum(&mut yaml.files.iter().map(|f| f.message_count));
     if by_topic != yaml.message_count || by_file != yaml.message_count {
-        let told = yaml.message_count;
-        let text = format!("message_count is {told}, its topics add up to {by_topic}, its files to {by_file}");
+        let declared = yaml.message_count;
+        let text = format!("message_count is {declared}, its topics add up to {by_topic}, its files to {by_file}");
         report.error(PLACE, text);
     }
     let times_ns = walk.files.iter().filter_map(|(_, file)| file.log_times_ns);
@@ -51,7 +51,7 @@ fn in_all(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
     }
 }
 
-fn by_topic(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
+fn by_topic(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
     for topic in &yaml.topics {
         let name = &topic.name;
         match walk.counts.get(name) {
@@ -77,16 +77,16 @@ fn by_topic(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
 }
 
 /// The entry of each file against the file.
-fn by_file(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
-    for (told, (name, seen)) in yaml.files.iter().zip(&walk.files) {
+fn by_file(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
+    for (declared, (name, seen)) in yaml.files.iter().zip(&walk.files) {
         let (first, last) = seen.log_times_ns.unwrap_or((NO_START_NS, NO_START_NS));
         let figures = [
-            ("message_count", told.message_count, seen.messages),
-            ("starting_time", told.starting_time_ns, first),
-            ("duration", told.duration_ns, last - first),
+            ("message_count", declared.message_count, seen.messages),
+            ("starting_time", declared.starting_time_ns, first),
+            ("duration", declared.duration_ns, last - first),
         ];
-        for (key, told, seen) in figures.iter().filter(|(_, told, seen)| told != seen) {
-            report.error(PLACE, format!("{key} of file {name} is {told}, the file has {seen}"));
+        for (key, declared, seen) in figures.iter().filter(|(_, declared, seen)| declared != seen) {
+            report.error(PLACE, format!("{key} of file {name} is {declared}, the file has {seen}"));
         }
     }
 }
@@ -109,13 +109,13 @@ fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
 }
 
 /// Checks the recorder's own summary of the run.
-fn check_recorded_summary(walk: &Walk, report: &mut Report, yaml: Option<&BagMetadata>) {
-    let Some(told) = walk.record.as_ref().or(yaml).map(|m| m.custom_data.clone()) else { return };
-    let is_ours = told.contains_key(RECORDER_VERSION);
-    let lost: u64 = match told.get("camwright.lost_total").map(|lost| lost.parse()) {
+fn check_recorded_summary(walk: &BagWalk, report: &mut Report, yaml: Option<&BagMetadata>) {
+    let Some(declared) = walk.record.as_ref().or(yaml).map(|m| m.custom_data.clone()) else { return };
+    let is_ours = declared.contains_key(RECORDER_VERSION);
+    let lost: u64 = match declared.get("camwright.lost_total").map(|lost| lost.parse()) {
         Some(Ok(lost)) => lost,
         Some(Err(_)) => {
-            report.error(CUSTOM, format!("camwright.lost_total '{}' is no number", told["camwright.lost_total"]));
+            report.error(CUSTOM, format!("camwright.lost_total '{}' is no number", declared["camwright.lost_total"]));
             0
         }
         None => 0,
@@ -124,7 +124,7 @@ fn check_recorded_summary(walk: &Walk, report: &mut Report, yaml: Option<&BagMet
         report.warning(CUSTOM, format!("{lost} messages were received and are not in the bag"));
     }
     if is_ours && !walk.is_damaged {
-        let (seen, repeated) = (walk.repeated, told.get(REPEATED).map_or("0", String::as_str));
+        let (seen, repeated) = (walk.repeated, declared.get(REPEATED).map_or("0", String::as_str));
         if repeated != seen.to_string() {
             let text = format!("{repeated} messages are to stand at the head of a later file once more, {seen} do");
             report.error(CUSTOM, text);
@@ -132,9 +132,9 @@ fn check_recorded_summary(walk: &Walk, report: &mut Report, yaml: Option<&BagMet
         latched(walk, report);
         account(walk, report, lost);
     }
-    match told.get("camwright.outcome").map(String::as_str) {
+    match declared.get("camwright.outcome").map(String::as_str) {
         Some("fault") => {
-            let reason = told.get("camwright.fault").map_or("", String::as_str);
+            let reason = declared.get("camwright.fault").map_or("", String::as_str);
             report.warning(CUSTOM, format!("the recording ended early: {reason}"));
         }
         Some("open") if !walk.is_damaged => report.warning(CUSTOM, "the recording says that it is still open"),
@@ -143,7 +143,7 @@ fn check_recorded_summary(walk: &Walk, report: &mut Report, yaml: Option<&BagMet
 }
 
 /// Every later file begins with the last message of each latched topic.
-fn latched(walk: &Walk, report: &mut Report) {
+fn latched(walk: &BagWalk, report: &mut Report) {
     for (name, topic) in &walk.topics {
         for file in &topic.headless {
             report.error(
@@ -155,7 +155,7 @@ fn latched(walk: &Walk, report: &mut Report) {
 }
 
 /// Checks the last counts of the recorder: the bag cannot have fewer messages, and cannot have lost more.
-fn account(walk: &Walk, report: &mut Report, lost: u64) {
+fn account(walk: &BagWalk, report: &mut Report, lost: u64) {
     let accounts: Vec<_> =
         walk.topics.iter().filter_map(|(name, topic)| Some((name, topic.account.as_ref()?))).collect();
     // Two recorders in the graph receive each other's status, and one that continued in another bag first reported that one.
@@ -166,11 +166,12 @@ fn account(walk: &Walk, report: &mut Report, lost: u64) {
     }
     let seen = report.message_count - walk.repeated;
     if account.written > seen {
-        let told = account.written;
-        report.error(CUSTOM, format!("{name} says that {told} messages had been written, the bag has {seen}"));
+        let declared = account.written;
+        report.error(CUSTOM, format!("{name} says that {declared} messages had been written, the bag has {seen}"));
     }
     if account.dropped > lost {
-        let told = account.dropped;
-        report.error(CUSTOM, format!("{name} says that {told} messages were lost, camwright.lost_total says {lost}"));
+        let declared = account.dropped;
+        report
+            .error(CUSTOM, format!("{name} says that {declared} messages were lost, camwright.lost_total says {lost}"));
     }
 }

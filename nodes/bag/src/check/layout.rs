@@ -39,7 +39,7 @@ type Entries = BTreeMap<u16, Vec<(u64, u64)>>;
 struct LastChunk {
     at: Option<u64>,
     messages: Entries,
-    told: Entries,
+    indexed: Entries,
 }
 
 /// Kinds and offsets of the records of a file.
@@ -82,18 +82,18 @@ pub(super) fn check(report: &mut Report, path: &Path, place: &str) -> bool {
 
 impl Layout {
     fn from_file(path: &Path) -> Result<Self, String> {
-        let told = |error: BagError| error.to_string();
-        let mut file = open_file(path).map_err(told)?;
-        let end = file.metadata().map_err(|e| told(BagError::io("read", path, e)))?.len();
+        let text_of = |error: BagError| error.to_string();
+        let mut file = open_file(path).map_err(text_of)?;
+        let end = file.metadata().map_err(|e| text_of(BagError::io("read", path, e)))?.len();
         let mut layout = Self::default();
         let (mut at, mut last) = (MAGIC, LastChunk::default());
         while at + HEAD <= end.saturating_sub(MAGIC) {
-            let head = read(&mut file, at, HEAD).map_err(|e| told(BagError::io("read", path, e)))?;
+            let head = read(&mut file, at, HEAD).map_err(|e| text_of(BagError::io("read", path, e)))?;
             let length = head.get(1..9).and_then(|eight| eight.try_into().ok()).map_or(u64::MAX, u64::from_le_bytes);
             if length > end - at - HEAD {
                 return Err(format!("the record at {at} is longer than the file"));
             }
-            let body = read(&mut file, at + HEAD, length).map_err(|e| told(BagError::io("read", path, e)))?;
+            let body = read(&mut file, at + HEAD, length).map_err(|e| text_of(BagError::io("read", path, e)))?;
             layout.note(at, head[0], &body, &mut last).map_err(|reason| format!("{reason} at {at}"))?;
             at += HEAD + length;
         }
@@ -126,7 +126,7 @@ impl Layout {
                 let chunk = last.at.and_then(|at| self.chunks.get_mut(&at)).ok_or("an index of no chunk")?;
                 chunk.index_bytes += length;
                 chunk.indexes.insert(channel_id, at);
-                last.told.entry(channel_id).or_default().extend(records.iter().map(|e| (e.log_time, e.offset)));
+                last.indexed.entry(channel_id).or_default().extend(records.iter().map(|e| (e.log_time, e.offset)));
             }
             Record::Metadata(metadata) => drop(self.metadata.insert(at, (length, metadata.name))),
             Record::ChunkIndex(index) => self.chunk_indexes.push(index),
@@ -144,25 +144,27 @@ impl Layout {
 
     /// Holds the messages of the last chunk against its indexes.
     fn settle(&mut self, last: &mut LastChunk) {
-        let LastChunk { at, mut messages, mut told } = std::mem::take(last);
+        let LastChunk { at, mut messages, mut indexed } = std::mem::take(last);
         let Some(chunk) = at.and_then(|at| self.chunks.get_mut(&at)) else { return };
-        told.retain(|_, entries| !entries.is_empty());
-        messages.values_mut().chain(told.values_mut()).for_each(|entries| entries.sort_unstable());
-        chunk.is_misled = messages != told;
+        indexed.retain(|_, entries| !entries.is_empty());
+        messages.values_mut().chain(indexed.values_mut()).for_each(|entries| entries.sort_unstable());
+        chunk.is_misled = messages != indexed;
     }
 
     /// Checks the offsets of the summary in the footer, and the summary of its sections.
     fn sections(&self, report: &mut Report, place: &str) {
         let Some((footer_at, footer)) = &self.footer else { return report.error(place, "it has no footer") };
         if Some(footer.summary_start) != self.data_end {
-            let (told, seen) = (footer.summary_start, self.data_end.unwrap_or(0));
-            report.error(place, format!("the footer says that the summary begins at {told}, it does at {seen}"));
+            let (declared, seen) = (footer.summary_start, self.data_end.unwrap_or(0));
+            report.error(place, format!("the footer says that the summary begins at {declared}, it does at {seen}"));
         }
         let seen = self.first_offset.unwrap_or(0);
         if footer.summary_offset_start != seen && footer.summary_offset_start != *footer_at {
-            let told = footer.summary_offset_start;
-            report
-                .error(place, format!("the footer says that the summary's offsets begin at {told}, they do at {seen}"));
+            let declared = footer.summary_offset_start;
+            report.error(
+                place,
+                format!("the footer says that the summary's offsets begin at {declared}, they do at {seen}"),
+            );
         }
         let mut wrong = FindingCount::default();
         for (opcode, start, length) in &self.offsets {
@@ -189,12 +191,12 @@ impl Layout {
             return report.warning(place, "there is no index of chunks: players read it in file order and cannot seek");
         }
         let mut wrong = FindingCount::default();
-        let mut told = BTreeSet::new();
+        let mut starts = BTreeSet::new();
         for index in &self.chunk_indexes {
             let at = index.chunk_start_offset;
             let reason = match self.chunks.get(&at) {
                 None => Some("no chunk begins there"),
-                Some(_) if !told.insert(at) => Some("it is told twice"),
+                Some(_) if !starts.insert(at) => Some("it is told twice"),
                 Some(chunk) => chunk.differs_from(index),
             };
             if let Some(reason) = reason {
@@ -204,11 +206,12 @@ impl Layout {
         if let Some(text) = wrong.sentence_for("index entry of a chunk is wrong", "index entries of chunks are wrong") {
             report.error(place, text);
         }
-        let untold = self.chunks.iter().filter(|(at, chunk)| chunk.range_ns.is_some() && !told.contains(at)).count();
-        if untold > 0 {
+        let unindexed =
+            self.chunks.iter().filter(|(at, chunk)| chunk.range_ns.is_some() && !starts.contains(at)).count();
+        if unindexed > 0 {
             report.error(
                 place,
-                format!("{untold} of {with_messages} chunks are not in the index: readers leave them out"),
+                format!("{unindexed} of {with_messages} chunks are not in the index: readers leave them out"),
             );
         }
     }
@@ -233,11 +236,12 @@ impl Layout {
     }
 
     fn metadata(&self, report: &mut Report, place: &str) {
-        let told: BTreeMap<u64, (u64, String)> =
+        let declared: BTreeMap<u64, (u64, String)> =
             self.metadata_indexes.iter().map(|(at, length, name)| (*at, (*length, name.clone()))).collect();
-        if told != self.metadata {
-            let (told, seen) = (told.len(), self.metadata.len());
-            let text = format!("the index of metadata ({told} entries) does not lead to the {seen} metadata records");
+        if declared != self.metadata {
+            let (declared, seen) = (declared.len(), self.metadata.len());
+            let text =
+                format!("the index of metadata ({declared} entries) does not lead to the {seen} metadata records");
             report.error(place, text);
         }
     }

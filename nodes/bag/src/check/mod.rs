@@ -22,7 +22,7 @@ use super::BagError;
 use super::channels::{files_in, is_of_bag};
 use super::metadata::{self, BagMetadata};
 use report::place_of;
-use walk::Walk;
+use walk::BagWalk;
 
 /// The only storage that is read here.
 const STORAGE: &str = "mcap";
@@ -33,7 +33,7 @@ const STORAGE: &str = "mcap";
 /// Only when there is nothing to check; whatever is wrong with a bag is a finding.
 pub fn check(path: &Path) -> Result<Report, BagError> {
     let is_file = std::fs::metadata(path).map_err(|e| BagError::io("open", path, e))?.is_file();
-    let mut walk = Walk::default();
+    let mut walk = BagWalk::default();
     let (files, yaml) = if is_file { (vec![path.to_owned()], None) } else { directory(&mut walk.report, path) };
     walk.is_damaged = yaml.as_ref().is_some_and(|yaml| yaml.storage_identifier != STORAGE);
     for file in &files {

@@ -6,14 +6,14 @@ use super::report::{FindingCount, Report};
 
 /// Errors of log times, with the first message that shows each.
 #[derive(Default)]
-pub(super) struct Order {
+pub(super) struct OrderCheck {
     last_ns: Option<u64>,
     at_zero: FindingCount,
     equal: FindingCount,
     back: FindingCount,
 }
 
-impl Order {
+impl OrderCheck {
     pub(super) fn message(&mut self, place: &str, topic: &str, header: &MessageHeader) {
         let t = header.log_time;
         let which = || format!("{place}, message {} of {topic} at {t} ns", header.sequence);

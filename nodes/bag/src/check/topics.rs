@@ -51,8 +51,8 @@ pub(super) struct Account {
 impl TopicCheck {
     /// Takes a message; whether it had been in an earlier file.
     pub(super) fn message(&mut self, is_later_file: bool, header: &MessageHeader, data: &[u8]) -> bool {
-        let told = self.numbers.check(header.sequence);
-        match told {
+        let checked = self.numbers.check(header.sequence);
+        match checked {
             SequenceCheck::New(missing) => self.missing += u64::from(missing),
             SequenceCheck::Missed => self.missing = self.missing.saturating_sub(1),
             // The head of a later file repeats what is latched.
@@ -63,10 +63,10 @@ impl TopicCheck {
             && let Err(reason) = well_formed(definition, data)
         {
             self.malformed.note(|| format!("number {} at {} ns: {reason}", header.sequence, header.log_time));
-        } else if matches!(told, SequenceCheck::New(_)) {
+        } else if matches!(checked, SequenceCheck::New(_)) {
             self.read_ours(data);
         }
-        told == SequenceCheck::Again && is_later_file
+        checked == SequenceCheck::Again && is_later_file
     }
 
     /// Reads messages of camwright's own types: the numbers of inputs, and the status of the recorder.
@@ -278,15 +278,16 @@ impl FileTopics {
 
     /// Topics with a wrong message count in the statistics: stated and actual number.
     pub(super) fn counted_otherwise(&self, statistics: &Statistics) -> Vec<(String, u64, u64)> {
-        let told = |id: &u16| statistics.channel_message_counts.get(id).copied().unwrap_or(0);
-        let all = self.channels.iter().map(|(id, channel)| (channel.record.topic.clone(), told(id), channel.messages));
-        all.filter(|(_, told, seen)| told != seen).collect()
+        let declared = |id: &u16| statistics.channel_message_counts.get(id).copied().unwrap_or(0);
+        let all =
+            self.channels.iter().map(|(id, channel)| (channel.record.topic.clone(), declared(id), channel.messages));
+        all.filter(|(_, declared, seen)| declared != seen).collect()
     }
 }
 
 /// Checks that a type's hash has the right form, and matches its definition if the type is known.
-fn judge_hash(report: &mut Report, place: &str, topic: &str, told: (&Schema, &str)) {
-    let (schema, hash) = told;
+fn judge_hash(report: &mut Report, place: &str, topic: &str, declared: (&Schema, &str)) {
+    let (schema, hash) = declared;
     let type_name = &schema.name;
     let digits = hash.strip_prefix("RIHS01_").unwrap_or_default();
     if digits.len() != 64 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {

@@ -7,7 +7,7 @@ use mcap::McapError;
 use mcap::records::{MessageHeader, Record, Statistics};
 
 use super::layout;
-use super::order::Order;
+use super::order::OrderCheck;
 use super::report::Report;
 use super::report::place_of;
 use super::topics::{FileTopics, TopicCheck};
@@ -17,12 +17,12 @@ use crate::records::{Records, strict};
 
 /// State of the walk through a bag.
 #[derive(Default)]
-pub(super) struct Walk {
+pub(super) struct BagWalk {
     pub(super) report: Report,
     /// Messages of each topic, by name.
     pub(super) counts: BTreeMap<String, u64>,
     pub(super) topics: BTreeMap<String, TopicCheck>,
-    pub(super) order: Order,
+    pub(super) order: OrderCheck,
     /// The last metadata record of the last file.
     pub(super) record: Option<BagMetadata>,
     /// A file could not be read to its end.
@@ -55,7 +55,7 @@ pub(super) struct FileWalk {
     chunk_indexes: u64,
 }
 
-impl Walk {
+impl BagWalk {
     pub(super) fn file(&mut self, path: &Path) {
         let place = place_of(path);
         let damaged_before = std::mem::take(&mut self.is_damaged);
@@ -152,28 +152,28 @@ impl Walk {
 
     /// Checks the end of a closed file.
     fn summary(&mut self, place: &str, file: &FileWalk) {
-        let Some(told) = &file.statistics else {
+        let Some(declared) = &file.statistics else {
             return self.report.warning(place, "its summary has no statistics: viewers have to count first");
         };
         let count = file.count;
         let times = count.log_times_ns.unwrap_or((0, 0));
         let figures = [
-            ("messages", told.message_count, count.messages),
-            ("channels", u64::from(told.channel_count), file.topics.channels() as u64),
-            ("types", u64::from(told.schema_count), file.topics.schemas() as u64),
-            ("ns as the first log time", told.message_start_time, times.0),
-            ("ns as the last log time", told.message_end_time, times.1),
+            ("messages", declared.message_count, count.messages),
+            ("channels", u64::from(declared.channel_count), file.topics.channels() as u64),
+            ("types", u64::from(declared.schema_count), file.topics.schemas() as u64),
+            ("ns as the first log time", declared.message_start_time, times.0),
+            ("ns as the last log time", declared.message_end_time, times.1),
         ];
         // Writers that omit the chunk index still count their chunks; the layout check reports the missing index.
-        let chunks = ("chunks in the index", u64::from(told.chunk_count), file.chunk_indexes);
+        let chunks = ("chunks in the index", u64::from(declared.chunk_count), file.chunk_indexes);
         let has_chunk_index = file.chunk_indexes > 0;
-        for (what, told, seen) in figures.into_iter().chain(has_chunk_index.then_some(chunks)) {
-            if told != seen {
-                self.report.error(place, format!("statistics say {told} {what}, the file has {seen}"));
+        for (what, declared, seen) in figures.into_iter().chain(has_chunk_index.then_some(chunks)) {
+            if declared != seen {
+                self.report.error(place, format!("statistics say {declared} {what}, the file has {seen}"));
             }
         }
-        for (topic, told, seen) in file.topics.counted_otherwise(told) {
-            self.report.error(place, format!("topic {topic}: statistics say {told} messages, the file has {seen}"));
+        for (topic, declared, seen) in file.topics.counted_otherwise(declared) {
+            self.report.error(place, format!("topic {topic}: statistics say {declared} messages, the file has {seen}"));
         }
     }
 

@@ -288,8 +288,8 @@ fn while_the_disk_stands_still_rare_topics_have_room_and_every_drop_is_counted_w
     recording.withdraw_missed();
     drop(disk);
     let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
-    let told: Vec<(u64, u64, u64)> = counts.topics.iter().map(|t| (t.received, t.written, t.dropped)).collect();
-    assert_eq!(told, [(2000, 512, 1488), (2000, 256, 1744), (2000, 4, 1996), (4, 4, 0)]);
+    let reported: Vec<(u64, u64, u64)> = counts.topics.iter().map(|t| (t.received, t.written, t.dropped)).collect();
+    assert_eq!(reported, [(2000, 512, 1488), (2000, 256, 1744), (2000, 4, 1996), (4, 4, 0)]);
     assert_eq!((counts.dropped, counts.queue_full, counts.missed), (5228, 5228, 2));
     let custom = |key: &str| metadata.custom_data[&format!("camwright.{key}")].parse::<u64>().expect("a number");
     let lost = ["lost_total", "lost_queue_full", "lost_not_taken", "lost_on_the_way"].map(custom);
@@ -380,7 +380,7 @@ fn a_file_cut_anywhere_gives_back_all_that_is_whole_before_the_cut() {
 }
 
 #[test]
-fn one_flipped_bit_anywhere_costs_one_chunk_at_most_and_is_told() {
+fn one_flipped_bit_costs_at_most_one_chunk_and_is_reported() {
     for preset in [Preset::Default, Preset::Zstd] {
         let dir = TempDir::new().expect("a temporary directory");
         let path = dir.path().join("run");
@@ -388,7 +388,7 @@ fn one_flipped_bit_anywhere_costs_one_chunk_at_most_and_is_told() {
         let original = read_all(&Bag::open(&path).expect("it was closed"));
         let storage = path.join("run_0.mcap");
         let bytes = std::fs::read(&storage).expect("it was written");
-        let mut told = 0;
+        let mut reported = 0;
         for n in 0..120_usize {
             // All parts of the file, and all bits: 7919 and 5 have no factor in common with what they walk through.
             let (at, bit) = (n * 7919 % bytes.len(), n * 5 % 8);
@@ -398,8 +398,8 @@ fn one_flipped_bit_anywhere_costs_one_chunk_at_most_and_is_told() {
             let into = dir.path().join(format!("flip_{n}"));
             let missing = judge_recovery(&original, &path, &into, &format!("{preset:?}, bit {bit} of byte {at}"));
             assert!(missing <= 200, "{preset:?}, bit {bit} of byte {at}: {missing} messages are missing");
-            told += usize::from(missing > 0);
+            reported += usize::from(missing > 0);
         }
-        assert!(told > 20, "most of a file is chunks: {told} of 120 flips cost something");
+        assert!(reported > 20, "most of a file is chunks: {reported} of 120 flips cost something");
     }
 }

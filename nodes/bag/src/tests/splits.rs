@@ -149,7 +149,7 @@ fn a_number_that_comes_again_in_a_first_file_and_a_gap_between_files_are_found()
 }
 
 #[test]
-fn of_a_recording_of_snapshots_the_last_seconds_before_each_are_written_and_what_is_latched() {
+fn snapshots_write_the_last_seconds_and_latched_messages() {
     let dir = TempDir::new().expect("a temporary directory");
     let path = dir.path().join("run");
     let options = RecordingOptions {

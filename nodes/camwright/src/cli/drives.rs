@@ -3,7 +3,7 @@
 use super::output::{say, wrapped};
 use camwright::math::units::{TURN_RAD, mm_from_um, um_from_mm};
 use camwright::simulation::lathe_drives::{
-    Drives, DrivesForm, FeedForward, Finding, GainSearch, GainTried, MinimumGain, TurningDrives,
+    Drives, DrivesForm, FeedForward, Finding, GainSearch, GainTrial, MinimumGain, TurningDrives,
 };
 use camwright_files::any_job::{self, AnyJob};
 use camwright_planning::{self as planning, PreparedTurning};
@@ -119,7 +119,7 @@ fn form_text(form: &DrivesForm) -> String {
     format!("{highest:>+8.3} um {lowest:>+8.3} um {beyond:>8.3} um")
 }
 
-fn loop_text(tried: &GainTried) -> String {
+fn loop_text(tried: &GainTrial) -> String {
     let velocity =
         tried.velocity_loop_rad_s.map_or_else(|| "ideal".into(), |rad_s| format!("{:.0} Hz", rad_s / TURN_RAD));
     format!("Kv {:.1} 1/s, velocity loop {velocity}", tried.kv_1_s)
@@ -137,7 +137,7 @@ fn finding_text(finding: &Finding) -> String {
 }
 
 fn verdict(tolerance_um: f64, found: &MinimumGain) -> String {
-    let beyond_um = |tried: &GainTried| tried.form.map_or(f64::NAN, |form| um_from_mm(form.beyond_mm));
+    let beyond_um = |tried: &GainTrial| tried.form.map_or(f64::NAN, |form| um_from_mm(form.beyond_mm));
     match found {
         MinimumGain::Found { least, .. } => {
             format!("{} keeps {tolerance_um} um: {:.3} um", loop_text(least), beyond_um(least))
@@ -163,7 +163,7 @@ fn form_json(form: &DrivesForm) -> Value {
     })
 }
 
-fn tried_json(tried: &GainTried) -> Value {
+fn tried_json(tried: &GainTrial) -> Value {
     json!({
         "kv_1_s": tried.kv_1_s,
         "velocity_loop_hz": tried.velocity_loop_rad_s.map(|rad_s| rad_s / TURN_RAD),

@@ -8,7 +8,7 @@ use super::run_client::Client;
 use super::run_report::Report;
 use super::turned_report::TurnedReport;
 use camwright_analysis::report;
-use camwright_authority::{Command, TakeOptions};
+use camwright_authority::{HeldCommand, TakeOptions};
 use camwright_files::ConfigError;
 use camwright_files::access::folders_of;
 use camwright_files::any_job::{self, AnyJob};
@@ -307,8 +307,8 @@ fn run_job(
     ros_args: &RosArgs,
     shutdown: &Shutdown,
 ) -> Result<Finished, NodeError> {
-    let command = TakeOptions::new("camwright run").of_cell();
-    let command = Command::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
+    let command = TakeOptions::new("camwright run").for_cell();
+    let command = HeldCommand::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
     let socket = serve_operators(client, ros_args);
     if request.args.find_phase {
         let found = client.find_phase(&request.job, &request.args.set)?;

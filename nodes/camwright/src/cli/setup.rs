@@ -3,7 +3,7 @@
 use super::operate::unknown_joint;
 use super::output::say;
 use camwright::machine::description::Axis;
-use camwright_authority::{Command, TakeOptions};
+use camwright_authority::{HeldCommand, TakeOptions};
 use camwright_files::convert::{m_from_mm, si_from_file};
 use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoal};
@@ -143,7 +143,7 @@ fn run(work: &WorkArgs, ros_args: &RosArgs) -> Result<(bool, String), NodeError>
     let shutdown = Shutdown::on_signals()?;
     let node = Node::new(NodeOptions::new("camwright_setup", ros_args))?;
     let spin = node.spin_in_thread()?;
-    let outcome = Command::acquire(&node, &TakeOptions::new("camwright setup"))
+    let outcome = HeldCommand::acquire(&node, &TakeOptions::new("camwright setup"))
         .map_err(|error| NodeError::Parameter(error.to_string()))
         .and_then(|command| {
             let outcome = ask(work, &node, &shutdown);

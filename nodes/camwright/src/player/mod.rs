@@ -119,7 +119,7 @@ pub enum ReplayError {
 
 /// What was played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Played {
+pub struct PlaybackSummary {
     /// Messages published.
     pub messages: u64,
     /// Messages that could not be published.
@@ -156,7 +156,7 @@ pub fn run(args: &ReplayArgs, ros: &RosArgs) -> ExitCode {
 ///
 /// # Errors
 /// When the bag cannot be read or the graph refuses the node.
-pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Played, ReplayError> {
+pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<PlaybackSummary, ReplayError> {
     let bag = Bag::open(&args.bag)?;
     let nothing = || ReplayError::Nothing { bag: args.bag.display().to_string() };
     let selection = args.selection()?;
@@ -165,7 +165,7 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
     let spinning = node.spin_in_thread()?;
     let mut tracks = Vec::with_capacity(bag.topics().len());
     for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
-        let publisher = if count > 0 && selection.takes(&topic.name, &topic.type_name) {
+        let publisher = if count > 0 && selection.selects(&topic.name, &topic.type_name) {
             Some(node.raw_publisher(&topic.name, &topic.type_name, &plan::offered_qos(topic, count))?)
         } else {
             None
@@ -200,7 +200,7 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
     std::thread::sleep(FAREWELL);
     spinning.stop();
     node.shutdown();
-    Ok(Played { topics, matched_topics, ..played })
+    Ok(PlaybackSummary { topics, matched_topics, ..played })
 }
 
 impl ReplayArgs {

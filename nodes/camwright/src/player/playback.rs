@@ -11,7 +11,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 use indicatif::ProgressBar;
 
-use super::Played;
+use super::PlaybackSummary;
 use super::pace::Pace;
 use super::services::PlayerCommand;
 use camwright_bag::{Bag, BagError, Message, Messages};
@@ -69,7 +69,7 @@ pub(super) struct Player<'a> {
     next: Option<Message>,
     file: usize,
     next_clock: Instant,
-    played: Played,
+    played: PlaybackSummary,
 }
 
 impl<'a> Player<'a> {
@@ -91,7 +91,7 @@ impl<'a> Player<'a> {
             next: None,
             file: 0,
             next_clock: Instant::now(),
-            played: Played::default(),
+            played: PlaybackSummary::default(),
         }
     }
 
@@ -122,7 +122,7 @@ impl<'a> Player<'a> {
         }
     }
 
-    pub(super) fn finish(self) -> Played {
+    pub(super) fn finish(self) -> PlaybackSummary {
         self.outlets.progress.finish_and_clear();
         self.played
     }
@@ -237,9 +237,9 @@ impl<'a> Player<'a> {
     }
 
     /// Plays up to so many messages now, whatever their time; returns how many that were. Only while it stands still.
-    fn step(&mut self, most: u64) -> Result<u64, BagError> {
+    fn step(&mut self, max: u64) -> Result<u64, BagError> {
         let mut count = 0;
-        while self.pace.is_paused() && count < most {
+        while self.pace.is_paused() && count < max {
             let Some(message) = &self.next else { break };
             self.pace.jump(Instant::now(), message.log_time_ns);
             self.publish_next();
@@ -283,9 +283,9 @@ impl<'a> Player<'a> {
                 to.send(&SetRateResponse { success });
             }
             PlayerCommand::PlayNext(to) => to.send(&PlayNextResponse { success: self.step(1)? == 1 }),
-            PlayerCommand::Burst(most, to) => {
-                let most = if most == 0 { u64::MAX } else { most };
-                to.send(&BurstResponse { actually_burst: self.step(most)? });
+            PlayerCommand::Burst(max, to) => {
+                let max = if max == 0 { u64::MAX } else { max };
+                to.send(&BurstResponse { actually_burst: self.step(max)? });
             }
             PlayerCommand::Seek(to_ns, to) => {
                 let (from, until) = self.wish.span;

@@ -1,9 +1,9 @@
 //! Gauge readings: from the machine's report to the message, and from the message to the measurement of journals.
 
 use super::{m_from_mm, mm_from_m, si_from_counts};
-use camwright::gauging::gauged::Gauged;
+use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
-use camwright::planner::Contact;
+use camwright::planner::JournalReadings;
 use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::camwright_msgs::msg::GaugeReading;
 
@@ -36,8 +36,8 @@ pub fn readings(machine: &MachineDescription, report: &TickReport) -> impl Itera
 
 /// A reading as journals are measured with it; that of a second gauge is another message.
 #[must_use]
-pub fn gauged(reading: &GaugeReading) -> Gauged {
-    Gauged {
+pub fn gauged(reading: &GaugeReading) -> GaugedTick {
+    GaugedTick {
         tick: reading.tick,
         c_rad: reading.spindle_angle,
         x_mm: mm_from_m(reading.wheel_position),
@@ -49,7 +49,7 @@ pub fn gauged(reading: &GaugeReading) -> Gauged {
 
 /// Adds a reading to the log of a lobe: where the wheel does not turn to its push. That of a second gauge joins that of the first in the
 /// same tick.
-pub fn log(contact: &mut Contact, reading: &GaugeReading, is_second: bool) {
+pub fn log(contact: &mut JournalReadings, reading: &GaugeReading, is_second: bool) {
     match (reading.pushing, is_second) {
         (false, false) => contact.gauged.push(gauged(reading)),
         (true, false) => contact.pushed.push(gauged(reading).into()),

@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_too_large_is_told_without_its_bytes_and_the_others_are_told_whole() {
+    fn too_large_files_are_recorded_without_content_and_the_others_whole() {
         let files =
             [file("small.csv", 10), file("large.stl", MAX_PAGES as usize * BYTES_PER_PAGE), file("b.csv", 40_000)];
         let pages = pages_from_files("hash", &files);

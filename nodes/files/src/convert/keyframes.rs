@@ -27,13 +27,13 @@ pub fn check(head: &MachineKeyframe, state: &[u8]) -> u64 {
 
 /// Keyframe whose pages are arriving.
 #[derive(Debug, Clone, Default)]
-pub struct Arriving {
+pub struct PartialKeyframe {
     /// The last page, without its data.
     pub head: MachineKeyframe,
     pages: u32,
 }
 
-impl Arriving {
+impl PartialKeyframe {
     /// Adds a page; returns the keyframe with its last page, if none before it was missing.
     pub fn add(&mut self, page: &MachineKeyframe) -> Option<MachineKeyframe> {
         let head = MachineKeyframe { data: Vec::new(), ..page.clone() };
@@ -60,11 +60,11 @@ mod tests {
         assert_eq!(pages.len(), 4);
         assert_eq!(pages.iter().flat_map(|page| page.data.clone()).collect::<Vec<u8>>(), state);
         assert!(pages.iter().all(|page| page.check == check(&pages[0], &state)));
-        let mut arriving = Arriving::default();
+        let mut arriving = PartialKeyframe::default();
         let whole: Vec<bool> = pages.iter().chain(&pages).map(|page| arriving.add(page).is_some()).collect();
         assert_eq!(whole, [false, false, false, true, false, false, false, true]);
         for lost in 0..4 {
-            let mut arriving = Arriving::default();
+            let mut arriving = PartialKeyframe::default();
             let rest = pages.iter().filter(|page| page.page != lost);
             assert!(rest.filter_map(|page| arriving.add(page)).next().is_none(), "page {lost}");
         }

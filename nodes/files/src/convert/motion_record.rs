@@ -261,9 +261,9 @@ mod tests {
     use camwright::machine::reference::cam_grinder;
 
     /// A small generator of words, the same in every run.
-    struct Words(u64);
+    struct WordGenerator(u64);
 
-    impl Words {
+    impl WordGenerator {
         fn next(&mut self) -> u64 {
             self.0 ^= self.0 << 13;
             self.0 ^= self.0 >> 7;
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn what_is_read_back_is_what_was_written_to_the_bit() {
-        let mut words = Words(0x2026_1122_dead_beef);
+        let mut words = WordGenerator(0x2026_1122_dead_beef);
         for _ in 0..5000 {
             let record = words.record();
             let read = MotionRecord::from_text(&record.to_text()).expect("it was written so");

@@ -11,7 +11,7 @@ pub const RADII_PER_PAGE: usize = 4096;
 
 /// Part of a content that one page carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Piece<'a, T> {
+pub struct PageContent<'a, T> {
     /// Index of the page, from 0.
     pub page: u32,
     pub page_count: u32,
@@ -27,10 +27,10 @@ pub fn page_count(items: usize, per_page: usize) -> u32 {
 }
 
 /// Splits a content into pieces of `per_page` items; the last one may be shorter. No items make no pieces.
-pub fn split<T>(items: &[T], per_page: usize) -> impl Iterator<Item = Piece<'_, T>> {
+pub fn split<T>(items: &[T], per_page: usize) -> impl Iterator<Item = PageContent<'_, T>> {
     let page_count = page_count(items.len(), per_page);
     let pieces = items.chunks(per_page).zip(0..);
-    pieces.map(move |(piece, page)| Piece { page, page_count, offset: page as usize * per_page, items: piece })
+    pieces.map(move |(piece, page)| PageContent { page, page_count, offset: page as usize * per_page, items: piece })
 }
 
 /// Returns true if the indices are those of all pages, in order.
@@ -51,7 +51,7 @@ mod tests {
     fn pieces_cover_the_content_once_and_in_order() {
         for (items, pages) in [(0, 0), (1, 1), (10, 1), (11, 2), (40, 4), (41, 5)] {
             let content: Vec<usize> = (0..items).collect();
-            let pieces: Vec<Piece<'_, usize>> = split(&content, 10).collect();
+            let pieces: Vec<PageContent<'_, usize>> = split(&content, 10).collect();
             assert_eq!(pieces.iter().flat_map(|piece| piece.items.to_vec()).collect::<Vec<_>>(), content);
             assert!(are_complete(pieces.iter().map(|piece| piece.page), pages), "{items} items");
             assert!(pieces.iter().all(|piece| piece.page_count == pages && piece.offset == piece.items[0]));

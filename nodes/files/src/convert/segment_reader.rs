@@ -127,14 +127,14 @@ impl SegmentReader<'_> {
 
     fn limits(&self, index: usize, axis: Axis) -> Result<MotionLimits, String> {
         let own = self.machine.axis(axis).limits;
-        let value = |name: &str, values: &[f64], most: f64| {
+        let value = |name: &str, values: &[f64], max: f64| {
             let value = *values.get(index).ok_or_else(|| format!("{name} of {} is missing", axis.joint()))?;
             let value = core_from_si(axis, value);
             // The way through metres may cost the last bit.
-            if value > 0.0 && value <= most * (1.0 + 1e-12) {
-                Ok(value.min(most))
+            if value > 0.0 && value <= max * (1.0 + 1e-12) {
+                Ok(value.min(max))
             } else {
-                Err(format!("{name} of {} is {value}, the machine allows {most}", axis.joint()))
+                Err(format!("{name} of {} is {value}, the machine allows {max}", axis.joint()))
             }
         };
         Ok(MotionLimits {

@@ -7,7 +7,7 @@ fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
 }
 
 #[test]
-fn every_value_out_of_range_is_told_with_its_line() {
+fn every_value_out_of_range_is_reported_with_its_line() {
     let found = findings(|text| {
         text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 3", "spark_out_turns: 0")
     });
@@ -41,8 +41,9 @@ fn of_two_divisions(more: &str) -> Result<Job, Vec<String>> {
 fn tables_of_different_division_need_the_blocks_of_the_infeed() {
     let found = of_two_divisions("").err().unwrap();
     assert_eq!(found.len(), 1, "{found:?}");
-    let said = "profile exhaust: 1800 blocks per turn, the first table has 3600; if tables differ, set blocks_per_turn";
-    assert!(found[0].contains("job.yaml:") && found[0].contains(said), "{found:?}");
+    let expected =
+        "profile exhaust: 1800 blocks per turn, the first table has 3600; if tables differ, set blocks_per_turn";
+    assert!(found[0].contains("job.yaml:") && found[0].contains(expected), "{found:?}");
 
     let job = of_two_divisions("blocks_per_turn: 3600\n").unwrap();
     assert_eq!(job.spec.blocks_per_turn, 3600);
@@ -56,11 +57,11 @@ fn tables_of_different_division_need_the_blocks_of_the_infeed() {
 }
 
 #[test]
-fn a_fault_that_cannot_strike_is_told_with_its_line() {
+fn a_fault_without_effect_is_reported_with_its_line() {
     let with = |fault: &str| findings(|text| format!("{text}\nfaults:\n  - {fault}\n"));
     assert!(with("{kind: drive_fault, target: x_axis, at_s: 3.5}").is_empty());
     assert!(with("{kind: estop, at_tick: 1}").is_empty());
-    for (fault, told) in [
+    for (fault, expected) in [
         ("{kind: gremlin, at_s: 1}", "there is no fault \"gremlin\""),
         ("{kind: drive_fault, target: LS1, at_s: 1}", "drive_fault cannot strike \"LS1\""),
         ("{kind: estop}", "a fault needs one of at_tick and at_s"),
@@ -70,7 +71,7 @@ fn a_fault_that_cannot_strike_is_told_with_its_line() {
         ("{kind: wheel_overspeed, value: 9, at_s: 1}", "value 9 is outside 1 to 3"),
     ] {
         let found = with(fault);
-        assert!(found.len() == 1 && found[0].contains(told), "{fault}: {found:?}");
+        assert!(found.len() == 1 && found[0].contains(expected), "{fault}: {found:?}");
     }
 }
 

@@ -51,12 +51,12 @@ impl Folder {
         struct Profile {
             lift: LiftFile,
         }
-        let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
+        let error_text = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let file: Profile =
-            schema::read(&document).map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
+            schema::read(&document).map_err(|errors| errors.into_iter().map(error_text).collect::<Vec<_>>())?;
         let profile = LiftContext { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
         read(&file.lift, profile, &mut JobFiles::from_document(profile.document))
-            .map_err(|errors| errors.into_iter().map(told).collect())
+            .map_err(|errors| errors.into_iter().map(error_text).collect())
     }
 }
 
@@ -196,9 +196,9 @@ fn crank_degrees_inches_and_micrometres_are_declared_by_the_columns() {
     let text = giant.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(text.contains("152.400 mm") && text.contains("2 times its radius"), "{text}");
     // And a file that says so itself.
-    let said = format!("# lift in inches\n{inch}");
-    let said = read_one("says", &said, "{table: t.txt, columns: [cam_angle_deg, lift_mm]}").unwrap();
-    let text = said.warnings[0].to_string();
+    let commented = format!("# lift in inches\n{inch}");
+    let commented = read_one("says", &commented, "{table: t.txt, columns: [cam_angle_deg, lift_mm]}").unwrap();
+    let text = commented.warnings[0].to_string();
     assert!(text.ends_with("t.txt:1: the file says \"inches\" here, declared are millimetres"), "{text}");
 }
 
@@ -257,7 +257,7 @@ fn a_half_table_is_mirrored_and_two_are_joined() {
 }
 
 #[test]
-fn every_fault_of_a_file_is_told_at_once_with_its_line() {
+fn all_errors_of_a_file_are_reported_at_once_with_their_lines() {
     let rows = (0..360).map(|k| format!("{k},{:.3}\n", lift_mm(f64::from(k)))).collect::<String>();
     let text = format!("cam_angle_deg,lift_mm\n{rows}");
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();

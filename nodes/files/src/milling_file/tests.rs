@@ -163,11 +163,11 @@ fn every_number_is_refused_outside_its_range_with_its_line() {
 
 #[test]
 fn keys_of_the_other_kind_and_missing_ones_are_refused() {
-    let said = refusal(PLATE, &["grooves.G.roller_radius_mm=8", "grooves.G.y_axis=true"]);
+    let error = refusal(PLATE, &["grooves.G.roller_radius_mm=8", "grooves.G.y_axis=true"]);
     for key in ["roller_radius_mm", "y_axis"] {
         assert!(
-            said.contains(&format!("groove G: {key} is about a groove of kind barrel; this one is of kind plate")),
-            "{said}"
+            error.contains(&format!("groove G: {key} is about a groove of kind barrel; this one is of kind plate")),
+            "{error}"
         );
     }
     let missing = refusal(&edited(PLATE, "profile: track, ", ""), &[]);
@@ -210,8 +210,8 @@ fn a_job_needs_something_to_make_under_names_that_differ() {
     assert_eq!(unknown, "job.yaml:20: there is no profile disk; the job has track, disc");
     assert!(refusal(PLATE, &["grooves.G.profile=none"]).contains("there is no profile none; the job has track, disc"));
     let many: Vec<String> = (0..101).map(|i| format!("{{name: c{i}, profile: disc, z_mm: 0}}")).collect();
-    let said = refusal(PLATE, &[&format!("cams=[{}]", many.join(", "))]);
-    assert!(said.contains("cams has 101 entries; it must have at most 100 (set by cams="), "{said}");
+    let error = refusal(PLATE, &[&format!("cams=[{}]", many.join(", "))]);
+    assert!(error.contains("cams has 101 entries; it must have at most 100 (set by cams="), "{error}");
 }
 
 /// Flanks of the track over so many degrees.

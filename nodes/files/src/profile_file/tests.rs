@@ -25,20 +25,21 @@ impl Folder {
 
     fn read_whole(&self, profile: &str) -> Result<(ProfileSpec, ProfileLift), Vec<String>> {
         #[derive(Deserialize, JsonSchema)]
-        struct Only {
+        struct ProfilesOnly {
             profiles: Vec<ProfileFile>,
         }
-        let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
+        let error_text = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let text = format!("profiles:\n  - {{name: p, {profile}}}\n");
-        let document = Document::parse(&self.0.join("job.yaml"), &text, &[]).map_err(|error| vec![told(error)])?;
-        let file: Only =
-            crate::schema::read(&document).map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
+        let document =
+            Document::parse(&self.0.join("job.yaml"), &text, &[]).map_err(|error| vec![error_text(error)])?;
+        let file: ProfilesOnly =
+            crate::schema::read(&document).map_err(|errors| errors.into_iter().map(error_text).collect::<Vec<_>>())?;
         let found = findings("profiles", &file.profiles);
         if !found.is_empty() {
             return Err(found.into_iter().map(|(_, message)| message).collect());
         }
         let read = file.profiles[0].read(&document, "profiles", 0, &mut JobFiles::from_document(&document));
-        read.map_err(|errors| errors.into_iter().map(told).collect())
+        read.map_err(|errors| errors.into_iter().map(error_text).collect())
     }
 
     fn contour(&self, profile: &str) -> Contour {
@@ -104,21 +105,21 @@ fn an_eccentric_that_is_none_is_refused() {
         ),
         ("eccentricity_mm: 4", "the lift of an eccentric needs a follower and a base circle"),
     ] {
-        let said = lift(keys);
-        assert!(said.starts_with("job.yaml:2: profile p: ") && said.contains(words), "{keys}: {said}");
+        let result = lift(keys);
+        assert!(result.starts_with("job.yaml:2: profile p: ") && result.contains(words), "{keys}: {result}");
     }
     for (keys, words) in [
         ("eccentricity_mm: 4, diameter_mm: -38", "diameter_mm is -38; it must be 0.000001 to 10000"),
         ("eccentricity_mm: -4, diameter_mm: 38", "eccentricity_mm is -4; it must be 0 to 10000"),
     ] {
-        let said = lift(&format!("{keys}, diameter_is: disc"));
-        assert_eq!(said, format!("job.yaml:2: profiles.p.lift.eccentric.{words}"));
+        let result = lift(&format!("{keys}, diameter_is: disc"));
+        assert_eq!(result, format!("job.yaml:2: profiles.p.lift.eccentric.{words}"));
     }
     let disc = "lift: {eccentric: {eccentricity_mm: 4, diameter_mm: 38, diameter_is: disc}}";
     for (given, key) in [("base_radius_mm: 12", "base_radius_mm"), ("follower: {kind: flat}", "follower")] {
-        let said = refusal(&format!("{given}, {disc}"));
+        let result = refusal(&format!("{given}, {disc}"));
         assert_eq!(
-            said,
+            result,
             format!(
                 "job.yaml:2: profile p: {key} is given, but the lift defines the contour itself; remove one of both"
             )
@@ -161,8 +162,8 @@ fn segments_are_repeated_over_the_turn() {
         ("251", "repeat is 251 with 4 segments; a turn has at most 1000 segments"),
         ("1000000000000", "repeat is 1000000000000; it must be 1 to 1000"),
     ] {
-        let said = refusal(&lobes(&format!("repeat: {repeat}, ")));
-        assert!(said.contains(words), "{said}");
+        let result = refusal(&lobes(&format!("repeat: {repeat}, ")));
+        assert!(result.contains(words), "{result}");
     }
     assert!(
         refusal("base_radius_mm: 9, follower: {kind: flat}, lift: {round: true, repeat: 2}")
@@ -215,8 +216,8 @@ fn a_brake_cam_that_is_none_is_refused() {
         ),
         (8.0, "working_deg: 70", "blend_deg"),
     ] {
-        let said = refusal(&s_cam(offset, keys));
-        assert!(said.contains(words), "{said}");
+        let result = refusal(&s_cam(offset, keys));
+        assert!(result.contains(words), "{result}");
     }
     let flat = "base_radius_mm: 16, follower: {kind: flat}, lift: {s_cam: {working_deg: 70, blend_deg: 12}}";
     assert!(refusal(flat).contains("an s_cam is made for a roller on a line beside the axis"));
@@ -250,8 +251,8 @@ fn a_table_of_radii_is_the_contour() {
             assert!(off.abs() < bound, "{lift}, {azimuth}: {off}");
         }
     }
-    let said = folder.read("base_radius_mm: 10, lift: {table: r.csv}").unwrap_err();
-    assert!(said[0].contains("base_radius_mm is given, but the lift defines the contour itself"), "{said:?}");
+    let result = folder.read("base_radius_mm: 10, lift: {table: r.csv}").unwrap_err();
+    assert!(result[0].contains("base_radius_mm is given, but the lift defines the contour itself"), "{result:?}");
 }
 
 /// Points of that disc, evenly round its own middle.
@@ -324,14 +325,14 @@ fn tables_of_contours_are_refused_with_their_lines() {
             "t.csv:12: angle 8.5000 deg".into(),
         ),
     ] {
-        let said = Folder::new("bad", &[("t.csv", &text)])
+        let result = Folder::new("bad", &[("t.csv", &text)])
             .read(&format!("lift: {{table: t.csv{lift}}}"))
             .unwrap_err()
             .join("\n");
-        assert!(said.contains(&words), "{words}: {said}");
+        assert!(result.contains(&words), "{words}: {result}");
     }
     let text = radii(360, "azimuth_deg,radius_mm\n", 1.0);
     let folder = Folder::new("two", &[("a.csv", &text), ("b.csv", &good)]);
-    let said = folder.read("lift: {opening_table: a.csv, closing_table: b.csv}").unwrap_err().join("\n");
-    assert!(said.contains("the two flanks are not tables of the same"), "{said}");
+    let result = folder.read("lift: {opening_table: a.csv, closing_table: b.csv}").unwrap_err().join("\n");
+    assert!(result.contains("the two flanks are not tables of the same"), "{result}");
 }

@@ -32,7 +32,7 @@ impl Drop for Folder {
 }
 
 fn cone() -> Surface {
-    let (first_mm, second_mm) = (Along { at_zero: 24.0, per_mm: -0.1 }, Along { at_zero: 21.0, per_mm: -0.06 });
+    let (first_mm, second_mm) = (LinearInZ { at_zero: 24.0, per_mm: -0.1 }, LinearInZ { at_zero: 21.0, per_mm: -0.06 });
     Surface::solid(Solid::EllipticCone { first_mm, second_mm, azimuth_rad: 0.3 }, 0.0, 20.0).unwrap()
 }
 
@@ -66,9 +66,9 @@ fn job(surface: &str) -> Result<TurnedJob, Vec<String>> {
 
 fn largest_difference_mm(surface: &Surface) -> f64 {
     let cone = cone();
-    (0..500).fold(0.0_f64, |most, k| {
+    (0..500).fold(0.0_f64, |max, k| {
         let (azimuth, z) = (0.0377 * f64::from(k), 0.04 * f64::from(k));
-        most.max((surface.radius(azimuth, z) - cone.radius(azimuth, z)).abs())
+        max.max((surface.radius(azimuth, z) - cone.radius(azimuth, z)).abs())
     })
 }
 
@@ -100,7 +100,7 @@ fn a_mesh_is_the_smooth_part_that_it_was_made_of_in_any_unit_and_along_any_axis(
 }
 
 #[test]
-fn the_file_of_a_surface_is_in_the_hash_and_its_faults_are_told_with_it() {
+fn the_surface_file_is_hashed_and_its_errors_name_it() {
     let folder = Folder::new("surface-hash");
     let surface = |path: &Path| format!("{{kind: mesh, file: {:?}, unit: mm}}", path.display().to_string());
     let good = folder.write("part.stl", &binary_of(&mesh(48, 8)));
@@ -113,8 +113,8 @@ fn the_file_of_a_surface_is_in_the_hash_and_its_faults_are_told_with_it() {
         (b"solid".to_vec(), "without \"endsolid\""),
     ] {
         let path = folder.write("part.stl", &bytes);
-        let told = job(&surface(&path)).expect_err("refused").join("\n");
-        assert!(told.contains("part.stl") && told.contains(words), "{words}: {told}");
+        let error = job(&surface(&path)).expect_err("refused").join("\n");
+        assert!(error.contains("part.stl") && error.contains(words), "{words}: {error}");
     }
     for (surface, words) in [
         ("{kind: mesh, file: none.stl, unit: mm}", "none.stl: not found as given, in ./params/surfaces"),
@@ -125,8 +125,8 @@ fn the_file_of_a_surface_is_in_the_hash_and_its_faults_are_told_with_it() {
         ("{kind: mesh, file: a.stl, unit: mm, axis: n}", "surface.axis is false; it must be one of x, y, z"),
         ("{kind: grid}", "file"),
     ] {
-        let told = job(surface).expect_err("refused").join("\n");
-        assert!(told.contains(words), "{surface}: {told}");
+        let error = job(surface).expect_err("refused").join("\n");
+        assert!(error.contains(words), "{surface}: {error}");
     }
 }
 

@@ -44,13 +44,13 @@ fn every_law_of_the_spindle_means_its_speed() {
 
 /// The bar has a circle in the rake plane too: √(B² − H²), and the part its least radius there.
 #[test]
-fn stock_that_is_not_said_is_what_the_bar_has_over_the_part_in_the_rake_plane() {
+fn default_stock_is_the_bar_over_the_part_in_the_rake_plane() {
     let job = with(&[]).unwrap();
     let stock_mm = (24.6_f64 * 24.6 - 196.0).sqrt() - (400.0_f64 - 196.0).sqrt();
     assert!((job.spec.passes.stock_mm - stock_mm).abs() < 1e-2, "{} {stock_mm}", job.spec.passes.stock_mm);
     assert!(job.spec.passes.stock_mm >= stock_mm, "no less");
-    let said = with(&["roughing.stock_mm=7.0"]).unwrap();
-    assert!((said.spec.passes.stock_mm - 7.0).abs() < 1e-15);
+    let result = with(&["roughing.stock_mm=7.0"]).unwrap();
+    assert!((result.spec.passes.stock_mm - 7.0).abs() < 1e-15);
     // Without roughing, finishing takes it all.
     let at_once = with(&["roughing=null"]).unwrap().spec;
     assert_eq!(at_once.passes.stocks_mm().unwrap(), [0.0]);
@@ -79,17 +79,17 @@ fn solids_by_formula_have_the_radius_of_the_drawing() {
 }
 
 #[test]
-fn everything_that_is_wrong_is_told_at_once_in_the_words_of_the_file() {
-    let told = refusal(&["bar_radius_mm=-1.0", "form_grid.azimuths=8", "tolerance_um=0.0", "titel=x"]);
+fn all_errors_are_reported_at_once_with_the_file_keys() {
+    let errors = refusal(&["bar_radius_mm=-1.0", "form_grid.azimuths=8", "tolerance_um=0.0", "titel=x"]);
     for words in [
         "bar_radius_mm is -1; it must be 0.000001 to 10000 (set by bar_radius_mm=-1.0)",
         "form_grid.azimuths is 8; it must be 16 to 7200 (set by form_grid.azimuths=8)",
         "tolerance_um is 0; it must be 0.000001 to 1000000",
         "titel is an unknown key; did you mean title?",
     ] {
-        assert!(told.contains(words), "{words}: {told}");
+        assert!(errors.contains(words), "{words}: {errors}");
     }
-    let told = refusal(&[
+    let errors = refusal(&[
         "spindle={law: constant}",
         "finishing={along_z_mm: 0.1, along_curve_mm: 0.1}",
         "machine=no_such_machine",
@@ -99,7 +99,7 @@ fn everything_that_is_wrong_is_told_at_once_in_the_words_of_the_file() {
         "finishing needs one of along_z_mm and along_curve_mm, it has both",
         "known machines:",
     ] {
-        assert!(told.contains(words), "{words}: {told}");
+        assert!(errors.contains(words), "{words}: {errors}");
     }
 }
 
@@ -131,12 +131,12 @@ fn values_out_of_their_range_are_refused() {
         (&["surface.cams.1.to_mm=1e9"], "the z at which a cam ends is 1000000000"),
         (&["surface.cams=[]"], "surface.cams has 0 entries; it must have 1 to 100"),
     ] {
-        let told = refusal(overrides);
+        let errors = refusal(overrides);
         assert!(
-            told.contains(words) && told.starts_with("params/jobs/turned_cam.yaml") || told.contains("built-in"),
-            "{overrides:?}: {told}"
+            errors.contains(words) && errors.starts_with("params/jobs/turned_cam.yaml") || errors.contains("built-in"),
+            "{overrides:?}: {errors}"
         );
-        assert!(told.contains(words), "{overrides:?}: {told}");
+        assert!(errors.contains(words), "{overrides:?}: {errors}");
     }
 }
 
@@ -163,14 +163,14 @@ fn a_solid_that_is_none_is_refused_at_its_key() {
             "surface.first_mm is the text \"wide\"; it must be a number or keys with values",
         ),
     ] {
-        let told = with_surface(surface).expect_err("no surface").join("\n");
-        assert!(told.contains(words), "{surface}: {told}");
+        let errors = with_surface(surface).expect_err("no surface").join("\n");
+        assert!(errors.contains(words), "{surface}: {errors}");
     }
 }
 
 /// Lines of what is wrong inside the surface.
 #[test]
-fn an_unknown_key_of_the_surface_is_told_with_its_line() {
+fn an_unknown_surface_key_is_reported_with_its_line() {
     let located = locate("jobs", "turned_cam", "yaml", None).unwrap();
     for (from, to) in [
         ("phase_deg: 20.0", "phase_dge: 20.0"),

@@ -1,9 +1,9 @@
 //! Commands to the cell: accepted, or refused with the reason and the holder of command.
 
 use super::Shared;
-use super::controller::{Cause, CellController, Reason};
+use super::controller::{CellController, Reason, SuspensionCause};
 use super::devices::DeviceRequest;
-use super::run::{Phase, Run};
+use super::run::{PartsRun, Phase};
 use crate::settings;
 use camwright::cell::packml::{Command, Mode};
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
@@ -73,19 +73,19 @@ impl CellController {
             }
             Command::Hold => self.reason = Reason::new("HOLD was said"),
             Command::Suspend => {
-                self.cause = Some(Cause::Command);
+                self.cause = Some(SuspensionCause::Command);
                 self.reason = Reason::new("SUSPEND was said");
             }
             Command::Clear if self.is_inside() => {
                 return Err("the reset was rejected: a person is in the work area; clear it first".into());
             }
-            Command::Unsuspend if self.cause == Some(Cause::Loading) => {
+            Command::Unsuspend if self.cause == Some(SuspensionCause::Loading) => {
                 return Err(format!("the cell waits for the loader, not for a command: {}", self.substate));
             }
             Command::Unhold | Command::Unsuspend | Command::Reset | Command::Clear => {}
         }
         // What was said counts from now on.
-        self.cause = self.cause.filter(|cause| *cause != Cause::Feed);
+        self.cause = self.cause.filter(|cause| *cause != SuspensionCause::Feed);
         if self.command(shared, command) {
             if command == Command::Hold || command == Command::Suspend {
                 self.hold_feed(shared);
@@ -103,7 +103,7 @@ impl CellController {
     }
 
     /// A run as it was asked for, if nothing stands in its way.
-    fn new_run(&self, shared: &Arc<Shared>, request: CellCommandRequest) -> Result<Run, String> {
+    fn new_run(&self, shared: &Arc<Shared>, request: CellCommandRequest) -> Result<PartsRun, String> {
         if Self::is_busy(shared) {
             return Err("START is not taken while something else runs".into());
         }
@@ -134,7 +134,7 @@ impl CellController {
         };
         let loads = is_automatic && self.area.is_some();
         let (job, overrides) = shared.wanted(&request.job, &request.overrides);
-        Ok(Run { job, overrides, wanted, done: 0, loads, phase: Phase::Part })
+        Ok(PartsRun { job, overrides, wanted, done: 0, loads, phase: Phase::Part })
     }
 
     pub(super) fn select(&mut self, shared: &Shared, mode: u8, responder: Responder<SetCellMode>) {

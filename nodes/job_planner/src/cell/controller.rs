@@ -2,7 +2,7 @@
 
 use super::devices::{DeviceRequest, Devices};
 use super::publisher::CellPublisher;
-use super::run::Run;
+use super::run::PartsRun;
 use super::{CellEvent, Shared, lock};
 use crate::job_slot::JobSlot;
 use camwright::cell::loading::Handshake;
@@ -25,7 +25,7 @@ const CLEARING_S: f64 = 10.0;
 
 /// Why it is suspended, or held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Cause {
+pub(super) enum SuspensionCause {
     /// A robot is to load.
     Loading,
     Command,
@@ -56,9 +56,9 @@ pub(super) struct CellController {
     pub(super) unit: Unit,
     pub(super) devices: Devices,
     pub(super) telling: CellPublisher,
-    pub(super) run: Option<Run>,
+    pub(super) run: Option<PartsRun>,
     pub(super) handshake: Option<Handshake>,
-    pub(super) cause: Option<Cause>,
+    pub(super) cause: Option<SuspensionCause>,
     pub(super) reason: Reason,
     /// Current action or wait.
     pub(super) substate: String,
@@ -122,18 +122,18 @@ impl CellController {
         loop {
             let first = self.inbox.recv_timeout(PERIOD);
             let Some(shared) = self.planner.upgrade() else { return };
-            let mut told = match first {
-                Ok(told) => Some(told),
+            let mut event = match first {
+                Ok(event) => Some(event),
                 Err(mpsc::RecvTimeoutError::Timeout) => None,
                 Err(mpsc::RecvTimeoutError::Disconnected) => return,
             };
-            while let Some(next) = told {
+            while let Some(next) = event {
                 if matches!(next, CellEvent::End) {
                     return;
                 }
                 self.apply(&shared, next);
                 self.settle(&shared);
-                told = self.inbox.try_recv().ok();
+                event = self.inbox.try_recv().ok();
             }
             self.settle(&shared);
             self.publish(&shared);
@@ -144,8 +144,8 @@ impl CellController {
         self.began.elapsed().as_secs_f64()
     }
 
-    fn apply(&mut self, shared: &Arc<Shared>, told: CellEvent) {
-        match told {
+    fn apply(&mut self, shared: &Arc<Shared>, event: CellEvent) {
+        match event {
             CellEvent::Command(request, responder) => self.commanded(shared, request, responder),
             CellEvent::Mode(mode, responder) => self.select(shared, mode, responder),
             CellEvent::Chuck(open, responder) => self.work_chuck(shared, open, responder),
@@ -241,14 +241,14 @@ impl CellController {
         match (self.unit.state(), self.motion_state()) {
             (State::Execute, InterpolatorState::HOLDING | InterpolatorState::HELD) => {
                 self.reason = Reason::new("the feed is held");
-                self.cause = Some(Cause::Feed);
+                self.cause = Some(SuspensionCause::Feed);
                 self.command(shared, Command::Hold);
             }
             (State::Held, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING) => {
                 self.command(shared, Command::Unhold);
             }
             (State::Suspended, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING)
-                if self.cause == Some(Cause::Command) =>
+                if self.cause == Some(SuspensionCause::Command) =>
             {
                 self.command(shared, Command::Unsuspend);
             }
@@ -269,9 +269,9 @@ impl CellController {
             State::Resetting | State::Starting | State::Completing => self.complete(shared),
             State::Execute => self.produce(shared),
             State::Holding => self.stop_feed(shared, busy, inside),
-            State::Suspending if self.cause == Some(Cause::Loading) => self.complete(shared),
+            State::Suspending if self.cause == Some(SuspensionCause::Loading) => self.complete(shared),
             State::Suspending => self.stop_feed(shared, busy, inside),
-            State::Unsuspending if self.cause == Some(Cause::Loading) => self.complete(shared),
+            State::Unsuspending if self.cause == Some(SuspensionCause::Loading) => self.complete(shared),
             State::Unholding | State::Unsuspending => self.release_feed(shared, busy),
             State::Suspended => self.load(shared),
             State::Stopping if !busy && !inside => self.complete(shared),
@@ -286,7 +286,7 @@ impl CellController {
             (true, InterpolatorState::HELD) => self.complete(shared),
             (true, InterpolatorState::HOLDING) => {}
             // Whoever held it has let go of it already.
-            (true, _) if self.cause == Some(Cause::Feed) => self.complete(shared),
+            (true, _) if self.cause == Some(SuspensionCause::Feed) => self.complete(shared),
             // A job that is being planned, or whose part is put in, is held once it moves.
             (true, _) => self.devices.ask(DeviceRequest::Hold(true)),
             (false, _) if !inside => self.complete(shared),
@@ -319,8 +319,8 @@ impl CellController {
             return;
         }
         // Who executes has to hear of it too, or it would refuse what comes next.
-        let heard = self.motion_at.is_some_and(|at| at.elapsed() < HEARD_OF);
-        if heard && self.motion_state() == InterpolatorState::FAULT {
+        let is_heard = self.motion_at.is_some_and(|at| at.elapsed() < HEARD_OF);
+        if is_heard && self.motion_state() == InterpolatorState::FAULT {
             return;
         }
         self.needs_clear = false;

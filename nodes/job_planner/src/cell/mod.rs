@@ -55,7 +55,7 @@ pub(super) enum CellEvent {
 
 /// Who is kept from starting something, and why.
 #[derive(Debug, Default, Clone)]
-struct Gate {
+struct StartConditions {
     jobs: Option<String>,
     set_up: Option<String>,
     has_run: bool,
@@ -63,25 +63,25 @@ struct Gate {
 
 /// Interface of the cell to the rest of the planner.
 #[derive(Debug)]
-pub(super) struct Cell {
+pub(super) struct CellInterface {
     mailbox: mpsc::Sender<CellEvent>,
-    gate: Mutex<Gate>,
+    gate: Mutex<StartConditions>,
     /// Door, chuck and sensors of a machine that has some.
     area: Mutex<Option<WorkArea>>,
     /// True after the interpolator has published its state, which it does once it has received the machine's messages.
-    interpolator_told: Mutex<bool>,
-    told: Condvar,
+    interpolator_changed: Mutex<bool>,
+    changed: Condvar,
     /// A part of the cell's own run may be begun.
     wants_part: AtomicBool,
     thread: Mutex<Option<JoinHandle<Option<()>>>>,
 }
 
-impl Cell {
+impl CellInterface {
     /// The cell, and what it will hear.
     pub(super) fn new() -> (Self, mpsc::Receiver<CellEvent>) {
         let (mailbox, inbox) = mpsc::channel();
-        let (gate, area, interpolator_told, told, wants_part, thread) = Default::default();
-        (Self { mailbox, gate, area, interpolator_told, told, wants_part, thread }, inbox)
+        let (gate, area, interpolator_changed, changed, wants_part, thread) = Default::default();
+        (Self { mailbox, gate, area, interpolator_changed, changed, wants_part, thread }, inbox)
     }
 
     /// Sender for events.
@@ -90,8 +90,8 @@ impl Cell {
     }
 
     /// Sends an event to the cell; while the node ends there is no receiver.
-    pub(super) fn send(&self, told: CellEvent) {
-        let _ending = self.mailbox.send(told);
+    pub(super) fn send(&self, changed: CellEvent) {
+        let _ending = self.mailbox.send(changed);
     }
 
     /// Why a job of somebody else may not begin.
@@ -117,7 +117,7 @@ impl Cell {
 
     /// Waits until the interpolator takes plans: nodes that were started together find each other in any order.
     pub(super) fn wait_for_interpolator(&self, timeout: Duration) -> Result<(), &'static str> {
-        wait_for(&self.interpolator_told, &self.told, timeout, |is_told| {
+        wait_for(&self.interpolator_changed, &self.changed, timeout, |is_told| {
             is_told
                 .then_some(())
                 .ok_or("no state from the axis interpolator yet; check that it runs and reaches the machine")
@@ -183,7 +183,7 @@ pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<
     let this = Arc::clone(shared);
     let mut one_loader = OneSender::new("loader/state", liveness::limit(node));
     let loader = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |loader, info| {
-        if !one_loader.takes(&info.writer, &this.node) {
+        if !one_loader.accepts(&info.writer, &this.node) {
             return;
         }
         this.cell.send(CellEvent::Loader(loader));
@@ -192,8 +192,8 @@ pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<
     let motion =
         node.subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, info| {
             this.interpolator.receive(info.writer);
-            *lock(&this.cell.interpolator_told) = true;
-            this.cell.told.notify_all();
+            *lock(&this.cell.interpolator_changed) = true;
+            this.cell.changed.notify_all();
             this.cell.send(CellEvent::Motion(Box::new(state)));
         })?;
     let this = Arc::clone(shared);

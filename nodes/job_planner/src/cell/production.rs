@@ -1,6 +1,6 @@
 //! A production run: part after part, with the handshake that brings each in and out.
 
-use super::controller::{Cause, CellController, Reason};
+use super::controller::{CellController, Reason, SuspensionCause};
 use super::devices::DeviceRequest;
 use super::run::Phase;
 use super::{Shared, lock};
@@ -9,7 +9,7 @@ use camwright::cell::loading::{
     Goal, Handshake, LoaderState, LoadingCommand, LoadingInputs, Progress, Request, Step, Timeouts, Wait,
 };
 use camwright::cell::packml::{Command, State};
-use camwright::simulation::work_area::Occupant;
+use camwright::simulation::work_area::ActuatorPosition;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, WorkArea};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
@@ -19,12 +19,12 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// Position of a door or a chuck in a message.
-fn place(number: u8) -> Occupant {
+fn place(number: u8) -> ActuatorPosition {
     match number {
-        WorkArea::CLOSED => Occupant::Closed,
-        WorkArea::OPENING => Occupant::Opening,
-        WorkArea::OPEN => Occupant::Open,
-        _ => Occupant::Closing,
+        WorkArea::CLOSED => ActuatorPosition::Closed,
+        WorkArea::OPENING => ActuatorPosition::Opening,
+        WorkArea::OPEN => ActuatorPosition::Open,
+        _ => ActuatorPosition::Closing,
     }
 }
 
@@ -104,7 +104,7 @@ impl CellController {
             return self.produce(shared);
         }
         self.handshake = Some(Handshake::begin(request, Self::timeouts(shared), self.now_s()));
-        self.cause = Some(Cause::Loading);
+        self.cause = Some(SuspensionCause::Loading);
         self.command(shared, Command::Suspend);
     }
 
@@ -131,7 +131,7 @@ impl CellController {
 
     /// The handshake, while the cell is suspended for it.
     pub(super) fn load(&mut self, shared: &Arc<Shared>) {
-        if self.cause != Some(Cause::Loading) {
+        if self.cause != Some(SuspensionCause::Loading) {
             return;
         }
         let seen = self.seen(shared);
@@ -140,7 +140,7 @@ impl CellController {
             return;
         };
         let request = handshake.request();
-        match handshake.look(&seen) {
+        match handshake.advance(&seen) {
             Progress::Going(order) => {
                 let step = handshake.step();
                 match order {

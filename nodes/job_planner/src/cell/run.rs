@@ -15,7 +15,7 @@ pub(super) enum Phase {
 
 /// A run of parts.
 #[derive(Debug, Clone)]
-pub(super) struct Run {
+pub(super) struct PartsRun {
     pub(super) job: String,
     pub(super) overrides: Vec<String>,
     /// Number of parts; 0: until it is stopped.
@@ -26,7 +26,7 @@ pub(super) struct Run {
     pub(super) phase: Phase,
 }
 
-impl fmt::Display for Run {
+impl fmt::Display for PartsRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = if self.job.is_empty() { "the loaded job" } else { &self.job };
         match self.wanted {

@@ -16,13 +16,13 @@ impl CellController {
         let left_s = self.handshake.as_ref().map_or(Some(0.0), |handshake| handshake.timeout_left_s(now_s));
         let stamp: Time = shared.node.now();
         let at = stamp.clone();
-        let told = self.telling.state.publish(state, |state| CellState {
+        let published = self.telling.state.publish(state, |state| CellState {
             stamp: at,
             time_in_state: unit.time_in_state_s(now_s),
             accumulated: unit.accumulated_s(now_s),
             ..state
         });
-        let told = told.and_then(|()| match loading {
+        let published = published.and_then(|()| match loading {
             Some(loading) => self.telling.loading.publish(loading, |loading| LoadingState {
                 stamp,
                 timeout_left: left_s.unwrap_or(-1.0),
@@ -30,7 +30,7 @@ impl CellController {
             }),
             None => Ok(()),
         });
-        if let Err(error) = told {
+        if let Err(error) = published {
             shared.node.logger().warn(&error.to_string());
         }
     }

@@ -3,7 +3,7 @@
 use super::super::report::Report;
 use super::Bench;
 use super::drive::Drive;
-use super::hand::Stop;
+use super::test_motion::EarlyEnd;
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 
 /// Checks that the first command of a motion was acknowledged and executed.
@@ -13,7 +13,7 @@ pub(super) fn acknowledged(bench: &Bench<'_>, drive: &Drive<'_>, during: &[Machi
     if !is_closed {
         return report.not_seen(21, format!("no input was closed, {input} neither"));
     }
-    let answers = during.iter().flat_map(|said| &said.latches).filter(|latch| latch.input == *input);
+    let answers = during.iter().flat_map(|message| &message.latches).filter(|latch| latch.input == *input);
     let at: Vec<u64> = answers.map(|latch| latch.tick).collect();
     if at.contains(&drive.command_tick) {
         report.kept(
@@ -32,12 +32,12 @@ pub(super) fn acknowledged(bench: &Bench<'_>, drive: &Drive<'_>, during: &[Machi
 }
 
 /// A command whose number is not the next one.
-pub(super) fn gap(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+pub(super) fn gap(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     out_of_order(bench, report, "a command with sequence 3 after 1", 82, |news| (3, news.credit_tick))
 }
 
 /// A command whose tick has been executed.
-pub(super) fn late(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+pub(super) fn late(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     out_of_order(bench, report, "a command for an executed tick", 81, |news| (2, news.tick.saturating_sub(2)))
 }
 
@@ -47,7 +47,7 @@ fn out_of_order(
     what: &str,
     number: u16,
     order: impl Fn(&MachineStream) -> (u32, u64),
-) -> Result<(), Stop> {
+) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let input = &bench.input.0;
     let mut drive = Drive::begin(hand, bench.travel(), Some(input))?;
@@ -56,10 +56,10 @@ fn out_of_order(
     hand.order(sequence, tick, MachineCommand::ASK, input)?;
     drive.finish()?;
     // Commands and setpoints are different topics: this one may come after the last setpoint has been executed.
-    let is_told = |news: &MachineStream| news.alarms.contains(&number);
-    let told = is_told(&hand.news()) || hand.happens(is_told);
+    let is_reported_alarm = |news: &MachineStream| news.alarms.contains(&number);
+    let is_reported = is_reported_alarm(&hand.news()) || hand.happens(is_reported_alarm);
     let last = hand.news();
-    if told {
+    if is_reported {
         report.kept(20, format!("{what} is alarm {number}"));
     } else {
         report.broken(
@@ -67,6 +67,6 @@ fn out_of_order(
             format!("{what} is not answered by alarm {number}; alarms at tick {}: {:?}", last.tick, last.alarms),
         );
     }
-    hand.ears.look(|heard| drive.judge(heard, report));
+    hand.ears.read(|observed| drive.judge(observed, report));
     hand.clear()
 }

@@ -2,8 +2,8 @@
 
 use super::super::observed::Observed;
 use super::super::report::Report;
-use super::hand::{PATIENCE, Stop, TestMotion};
-use super::travel::{Point, Travel};
+use super::test_motion::{EarlyEnd, PATIENCE, TestMotion};
+use super::travel::{Point, TestTravel};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 
@@ -15,7 +15,7 @@ const AHEAD: u64 = 8;
 /// A travel in execution.
 pub(super) struct Drive<'a> {
     hand: &'a TestMotion<'a>,
-    pub(super) travel: Travel,
+    pub(super) travel: TestTravel,
     /// The first tick that was sent.
     pub(super) first_tick: u64,
     /// The tick before that of its first point.
@@ -30,7 +30,7 @@ impl<'a> Drive<'a> {
     /// Takes command: rest for some ticks, then the travel in the place of the later ones.
     ///
     /// An input that is asked for is asked for by the first command of the motion, in its first tick.
-    pub(super) fn begin(hand: &'a TestMotion<'a>, travel: Travel, ask: Option<&str>) -> Result<Self, Stop> {
+    pub(super) fn begin(hand: &'a TestMotion<'a>, travel: TestTravel, ask: Option<&str>) -> Result<Self, EarlyEnd> {
         hand.go_on()?;
         let news = hand.fresh_news();
         // A tick between the regular reports: its changes must be published at once.
@@ -41,7 +41,7 @@ impl<'a> Drive<'a> {
         if let Some(input) = ask {
             hand.order(1, first_tick, MachineCommand::ASK, input)?;
             if !hand.wait(|news| news.commands_received == 1) {
-                return Err(Stop::Stuck(20, "the first command of a motion is not acknowledged".into()));
+                return Err(EarlyEnd::Stuck(20, "the first command of a motion is not acknowledged".into()));
             }
         }
         // At pace fast what is sent ahead is executed before anything could take its place.
@@ -76,13 +76,13 @@ impl<'a> Drive<'a> {
     }
 
     /// Sends at least up to a point. An alarm ends it; an interruption goes on to the end of the travel first, which is a stop too.
-    pub(super) fn on(&mut self, to: u64) -> Result<(), Stop> {
+    pub(super) fn on(&mut self, to: u64) -> Result<(), EarlyEnd> {
         let to = to.min(self.travel.ticks);
         loop {
             let is_interrupted = self.hand.shutdown.is_requested();
             let to = if is_interrupted { self.travel.ticks } else { to };
             if self.sent >= to {
-                return if is_interrupted { Err(Stop::Interrupted) } else { Ok(()) };
+                return if is_interrupted { Err(EarlyEnd::Interrupted) } else { Ok(()) };
             }
             let news = self.hand.news();
             if stops(&news) {
@@ -101,13 +101,13 @@ impl<'a> Drive<'a> {
             }
             let tick = news.credit_tick;
             if !self.hand.wait(|news| news.credit_tick > tick || stops(news)) {
-                return Err(Stop::Stuck(4, format!("credit stays at tick {tick} for {} s", PATIENCE.as_secs())));
+                return Err(EarlyEnd::Stuck(4, format!("credit stays at tick {tick} for {} s", PATIENCE.as_secs())));
             }
         }
     }
 
     /// Sends the rest and waits until the machine rests.
-    pub(super) fn finish(&mut self) -> Result<(), Stop> {
+    pub(super) fn finish(&mut self) -> Result<(), EarlyEnd> {
         let ended = self.on(self.travel.ticks);
         let last = self.tick(self.travel.ticks);
         self.hand.wait(|news| news.tick >= last || stops(news));
@@ -117,29 +117,30 @@ impl<'a> Drive<'a> {
 
     /// Checks the machine's interpretation of the setpoints, tick by tick: exactly the sent values, and within a count between
     /// sparse points.
-    pub(super) fn judge(&self, heard: &Observed, report: &mut Report) {
+    pub(super) fn judge(&self, observed: &Observed, report: &mut Report) {
         let (before, before_stop) = (report.evidence(10), report.evidence(31));
         let dense = self.tick(self.sent);
         let (mut exact, mut between) = (0, 0);
-        let during =
-            |said: &&MachineStream| said.tick >= self.first_tick && said.tick <= self.tick(self.travel.ticks) + 1;
-        for said in heard.streams.iter().filter(during) {
-            let meant = self.travel.point(said.tick.saturating_sub(self.start)).counts;
+        let during = |message: &&MachineStream| {
+            message.tick >= self.first_tick && message.tick <= self.tick(self.travel.ticks) + 1
+        };
+        for message in observed.streams.iter().filter(during) {
+            let meant = self.travel.point(message.tick.saturating_sub(self.start)).counts;
             // What was sent after an alarm was not taken.
-            let is_dense = said.tick <= dense && !stops(said);
+            let is_dense = message.tick <= dense && !stops(message);
             let (clause, allowed) = if is_dense { (10, 0) } else { (31, 1) };
             *(if clause == 10 { &mut exact } else { &mut between }) += 1;
             for (axis, joint) in self.hand.facts.joints.iter().enumerate() {
-                let told = said.setpoint_counts.get(axis).copied().unwrap_or(i64::MAX);
-                let off = told.saturating_sub(meant[axis]);
+                let is_reported = message.setpoint_counts.get(axis).copied().unwrap_or(i64::MAX);
+                let off = is_reported.saturating_sub(meant[axis]);
                 // After an alarm the machine may take other axes off the part.
-                let is_own = said.alarms.is_empty() || axis == self.travel.axis;
+                let is_own = message.alarms.is_empty() || axis == self.travel.axis;
                 if off.abs() > allowed && is_own {
                     report.broken(
                         clause,
                         format!(
                             "tick {}: the setpoint of {joint} is {off} counts off what was sent, allowed {allowed}",
-                            said.tick
+                            message.tick
                         ),
                     );
                 }

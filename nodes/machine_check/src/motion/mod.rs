@@ -2,20 +2,20 @@
 
 mod commands;
 mod drive;
-mod hand;
 mod refusals;
 mod silence;
+mod test_motion;
 mod travel;
 
-use super::observed::{Facts, Observed, Observer};
+use super::observed::{DescriptionFacts, Observed, Observer};
 use super::report::Report;
-use super::{Moving, Tell};
+use super::{Moving, ProgressSink};
 use camwright_msgs::camwright_msgs::msg::{MachineDescription, MachineIo, MachineStream};
 use camwright_ros::{Node, RosArgs, Shutdown};
 use drive::Drive;
-use hand::{PATIENCE, Stop, TestMotion};
 use std::time::Duration;
-use travel::Travel;
+use test_motion::{EarlyEnd, PATIENCE, TestMotion};
+use travel::TestTravel;
 
 /// The shortest feedback delay with which there is room for what is tried here (ticks).
 const MIN_DELAY: u64 = 24;
@@ -40,22 +40,22 @@ pub(super) struct Bench<'a> {
 
 impl Bench<'_> {
     /// A travel to the other of both ends.
-    fn travel(&self) -> Travel {
+    fn travel(&self) -> TestTravel {
         let from = self.hand.news().setpoint_counts;
         let here = from.get(self.axis).copied().unwrap_or_default();
         let to = if here == self.home { self.away } else { self.home };
-        Travel::new(self.hand.facts, self.axis, &self.description.axes[self.axis], &from, to - here)
+        TestTravel::new(self.hand.facts, self.axis, &self.description.axes[self.axis], &from, to - here)
     }
 }
 
 /// Why nothing may be moved now.
 pub(super) fn obstacle(ears: &Observer) -> Option<String> {
-    ears.look(|heard| {
-        let news = heard.last()?;
+    ears.read(|observed| {
+        let news = observed.last()?;
         if !news.holder.is_empty() {
             return Some(format!("{} has command", news.holder));
         }
-        if let Some(alarm) = heard.alarms.last().and_then(|said| said.alarms.first()) {
+        if let Some(alarm) = observed.alarms.last().and_then(|message| message.alarms.first()) {
             return Some(format!("alarm {} is active: {}", alarm.number, alarm.text));
         }
         if !news.alarms.is_empty() {
@@ -69,13 +69,13 @@ pub(super) fn obstacle(ears: &Observer) -> Option<String> {
 /// Target of the axis (counts); an error if there is none.
 pub(super) fn target(
     description: &MachineDescription,
-    facts: &Facts,
-    heard: &Observed,
+    facts: &DescriptionFacts,
+    observed: &Observed,
     moving: &Moving,
 ) -> Result<(usize, i64, i64), String> {
     let axis = facts.joints.iter().position(|joint| *joint == moving.joint);
     let axis = axis.ok_or_else(|| format!("there is no axis {:?}, there are {:?}", moving.joint, facts.joints))?;
-    let home = heard.last().and_then(|news| news.setpoint_counts.get(axis)).copied();
+    let home = observed.last().and_then(|news| news.setpoint_counts.get(axis)).copied();
     let home = home.ok_or("the machine does not say where its axes are")?;
     #[allow(clippy::cast_possible_truncation, reason = "the cast saturates, and then breaks the soft limits")]
     let by = (moving.distance * facts.per_unit[axis]).round() as i64;
@@ -99,69 +99,70 @@ pub(super) fn target(
 }
 
 /// An input to ask for: one that is closed, if there is one, else the one that every machine names.
-fn input(heard: &Observed) -> (String, bool) {
-    let closed = heard.io.last().and_then(|io: &MachineIo| {
+fn input(observed: &Observed) -> (String, bool) {
+    let closed = observed.io.last().and_then(|io: &MachineIo| {
         let stations = io.station_switches.iter().zip(&io.station_states);
         let mut all = stations.chain(io.other_inputs.iter().zip(&io.other_states));
         all.find(|(_, closed)| **closed).map(|(name, _)| name.clone())
     });
-    let origin = heard.io.last().is_some_and(|io| io.origin);
+    let origin = observed.io.last().is_some_and(|io| io.origin);
     closed.map_or_else(|| ("origin".to_owned(), origin), |name| (name, true))
 }
 
 /// Moves the axis, again and again, and leaves it where it was.
 pub(super) fn run(
     (node, args, shutdown): (&Node, &RosArgs, &Shutdown),
-    (ears, facts, description): (&Observer, &Facts, &MachineDescription),
+    (ears, facts, description): (&Observer, &DescriptionFacts, &MachineDescription),
     (axis, home, away): (usize, i64, i64),
     report: &mut Report,
-    tell: Tell<'_>,
+    report_progress: ProgressSink<'_>,
 ) -> bool {
     if facts.delay < MIN_DELAY {
         report.not_seen(10, format!("feedback_delay_ticks is {}, moving needs {MIN_DELAY}", facts.delay));
         return false;
     }
-    let epoch_ns = ears.look(|heard| heard.last().map_or(0, |news| super::observed::ns(&news.epoch)));
+    let epoch_ns = ears.read(|observed| observed.last().map_or(0, |news| super::observed::ns(&news.epoch)));
     let hand = match TestMotion::new(node, ears, facts, epoch_ns, shutdown) {
         Ok(hand) => hand,
-        Err(stop) => return ended(Err(stop), report, tell),
+        Err(stop) => return ended(Err(stop), report, report_progress),
     };
-    let is_realtime = |heard: &Observed| heard.last().is_some_and(|news| news.pace == MachineStream::PACE_REALTIME);
-    if ears.look(is_realtime) {
+    let is_realtime =
+        |observed: &Observed| observed.last().is_some_and(|news| news.pace == MachineStream::PACE_REALTIME);
+    if ears.read(is_realtime) {
         // Inputs are published when they change, and once a second.
-        hand.wait_heard(INPUTS, |heard| !heard.io.is_empty());
+        hand.wait_observed(INPUTS, |observed| !observed.io.is_empty());
     }
-    let (input, is_realtime) = ears.look(|heard| (input(heard), is_realtime(heard)));
+    let (input, is_realtime) = ears.read(|observed| (input(observed), is_realtime(observed)));
     let bench = Bench { hand: &hand, description, axis, home, away, input, is_realtime, args };
-    let done = sequence(&bench, report, tell);
+    let done = sequence(&bench, report, report_progress);
     let left = leave(&bench, report);
-    let is_interrupted = ended(done, report, tell);
+    let is_interrupted = ended(done, report, report_progress);
     if let Err(stop) = left {
-        return ended(Err(stop), report, tell) || is_interrupted;
+        return ended(Err(stop), report, report_progress) || is_interrupted;
     }
     is_interrupted
 }
 
-fn sequence(bench: &Bench<'_>, report: &mut Report, tell: Tell<'_>) -> Result<(), Stop> {
-    tell("moving: a travel as it should be");
+fn sequence(bench: &Bench<'_>, report: &mut Report, report_progress: ProgressSink<'_>) -> Result<(), EarlyEnd> {
+    report_progress("moving: a travel as it should be");
     plain(bench, report)?;
-    tell("moving: a second sender");
+    report_progress("moving: a second sender");
     foreign(bench, report)?;
-    tell("silence in the middle of a travel");
+    report_progress("silence in the middle of a travel");
     silence::silence(bench, report)?;
-    tell("setpoints that get lost");
+    report_progress("setpoints that get lost");
     silence::lost(bench, report)?;
-    tell("commands out of order");
+    report_progress("commands out of order");
     commands::gap(bench, report)?;
     commands::late(bench, report)?;
-    tell("chunks that must be refused");
+    report_progress("chunks that must be refused");
     refusals::run(bench, report)?;
-    tell("machine/estop");
+    report_progress("machine/estop");
     refusals::estop(bench, report)
 }
 
 /// Brings the axis back, and clears what this program has raised.
-fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     bench.hand.rest()?;
     let news = bench.hand.news();
     if news.alarms.iter().any(|number| OWN_ALARMS.contains(number)) {
@@ -171,18 +172,18 @@ fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     if here != Some(bench.home) && !bench.hand.shutdown.is_requested() {
         let mut drive = Drive::begin(bench.hand, bench.travel(), None)?;
         drive.finish()?;
-        bench.hand.ears.look(|heard| drive.judge(heard, report));
+        bench.hand.ears.read(|observed| drive.judge(observed, report));
     }
     Ok(())
 }
 
 /// Reports an early end; returns whether the user requested it.
-fn ended(done: Result<(), Stop>, report: &mut Report, tell: Tell<'_>) -> bool {
+fn ended(done: Result<(), EarlyEnd>, report: &mut Report, report_progress: ProgressSink<'_>) -> bool {
     match done {
         Ok(()) => false,
-        Err(Stop::Interrupted) => true,
-        Err(Stop::Stuck(clause, why)) => {
-            tell(&format!("cannot go on: {why}"));
+        Err(EarlyEnd::Interrupted) => true,
+        Err(EarlyEnd::Stuck(clause, why)) => {
+            report_progress(&format!("cannot go on: {why}"));
             report.broken(clause, format!("{why}; the tests with motion could not go on"));
             false
         }
@@ -190,10 +191,10 @@ fn ended(done: Result<(), Stop>, report: &mut Report, tell: Tell<'_>) -> bool {
 }
 
 /// A travel with nothing wrong: M8, M10, M11, M14, M20, M21, and that a reset is refused on the way.
-fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let before = report.evidence(10);
-    let begin = hand.ears.look(|heard| heard.streams.len());
+    let begin = hand.ears.read(|observed| observed.streams.len());
     let mut drive = Drive::begin(hand, bench.travel(), Some(&bench.input.0))?;
     drive.on(drive.travel.ticks / 2)?;
     let answer = hand.ask_reset()?;
@@ -205,9 +206,9 @@ fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     }
     finished?;
     let left = hand.wait(|news| news.holder.is_empty());
-    hand.ears.look(|heard| {
-        let during = heard.streams.get(begin..).unwrap_or_default();
-        drive.judge(heard, report);
+    hand.ears.read(|observed| {
+        let during = observed.streams.get(begin..).unwrap_or_default();
+        drive.judge(observed, report);
         pending(&drive, during, report);
         command(left, &drive, during, report);
         if !bench.is_realtime {
@@ -234,9 +235,14 @@ fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
 /// M8: pending setpoints are no standstill. M3: the start of a motion is reported at its tick.
 fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
     let before = report.evidence(8);
-    for said in during.iter().filter(|said| !said.holder.is_empty() && said.tick < drive.tick(drive.travel.ticks)) {
-        if said.motion == MachineStream::MOTION_STANDSTILL {
-            report.broken(8, format!("tick {}: STANDSTILL while setpoints of {} are pending", said.tick, said.holder));
+    for message in
+        during.iter().filter(|message| !message.holder.is_empty() && message.tick < drive.tick(drive.travel.ticks))
+    {
+        if message.motion == MachineStream::MOTION_STANDSTILL {
+            report.broken(
+                8,
+                format!("tick {}: STANDSTILL while setpoints of {} are pending", message.tick, message.holder),
+            );
         }
     }
     report.kept_unless_broken(8, before, "no STANDSTILL while setpoints were pending");
@@ -246,18 +252,20 @@ fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
 fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
     let before = report.evidence(14);
     let (first, last) = (drive.first_tick, drive.tick(drive.travel.ticks));
-    for said in during.iter().filter(|said| said.tick >= first && said.tick < last && said.holder.is_empty()) {
-        report.broken(14, format!("tick {}: nobody has command, between the first chunk and the last", said.tick));
+    for message in
+        during.iter().filter(|message| message.tick >= first && message.tick < last && message.holder.is_empty())
+    {
+        report.broken(14, format!("tick {}: nobody has command, between the first chunk and the last", message.tick));
     }
     if !left {
         report.broken(14, format!("somebody has command still, the last setpoint was of tick {last}"));
     }
-    let holder = during.iter().find(|said| !said.holder.is_empty()).map_or("", |said| &said.holder);
+    let holder = during.iter().find(|message| !message.holder.is_empty()).map_or("", |message| &message.holder);
     report.kept_unless_broken(14, before, format!("{holder} had command from its first chunk to its last"));
 }
 
 /// M14: chunks of another sender. They say what was sent anyway, so nothing happens if they are taken.
-fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let stranger = TestMotion::stranger(bench.args)?;
     let mut drive = Drive::begin(hand, bench.travel(), None)?;
@@ -267,11 +275,16 @@ fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     }
     drive.finish()?;
     let first = drive.first_tick;
-    let is_told = |heard: &Observed| {
-        heard.streams.iter().rev().take_while(|said| said.tick >= first).any(|said| said.alarms.contains(&83))
+    let is_reported_alarm = |observed: &Observed| {
+        observed
+            .streams
+            .iter()
+            .rev()
+            .take_while(|message| message.tick >= first)
+            .any(|message| message.alarms.contains(&83))
     };
-    let told = hand.ears.look(is_told) || hand.happens(|said| said.alarms.contains(&83));
-    if told {
+    let is_reported = hand.ears.read(is_reported_alarm) || hand.happens(|message| message.alarms.contains(&83));
+    if is_reported {
         report.kept(14, "a chunk of a second sender was refused with warning 83");
     } else {
         report.broken(
@@ -282,6 +295,6 @@ fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
             ),
         );
     }
-    hand.ears.look(|heard| drive.judge(heard, report));
+    hand.ears.read(|observed| drive.judge(observed, report));
     hand.clear()
 }

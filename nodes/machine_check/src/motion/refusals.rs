@@ -2,8 +2,8 @@
 
 use super::super::report::Report;
 use super::Bench;
-use super::hand::Stop;
-use super::travel::{Point, Travel};
+use super::test_motion::EarlyEnd;
+use super::travel::{Point, TestTravel};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 
@@ -11,10 +11,10 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 const POINTS: u64 = 4;
 
 /// Each chunk that must be refused, at rest. All but the jump ask for what is there already; the jump is a few µm.
-pub(super) fn run(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+pub(super) fn run(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     let news = bench.hand.news();
     let resting =
-        Travel::new(bench.hand.facts, bench.axis, &bench.description.axes[bench.axis], &news.setpoint_counts, 0);
+        TestTravel::new(bench.hand.facts, bench.axis, &bench.description.axes[bench.axis], &news.setpoint_counts, 0);
     let points: Vec<(u64, Point)> = (0..POINTS).map(|tick| (tick, resting.point(0))).collect();
     let ahead = |news: &MachineStream| news.tick + (bench.hand.facts.delay * 6 / 10).max(1);
     let chunk =
@@ -48,9 +48,9 @@ fn jumps(bench: &Bench<'_>, points: &[(u64, Point)]) -> Option<Vec<(u64, Point)>
     let limits = &bench.description.axes[bench.axis];
     let cycle_s = bench.hand.facts.cycle_s();
     #[allow(clippy::cast_possible_truncation, reason = "the cast saturates, and is then too much")]
-    let most =
+    let max =
         (0.6 * limits.max_acceleration * cycle_s * cycle_s * bench.hand.facts.per_unit[bench.axis]).ceil() as i64 + 2;
-    let by = most.saturating_mul(4);
+    let by = max.saturating_mul(4);
     if by > (bench.away - bench.home).abs() {
         return None;
     }
@@ -75,15 +75,15 @@ fn refused(
     report: &mut Report,
     what: &str,
     chunk: impl Fn(&MachineStream) -> JointTrajectory,
-) -> Result<(), Stop> {
+) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     hand.go_on()?;
     let before = report.evidence(13);
     let there = hand.news().setpoint_counts;
     hand.send(&chunk(&hand.fresh_news()))?;
-    let told = hand.happens(|news| news.alarms.contains(&84));
+    let is_reported = hand.happens(|news| news.alarms.contains(&84));
     let news = hand.news();
-    if !told {
+    if !is_reported {
         report.broken(
             13,
             format!("{what} is not refused with alarm 84; alarms at tick {}: {:?}", news.tick, news.alarms),
@@ -104,20 +104,20 @@ fn refused(
 }
 
 /// M33: a stop that needs a release and a reset.
-pub(super) fn estop(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+pub(super) fn estop(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     hand.go_on()?;
     let before = report.evidence(33);
     let there = hand.news().setpoint_counts;
     hand.estop(true)?;
     // Whatever comes now, it is released again.
-    let told = hand.happens(|news| news.alarms.contains(&1));
+    let is_reported = hand.happens(|news| news.alarms.contains(&1));
     let reset = hand.reset();
     hand.estop(false)?;
     let released = hand.news().tick;
     // It takes effect with the next tick.
     hand.wait(|news| news.tick > released + 2);
-    if !told {
+    if !is_reported {
         report.broken(
             33,
             format!("machine/estop is pressed, and alarm 1 does not come; alarms: {:?}", hand.news().alarms),

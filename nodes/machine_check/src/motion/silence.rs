@@ -3,10 +3,10 @@
 use super::super::report::Report;
 use super::Bench;
 use super::drive::{Drive, stops};
-use super::hand::{PATIENCE, Stop};
+use super::test_motion::{EarlyEnd, PATIENCE};
 
 /// The sender falls silent in the middle of a travel.
-pub(super) fn silence(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+pub(super) fn silence(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     if !bench.is_realtime {
         report.not_seen(12, "at pace fast the machine waits for setpoints");
         report.not_seen(31, "at pace fast the machine waits for setpoints");
@@ -16,18 +16,18 @@ pub(super) fn silence(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop
     let mut drive = Drive::begin(hand, bench.travel(), None)?;
     drive.on(drive.travel.ticks / 2)?;
     let last = drive.tick(drive.sent);
-    let begin = hand.ears.look(|heard| heard.streams.len());
-    let told = hand.wait(|news| news.alarms.contains(&80) || news.tick > last + drive.travel.ticks);
+    let begin = hand.ears.read(|observed| observed.streams.len());
+    let is_reported = hand.wait(|news| news.alarms.contains(&80) || news.tick > last + drive.travel.ticks);
     let answer = hand.ask_reset()?;
-    if told && hand.news().alarms.contains(&80) {
-        let raised = hand.ears.look(|heard| {
-            heard
+    if is_reported && hand.news().alarms.contains(&80) {
+        let raised = hand.ears.read(|observed| {
+            observed
                 .streams
                 .get(begin..)
                 .unwrap_or_default()
                 .iter()
-                .find(|said| said.alarms.contains(&80))
-                .map(|said| said.tick)
+                .find(|message| message.alarms.contains(&80))
+                .map(|message| message.tick)
         });
         let after = raised.unwrap_or(last).saturating_sub(last);
         report.kept(12, format!("alarm 80 came {after} ticks after the last setpoint"));
@@ -36,13 +36,13 @@ pub(super) fn silence(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop
     }
     hand.rest()?;
     match answer.recv_timeout(PATIENCE) {
-        Ok(answer) if answer.success && told => {
+        Ok(answer) if answer.success && is_reported => {
             report.broken(30, "machine/reset says success while the axes come to rest");
         }
         Ok(_) => {}
         Err(_) => report.broken(30, format!("machine/reset does not answer within {} s", PATIENCE.as_secs())),
     }
-    hand.ears.look(|heard| drive.judge(heard, report));
+    hand.ears.read(|observed| drive.judge(observed, report));
     let (end, wanted) = (hand.news().setpoint_counts, drive.travel.end());
     if end.get(bench.axis) != wanted.get(bench.axis) {
         report
@@ -64,7 +64,7 @@ fn stays(bench: &Bench<'_>, report: &mut Report) {
 }
 
 /// A chunk that begins later than one tick after what was sent.
-pub(super) fn lost(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+pub(super) fn lost(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let mut drive = Drive::begin(hand, bench.travel(), None)?;
     drive.on(drive.travel.ticks / 2)?;
@@ -72,10 +72,10 @@ pub(super) fn lost(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
     let until = drive.tick(last);
     hand.wait(|news| news.credit_tick >= until || stops(news));
     hand.send(&drive.chunk(first, last))?;
-    let told = hand.wait(stops) && hand.news().alarms.contains(&85);
+    let is_reported = hand.wait(stops) && hand.news().alarms.contains(&85);
     hand.rest()?;
     let alarms = hand.news().alarms;
-    if told || alarms.contains(&85) {
+    if is_reported || alarms.contains(&85) {
         report.kept(11, "a chunk with three ticks missing before it is alarm 85");
     } else {
         let (at, tick) = (drive.tick(first), drive.tick(drive.sent));
@@ -84,6 +84,6 @@ pub(super) fn lost(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
             format!("a chunk of tick {at} after setpoints up to tick {tick} is not alarm 85; alarms: {alarms:?}"),
         );
     }
-    hand.ears.look(|heard| drive.judge(heard, report));
+    hand.ears.read(|observed| drive.judge(observed, report));
     hand.clear()
 }

@@ -1,7 +1,7 @@
 //! Path of the tested axis: one polynomial from rest to rest. Every stop on it is the rest of the path itself, and the polynomial
 //! alone gives the expected interpolation of its points.
 
-use super::super::observed::Facts;
+use super::super::observed::DescriptionFacts;
 use camwright_msgs::builtin_interfaces::msg::{Duration, Time};
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
@@ -13,7 +13,7 @@ const DELAYS: u64 = 6;
 
 /// A straight travel of one axis, from rest to rest; the others stand.
 #[derive(Debug, Clone)]
-pub(super) struct Travel {
+pub(super) struct TestTravel {
     /// The axis that moves.
     pub(super) axis: usize,
     from: Vec<i64>,
@@ -33,9 +33,9 @@ pub(super) struct Point {
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "as above")]
-impl Travel {
+impl TestTravel {
     /// From where the axes rest, by so many counts, within the limits of the axis.
-    pub(super) fn new(facts: &Facts, axis: usize, limits: &AxisDescription, from: &[i64], by: i64) -> Self {
+    pub(super) fn new(facts: &DescriptionFacts, axis: usize, limits: &AxisDescription, from: &[i64], by: i64) -> Self {
         let distance = by.unsigned_abs() as f64 / facts.per_unit[axis];
         // The extremes of s = 10 u^3 - 15 u^4 + 6 u^5 are 15/8, 10/sqrt 3 and 60.
         let by_velocity = 1.875 * distance / (SHARE * limits.max_velocity);
@@ -66,7 +66,7 @@ impl Travel {
     }
 
     /// A point as a message has it.
-    fn message(&self, point: &Point, ticks: u64, facts: &Facts) -> JointTrajectoryPoint {
+    fn message(&self, point: &Point, ticks: u64, facts: &DescriptionFacts) -> JointTrajectoryPoint {
         let only = |value: f64| (0..self.from.len()).map(|axis| if axis == self.axis { value } else { 0.0 }).collect();
         let positions = point.counts.iter().zip(&self.per_unit).map(|(counts, scale)| *counts as f64 / scale).collect();
         let ns = i64::try_from(ticks).unwrap_or(i64::MAX).saturating_mul(facts.cycle_ns);
@@ -83,7 +83,7 @@ impl Travel {
     /// A chunk that begins at a tick: points with their ticks after it.
     pub(super) fn chunk(
         &self,
-        facts: &Facts,
+        facts: &DescriptionFacts,
         epoch_ns: i64,
         first_tick: u64,
         points: &[(u64, Point)],
@@ -108,7 +108,7 @@ mod tests {
     /// It keeps the limits that it was made for, begins and ends at rest, and its points lie on its own slope.
     #[test]
     fn a_travel_is_within_the_limits_of_its_axis() {
-        let facts = Facts {
+        let facts = DescriptionFacts {
             cycle_ns: 1_000_000,
             delay: 10,
             period: 1,
@@ -118,7 +118,7 @@ mod tests {
         };
         let limits =
             AxisDescription { max_velocity: 0.2, max_acceleration: 2.0, max_jerk: 50.0, ..AxisDescription::default() };
-        let travel = Travel::new(&facts, 1, &limits, &[7, -300], 5_000_000);
+        let travel = TestTravel::new(&facts, 1, &limits, &[7, -300], 5_000_000);
         let points: Vec<Point> = (0..=travel.ticks).map(|k| travel.point(k)).collect();
         assert_eq!(points[0].counts, [7, -300]);
         assert_eq!(travel.end(), [7, 4_999_700]);

@@ -1,7 +1,7 @@
 //! The contour with the wheel and its path.
 
 use super::super::lobes::blank_outline_mm;
-use super::super::turn::Turn;
+use super::super::turn::LobeTurn;
 use super::super::turn_summary::arcs;
 use super::chart::SMALL;
 use super::sheet::{Cut, Sheet, colour};
@@ -121,7 +121,7 @@ pub(super) fn drawing(sheet: &Sheet<'_>) -> Drawing {
     };
     let outline: Vec<Point> = turn().map(point).collect();
     let last = sheet.summary.passes.len().saturating_sub(1);
-    let cut = Turn::new(sheet.prepared, sheet.index, last).map(|turn| Cut {
+    let cut = LobeTurn::new(sheet.prepared, sheet.index, last).map(|turn| Cut {
         arcs: arcs(&turn.points),
         turn,
         summary: &sheet.summary.passes[last],

@@ -19,7 +19,7 @@ pub(crate) use turned::turned_plots;
 
 use super::PreparedJob;
 use super::summary::LobeSummary;
-use super::turn::Turn;
+use super::turn::LobeTurn;
 use super::turn_summary::arcs;
 use crate::drawing::Plot;
 use sheet::{Cut, Sheet};
@@ -32,7 +32,7 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
         Plot { name: "tool_path".into(), drawing: curves::tool_path(&sheet) },
     ];
     for (pass, of_pass) in summary.passes.iter().enumerate() {
-        let Some(turn) = Turn::new(prepared, index, pass) else { continue };
+        let Some(turn) = LobeTurn::new(prepared, index, pass) else { continue };
         let cut = Cut { arcs: arcs(&turn.points), turn, summary: of_pass };
         let drawings = [
             ("c_axis", curves::c_axis(&sheet, &cut)),

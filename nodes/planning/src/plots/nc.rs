@@ -7,7 +7,7 @@ use super::sheet::{PAPER, ROOM, legend_entry, sheet};
 use crate::chart::Scale;
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
 use crate::program::request::{Outline, Plane, ToPost, error_mm};
-use camwright::gcode::post::{Posted, PostedTurn};
+use camwright::gcode::post::{PostedProgram, PostedTurn};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
 use camwright::toolpath::cutter_path::CarriageAxis;
 
@@ -33,7 +33,7 @@ const POINTS_PER_RAD: f64 = 60.0;
 const CURVE_POINTS: u32 = 7200;
 
 /// All drawings of a program, with the name of the cam or groove they are of.
-pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &Posted) -> Vec<(&'a str, Plot)> {
+pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &PostedProgram) -> Vec<(&'a str, Plot)> {
     let mut plots = Vec::new();
     for (feature, of) in to_post.request.features.iter().enumerate() {
         let turns: Vec<&PostedTurn> = posted.turns.iter().filter(|turn| turn.feature == feature).collect();
@@ -66,13 +66,13 @@ fn begin(to_post: &ToPost<'_>, turn: &PostedTurn, shows: &str) -> Drawing {
 }
 
 /// Position of a cutter's centre on a sheet, from the programmed values.
-struct Places<'a> {
+struct CutterCentres<'a> {
     outline: &'a Outline,
     axes: Vec<CarriageAxis>,
     sense: f64,
 }
 
-impl Places<'_> {
+impl CutterCentres<'_> {
     /// The place at an angle of the part's frame, with the positions of the axes that move.
     fn at(&self, u_rad: f64, position: impl Fn(CarriageAxis) -> Option<f64>) -> Point {
         let azimuth = self.sense * u_rad;
@@ -98,7 +98,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     let mut drawing = begin(to_post, turn, shows);
     let of = &to_post.request.features[feature];
     let sense = f64::from(to_post.request.control.rotation_sense);
-    let places = Places { outline, axes: turn.axes.clone(), sense };
+    let places = CutterCentres { outline, axes: turn.axes.clone(), sense };
     let centre_at =
         |u_rad: f64| places.at(u_rad, |axis| of.path.sample(axis, sense * u_rad).map(|sample| sample.value));
     let centres: Vec<Point> =

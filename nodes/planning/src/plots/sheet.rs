@@ -5,7 +5,7 @@ use crate::PreparedJob;
 use crate::chart::Frame;
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use crate::summary::{LobeSummary, PassSummary};
-use crate::turn::Turn;
+use crate::turn::LobeTurn;
 use crate::turn_summary::{Arc, bound_name};
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::{Bound, Quantity};
@@ -29,7 +29,7 @@ pub(super) struct Sheet<'a> {
 
 /// A pass over the lobe.
 pub(super) struct Cut<'a> {
-    pub(super) turn: Turn<'a>,
+    pub(super) turn: LobeTurn<'a>,
     pub(super) arcs: Vec<Arc>,
     pub(super) summary: &'a PassSummary,
 }

@@ -208,7 +208,7 @@ impl Turned<'_> {
         );
         let mut drawing = self.begin(&shows);
         let of: [fn(&ClearanceRow) -> MinimumAngle; 2] = [|row| row.clearance, |row| row.approach];
-        for (row, ((label, least), of)) in (0_u8..).zip(
+        for (row, ((label, min), of)) in (0_u8..).zip(
             [("flank to surface (deg)", &clearance.clearance), ("surface to rake face (deg)", &clearance.approach)]
                 .into_iter()
                 .zip(of),
@@ -216,11 +216,11 @@ impl Turned<'_> {
             let closed = rows.iter().map(|row| (row.turned_deg, of(row).angle_deg));
             let closed: Vec<(f64, f64)> = closed.chain(rows.first().map(|row| (360.0, of(row).angle_deg))).collect();
             let values = closed.iter().map(|(_, value)| *value);
-            let chart = Chart::new(frame(row, 2), Scale::around(values.chain([least.least_deg])));
+            let chart = Chart::new(frame(row, 2), Scale::around(values.chain([min.least_deg])));
             chart.axes(&mut drawing, label, row == 1);
-            chart.level(&mut drawing, least.least_deg, LIMIT);
+            chart.level(&mut drawing, min.least_deg, LIMIT);
             chart.curve(&mut drawing, closed.into_iter(), CURVE);
-            let note = format!("least {:.2}° at C {:.1}°, z {:.3} mm", least.angle_deg, least.c_deg, least.z_mm);
+            let note = format!("least {:.2}° at C {:.1}°, z {:.3} mm", min.angle_deg, min.c_deg, min.z_mm);
             let lettering = Lettering { anchor: Anchor::End, ..SMALL };
             drawing.text([chart.0.frame.right(), chart.0.frame.top - 1.3], lettering, &note);
         }

@@ -15,7 +15,7 @@ use super::super::plots::nc::program_plots;
 use super::request::ToPost;
 use super::summary::{self, ProgramSummary};
 use super::{ground, milled};
-use camwright::gcode::post::{Compared, PostError, PostedTurn, ProgramRun, compare, post};
+use camwright::gcode::post::{PostError, PostedTurn, ProgramComparison, ProgramRun, compare, post};
 use camwright::gcode::{Action, NcAxis, Pose, ProgramFile, read};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::any_job::{self, AnyJob};
@@ -45,7 +45,11 @@ pub fn write_program(
 ///
 /// # Errors
 /// What [`write_program`] says; another number of calls; a rapid that is not clear of the part.
-pub fn compare_program(job: &str, overrides: &[String], driven: &[ProgramRun]) -> Result<Compared, ConfigError> {
+pub fn compare_program(
+    job: &str,
+    overrides: &[String],
+    driven: &[ProgramRun],
+) -> Result<ProgramComparison, ConfigError> {
     with_request(job, overrides, |to_post| {
         let blamed = |error: PostError| to_post.document.error(key(&error), error.to_string());
         let posted = post(&to_post.request).map_err(blamed)?;

@@ -255,7 +255,7 @@ fn wall_note(
         path.name,
         spec.tool.radius_mm,
         walls.roller_radius_mm(),
-        at(&errors.most),
-        at(&errors.least)
+        at(&errors.max),
+        at(&errors.min)
     ))
 }

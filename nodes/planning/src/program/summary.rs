@@ -2,7 +2,7 @@
 
 use super::request::ToPost;
 use camwright::gcode::ProgramFile;
-use camwright::gcode::post::{Compared, Posted, PostedTurn};
+use camwright::gcode::post::{PostedProgram, PostedTurn, ProgramComparison};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use serde::Serialize;
 
@@ -77,8 +77,8 @@ pub struct ReadBackSummary {
 
 pub(super) fn summary(
     to_post: &ToPost<'_>,
-    posted: &Posted,
-    compared: &Compared,
+    posted: &PostedProgram,
+    compared: &ProgramComparison,
     files: &[ProgramFile],
 ) -> ProgramSummary {
     let mut notes = to_post.notes.clone();

@@ -41,12 +41,11 @@ pub(crate) fn clearance_rows(prepared: &PreparedTurning) -> Result<Vec<Clearance
             let point = section.point(turned_rad, z_mm)?;
             let azimuth_deg = deg_from_rad(wrap_turn(turned_rad + point.lead_rad));
             let normal_rad = point.normal_rad();
-            for (least, angle_rad) in
-                [(&mut clearance, relief_rad - normal_rad), (&mut approach, FRAC_PI_2 + normal_rad)]
+            for (min, angle_rad) in [(&mut clearance, relief_rad - normal_rad), (&mut approach, FRAC_PI_2 + normal_rad)]
             {
                 let angle_deg = deg_from_rad(angle_rad);
-                if angle_deg < least.angle_deg {
-                    *least = MinimumAngle { angle_deg, z_mm, azimuth_deg };
+                if angle_deg < min.angle_deg {
+                    *min = MinimumAngle { angle_deg, z_mm, azimuth_deg };
                 }
             }
         }

@@ -84,7 +84,7 @@ fn write_clearance(rows: &[ClearanceRow], to: &mut dyn Write) -> io::Result<()> 
         "turned_deg,clearance_deg,clearance_z_mm,clearance_azimuth_deg,approach_deg,approach_z_mm,approach_azimuth_deg"
     )?;
     for ClearanceRow { turned_deg, clearance, approach } in rows {
-        let cells = |least: &MinimumAngle| format!("{},{},{}", least.angle_deg, least.z_mm, least.azimuth_deg);
+        let cells = |min: &MinimumAngle| format!("{},{},{}", min.angle_deg, min.z_mm, min.azimuth_deg);
         writeln!(to, "{turned_deg},{},{}", cells(clearance), cells(approach))?;
     }
     Ok(())

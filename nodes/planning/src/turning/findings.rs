@@ -57,11 +57,11 @@ fn mesh_note(mesh: &MeshSummary) -> String {
 #[must_use]
 pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
     let clearance = &summary.clearance;
-    let [(low, high), (least, most)] = OFFSET_DEG;
+    let [(low, high), (min, max)] = OFFSET_DEG;
     let offset = match (clearance.is_offset_preferred, clearance.is_offset_allowed) {
         (true, _) => format!("within the {low} to {high} deg that JP2012-71381A prefers"),
-        (_, true) => format!("within {least} to {most} deg, better {low} to {high}, after JP2012-71381A"),
-        _ => format!("outside of the {least} to {most} deg of JP2012-71381A"),
+        (_, true) => format!("within {min} to {max} deg, better {low} to {high}, after JP2012-71381A"),
+        _ => format!("outside of the {min} to {max} deg of JP2012-71381A"),
     };
     let mut notes: Vec<String> = summary.mesh.iter().map(mesh_note).collect();
     notes.extend([
@@ -110,9 +110,9 @@ fn warnings(prepared: &PreparedTurning, summary: &TurningSummary) -> Vec<Finding
         )));
     }
     if !summary.clearance.is_offset_allowed {
-        let (least, most) = OFFSET_DEG[1];
+        let (min, max) = OFFSET_DEG[1];
         let message = format!(
-            "the insert stands {}, an offset angle of {:.2} deg; JP2012-71381A asks for {least} to {most} deg",
+            "the insert stands {}, an offset angle of {:.2} deg; JP2012-71381A asks for {min} to {max} deg",
             beside_centre(summary.clearance.below_centre_mm),
             summary.clearance.offset_angle_deg
         );

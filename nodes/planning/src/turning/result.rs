@@ -112,11 +112,11 @@ mod tests {
     #[test]
     fn a_turned_part_keeps_its_tolerance_on_an_ideal_lathe() {
         let prepared = prepared(&["turned.from_mm=24", "turned.to_mm=22", "form_grid.azimuths=180"]);
-        let told = |without: &[Effect]| {
+        let result = |without: &[Effect]| {
             let (_, part) = simulate_turned(&prepared, without).unwrap();
             turned_result(&prepared, &turned_form(&prepared, &part).unwrap())
         };
-        let (ideal, own) = (told(&Effect::ALL), told(&[]));
+        let (ideal, own) = (result(&Effect::ALL), result(&[]));
         let um = |m: f64| um_from_mm(mm_from_m(m));
         eprintln!("ideal {:+.3} um, own drives {:+.3} um", um(ideal.form_error_max), um(own.form_error_max));
         assert!((ideal.form_error_highest - ideal.cusp_height_theory).abs() < 3e-8, "{ideal:?}");

@@ -313,21 +313,21 @@ fn pass_summary(prepared: &PreparedTurning, pass: &PlannedPass) -> TurnedPassSum
 
 /// The largest of every derivative of every axis, as executed from the run-up to the run-down, and where it is met.
 fn limits(prepared: &PreparedTurning, pass: &PlannedPass) -> Vec<TurnedLimitSummary> {
-    let mut most = [[(0.0_f64, 0.0, 0.0); 3]; 3];
+    let mut max = [[(0.0_f64, 0.0, 0.0); 3]; 3];
     for point in points(pass) {
-        for (most, sample) in most.iter_mut().zip([point.c, point.x, point.z]) {
+        for (max, sample) in max.iter_mut().zip([point.c, point.x, point.z]) {
             let Sample { first, second, third, .. } = sample;
-            for (most, value) in most.iter_mut().zip([first, second, third]) {
-                if value.abs() > most.0 {
-                    *most = (value.abs(), point.turned_rad, point.z.value);
+            for (max, value) in max.iter_mut().zip([first, second, third]) {
+                if value.abs() > max.0 {
+                    *max = (value.abs(), point.turned_rad, point.z.value);
                 }
             }
         }
     }
     let mut summaries = Vec::new();
-    for (axis, most) in Axis::ALL.into_iter().zip(most) {
+    for (axis, max) in Axis::ALL.into_iter().zip(max) {
         let allowed = prepared.machine.axis(axis).limits.with_share(MOVE_SHARE);
-        for (quantity, (value, turned_rad, z_mm)) in Quantity::ALL.into_iter().zip(most) {
+        for (quantity, (value, turned_rad, z_mm)) in Quantity::ALL.into_iter().zip(max) {
             let allowed = quantity.limit(&allowed);
             summaries.push(TurnedLimitSummary {
                 axis: axis.joint(),

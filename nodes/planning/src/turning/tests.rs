@@ -222,8 +222,8 @@ fn hostile_values_are_refused_or_planned() {
                 }
                 Err(error) => {
                     refused += 1;
-                    let told = error.to_string();
-                    assert!(error.message.len() > 15 && told.contains(".yaml"), "{set}: {told}");
+                    let text = error.to_string();
+                    assert!(error.message.len() > 15 && text.contains(".yaml"), "{set}: {text}");
                 }
             }
         }

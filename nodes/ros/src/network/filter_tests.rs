@@ -7,7 +7,7 @@ use std::{
 
 use socket2::{SockFilter, SockRef};
 
-use super::rtps_filter::{Sources, Walk, reading};
+use super::rtps_filter::{FilterExtent, Sources, reading};
 
 /// A pair of sockets with a filter between them.
 struct Gate {
@@ -18,7 +18,7 @@ struct Gate {
 const HEADER: [u8; 20] = *b"RTPS\x02\x03\x01\x0fabcdefghijkl";
 
 impl Gate {
-    fn new(sources: Sources, walk: Walk) -> Self {
+    fn new(sources: Sources, walk: FilterExtent) -> Self {
         let program = reading(sources, walk, None).expect("all jumps have targets");
         assert!(program.len() <= 4096, "{} instructions", program.len());
         let to = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
@@ -143,7 +143,7 @@ fn datagrams_that_bring_rustdds_down_are_dropped_and_honest_ones_pass() {
         submessage(0x0e, 1, &[1; 12]),
         submessage(0x81, 1, &[1; 12]),
     ];
-    for walk in [Walk::LONG, Walk::SHORT] {
+    for walk in [FilterExtent::LONG, FilterExtent::SHORT] {
         for sources in [Sources::ThisHost, Sources::Anybody] {
             let gate = Gate::new(sources, walk);
             for bad in &dropped {
@@ -226,7 +226,7 @@ fn expected(message: &[u8]) -> bool {
 
 #[test]
 fn the_kernel_decides_as_the_rules_do() {
-    let gate = Gate::new(Sources::ThisHost, Walk::LONG);
+    let gate = Gate::new(Sources::ThisHost, FilterExtent::LONG);
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = move |below: usize| {
         state ^= state << 13;

@@ -15,7 +15,7 @@ use rustdds::DomainParticipantStatusEvent;
 
 use super::{
     descriptors::UdpSocket,
-    rtps_filter::{self, Sources, Walk},
+    rtps_filter::{self, FilterExtent, Sources},
 };
 
 /// First octets of the GUIDs of a participant.
@@ -118,9 +118,9 @@ pub(super) fn attach(socket: &UdpSocket, sources: Sources, admitted: Option<&[Pr
         let program = rtps_filter::reading(sources, walk, admitted);
         socket.filter(&program.ok_or_else(|| io::Error::other("the filter has a jump without a target"))?)
     };
-    match attach(Walk::LONG) {
+    match attach(FilterExtent::LONG) {
         // Too long for an older kernel, too long for an instruction count, or too long beside the filter that it replaces.
-        Err(error) if matches!(error.raw_os_error(), Some(NO_MEMORY | TOO_LONG)) => attach(Walk::SHORT),
+        Err(error) if matches!(error.raw_os_error(), Some(NO_MEMORY | TOO_LONG)) => attach(FilterExtent::SHORT),
         done => done,
     }
 }
@@ -131,7 +131,7 @@ mod tests {
     use std::net::{Ipv4Addr, UdpSocket as StdSocket};
 
     #[test]
-    fn beyond_the_limit_only_those_who_are_known_are_heard() {
+    fn beyond_the_limit_only_known_participants_are_received() {
         let to = StdSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
         to.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
         let std::net::SocketAddr::V4(address) = to.local_addr().expect("bound") else { panic!("IPv4") };
@@ -140,7 +140,7 @@ mod tests {
         gate.attach(None).expect("the kernel takes the filter");
         let message = |prefix: Prefix| [&b"RTPS\x02\x03\x01\x0f"[..], &prefix].concat();
         let (friends, stranger): (BTreeSet<Prefix>, Prefix) = ((1..=60).map(|friend| [friend; 12]).collect(), [99; 12]);
-        let heard = |prefix| {
+        let is_received = |prefix| {
             for sent in [prefix, [60; 12]] {
                 to.send_to(&message(sent), address).expect("sent");
             }
@@ -150,18 +150,18 @@ mod tests {
             let first = receive() == message(prefix);
             first && receive() == message([60; 12])
         };
-        assert!(heard(stranger));
+        assert!(is_received(stranger));
         for number in 0..LIMIT {
             let mut prefix = [7; 12];
             prefix[..8].copy_from_slice(&number.to_le_bytes());
             assert_eq!(gate.discovered(prefix, || friends.clone()), None);
         }
         assert!(gate.discovered(stranger, || friends.clone()).is_some());
-        assert!(!heard(stranger));
-        assert!(friends.iter().take(59).all(|friend| heard(*friend)));
+        assert!(!is_received(stranger));
+        assert!(friends.iter().take(59).all(|friend| is_received(*friend)));
         assert_eq!(gate.reopen(), None);
         gate.present.clear();
         assert!(gate.reopen().is_some());
-        assert!(heard(stranger));
+        assert!(is_received(stranger));
     }
 }

@@ -29,7 +29,7 @@ const READERS_WITHOUT_MULTICAST: usize = 2;
 
 /// A participant, and what the watchdog looks at.
 #[derive(Debug)]
-pub(crate) struct Guarded {
+pub(crate) struct WatchedParticipant {
     pub(crate) participant: DomainParticipant,
     pub(crate) vitals: Vitals,
     pub(crate) gate: Gate,
@@ -57,7 +57,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 ///
 /// # Errors
 /// `RustDDS` cannot make it, or its sockets cannot be guarded.
-pub(crate) fn build(domain_id: u16, range: DiscoveryRange) -> Result<Guarded, String> {
+pub(crate) fn build(domain_id: u16, range: DiscoveryRange) -> Result<WatchedParticipant, String> {
     let _turn = lock(&ONE_AT_A_TIME);
     install_logger()?;
     let system = |error: io::Error| format!("cannot inspect the sockets of this process: {error}");
@@ -88,7 +88,7 @@ pub(crate) fn build(domain_id: u16, range: DiscoveryRange) -> Result<Guarded, St
     let threads = threads().map_err(system)?.difference(&threads_before).copied().collect();
     let readers = Arc::new(readers);
     let gate = Gate::new(&readers, sources(range));
-    Ok(Guarded { participant, vitals: Vitals { threads, readers }, gate })
+    Ok(WatchedParticipant { participant, vitals: Vitals { threads, readers }, gate })
 }
 
 impl Construction {

@@ -13,7 +13,7 @@
 //! | `INFO_REPLY` | never: it redirects answers, and no ROS 2 peer sends it |
 //! | any | it is little-endian, as all peers on the processors we support are |
 //!
-//! Classic BPF has no loops, so the walk is unrolled and has an end: [`Walk`]. A datagram with more submessages than that is dropped if it
+//! Classic BPF has no loops, so the walk is unrolled and has an end: [`FilterExtent`]. A datagram with more submessages than that is dropped if it
 //! comes from another host, whose datagrams are short. On this host it passes, since a busy `RustDDS` writer packs a thousand samples into one;
 //! the watchdog and the limit of memory then remain.
 
@@ -66,7 +66,7 @@ pub(super) enum Sources {
 
 /// Extent of the filter program's walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Walk {
+pub(super) struct FilterExtent {
     /// Submessages of any kind.
     pub(super) any: usize,
     /// Further submessages that are DATA or interpreter submessages; one of another kind has to be the last.
@@ -75,15 +75,15 @@ pub(super) struct Walk {
     pub(super) drop_longer: bool,
 }
 
-impl Walk {
+impl FilterExtent {
     /// Needs 128 KiB of socket option memory, the kernel's default since 6.8.
-    pub(super) const LONG: Walk = Walk { any: 16, plain: 100, drop_longer: true };
+    pub(super) const LONG: FilterExtent = FilterExtent { any: 16, plain: 100, drop_longer: true };
     /// Fits into the 20 KiB of older kernels.
-    pub(super) const SHORT: Walk = Walk { any: 5, plain: 16, drop_longer: false };
+    pub(super) const SHORT: FilterExtent = FilterExtent { any: 5, plain: 16, drop_longer: false };
 }
 
 /// The program for a socket that reads. With `admitted`, other participants are not heard.
-pub(super) fn reading(sources: Sources, walk: Walk, admitted: Option<&[[u8; 12]]>) -> Option<Vec<Step>> {
+pub(super) fn reading(sources: Sources, walk: FilterExtent, admitted: Option<&[[u8; 12]]>) -> Option<Vec<Step>> {
     let mut a = Assembler::default();
     if sources == Sources::ThisHost {
         drop_other_hosts(&mut a);

@@ -60,7 +60,7 @@ impl TakeOptions {
 
     /// Command of a whole cell: waits until interpolator and planner have joined.
     #[must_use]
-    pub fn of_cell(self) -> Self {
+    pub fn for_cell(self) -> Self {
         Self { interpolator: true, planner: true, ..self }
     }
 }
@@ -68,13 +68,13 @@ impl TakeOptions {
 /// Command of a cell, renewed until it is dropped. The node must spin on another thread.
 #[derive(Debug)]
 #[must_use = "dropping it releases command"]
-pub struct Command {
+pub struct HeldCommand {
     client: Client<TakeCommand>,
     request: TakeCommandRequest,
     _renewal: TimerHandle,
 }
 
-impl Command {
+impl HeldCommand {
     /// Takes command.
     ///
     /// # Errors
@@ -100,7 +100,7 @@ impl Command {
     }
 }
 
-impl Drop for Command {
+impl Drop for HeldCommand {
     fn drop(&mut self) {
         // Without an answer the lease runs out by itself.
         let request = TakeCommandRequest { release: true, ..self.request.clone() };
@@ -114,8 +114,8 @@ fn wait_for_members(node: &Node, options: &TakeOptions) -> Result<(), TakeError>
     if !options.interpolator && !options.planner {
         return Ok(());
     }
-    let heard: Arc<SharedHolder> = Arc::default();
-    let into = Arc::clone(&heard);
+    let holder_state: Arc<SharedHolder> = Arc::default();
+    let into = Arc::clone(&holder_state);
     let _subscription =
         node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, _| {
             *into.0.lock().unwrap_or_else(PoisonError::into_inner) = message;
@@ -129,13 +129,13 @@ fn wait_for_members(node: &Node, options: &TakeOptions) -> Result<(), TakeError>
         wanted.into_iter().find(|(_, is_wanted, member)| *is_wanted && *member == [0; 16]).map(|(name, ..)| name)
     };
     let deadline = Instant::now() + options.patience;
-    let mut holder = heard.0.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut holder = holder_state.0.lock().unwrap_or_else(PoisonError::into_inner);
     while let Some(name) = missing(&holder) {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return Err(TakeError::Alone(name, options.patience.as_secs()));
         }
-        holder = heard.1.wait_timeout(holder, left).unwrap_or_else(PoisonError::into_inner).0;
+        holder = holder_state.1.wait_timeout(holder, left).unwrap_or_else(PoisonError::into_inner).0;
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ pub(super) const PLACES: u32 = 2880;
 
 /// The smallest radius that a way leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lowest {
+pub struct SmallestRadius {
     /// Radius (mm).
     pub radius_mm: f64,
     /// Angle since C began to turn (rad).
@@ -33,9 +33,9 @@ pub(super) fn lowest(
     turns: u32,
     wheel_radius_mm: f64,
     x: impl Fn(f64) -> Sample,
-) -> Lowest {
+) -> SmallestRadius {
     let mut radii: Vec<f64> = radii_mm.to_vec();
-    let mut lowest = Lowest { radius_mm: f64::INFINITY, angle_rad: 0.0 };
+    let mut lowest = SmallestRadius { radius_mm: f64::INFINITY, angle_rad: 0.0 };
     let mut before_mm = x(0.0).value;
     for turn in 0..turns {
         for (radius_mm, place) in radii.iter_mut().zip(0..) {
@@ -49,7 +49,7 @@ pub(super) fn lowest(
                 false => 0.0,
             };
             if *radius_mm - beside_mm < lowest.radius_mm {
-                lowest = Lowest { radius_mm: *radius_mm - beside_mm, angle_rad };
+                lowest = SmallestRadius { radius_mm: *radius_mm - beside_mm, angle_rad };
             }
             before_mm = face_mm;
         }

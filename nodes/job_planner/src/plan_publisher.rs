@@ -16,7 +16,7 @@ pub(super) struct PlanPublisher {
     publisher: Publisher<JobStatus>,
     /// Files of the job, and the job whose files were published last.
     files: Publisher<JobFilePage>,
-    told: Mutex<String>,
+    published_hash: Mutex<String>,
     /// Held while publishing, so that the last message is the last change.
     last: Mutex<JobStatus>,
     /// The cell, which follows what becomes of jobs.
@@ -27,8 +27,8 @@ impl PlanPublisher {
     pub(super) fn new(node: &Node, cell: mpsc::Sender<CellEvent>) -> Result<Self, RosError> {
         let publisher = node.publisher("~/job_status", &Qos::latched(1))?;
         let files = node.publisher("~/job_files", &Qos::latched(MAX_PAGES))?;
-        let (last, told) = (Mutex::default(), Mutex::default());
-        let board = Self { node: node.clone(), publisher, files, told, last, cell };
+        let (last, published_hash) = (Mutex::default(), Mutex::default());
+        let board = Self { node: node.clone(), publisher, files, published_hash, last, cell };
         board.set(|_| {});
         Ok(board)
     }
@@ -77,11 +77,11 @@ impl PlanPublisher {
 
     /// The files that a job names, once for each job.
     fn publish_files(&self, prepared: &AnyPrepared) {
-        let mut told = lock(&self.told);
-        if *told == prepared.job_hash() {
+        let mut published_hash = lock(&self.published_hash);
+        if *published_hash == prepared.job_hash() {
             return;
         }
-        prepared.job_hash().clone_into(&mut told);
+        prepared.job_hash().clone_into(&mut published_hash);
         for page in pages_from_files(prepared.job_hash(), prepared.files()) {
             if let Err(error) = self.files.publish(&page) {
                 self.node.logger().warn(&error.to_string());

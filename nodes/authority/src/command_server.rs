@@ -108,7 +108,7 @@ impl CommandServer {
             {
                 let mut lease = lock(&this.gate.lease);
                 lease.note_motion(in_motion());
-                lease.look(Instant::now());
+                lease.expire(Instant::now());
             }
             this.publish_change();
             this.answer_waiting();
@@ -122,7 +122,7 @@ impl CommandServer {
     }
 
     /// Returns true where a setpoint or command of a writer is taken; a refusal is logged and counted for the alarm.
-    pub fn takes_motion(&self, topic: &str, writer: &Guid) -> bool {
+    pub fn accepts_motion(&self, topic: &str, writer: &Guid) -> bool {
         let refused = lock(&self.gate.lease).refusal_of_motion(participant_of(*writer), Instant::now());
         match refused {
             None => true,

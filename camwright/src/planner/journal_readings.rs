@@ -3,8 +3,8 @@
 use super::PlannedJob;
 use super::lobe::PlannedLobe;
 use crate::gauging::gauge_setup::GaugeSetup;
-use crate::gauging::gauged::Gauged;
-use crate::gauging::identify::Pushed;
+use crate::gauging::gauged_tick::GaugedTick;
+use crate::gauging::identify::PushTick;
 use crate::gauging::journal::JournalError;
 use crate::job::grinding::{JobSpec, StiffnessSource};
 use crate::machine::contact_law::ContactLaw;
@@ -17,17 +17,17 @@ use thiserror::Error;
 
 /// Logged data of a journal.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Contact {
+pub struct JournalReadings {
     /// While it was ground.
-    pub gauged: Vec<Gauged>,
+    pub gauged: Vec<GaugedTick>,
     /// While the wheel did not turn.
-    pub pushed: Vec<Pushed>,
+    pub pushed: Vec<PushTick>,
 }
 
 /// Why a journal is not measured or not corrected.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("lobe {lobe}: {source}")]
-pub struct NotCorrected {
+pub struct UncorrectedJournal {
     /// Name of the journal.
     pub lobe: String,
     pub source: JournalError,
@@ -68,14 +68,14 @@ pub fn rests_rad(planned: &PlannedJob, machine: &MachineDescription) -> Vec<f64>
 pub(super) struct Logged<'a> {
     machine: &'a MachineDescription,
     first: &'a PlannedJob,
-    logs: &'a [Contact],
+    logs: &'a [JournalReadings],
     rests: Vec<f64>,
 }
 
 /// The log of one.
 pub(super) struct JournalLog<'a> {
     pub(super) lobe: &'a PlannedLobe,
-    pub(super) log: &'a Contact,
+    pub(super) log: &'a JournalReadings,
     /// C where it rests after it (rad), with the turns that holds put in.
     pub(super) rest_rad: f64,
     /// Turns that holds put into its own cut.
@@ -83,7 +83,7 @@ pub(super) struct JournalLog<'a> {
 }
 
 impl<'a> Logged<'a> {
-    pub(super) fn new(machine: &'a MachineDescription, first: &'a PlannedJob, logs: &'a [Contact]) -> Self {
+    pub(super) fn new(machine: &'a MachineDescription, first: &'a PlannedJob, logs: &'a [JournalReadings]) -> Self {
         Self { machine, first, logs, rests: rests_rad(first, machine) }
     }
 
@@ -91,13 +91,13 @@ impl<'a> Logged<'a> {
     pub(super) fn each<T>(
         &self,
         of: impl Fn(usize, JournalLog<'a>) -> Result<T, JournalError>,
-    ) -> impl Iterator<Item = Result<T, NotCorrected>> {
+    ) -> impl Iterator<Item = Result<T, UncorrectedJournal>> {
         self.logs.iter().zip(&self.first.lobes).enumerate().map(move |(index, (log, lobe))| {
             let put_in = self.put_in(index);
             let before = index.checked_sub(1).map_or(0.0, |before| self.put_in(before));
             let journal =
                 JournalLog { lobe, log, rest_rad: self.rests[index] + put_in * TURN_RAD, held_turns: put_in - before };
-            of(index, journal).map_err(|source| NotCorrected { lobe: lobe.design.name.clone(), source })
+            of(index, journal).map_err(|source| UncorrectedJournal { lobe: lobe.design.name.clone(), source })
         })
     }
 

@@ -1,6 +1,6 @@
 //! Who sends: the publishers and services of a sender, and waiting for what the machine makes of it.
 
-use super::super::observed::{Facts, Observed, Observer};
+use super::super::observed::{DescriptionFacts, Observed, Observer};
 use super::travel::stamp;
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest, TriggerResponse};
@@ -16,14 +16,14 @@ const MESSAGES: usize = 12;
 
 /// Why a test ended before its end.
 #[derive(Debug)]
-pub(super) enum Stop {
+pub(super) enum EarlyEnd {
     /// Somebody wants to have done with it.
     Interrupted,
     /// Nothing more can be tried: the clause that is broken by it, and why.
     Stuck(u8, String),
 }
 
-impl From<RosError> for Stop {
+impl From<RosError> for EarlyEnd {
     fn from(error: RosError) -> Self {
         Self::Stuck(9, error.to_string())
     }
@@ -44,7 +44,7 @@ impl Drop for UnauthorisedClient {
 
 pub(super) struct TestMotion<'a> {
     pub(super) ears: &'a Observer,
-    pub(super) facts: &'a Facts,
+    pub(super) facts: &'a DescriptionFacts,
     pub(super) epoch_ns: i64,
     pub(super) shutdown: &'a Shutdown,
     setpoints: Publisher<JointTrajectory>,
@@ -57,10 +57,10 @@ impl<'a> TestMotion<'a> {
     pub(super) fn new(
         node: &Node,
         ears: &'a Observer,
-        facts: &'a Facts,
+        facts: &'a DescriptionFacts,
         epoch_ns: i64,
         shutdown: &'a Shutdown,
-    ) -> Result<Self, Stop> {
+    ) -> Result<Self, EarlyEnd> {
         let qos = Qos::default_topic().keep_last(1000);
         let hand = Self {
             setpoints: node.publisher("machine/setpoints", &qos)?,
@@ -77,7 +77,7 @@ impl<'a> TestMotion<'a> {
             ("machine/commands", hand.commands.wait_matched(1, PATIENCE)),
         ] {
             if !met {
-                return Err(Stop::Stuck(9, format!("nobody subscribes to {topic}")));
+                return Err(EarlyEnd::Stuck(9, format!("nobody subscribes to {topic}")));
             }
         }
         hand.reset.wait_for_service(PATIENCE)?;
@@ -85,22 +85,22 @@ impl<'a> TestMotion<'a> {
     }
 
     /// A second sender beside this one.
-    pub(super) fn stranger(args: &RosArgs) -> Result<UnauthorisedClient, Stop> {
+    pub(super) fn stranger(args: &RosArgs) -> Result<UnauthorisedClient, EarlyEnd> {
         let node = Node::new(camwright_ros::NodeOptions::new("check_machine_stranger", args))
-            .map_err(|error| Stop::Stuck(9, error.to_string()))?;
+            .map_err(|error| EarlyEnd::Stuck(9, error.to_string()))?;
         let spin = node.spin_in_thread()?;
         let setpoints = node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?;
         if !setpoints.wait_matched(1, PATIENCE) {
-            return Err(Stop::Stuck(9, "the machine does not meet a second sender".into()));
+            return Err(EarlyEnd::Stuck(9, "the machine does not meet a second sender".into()));
         }
         Ok(UnauthorisedClient { setpoints, node, _spin: spin })
     }
 
-    pub(super) fn send(&self, chunk: &JointTrajectory) -> Result<(), Stop> {
+    pub(super) fn send(&self, chunk: &JointTrajectory) -> Result<(), EarlyEnd> {
         Ok(self.setpoints.publish(chunk)?)
     }
 
-    pub(super) fn order(&self, sequence: u32, tick: u64, kind: u8, target: &str) -> Result<(), Stop> {
+    pub(super) fn order(&self, sequence: u32, tick: u64, kind: u8, target: &str) -> Result<(), EarlyEnd> {
         let ticks = i64::try_from(tick).unwrap_or(i64::MAX);
         let at = stamp(self.epoch_ns.saturating_add(ticks.saturating_mul(self.facts.cycle_ns)));
         let command = MachineCommand { stamp: at, sequence, tick, kind, target: target.to_owned(), counts: 0 };
@@ -108,7 +108,7 @@ impl<'a> TestMotion<'a> {
     }
 
     pub(super) fn news(&self) -> MachineStream {
-        self.ears.look(|heard| heard.last().cloned().unwrap_or_default())
+        self.ears.read(|observed| observed.last().cloned().unwrap_or_default())
     }
 
     /// Waits for the next tick of a machine whose ticks follow the clock: at rest the last message may be half the feedback delay old.
@@ -122,21 +122,21 @@ impl<'a> TestMotion<'a> {
 
     /// Waits for news that are as wanted; false after the time.
     pub(super) fn wait(&self, mut wanted: impl FnMut(&MachineStream) -> bool) -> bool {
-        self.wait_heard(PATIENCE, |heard| heard.last().is_some_and(&mut wanted))
+        self.wait_observed(PATIENCE, |observed| observed.last().is_some_and(&mut wanted))
     }
 
     /// The same with everything that was heard.
-    pub(super) fn wait_heard(&self, patience: Duration, mut wanted: impl FnMut(&Observed) -> bool) -> bool {
-        self.ears.wait(patience, |heard| wanted(heard).then_some(())).is_some()
+    pub(super) fn wait_observed(&self, patience: Duration, mut wanted: impl FnMut(&Observed) -> bool) -> bool {
+        self.ears.wait(patience, |observed| wanted(observed).then_some(())).is_some()
     }
 
     /// Waits until the machine reports that it is at rest, with an alarm or without.
-    pub(super) fn rest(&self) -> Result<(), Stop> {
+    pub(super) fn rest(&self) -> Result<(), EarlyEnd> {
         if self.wait(|news| !is_moving(news)) {
             return Ok(());
         }
         let news = self.news();
-        Err(Stop::Stuck(
+        Err(EarlyEnd::Stuck(
             8,
             format!("the machine does not come to rest within {} s: motion {}", PATIENCE.as_secs(), news.motion),
         ))
@@ -144,50 +144,50 @@ impl<'a> TestMotion<'a> {
 
     /// Waits for some messages of the stream, and returns whether the event has happened by then.
     pub(super) fn happens(&self, mut wanted: impl FnMut(&MachineStream) -> bool) -> bool {
-        let begin = self.ears.look(|heard| heard.streams.len());
+        let begin = self.ears.read(|observed| observed.streams.len());
         let mut found = false;
-        self.wait_heard(PATIENCE, |heard| {
-            found |= heard.streams.iter().skip(begin).any(&mut wanted);
-            found || heard.streams.len() >= begin + MESSAGES
+        self.wait_observed(PATIENCE, |observed| {
+            found |= observed.streams.iter().skip(begin).any(&mut wanted);
+            found || observed.streams.len() >= begin + MESSAGES
         });
         found
     }
 
     /// Asks for a reset without waiting for the answer.
-    pub(super) fn ask_reset(&self) -> Result<mpsc::Receiver<TriggerResponse>, Stop> {
+    pub(super) fn ask_reset(&self) -> Result<mpsc::Receiver<TriggerResponse>, EarlyEnd> {
         let (sender, answer) = mpsc::channel();
         self.reset.call_with(&TriggerRequest::default(), move |response| drop(sender.send(response)))?;
         Ok(answer)
     }
 
     /// Asks for a reset.
-    pub(super) fn reset(&self) -> Result<TriggerResponse, Stop> {
+    pub(super) fn reset(&self) -> Result<TriggerResponse, EarlyEnd> {
         Ok(self.reset.call(&TriggerRequest::default(), PATIENCE)?)
     }
 
     /// Presses or releases the emergency stop of the software.
-    pub(super) fn estop(&self, pressed: bool) -> Result<(), Stop> {
+    pub(super) fn estop(&self, pressed: bool) -> Result<(), EarlyEnd> {
         self.estop.wait_for_service(PATIENCE)?;
         let answer = self.estop.call(&SetBoolRequest { data: pressed }, PATIENCE)?;
-        if answer.success { Ok(()) } else { Err(Stop::Stuck(33, format!("machine/estop: {}", answer.message))) }
+        if answer.success { Ok(()) } else { Err(EarlyEnd::Stuck(33, format!("machine/estop: {}", answer.message))) }
     }
 
     /// Waits for rest and resets: what this program did is not left to others.
-    pub(super) fn clear(&self) -> Result<(), Stop> {
+    pub(super) fn clear(&self) -> Result<(), EarlyEnd> {
         self.rest()?;
         let answer = self.reset()?;
         if !answer.success {
-            return Err(Stop::Stuck(30, format!("machine/reset at rest is refused: {}", answer.message)));
+            return Err(EarlyEnd::Stuck(30, format!("machine/reset at rest is refused: {}", answer.message)));
         }
         if self.wait(|news| news.alarms.is_empty() && !is_moving(news)) {
             return Ok(());
         }
-        Err(Stop::Stuck(30, format!("alarms {:?} are active after their reset", self.news().alarms)))
+        Err(EarlyEnd::Stuck(30, format!("alarms {:?} are active after their reset", self.news().alarms)))
     }
 
     /// Goes on, unless somebody wants to have done.
-    pub(super) fn go_on(&self) -> Result<(), Stop> {
-        if self.shutdown.is_requested() { Err(Stop::Interrupted) } else { Ok(()) }
+    pub(super) fn go_on(&self) -> Result<(), EarlyEnd> {
+        if self.shutdown.is_requested() { Err(EarlyEnd::Interrupted) } else { Ok(()) }
     }
 }
 

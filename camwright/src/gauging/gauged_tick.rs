@@ -2,7 +2,7 @@
 
 /// Reading of the gauge and state of the axes at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gauged {
+pub struct GaugedTick {
     pub tick: u64,
     /// Angle of the headstock, growing from turn to turn (rad).
     pub c_rad: f64,
@@ -17,7 +17,7 @@ pub struct Gauged {
 }
 
 /// Entries at which C is farther than ever before. Where C stands, or its encoder seems to, later entries are skipped.
-pub(super) fn turning_on(gauged: &[Gauged]) -> impl Iterator<Item = &Gauged> {
+pub(super) fn turning_on(gauged: &[GaugedTick]) -> impl Iterator<Item = &GaugedTick> {
     let mut farthest_rad = f64::NEG_INFINITY;
     gauged.iter().filter(move |gauged| {
         let on = gauged.c_rad > farthest_rad;

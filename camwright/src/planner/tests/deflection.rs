@@ -30,22 +30,22 @@ fn what_giving_way_leaves_on_a_lobe_is_predicted() {
             let design = &lobe.design;
             let station = soft.station(&design.station).expect("it was planned for it");
             let law = contact().law(station.position_mm, design.width_mm).expect("a width");
-            let told = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
+            let predicted = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
             let radii = ground.part().lobe(&design.name).expect("it was loaded").radii_mm();
             let form = Form::measure(radii, &design.contour, design.phase_rad).expect("radii");
-            let off_mm = form.largest.deviation_mm - told.left_mm;
+            let off_mm = form.largest.deviation_mm - predicted.left_mm;
             assert!(
-                off_mm.abs() < 1e-4 + 0.02 * told.left_mm,
+                off_mm.abs() < 1e-4 + 0.02 * predicted.left_mm,
                 "{} after {spark_out_turns}: {} mm, told {} mm",
                 design.name,
                 form.largest.deviation_mm,
-                told.left_mm
+                predicted.left_mm
             );
             assert!(
-                largest_n[index] < 1.02 * told.largest_n && largest_n[index] > 0.9 * told.largest_n,
+                largest_n[index] < 1.02 * predicted.largest_n && largest_n[index] > 0.9 * predicted.largest_n,
                 "{} N, told {} N",
                 largest_n[index],
-                told.largest_n
+                predicted.largest_n
             );
         }
     }

@@ -165,14 +165,14 @@ fn a_machine_that_is_stiff_beyond_measure_grinds_like_a_rigid_one() {
 
 /// The removed volume of the part equals the reported removal, tick by tick.
 #[test]
-fn an_elastic_cut_tells_what_it_removes() {
+fn an_elastic_cut_reports_its_removal() {
     let (description, _) = soft(1.0e4, 15.0);
     let setpoints = turning(&description, 3.2, |_| (20.0, 0.0, 0.0));
     let (turns, reports, machine) = turn_by_turn(&description, vec![20.1; DEFAULT_AZIMUTHS], &setpoints);
     let area = |radii: &[f64]| radii.iter().map(|r| r * r * 0.5 * TURN_RAD / radii.len() as f64).sum::<f64>();
-    let told: f64 = reports.iter().map(|report| report.removal.area_mm2).sum();
+    let reported: f64 = reports.iter().map(|report| report.removal.area_mm2).sum();
     let left = area(machine.part().lobe("I1").expect("it is there").radii_mm());
-    assert!((area(&turns[0]) - left - told).abs() < 1e-9, "{told} mm2");
+    assert!((area(&turns[0]) - left - reported).abs() < 1e-9, "{reported} mm2");
 }
 
 /// Largest normal force on every degree (N), as the machine keeps it.
@@ -208,28 +208,28 @@ fn the_force_on_every_degree_is_that_of_its_engagement() {
 
 /// The record of every degree equals the reports during contact: for a steady plunge the largest force of a turn's ticks.
 #[test]
-fn the_force_on_every_degree_is_the_largest_that_was_told_there() {
+fn the_force_per_degree_is_the_largest_reported_there() {
     let (description, law) = soft(1.0e4, 15.0);
     let (feed_mm, plunge) = (0.01, 60.0);
     let setpoints =
         turning(&description, plunge + 0.2, |angle| (20.0 - feed_mm * angle / TURN_RAD, -feed_mm / TURN_RAD, 0.0));
     let (_, reports, machine) = turn_by_turn(&description, vec![20.0; DEFAULT_AZIMUTHS], &setpoints);
-    let mut told = [0.0_f64; DEGREES];
+    let mut reported = [0.0_f64; DEGREES];
     for report in &reports {
         // A round part touches a wheel on the line from its axis to the wheel's.
         let degrees = (report.axes[Axis::C.index()].position / TURN_RAD).rem_euclid(1.0) * DEGREES as f64;
         #[allow(clippy::cast_possible_truncation, reason = "a degree of a turn")]
         let degree = (degrees as usize).min(DEGREES - 1);
-        told[degree] = told[degree].max(report.normal_force_n);
+        reported[degree] = reported[degree].max(report.normal_force_n);
     }
     let steady_n = law.threshold_n() + law.grinding_n_mm() * feed_mm;
     let kept = forces(&machine);
-    for (degree, (kept, told)) in kept.iter().zip(&told).enumerate() {
-        assert!((kept - told).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, told {told} N");
+    for (degree, (kept, reported)) in kept.iter().zip(&reported).enumerate() {
+        assert!((kept - reported).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, told {reported} N");
         assert!((kept - steady_n).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, {steady_n} N");
     }
     let largest = |forces: &[f64]| forces.iter().copied().fold(0.0, f64::max);
-    assert!(largest(&kept) >= largest(&told), "{} N, told {} N", largest(&kept), largest(&told));
+    assert!(largest(&kept) >= largest(&reported), "{} N, told {} N", largest(&kept), largest(&reported));
 }
 
 /// Without a law there is no force to know, and nothing is kept, not zeros.
