@@ -14,7 +14,7 @@
 mod solids;
 
 use camwright::cam::surface::Surface;
-use camwright::cam::surface::grid::Grid;
+use camwright::cam::surface::grid::SurfaceGrid;
 use camwright::machine::description::MotionLimits;
 use camwright::toolpath::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
 use std::error::Error;
@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         plan("elliptic cone", || solids::solid(solids::ELLIPTIC_CONE), turns)?;
         plan("cams along z", solids::cam_along_z, turns)?;
         let rows = (0..=turns).map(|k| 22.0 * f64::from(k) / f64::from(turns)).collect::<Vec<_>>();
-        let grid = Grid::sampled(360, rows, |azimuth, z| cams.radius(azimuth, z));
+        let grid = SurfaceGrid::sampled(360, rows, |azimuth, z| cams.radius(azimuth, z));
         plan("grid of radii", || Surface::grid(&grid).expect("the cam's radii"), turns)?;
     }
     Ok(())

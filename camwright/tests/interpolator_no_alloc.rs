@@ -7,8 +7,10 @@ mod bench;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{ORIGIN, SWITCH, machine, two_cuts, whole_job};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
-use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
-use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, StateForecast, TickInputs};
+use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint, TrajectoryStart};
+use camwright::interpolator::{
+    Interpolator, InterpolatorEvent, Motion, Outcome, Prepared, Request, StateForecast, TickInputs,
+};
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::Axis;
 use camwright::machine::setpoint::{Input, Latch, Measured, StopPoint};
@@ -57,7 +59,7 @@ fn neither_a_step_nor_a_stop_nor_feedback_allocates() {
                 }
                 before = now;
                 for event in out.events.iter() {
-                    if let Event::Finished(outcome) = event {
+                    if let InterpolatorEvent::Finished(outcome) = event {
                         return Some(*outcome);
                     }
                 }
@@ -74,7 +76,7 @@ fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
     let machine = machine();
     let kept = [Tolerance { position: Some(0.5), velocity: Some(1.0), acceleration: None }; 3];
     let tolerances = FollowingTolerances { path: kept, goal: kept, goal_time_ticks: Some(100) };
-    let to = |x_mm: f64, start: &Start| {
+    let to = |x_mm: f64, start: &TrajectoryStart| {
         let points = [TrajectoryPoint { time_s: 1.0, positions: vec![x_mm], ..TrajectoryPoint::default() }];
         let trajectory = Trajectory::from_points(&[Axis::X], &points, start, &machine).expect("within limits");
         let motion = Motion::from(trajectory.with_tolerances(tolerances));
@@ -82,11 +84,11 @@ fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
     };
     // A rehearsal of the same ticks gives the position at tick 400.
     let mut rehearsed = Interpolator::new(&machine);
-    rehearsed.start(to(20.0, &Start::default())).expect("idle");
+    rehearsed.start(to(20.0, &TrajectoryStart::default())).expect("idle");
     for tick in 0..300 {
         rehearsed.step(&TickInputs { tick, requests: &[] });
     }
-    let first = to(20.0, &Start::default());
+    let first = to(20.0, &TrajectoryStart::default());
     let StateForecast::At(there) = rehearsed.foresee(400) else { panic!("it moves") };
     let second = to(5.0, &there);
     let mut interpolator = Interpolator::new(&machine);
@@ -110,7 +112,7 @@ fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
             let (counts, velocity) = (out.setpoint.counts, out.setpoint.velocity);
             interpolator.measured(&Measured { tick, counts, velocity });
             for event in out.events.iter() {
-                if let Event::Finished(outcome) = event {
+                if let InterpolatorEvent::Finished(outcome) = event {
                     return (Some(*outcome), first, None);
                 }
             }

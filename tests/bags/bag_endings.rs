@@ -13,7 +13,7 @@ use camwright_bag::check::{Severity, check};
 use camwright_bag::qos::{Durability, Reliability};
 use camwright_bag::recording::{Recording, RecordingOptions};
 use camwright_bag::recover;
-use camwright_bag::{Bag, Outcome, QosProfile, Topic, WriterOptions};
+use camwright_bag::{Bag, QosProfile, RecordingOutcome, Topic, WriterOptions};
 use support::Domain;
 
 /// Number of messages that other readers count in a bag; they decode every message of it.
@@ -79,7 +79,7 @@ fn child_that_records() {
         std::thread::sleep(Duration::from_millis(2));
     }
     let fault = recording.fault().expect("the loop ended by it").to_owned();
-    let (_, counts) = match recording.stop(Outcome::Complete) {
+    let (_, counts) = match recording.stop(RecordingOutcome::Complete) {
         Ok(all) => all,
         Err(error) => {
             eprintln!("not closed: {error}");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use camwright_bag::qos::{Durability, QosProfile, Reliability};
-use camwright_bag::{BagWriter, Outcome, Topic, TopicId, WriterOptions};
+use camwright_bag::{BagWriter, RecordingOutcome, Topic, TopicId, WriterOptions};
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{MachineInput, RecorderStatus, TopicRecord};
 use camwright_msgs::geometry_msgs::msg::PointStamped;
@@ -80,7 +80,7 @@ fn make(bag: &Path) {
             making.write(statuses, &RecorderStatus { recording, topics, ..RecorderStatus::default() });
         }
     }
-    making.writer.close(Outcome::Complete, 0).expect("the disk has room");
+    making.writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
 }
 
 fn export(at: &Path, to: &str) {

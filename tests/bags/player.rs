@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, mpsc};
 
 use camwright_bag::qos::{Durability, Reliability};
-use camwright_bag::{BagWriter, Outcome, QosProfile, Topic, WriterOptions};
+use camwright_bag::{BagWriter, QosProfile, RecordingOutcome, Topic, WriterOptions};
 use camwright_msgs::Service;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::rosbag2_interfaces::msg::ReadSplitEvent;
@@ -51,7 +51,7 @@ fn write_bag(path: &Path) {
             writer.split().expect("the disk has room");
         }
     }
-    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
 }
 
 /// A player in a thread, and who listens to it.

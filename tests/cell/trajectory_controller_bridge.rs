@@ -11,7 +11,7 @@ use bridge::Bridge;
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
-use camwright_machine_check::{Checked, Moving, Settings, Verdict, check};
+use camwright_machine_check::{Checked, ClauseVerdict, Moving, Settings, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
 use camwright_ros::{GoalStatus, Node, NodeOptions, RosArgs, Shutdown};
 use stand_in::StandIn;
@@ -38,10 +38,10 @@ fn a_controller_bridge_meets_its_documented_clauses_and_moves() {
     let settings = Settings { listen: Duration::from_secs(2), patience: PATIENCE, moving };
     let Checked { report, .. } = check(&args, &settings, &Shutdown::new(), &|_| {}).expect("a machine that is free");
     println!("{report}");
-    assert_eq!(report.clauses(Verdict::Broken), Vec::<u8>::new(), "{report}");
+    assert_eq!(report.clauses(ClauseVerdict::Broken), Vec::<u8>::new(), "{report}");
     // As MACHINE_CONTRACT.md has it.
     let unseen = [6, 21, 22, 32, 41];
-    assert_eq!(report.clauses(Verdict::NotSeen), unseen, "{report}");
+    assert_eq!(report.clauses(ClauseVerdict::NotSeen), unseen, "{report}");
 
     let interpolator = AxisInterpolator::start(&args).expect("axis_interpolator");
     let operator = Node::new(NodeOptions::new("operator", &args)).expect("a node");

@@ -8,7 +8,8 @@ use crate::support;
 
 use camwright::gcode::post::ProgramRun;
 use camwright::gcode::{
-    Action, Block, Dialect, MIN_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
+    Block, Dialect, MIN_RATE_MM_MIN, MotionAction, NcAxis, Program, ProgramMotion, ProgramPose, Step, XValues,
+    raised_feeds, read,
 };
 use camwright_planning::{compare_program, write_program};
 use sample::{random_program, target, two_cams};
@@ -20,27 +21,28 @@ const PLACE_MM: f64 = 1.000_01e-4;
 const RATE_PER_MIN: f64 = 0.500_01e-4;
 
 /// One program through both interpreters. Time is compared by the rate that makes it: LinuxCNC raises rates, which is no difference here.
-fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<Driven>) {
+fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (ProgramMotion, Vec<Driven>) {
     let files = Dialect::LinuxCnc.write(program).expect("it can be written");
     let motion = read(Dialect::LinuxCnc, program.format.x_values(), &files).expect("it can be read");
     let driven = linuxcnc.drive(&files[0].text).unwrap_or_else(|error| panic!("{name}: {error}\n{}", files[0].text));
-    let mut pose = Pose::default();
+    let mut pose = ProgramPose::default();
     for (index, (done, driven)) in motion.done.iter().zip(&driven).enumerate() {
         let what = format!("{name}, {index}: {done:?} is {driven:?}");
         match (done.action, driven.action) {
-            (Action::Rapid(to), Action::Rapid(there)) => assert_there(&to, &there, &what),
-            (Action::Feed { pose: to, time_s }, Action::Feed { pose: there, .. }) => {
+            (MotionAction::Rapid(to), MotionAction::Rapid(there)) => assert_there(&to, &there, &what),
+            (MotionAction::Feed { pose: to, time_s }, MotionAction::Feed { pose: there, .. }) => {
                 assert_there(&to, &there, &what);
                 let meant = way_of_rate(&pose, &to) / time_s * 60.0;
                 let min = meant.max(MIN_RATE_MM_MIN);
                 assert!((driven.rate_per_min - min).abs() < RATE_PER_MIN + 1e-12 * min, "{what}: {min}/min");
             }
-            (Action::PathTolerance(Some(a)), Action::PathTolerance(Some(b))) | (Action::Dwell(a), Action::Dwell(b)) => {
+            (MotionAction::PathTolerance(Some(a)), MotionAction::PathTolerance(Some(b)))
+            | (MotionAction::Dwell(a), MotionAction::Dwell(b)) => {
                 assert!((a - b).abs() < PLACE_MM, "{what}");
             }
             (read, there) => assert_eq!(read, there, "{what}"),
         }
-        if let Action::Rapid(to) | Action::Feed { pose: to, .. } = done.action {
+        if let MotionAction::Rapid(to) | MotionAction::Feed { pose: to, .. } = done.action {
             pose = to;
         }
     }
@@ -48,13 +50,13 @@ fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<D
     // At the end of a program it stops spindle and coolant by itself.
     let more = &driven[motion.done.len()..];
     assert!(
-        more.iter().all(|more| matches!(more.action, Action::SpindleOff | Action::Coolant(false))),
+        more.iter().all(|more| matches!(more.action, MotionAction::SpindleOff | MotionAction::Coolant(false))),
         "{name}: LinuxCNC does more: {more:?}"
     );
     (motion, driven)
 }
 
-fn assert_there(read: &Pose, there: &Pose, what: &str) {
+fn assert_there(read: &ProgramPose, there: &ProgramPose, what: &str) {
     for axis in NcAxis::ALL {
         let Some(place) = read.position(axis) else { continue };
         let scale = if axis == NcAxis::C { camwright::math::units::rad_from_deg(1.0) } else { 1.0 };
@@ -64,7 +66,7 @@ fn assert_there(read: &Pose, there: &Pose, what: &str) {
 }
 
 /// The way by which LinuxCNC makes a rate of a time: mm of the linear axes, or where none moves degrees of C.
-fn way_of_rate(from: &Pose, to: &Pose) -> f64 {
+fn way_of_rate(from: &ProgramPose, to: &ProgramPose) -> f64 {
     let way = |axis| match (from.position(axis), to.position(axis)) {
         (Some(from), Some(to)) => to - from,
         // It takes axes that were nowhere for being at 0.
@@ -117,9 +119,9 @@ fn linuxcnc_raises_the_feeds_that_are_found() {
         // Comments do nothing; everything else is done once.
         let steps = program.main.iter().enumerate();
         let steps = steps.filter(|(_, step)| !matches!(step, Step::Block(Block::Comment(_))));
-        let mut pose = Pose::default();
+        let mut pose = ProgramPose::default();
         for (((block, _), done), driven) in steps.zip(&motion.done).zip(&driven) {
-            if let Action::Feed { pose: to, time_s } = done.action {
+            if let MotionAction::Feed { pose: to, time_s } = done.action {
                 let there_s = way_of_rate(&pose, &to) / driven.rate_per_min * 60.0;
                 let raised_feed = found.iter().find(|raised| raised.place.block == block + 1);
                 let wanted = raised_feed.map_or(time_s, |raised| raised.driven_s);
@@ -129,7 +131,7 @@ fn linuxcnc_raises_the_feeds_that_are_found() {
                     "seed {seed}, block {block}: {there_s} s, {wanted} s"
                 );
             }
-            if let Action::Rapid(to) | Action::Feed { pose: to, .. } = done.action {
+            if let MotionAction::Rapid(to) | MotionAction::Feed { pose: to, .. } = done.action {
                 pose = to;
             }
         }
@@ -185,10 +187,10 @@ fn programs_of_jobs_drive_their_paths_on_linuxcnc() {
         let summary = write_program(job, &set, folder.path(), |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
         let text = std::fs::read_to_string(folder.join(&summary.files[0])).expect("a program");
         let driven = linuxcnc.drive(&text).unwrap_or_else(|error| panic!("{what}: {error}"));
-        let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
+        let place = |pose: ProgramPose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
         let ran = driven.iter().filter_map(|driven| match driven.action {
-            Action::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
-            Action::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
+            MotionAction::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
+            MotionAction::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
             _ => None,
         });
         let ran: Vec<ProgramRun> = ran.collect();

@@ -8,8 +8,8 @@ use crate::changed_bag;
 use crate::support;
 
 use camwright_analysis::replan::{archived_jobs, replan};
-use camwright_analysis::rerun::{Verdict, Window, rerun, within};
-use camwright_bag::{Bag, BagWriter, Message, Outcome, Preset, WriterOptions};
+use camwright_analysis::rerun::{ReplayVerdict, Window, rerun, within};
+use camwright_bag::{Bag, BagWriter, Message, Preset, RecordingOutcome, WriterOptions};
 use changed_bag::Original;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -73,7 +73,7 @@ fn folder() -> PathBuf {
 }
 
 /// One line of the table.
-fn line(golden: &Golden, bag: &Bag, verdict: &Verdict) -> String {
+fn line(golden: &Golden, bag: &Bag, verdict: &ReplayVerdict) -> String {
     let (digests, last) = verdict.digests;
     let reason = bag.custom_data().get(REASON).map_or("", String::as_str);
     let (ticks, setpoints, motions) = (verdict.ticks, verdict.setpoints, verdict.motions);
@@ -154,7 +154,7 @@ fn store(whole: &Path, into: &Path, reason: &str) {
             writer.write(id, *log_time_ns, *publish_time_ns, data).expect("room");
         }
     }
-    writer.close(Outcome::Complete, 0).expect("closed");
+    writer.close(RecordingOutcome::Complete, 0).expect("closed");
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn replayed(golden: &Golden) -> String {
 }
 
 /// The run is the same from each of its keyframes on: this program still reads what that one wrote.
-fn from_every_keyframe(path: &Path, whole: &Verdict) {
+fn from_every_keyframe(path: &Path, whole: &ReplayVerdict) {
     let heads = Original::read(path, PathBuf::new()).keyframes();
     assert!(!heads.is_empty() && whole.keyframes == heads.len(), "{} of {} keyframes", whole.keyframes, heads.len());
     for head in heads {

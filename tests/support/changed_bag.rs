@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
-use camwright_bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
+use camwright_bag::{Bag, BagWriter, Message, RecordingOutcome, WriterOptions};
 use camwright_files::convert::keyframes::{PartialKeyframe, pages};
 use camwright_msgs::camwright_msgs::msg::MachineKeyframe;
 use camwright_msgs::cdr::{message_from_sample, sample_from_message};
@@ -55,7 +55,7 @@ impl Original {
                 writer.write(ids[message.topic], message.log_time_ns, message.publish_time_ns, &data).expect("room");
             }
         }
-        writer.close(Outcome::Complete, 0).expect("closed");
+        writer.close(RecordingOutcome::Complete, 0).expect("closed");
         &self.changed
     }
 

@@ -1,7 +1,7 @@
 //! The interpreter of LinuxCNC: what it makes of a program, in its canonical output.
 
 use super::{Folder, in_ci};
-use camwright::gcode::{Action, Direction, NcAxis, Pose};
+use camwright::gcode::{Direction, MotionAction, NcAxis, ProgramPose};
 use camwright::math::units::rad_from_deg;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub struct Driven {
     /// Action; positions are those of the machine, with shifts, and four decimal places. The time of a feed follows from its
     /// rate.
-    pub action: Action,
+    pub action: MotionAction,
     /// Rate of a feed (mm/min, or °/min where no linear axis moves); 0 otherwise.
     pub rate_per_min: f64,
 }
@@ -119,30 +119,30 @@ impl Canonical {
             "SELECT_TOOL" => self.tool = arguments.parse().expect("a tool"),
             "CHANGE_TOOL" => {
                 self.changing = false;
-                self.push(Action::ToolChange(self.tool));
+                self.push(MotionAction::ToolChange(self.tool));
             }
             "SET_SPINDLE_SPEED" => self.speed = numbers(arguments, line)[1],
             "START_SPINDLE_CLOCKWISE" => self.turn(Direction::Clockwise),
             "START_SPINDLE_COUNTERCLOCKWISE" => self.turn(Direction::Counterclockwise),
             // A change of the tool stops the spindle by itself.
             "STOP_SPINDLE_TURNING" if self.changing => {}
-            "STOP_SPINDLE_TURNING" => self.push(Action::SpindleOff),
-            "FLOOD_ON" | "FLOOD_OFF" => self.push(Action::Coolant(name == "FLOOD_ON")),
-            "DWELL" => self.push(Action::Dwell(numbers(arguments, line)[0])),
+            "STOP_SPINDLE_TURNING" => self.push(MotionAction::SpindleOff),
+            "FLOOD_ON" | "FLOOD_OFF" => self.push(MotionAction::Coolant(name == "FLOOD_ON")),
+            "DWELL" => self.push(MotionAction::Dwell(numbers(arguments, line)[0])),
             "SET_MOTION_CONTROL_MODE" => {
                 let within = arguments.strip_prefix("CANON_CONTINUOUS, ").unwrap_or_else(|| panic!("{line}"));
-                self.push(Action::PathTolerance(Some(within.parse().expect("a tolerance"))));
+                self.push(MotionAction::PathTolerance(Some(within.parse().expect("a tolerance"))));
             }
             _ => panic!("not known here: {line}"),
         }
     }
 
-    fn push(&mut self, action: Action) {
+    fn push(&mut self, action: MotionAction) {
         self.driven.push(Driven { action, rate_per_min: 0.0 });
     }
 
     fn turn(&mut self, direction: Direction) {
-        self.push(Action::SpindleOn { direction, rpm: self.speed });
+        self.push(MotionAction::SpindleOn { direction, rpm: self.speed });
     }
 
     /// X, Y, Z, A, B, C of a block, without the shifts that hold.
@@ -153,13 +153,13 @@ impl Canonical {
         let linear = way(&[0, 1, 2]);
         let way = if linear > 0.0 { linear } else { way(&[5]) };
         self.place = place;
-        let mut pose = Pose::default().with(NcAxis::C, rad_from_deg(place[5]));
+        let mut pose = ProgramPose::default().with(NcAxis::C, rad_from_deg(place[5]));
         for (axis, place) in [NcAxis::X, NcAxis::Y, NcAxis::Z].into_iter().zip(place) {
             pose = pose.with(axis, place);
         }
         let rate_per_min = if is_feed { self.rate } else { 0.0 };
-        let feed = Action::Feed { pose, time_s: way / self.rate * 60.0 };
-        self.driven.push(Driven { action: if is_feed { feed } else { Action::Rapid(pose) }, rate_per_min });
+        let feed = MotionAction::Feed { pose, time_s: way / self.rate * 60.0 };
+        self.driven.push(Driven { action: if is_feed { feed } else { MotionAction::Rapid(pose) }, rate_per_min });
     }
 }
 

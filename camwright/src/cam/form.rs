@@ -23,7 +23,7 @@ pub enum FormError {
 
 /// One deviation from the contour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deviation {
+pub struct FormDeviation {
     /// Distance along the contour's normal (mm), positive where material is left.
     pub deviation_mm: f64,
     /// Azimuth of the measured point in the part's frame (rad).
@@ -44,7 +44,7 @@ pub struct Form {
     /// Deviation along the normal at every azimuth (mm), in the order measured.
     pub deviations_mm: Vec<f64>,
     /// The deviation largest in size, with its sign.
-    pub largest: Deviation,
+    pub largest: FormDeviation,
     /// Root mean square over the azimuths (mm).
     pub rms_mm: f64,
 }
@@ -57,7 +57,7 @@ impl Form {
     /// No radii, or one that is not a positive number.
     pub fn measure(radii_mm: &[f64], contour: &Contour, phase_rad: f64) -> Result<Self, FormError> {
         let mut deviations_mm = Vec::with_capacity(radii_mm.len());
-        let mut largest: Option<Deviation> = None;
+        let mut largest: Option<FormDeviation> = None;
         for (i, &radius_mm) in radii_mm.iter().enumerate() {
             let azimuth_rad = i as f64 * TURN_RAD / radii_mm.len() as f64;
             if !radius_mm.is_finite() || radius_mm <= 0.0 {
@@ -66,7 +66,7 @@ impl Form {
             let (deviation_mm, cam_angle) = contour.distance(radius_mm, azimuth_rad - phase_rad);
             deviations_mm.push(deviation_mm);
             if largest.is_none_or(|largest| deviation_mm.abs() > largest.deviation_mm.abs()) {
-                largest = Some(Deviation { deviation_mm, azimuth_rad, cam_angle_rad: wrap_turn(cam_angle) });
+                largest = Some(FormDeviation { deviation_mm, azimuth_rad, cam_angle_rad: wrap_turn(cam_angle) });
             }
         }
         let largest = largest.ok_or(FormError::NoRadii)?;

@@ -50,7 +50,7 @@ pub struct Inspection {
 
 /// Reading of a gauge at one cam angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct LiftReading {
     /// Lift of the gauge's follower (mm, or deg as its [`crate::cam::follower::SwingLift`] says).
     pub lift: f64,
     /// The contour's own cam angle (rad) of the point touched: [`Contour::point`] has it.
@@ -97,10 +97,10 @@ impl Inspection {
     /// Returns the reading of the gauge at a cam angle (rad), exact to rounding; `None` if its arm cannot reach over the
     /// cam there.
     #[must_use]
-    pub fn read(&self, cam_angle_rad: f64) -> Option<Reading> {
+    pub fn read(&self, cam_angle_rad: f64) -> Option<LiftReading> {
         let (sin, cos) = (libm::sin(cam_angle_rad), libm::cos(cam_angle_rad));
         let count = self.pieces.len();
-        let mut highest: Option<Reading> = None;
+        let mut highest: Option<LiftReading> = None;
         let mut i = 0;
         while i < count {
             let before = self.pieces[i].at(cos, sin);
@@ -118,7 +118,7 @@ impl Inspection {
                 if let Some(lift) = self.lift_on(contact_rad, cam_angle_rad)
                     && highest.is_none_or(|reading| lift > reading.lift)
                 {
-                    highest = Some(Reading { lift, contact_rad });
+                    highest = Some(LiftReading { lift, contact_rad });
                 }
             }
             i += 1;

@@ -17,7 +17,7 @@ use core::fmt;
 
 /// Wanted content of the chuck.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Goal {
+pub enum HandshakeGoal {
     /// A raw part, in the place of a machined one if there is one.
     RawPart,
     Empty,
@@ -26,7 +26,7 @@ pub enum Goal {
 /// Request to the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum Request {
+pub enum HandshakeRequest {
     #[default]
     None = 0,
     /// Put a raw part in.
@@ -37,25 +37,25 @@ pub enum Request {
     Exchange = 3,
 }
 
-impl Request {
+impl HandshakeRequest {
     /// Request that brings a chuck from its content to the goal.
     #[must_use]
-    pub const fn for_goal(goal: Goal, part_present: bool, is_machined: bool) -> Self {
+    pub const fn for_goal(goal: HandshakeGoal, part_present: bool, is_machined: bool) -> Self {
         match (goal, part_present) {
-            (Goal::RawPart, false) => Request::Load,
-            (Goal::RawPart, true) if is_machined => Request::Exchange,
-            (Goal::Empty, true) => Request::Unload,
-            (Goal::RawPart, true) | (Goal::Empty, false) => Request::None,
+            (HandshakeGoal::RawPart, false) => HandshakeRequest::Load,
+            (HandshakeGoal::RawPart, true) if is_machined => HandshakeRequest::Exchange,
+            (HandshakeGoal::Empty, true) => HandshakeRequest::Unload,
+            (HandshakeGoal::RawPart, true) | (HandshakeGoal::Empty, false) => HandshakeRequest::None,
         }
     }
 
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Request::None => "nothing",
-            Request::Load => "load",
-            Request::Unload => "unload",
-            Request::Exchange => "exchange",
+            HandshakeRequest::None => "nothing",
+            HandshakeRequest::Load => "load",
+            HandshakeRequest::Unload => "unload",
+            HandshakeRequest::Exchange => "exchange",
         }
     }
 }
@@ -103,7 +103,7 @@ pub struct LoadingInputs {
 
 /// A step of the handshake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum HandshakeStep {
     /// The wheel runs down, the door opens.
     OpenDoor,
     /// The robot may enter.
@@ -114,14 +114,14 @@ pub enum Step {
     CloseDoor,
 }
 
-impl Step {
+impl HandshakeStep {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Step::OpenDoor => "open door",
-            Step::Enter => "enter",
-            Step::Inside => "inside",
-            Step::CloseDoor => "close door",
+            HandshakeStep::OpenDoor => "open door",
+            HandshakeStep::Enter => "enter",
+            HandshakeStep::Inside => "inside",
+            HandshakeStep::CloseDoor => "close door",
         }
     }
 }
@@ -141,7 +141,7 @@ pub enum Wait {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HandshakeFailure {
     /// A step took longer than it may (s).
-    TooLong(Step, f64),
+    TooLong(HandshakeStep, f64),
     /// No part after it was loaded.
     PartMissing,
     /// The part is still there after it was unloaded.
@@ -155,17 +155,17 @@ pub enum HandshakeFailure {
 impl fmt::Display for HandshakeFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            HandshakeFailure::TooLong(Step::OpenDoor, s) => {
+            HandshakeFailure::TooLong(HandshakeStep::OpenDoor, s) => {
                 write!(
                     f,
                     "the machine was not ready to be loaded within {s} s: open the door, stop the wheel and move x_axis to its safe position; after an alarm in a cut close the door and jog it there"
                 )
             }
-            HandshakeFailure::TooLong(Step::Enter, s) => write!(f, "the loader did not enter within {s} s"),
-            HandshakeFailure::TooLong(Step::Inside, s) => {
+            HandshakeFailure::TooLong(HandshakeStep::Enter, s) => write!(f, "the loader did not enter within {s} s"),
+            HandshakeFailure::TooLong(HandshakeStep::Inside, s) => {
                 write!(f, "the loader did not leave the work area within {s} s")
             }
-            HandshakeFailure::TooLong(Step::CloseDoor, s) => write!(f, "the door did not close within {s} s"),
+            HandshakeFailure::TooLong(HandshakeStep::CloseDoor, s) => write!(f, "the door did not close within {s} s"),
             HandshakeFailure::PartMissing => f.write_str("the part is missing after it was loaded"),
             HandshakeFailure::PartStillThere => f.write_str("the part is still in the chuck after it was unloaded"),
             HandshakeFailure::NotExchanged => f.write_str("the machined part is still in the chuck after the exchange"),
@@ -183,7 +183,7 @@ pub enum LoadingCommand {
 
 /// Progress of the handshake.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Progress {
+pub enum HandshakeProgress {
     /// Going on; what is to be done for it.
     Going(Option<LoadingCommand>),
     /// Waiting for the robot, for as long as it takes.
@@ -199,9 +199,9 @@ pub enum Progress {
 /// One exchange of parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Handshake {
-    request: Request,
+    request: HandshakeRequest,
     timeouts: Timeouts,
-    step: Step,
+    step: HandshakeStep,
     since_s: f64,
     /// The chuck was seen empty since the robot entered.
     was_empty: bool,
@@ -210,29 +210,29 @@ pub struct Handshake {
 
 impl Handshake {
     #[must_use]
-    pub fn begin(request: Request, timeouts: Timeouts, now_s: f64) -> Self {
-        Self { request, timeouts, step: Step::OpenDoor, since_s: now_s, was_empty: false, waits: false }
+    pub fn begin(request: HandshakeRequest, timeouts: Timeouts, now_s: f64) -> Self {
+        Self { request, timeouts, step: HandshakeStep::OpenDoor, since_s: now_s, was_empty: false, waits: false }
     }
 
     /// Request to the robot.
     #[must_use]
-    pub fn request(&self) -> Request {
+    pub fn request(&self) -> HandshakeRequest {
         match self.step {
-            Step::CloseDoor => Request::None,
-            Step::OpenDoor | Step::Enter | Step::Inside => self.request,
+            HandshakeStep::CloseDoor => HandshakeRequest::None,
+            HandshakeStep::OpenDoor | HandshakeStep::Enter | HandshakeStep::Inside => self.request,
         }
     }
 
     /// The step it is in.
     #[must_use]
-    pub fn step(&self) -> Step {
+    pub fn step(&self) -> HandshakeStep {
         self.step
     }
 
     /// Returns whether the robot may enter.
     #[must_use]
     pub fn clear_to_enter(&self) -> bool {
-        matches!(self.step, Step::Enter | Step::Inside)
+        matches!(self.step, HandshakeStep::Enter | HandshakeStep::Inside)
     }
 
     /// Remaining time of this step (s); `None`: unlimited.
@@ -243,43 +243,47 @@ impl Handshake {
 
     fn longest_s(&self) -> f64 {
         match self.step {
-            Step::OpenDoor | Step::CloseDoor => self.timeouts.machine_s,
-            Step::Enter => self.timeouts.enter_s,
-            Step::Inside => self.timeouts.inside_s,
+            HandshakeStep::OpenDoor | HandshakeStep::CloseDoor => self.timeouts.machine_s,
+            HandshakeStep::Enter => self.timeouts.enter_s,
+            HandshakeStep::Inside => self.timeouts.inside_s,
         }
     }
 
-    fn enter(&mut self, step: Step, now_s: f64) -> Progress {
+    fn enter(&mut self, step: HandshakeStep, now_s: f64) -> HandshakeProgress {
         (self.step, self.since_s, self.waits) = (step, now_s, false);
-        Progress::Going(None)
+        HandshakeProgress::Going(None)
     }
 
     /// Looks at what machine and robot show now.
-    pub fn advance(&mut self, seen: &LoadingInputs) -> Progress {
+    pub fn advance(&mut self, seen: &LoadingInputs) -> HandshakeProgress {
         let inside = seen.entered || seen.loader.is_some_and(|loader| loader.inside);
         if inside && !self.clear_to_enter() {
-            return Progress::Uncleared;
+            return HandshakeProgress::Uncleared;
         }
         let progress = match self.step {
-            Step::OpenDoor => self.open_door(seen),
+            HandshakeStep::OpenDoor => self.open_door(seen),
             // Both say so, so that both let it work the chuck.
-            Step::Enter if seen.entered && seen.loader.is_some_and(|loader| loader.inside) => {
+            HandshakeStep::Enter if seen.entered && seen.loader.is_some_and(|loader| loader.inside) => {
                 self.was_empty = !seen.part_present;
-                self.enter(Step::Inside, seen.now_s)
+                self.enter(HandshakeStep::Inside, seen.now_s)
             }
-            Step::Enter => Self::waiting(seen).map_or(Progress::Going(None), Progress::Waiting),
-            Step::Inside => self.inside(seen, inside),
-            Step::CloseDoor => match seen.door {
-                ActuatorPosition::Closed => Progress::Done,
-                ActuatorPosition::Closing => Progress::Going(None),
-                ActuatorPosition::Open | ActuatorPosition::Opening => Progress::Going(Some(LoadingCommand::CloseDoor)),
+            HandshakeStep::Enter => {
+                Self::waiting(seen).map_or(HandshakeProgress::Going(None), HandshakeProgress::Waiting)
+            }
+            HandshakeStep::Inside => self.inside(seen, inside),
+            HandshakeStep::CloseDoor => match seen.door {
+                ActuatorPosition::Closed => HandshakeProgress::Done,
+                ActuatorPosition::Closing => HandshakeProgress::Going(None),
+                ActuatorPosition::Open | ActuatorPosition::Opening => {
+                    HandshakeProgress::Going(Some(LoadingCommand::CloseDoor))
+                }
             },
         };
         self.in_time(progress, seen.now_s)
     }
 
-    fn in_time(&mut self, progress: Progress, now_s: f64) -> Progress {
-        let waits = matches!(progress, Progress::Waiting(_));
+    fn in_time(&mut self, progress: HandshakeProgress, now_s: f64) -> HandshakeProgress {
+        let waits = matches!(progress, HandshakeProgress::Waiting(_));
         if waits || self.waits {
             // Who has come back has its time from then on.
             self.since_s = now_s;
@@ -287,18 +291,20 @@ impl Handshake {
         self.waits = waits;
         let longest_s = self.longest_s();
         match progress {
-            Progress::Going(_) if now_s - self.since_s > longest_s => {
-                Progress::Failed(HandshakeFailure::TooLong(self.step, longest_s))
+            HandshakeProgress::Going(_) if now_s - self.since_s > longest_s => {
+                HandshakeProgress::Failed(HandshakeFailure::TooLong(self.step, longest_s))
             }
             other => other,
         }
     }
 
-    fn open_door(&mut self, seen: &LoadingInputs) -> Progress {
+    fn open_door(&mut self, seen: &LoadingInputs) -> HandshakeProgress {
         match seen.door {
-            ActuatorPosition::Open if seen.is_safe => self.enter(Step::Enter, seen.now_s),
-            ActuatorPosition::Open | ActuatorPosition::Opening => Progress::Going(None),
-            ActuatorPosition::Closed | ActuatorPosition::Closing => Progress::Going(Some(LoadingCommand::OpenDoor)),
+            ActuatorPosition::Open if seen.is_safe => self.enter(HandshakeStep::Enter, seen.now_s),
+            ActuatorPosition::Open | ActuatorPosition::Opening => HandshakeProgress::Going(None),
+            ActuatorPosition::Closed | ActuatorPosition::Closing => {
+                HandshakeProgress::Going(Some(LoadingCommand::OpenDoor))
+            }
         }
     }
 
@@ -312,27 +318,27 @@ impl Handshake {
         }
     }
 
-    fn inside(&mut self, seen: &LoadingInputs, inside: bool) -> Progress {
+    fn inside(&mut self, seen: &LoadingInputs, inside: bool) -> HandshakeProgress {
         self.was_empty |= !seen.part_present;
         if let Some(wait) = Self::waiting(seen).filter(|wait| *wait != Wait::Unavailable) {
-            return Progress::Waiting(wait);
+            return HandshakeProgress::Waiting(wait);
         }
         if inside || seen.loader.is_some_and(|loader| loader.busy) {
-            return Progress::Going(None);
+            return HandshakeProgress::Going(None);
         }
         match self.fault_of_result(seen) {
-            Some(failure) => Progress::Failed(failure),
-            None => self.enter(Step::CloseDoor, seen.now_s),
+            Some(failure) => HandshakeProgress::Failed(failure),
+            None => self.enter(HandshakeStep::CloseDoor, seen.now_s),
         }
     }
 
     /// Fault of the chuck after the robot has left.
     fn fault_of_result(&self, seen: &LoadingInputs) -> Option<HandshakeFailure> {
         match (self.request, seen.part_present) {
-            (Request::Load | Request::Exchange, false) => Some(HandshakeFailure::PartMissing),
-            (Request::Unload, true) => Some(HandshakeFailure::PartStillThere),
-            (Request::Exchange, true) if !self.was_empty => Some(HandshakeFailure::NotExchanged),
-            (Request::Load | Request::Exchange, true) if seen.chuck != ActuatorPosition::Closed => {
+            (HandshakeRequest::Load | HandshakeRequest::Exchange, false) => Some(HandshakeFailure::PartMissing),
+            (HandshakeRequest::Unload, true) => Some(HandshakeFailure::PartStillThere),
+            (HandshakeRequest::Exchange, true) if !self.was_empty => Some(HandshakeFailure::NotExchanged),
+            (HandshakeRequest::Load | HandshakeRequest::Exchange, true) if seen.chuck != ActuatorPosition::Closed => {
                 Some(HandshakeFailure::ChuckNotClosed)
             }
             _ => None,
@@ -345,7 +351,7 @@ impl Handshake {
         let inside = seen.loader.is_some_and(|loader| loader.inside) && seen.entered;
         match handshake {
             None => Some("loading is not requested"),
-            Some(handshake) if handshake.step != Step::Inside => Some("the loader is not cleared and inside"),
+            Some(handshake) if handshake.step != HandshakeStep::Inside => Some("the loader is not cleared and inside"),
             Some(_) if !inside => Some("the loader is not in the work area"),
             Some(_) => None,
         }

@@ -72,7 +72,7 @@ pub enum Command {
 
 /// Why a command or a mode was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum Refused {
+pub enum CommandRefused {
     /// The command does not lead anywhere from this state.
     #[error("{command} is not taken in state {state}; {}", AcceptedCommands(*.state))]
     State { command: Command, state: State },
@@ -332,7 +332,7 @@ impl Unit {
     ///
     /// # Errors
     /// It leads nowhere from here, or not in this mode; nothing has changed then.
-    pub fn command(&mut self, command: Command, now_s: f64) -> Result<State, Refused> {
+    pub fn command(&mut self, command: Command, now_s: f64) -> Result<State, CommandRefused> {
         self.would(command)?;
         if let Some(state) = self.state.commanded(command) {
             self.enter(state, now_s);
@@ -344,12 +344,12 @@ impl Unit {
     ///
     /// # Errors
     /// As [`Unit::command`].
-    pub fn would(&self, command: Command) -> Result<(), Refused> {
+    pub fn would(&self, command: Command) -> Result<(), CommandRefused> {
         if self.state.commanded(command).is_none() {
-            return Err(Refused::State { command, state: self.state });
+            return Err(CommandRefused::State { command, state: self.state });
         }
         match command == Command::Start && !self.mode.produces() {
-            true => Err(Refused::Mode { mode: self.mode }),
+            true => Err(CommandRefused::Mode { mode: self.mode }),
             false => Ok(()),
         }
     }
@@ -369,9 +369,9 @@ impl Unit {
     ///
     /// # Errors
     /// The cell is not at rest; the mode stays.
-    pub fn select(&mut self, mode: Mode) -> Result<(), Refused> {
+    pub fn select(&mut self, mode: Mode) -> Result<(), CommandRefused> {
         if !self.state.is_idle() {
-            return Err(Refused::ModeInState { mode: self.mode, state: self.state });
+            return Err(CommandRefused::ModeInState { mode: self.mode, state: self.state });
         }
         self.mode = mode;
         Ok(())

@@ -21,7 +21,7 @@
 //! Paths of a plan are periodic, so the correction has two parts: a periodic path over C, and a ramp over the angle since C0, from that
 //! difference to 0, which is added as an infeed.
 
-use super::Mode;
+use super::GaugingMode;
 use super::runout::RadiusByPhase;
 use super::runout::{PhasesError, phase_rad};
 use super::state::{PartState, StateError};
@@ -167,7 +167,7 @@ impl Steepness {
 /// One turn of `x_axis` over C.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
-    mode: Mode,
+    mode: GaugingMode,
     start_rad: f64,
     path: PeriodicSpline,
     ramp: HermiteSpline,
@@ -213,7 +213,7 @@ impl Correction {
             wheel_mm(start_rad + since_rad) - ramp.sample(since_rad).value
         });
         let path = PeriodicSpline::interpolate(&path.collect::<Vec<f64>>())?;
-        let mut correction = Self { mode: Mode::Exact, start_rad, path, ramp, leaves_mm, forecast: None };
+        let mut correction = Self { mode: GaugingMode::Exact, start_rad, path, ramp, leaves_mm, forecast: None };
         let forecast = correction.ground(state);
         let allowed_mm = (LEFT_SHARE * forecast.before_mm).max(LEFT_MM).max(state.scatter_mm().unwrap_or(0.0));
         if forecast.left_mm > allowed_mm {
@@ -241,12 +241,19 @@ impl Correction {
         let path: Vec<f64> = runout.runout_mm().iter().map(|ir_mm| wheel_mm - factor * ir_mm).collect();
         let start_rad = from_rad + wrap_turn(runout.phase_rad(runout.minimum_index()) - from_rad);
         let path = PeriodicSpline::interpolate(&path)?;
-        Ok(Self { mode: Mode::Published, start_rad, path, ramp: ramp(0.0)?, leaves_mm: wheel_mm, forecast: None })
+        Ok(Self {
+            mode: GaugingMode::Published,
+            start_rad,
+            path,
+            ramp: ramp(0.0)?,
+            leaves_mm: wheel_mm,
+            forecast: None,
+        })
     }
 
     /// Which law made it.
     #[must_use]
-    pub const fn mode(&self) -> Mode {
+    pub const fn mode(&self) -> GaugingMode {
         self.mode
     }
 

@@ -9,7 +9,7 @@
 use super::record::GaugeRecord;
 use super::runout::{FEWEST_PHASES, phase_rad};
 use super::state::MAX_PHASES;
-use super::stiffness::Measured;
+use super::stiffness::MeasuredValue;
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -61,9 +61,9 @@ pub enum DecayError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decay {
     /// λ, left per turn.
-    pub per_turn: Measured,
+    pub per_turn: MeasuredValue,
     /// km/kg = 1/λ − 1.
-    pub ratio: Measured,
+    pub ratio: MeasuredValue,
     /// Turns that were looked at.
     pub turns: usize,
     /// Standard deviation of a depth about the decay (mm).
@@ -118,8 +118,8 @@ impl Decay {
         }
         let uncertainty = scatter / libm::sqrt(first * (dd - wd * wd / ww));
         Ok(Self {
-            per_turn: Measured { value: decay, uncertainty },
-            ratio: Measured { value: 1.0 / decay - 1.0, uncertainty: uncertainty / (decay * decay) },
+            per_turn: MeasuredValue { value: decay, uncertainty },
+            ratio: MeasuredValue { value: 1.0 / decay - 1.0, uncertainty: uncertainty / (decay * decay) },
             turns,
             scatter_mm: scatter,
         })
@@ -129,18 +129,18 @@ impl Decay {
 /// km/kg by force and by decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    pub by_force: Measured,
-    pub by_decay: Measured,
+    pub by_force: MeasuredValue,
+    pub by_decay: MeasuredValue,
     /// Value by decay minus value by force, and the uncertainty of the difference.
-    pub difference: Measured,
+    pub difference: MeasuredValue,
 }
 
 impl Comparison {
     /// Compares the two measurements.
     #[must_use]
-    pub fn from_measurements(by_force: Measured, by_decay: Measured) -> Self {
+    pub fn from_measurements(by_force: MeasuredValue, by_decay: MeasuredValue) -> Self {
         let uncertainty = libm::hypot(by_force.uncertainty, by_decay.uncertainty);
-        Self { by_force, by_decay, difference: Measured { value: by_decay.value - by_force.value, uncertainty } }
+        Self { by_force, by_decay, difference: MeasuredValue { value: by_decay.value - by_force.value, uncertainty } }
     }
 
     /// Returns whether they differ by no more than this number of standard uncertainties; 2 is usual.

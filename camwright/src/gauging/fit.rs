@@ -12,7 +12,7 @@
 
 use super::gauge::Gauge;
 use super::harmonics::Series;
-use super::record::{GaugeRecord, Reading};
+use super::record::{GaugeRecord, RunoutReading};
 use super::reference_motion::{ROUNDING_RAD, ReferenceMotion};
 use super::runout::phase_rad;
 use super::state_error::StateError;
@@ -179,7 +179,7 @@ impl Normal {
         known: &ReferenceMotion<'_>,
         gauge: &Gauge,
         contacts: [Option<f64>; 2],
-        reading: Reading,
+        reading: RunoutReading,
         zero_mm: f64,
     ) {
         self.row.fill(0.0);

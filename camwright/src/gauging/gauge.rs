@@ -110,7 +110,7 @@ impl core::fmt::Display for GaugeSide {
 
 /// Measured quantity of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+enum GaugeQuantity {
     Diameter,
     Radius { work_share: f64 },
     TwoDiameters { apart_rad: f64, zero_difference_mm: f64 },
@@ -120,7 +120,7 @@ enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauge {
     angle_rad: f64,
-    kind: Kind,
+    kind: GaugeQuantity,
 }
 
 impl Gauge {
@@ -131,7 +131,7 @@ impl Gauge {
     /// An angle outside 0..2π, or within [`NEAREST_DEG`] of 0, 180 or 360°.
     pub fn diameter(angle_rad: f64) -> Result<Self, GaugeError> {
         clear_of_the_wheel(angle_rad, PI)?;
-        Ok(Self { angle_rad, kind: Kind::Diameter })
+        Ok(Self { angle_rad, kind: GaugeQuantity::Diameter })
     }
 
     /// One contact that reads a radius from the machine's axis, at `angle_rad` after the wheel. Where the part gives way by T, it reads
@@ -145,7 +145,7 @@ impl Gauge {
         if !(0.0..=1.0).contains(&work_share) {
             return Err(GaugeError::WorkShare { work_share });
         }
-        Ok(Self { angle_rad, kind: Kind::Radius { work_share } })
+        Ok(Self { angle_rad, kind: GaugeQuantity::Radius { work_share } })
     }
 
     /// Two gauges of opposed contacts, the second `apart_rad` after the first in the direction of rotation, with the wheel or its opposite
@@ -162,7 +162,7 @@ impl Gauge {
         if !zero_difference_mm.is_finite() {
             return Err(GaugeError::ZeroDifference { difference_mm: zero_difference_mm });
         }
-        let gauge = Self { angle_rad, kind: Kind::TwoDiameters { apart_rad, zero_difference_mm } };
+        let gauge = Self { angle_rad, kind: GaugeQuantity::TwoDiameters { apart_rad, zero_difference_mm } };
         if gauge.known_after_rad() < rad_from_deg(NEAREST_DEG) {
             return Err(GaugeError::NoCutBetween {
                 angle_deg: deg_from_rad(angle_rad),
@@ -184,16 +184,16 @@ impl Gauge {
     #[must_use]
     pub fn touches_rad(&self, c_rad: f64) -> (f64, Option<f64>) {
         let first = c_rad - self.angle_rad;
-        (first, (!matches!(self.kind, Kind::Radius { .. })).then_some(first - PI))
+        (first, (!matches!(self.kind, GaugeQuantity::Radius { .. })).then_some(first - PI))
     }
 
     /// δ: the angle from a reading to the cut that it is the reading before (rad).
     #[must_use]
     pub fn cut_after_rad(&self) -> f64 {
         match self.kind {
-            Kind::Radius { .. } => TURN_RAD - self.angle_rad,
-            Kind::Diameter | Kind::TwoDiameters { .. } if self.angle_rad < PI => PI - self.angle_rad,
-            Kind::Diameter | Kind::TwoDiameters { .. } => TURN_RAD - self.angle_rad,
+            GaugeQuantity::Radius { .. } => TURN_RAD - self.angle_rad,
+            GaugeQuantity::Diameter | GaugeQuantity::TwoDiameters { .. } if self.angle_rad < PI => PI - self.angle_rad,
+            GaugeQuantity::Diameter | GaugeQuantity::TwoDiameters { .. } => TURN_RAD - self.angle_rad,
         }
     }
 
@@ -201,9 +201,9 @@ impl Gauge {
     #[must_use]
     pub const fn span_rad(&self) -> f64 {
         match self.kind {
-            Kind::Diameter => PI,
-            Kind::Radius { .. } => TURN_RAD,
-            Kind::TwoDiameters { apart_rad, .. } => apart_rad,
+            GaugeQuantity::Diameter => PI,
+            GaugeQuantity::Radius { .. } => TURN_RAD,
+            GaugeQuantity::TwoDiameters { apart_rad, .. } => apart_rad,
         }
     }
 
@@ -229,7 +229,7 @@ impl Gauge {
     /// Returns whether it consists of two gauges with separate records.
     #[must_use]
     pub const fn is_two(&self) -> bool {
-        matches!(self.kind, Kind::TwoDiameters { .. })
+        matches!(self.kind, GaugeQuantity::TwoDiameters { .. })
     }
 
     /// The published method can take the difference of its readings for a depth of cut: it is one gauge, and a part that gives way changes
@@ -242,30 +242,30 @@ impl Gauge {
     /// Angles after the wheel of the contacts of one gauge, within a turn (rad).
     pub(super) fn contacts_rad(&self, which: GaugeSide) -> [Option<f64>; 2] {
         let near = match (self.kind, which) {
-            (Kind::TwoDiameters { apart_rad, .. }, GaugeSide::Second) => wrap_turn(self.angle_rad + apart_rad),
+            (GaugeQuantity::TwoDiameters { apart_rad, .. }, GaugeSide::Second) => wrap_turn(self.angle_rad + apart_rad),
             _ => self.angle_rad,
         };
-        let opposite = !matches!(self.kind, Kind::Radius { .. });
+        let opposite = !matches!(self.kind, GaugeQuantity::Radius { .. });
         [Some(near), opposite.then(|| wrap_turn(near + PI))]
     }
 
     /// Difference of the second gauge's reading from the first's on one master (mm).
     pub(super) const fn zero_difference_mm(&self) -> f64 {
         match self.kind {
-            Kind::TwoDiameters { zero_difference_mm, .. } => zero_difference_mm,
-            Kind::Diameter | Kind::Radius { .. } => 0.0,
+            GaugeQuantity::TwoDiameters { zero_difference_mm, .. } => zero_difference_mm,
+            GaugeQuantity::Diameter | GaugeQuantity::Radius { .. } => 0.0,
         }
     }
 
     /// Reduction of the reading against the radius per deflection T: s·cos γ.
     pub(super) fn feels_deflection(&self) -> f64 {
         match self.kind {
-            Kind::Radius { work_share } => {
+            GaugeQuantity::Radius { work_share } => {
                 let share = work_share * libm::cos(self.angle_rad);
                 // Of a right angle nothing is felt, but its cosine has some rounding left.
                 if share.abs() < 1e-12 { 0.0 } else { share }
             }
-            Kind::Diameter | Kind::TwoDiameters { .. } => 0.0,
+            GaugeQuantity::Diameter | GaugeQuantity::TwoDiameters { .. } => 0.0,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::gauge::Gauge;
 use super::gauged_tick::GaugedTick;
-use super::record::{GaugeRecord, Reading, RecordError};
+use super::record::{GaugeRecord, RecordError, RunoutReading};
 use alloc::vec::Vec;
 
 /// Gauge that measures a machine's journals.
@@ -21,8 +21,8 @@ pub struct GaugeSetup {
 /// Readings of the first gauge and, where there are two, of the second.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Readings {
-    pub(super) first: Vec<Reading>,
-    second: Vec<Reading>,
+    pub(super) first: Vec<RunoutReading>,
+    second: Vec<RunoutReading>,
 }
 
 impl Readings {
@@ -36,8 +36,9 @@ impl Readings {
 
     /// Those up to an angle (rad).
     pub(super) fn until(&self, until_rad: f64) -> Self {
-        let until =
-            |readings: &[Reading]| readings.iter().copied().filter(|reading| reading.c_rad <= until_rad).collect();
+        let until = |readings: &[RunoutReading]| {
+            readings.iter().copied().filter(|reading| reading.c_rad <= until_rad).collect()
+        };
         Self { first: until(&self.first), second: until(&self.second) }
     }
 }
@@ -58,9 +59,9 @@ impl GaugeSetup {
             }
             let (own_mm, other_mm) = (now.value_mm, now.second_mm.unwrap_or(f64::NAN));
             let (first_mm, second_mm) = if self.exchanged { (other_mm, own_mm) } else { (own_mm, other_mm) };
-            readings.first.push(Reading { c_rad, value_mm: first_mm, tick: now.tick });
+            readings.first.push(RunoutReading { c_rad, value_mm: first_mm, tick: now.tick });
             if two {
-                readings.second.push(Reading { c_rad, value_mm: second_mm, tick: now.tick });
+                readings.second.push(RunoutReading { c_rad, value_mm: second_mm, tick: now.tick });
             }
         }
         readings

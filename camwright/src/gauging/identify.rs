@@ -8,8 +8,8 @@ use super::gauge_setup::GaugeSetup;
 use super::gauged_tick::{GaugedTick, turning_on};
 use super::record::RecordError;
 use super::stiffness::{
-    FeedForce, ForcePoint, ForceReading, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed,
-    machine_stiffness, mean_of_turn, ratio,
+    FeedForce, ForcePoint, ForceReading, GrindingStiffness, MeasuredValue, StiffnessError,
+    grinding_stiffness_of_one_feed, machine_stiffness, mean_of_turn, ratio,
 };
 use crate::machine::contact_law::ContactLaw;
 use crate::math::range::minimum_and_maximum;
@@ -89,7 +89,7 @@ pub enum IdentifyError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Identified {
     /// km (N/mm).
-    pub machine_n_mm: Measured,
+    pub machine_n_mm: MeasuredValue,
     /// kg and F0.
     pub grinding: GrindingStiffness,
     /// kg as published, from the last feed alone, with its bias.
@@ -106,7 +106,7 @@ pub struct Identified {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Uncertainty {
     /// km/kg.
-    pub ratio: Measured,
+    pub ratio: MeasuredValue,
     /// Uncertainty of km (N/mm).
     pub machine_n_mm: f64,
     /// Uncertainty of kg (N/mm): those of km and km/kg as independent.
@@ -153,19 +153,19 @@ impl Identified {
 
 /// Both ways to km/kg together, each as it deserves: the decay knows no friction, the force no creeping axis.
 fn best_law(
-    machine_n_mm: Measured,
+    machine_n_mm: MeasuredValue,
     comparison: &Comparison,
     points: &[ForcePoint],
     friction_n: f64,
 ) -> Result<(ContactLaw, Uncertainty), StiffnessError> {
-    let weight = |measured: Measured| 1.0 / (measured.uncertainty * measured.uncertainty).max(f64::MIN_POSITIVE);
+    let weight = |measured: MeasuredValue| 1.0 / (measured.uncertainty * measured.uncertainty).max(f64::MIN_POSITIVE);
     let (by_force, by_decay) = (weight(comparison.by_force), weight(comparison.by_decay));
     let ratio = (by_force * comparison.by_force.value + by_decay * comparison.by_decay.value) / (by_force + by_decay);
     let grinding_n_mm = machine_n_mm.value / ratio;
     let count = points.len() as f64;
     let threshold_n = points.iter().map(|point| point.force_n - grinding_n_mm * point.way_mm).sum::<f64>() / count;
     let law = ContactLaw::new(machine_n_mm.value, grinding_n_mm, threshold_n.max(0.0))?;
-    let ratio = Measured { value: ratio, uncertainty: 1.0 / libm::sqrt(by_force + by_decay) };
+    let ratio = MeasuredValue { value: ratio, uncertainty: 1.0 / libm::sqrt(by_force + by_decay) };
     let shares = libm::hypot(ratio.uncertainty / ratio.value, machine_n_mm.uncertainty / machine_n_mm.value);
     let mean_mm = points.iter().map(|point| point.way_mm).sum::<f64>() / count;
     let known_to = Uncertainty {
@@ -188,8 +188,10 @@ fn with_friction(found: GrindingStiffness, friction_n: f64, points: &[ForcePoint
     let (least_mm, most_mm) = minimum_and_maximum(points.iter().map(|point| point.way_mm));
     let range_mm = most_mm - least_mm;
     let friction_n = creeping_n(friction_n);
-    let more =
-        |measured: Measured, by: f64| Measured { uncertainty: libm::hypot(measured.uncertainty, by), ..measured };
+    let more = |measured: MeasuredValue, by: f64| MeasuredValue {
+        uncertainty: libm::hypot(measured.uncertainty, by),
+        ..measured
+    };
     GrindingStiffness {
         grinding_n_mm: more(found.grinding_n_mm, friction_n / range_mm),
         threshold_n: more(found.threshold_n, friction_n),

@@ -15,7 +15,7 @@
 //! Size is the gauge's, not that of `x_axis`: where both disagree on the mean radius, the wheel stands elsewhere than its axis says, by
 //! its wear or by the growth of a machine that has warmed up, and the turn is moved by as much.
 
-use super::Mode;
+use super::GaugingMode;
 use super::correction::{
     Correction, CorrectionError, CorrectionStart, CorrectionTarget, Forecast, LEFT_MM, LEFT_SHARE,
 };
@@ -25,7 +25,7 @@ use super::gauge_setup::{GaugeSetup, Readings};
 use super::gauged_tick::{GaugedTick, turning_on};
 use super::identify::IdentifyError;
 use super::published::{PublishedError, PublishedRunout};
-use super::record::{Reading, RecordError};
+use super::record::{RecordError, RunoutReading};
 use super::smallest_radius::{self, PLACES, SmallestRadius, place_rad};
 use super::spark_out::{self, SparkOutError};
 use super::state::{MeasureSettings, PartState, StateError};
@@ -81,7 +81,7 @@ pub struct JournalRequest<'a> {
     /// Contact law at the journal.
     pub law: ContactLaw,
     /// Law of the correction.
-    pub mode: Mode,
+    pub mode: GaugingMode,
     pub harmonics: u32,
     /// Radius that the journal is to have (mm).
     pub radius_mm: f64,
@@ -147,7 +147,7 @@ pub enum JournalError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct JournalCorrection {
     /// Which law made it.
-    pub mode: Mode,
+    pub mode: GaugingMode,
     /// `x_axis` (mm) over the angle since C began to turn (rad), over whole turns.
     pub way: HermiteSpline,
     pub turns: u32,
@@ -202,7 +202,7 @@ impl JournalCorrection {
 
     /// Expected correction before anything is measured: a turn around the journal's radius (mm), for a prediction of time and clearance.
     #[must_use]
-    pub fn expected(mode: Mode, radius_mm: f64, law: ContactLaw) -> Self {
+    pub fn expected(mode: GaugingMode, radius_mm: f64, law: ContactLaw) -> Self {
         const TURNS: u32 = 3;
         let still = |at: f64| Knot { at, value: radius_mm + CLEAR_MM, first: 0.0, second: 0.0 };
         let way = HermiteSpline::new(Vec::from([still(0.0), still(f64::from(TURNS) * TURN_RAD)]));
@@ -244,7 +244,7 @@ impl JournalCorrection {
         let clear_mm = clear_mm(&state)?;
         let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
         let (decided, begins) = match request.mode {
-            Mode::Exact => {
+            GaugingMode::Exact => {
                 let target = CorrectionTarget::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
                 let start = CorrectionStart::AtLeastRadius { from_rad: earliest_rad };
                 let first = Correction::exact(&state, start, target)?;
@@ -264,7 +264,7 @@ impl JournalCorrection {
                 };
                 (decided, begins)
             }
-            Mode::Published => {
+            GaugingMode::Published => {
                 if !gauge.fits_published() {
                     return Err(JournalError::NoDiameter);
                 }
@@ -313,7 +313,7 @@ fn records(request: &JournalRequest<'_>) -> (Readings, Vec<WheelPosition>) {
 
 /// Size of the part minus the size by the wheel's positions and the contact law, as the mean of the last turn of readings of the first
 /// gauge; `None` for a gauge that senses the part's deflection.
-fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) -> Option<f64> {
+fn size_offset_mm(gauge: &Gauge, readings: &[RunoutReading], state: &PartState<'_>) -> Option<f64> {
     if gauge.feels_deflection() != 0.0 {
         return None;
     }
@@ -395,8 +395,8 @@ fn whole_path(
 impl core::fmt::Display for JournalCorrection {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let mode = match self.mode {
-            Mode::Exact => "exact",
-            Mode::Published => "published",
+            GaugingMode::Exact => "exact",
+            GaugingMode::Published => "published",
         };
         write!(f, "{mode} correction of {:.2} um", um_from_mm(self.before_mm))?;
         if let Some(forecast) = &self.forecast {

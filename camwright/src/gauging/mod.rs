@@ -10,9 +10,9 @@
 //! ```
 //! The method is JTEKT's (method of measuring the actual depth of cut, machining method and machine tool): the depth of cut U at a phase is
 //! the difference of two diameters. The wheel's force bends the part by (kg/km) U + F0/km, so U determines the radius itself. Two forms exist.
-//! [`Mode::Published`] follows the text literally. It corrects by ΔV = IR (1 + kg/km), which leaves −km/(kg + km) of the runout with its sign
+//! [`GaugingMode::Published`] follows the text literally. It corrects by ΔV = IR (1 + kg/km), which leaves −km/(kg + km) of the runout with its sign
 //! reversed, because it overestimates the change of the cut: if the radius before the wheel is larger by IR, the motion already contains IR,
-//! and IR·kg/km must be added. [`Mode::Exact`] follows every phase through the contact law with the logged wheel position, and leaves only the
+//! and IR·kg/km must be added. [`GaugingMode::Exact`] follows every phase through the contact law with the logged wheel position, and leaves only the
 //! errors of the gauge.
 //!
 //! ```
@@ -71,7 +71,7 @@ pub mod wheel_log;
 
 /// Method of measuring and correcting a runout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Mode {
+pub enum GaugingMode {
     /// Radii by phase, propagated with the logged wheel position; the exact one-turn law.
     #[default]
     Exact,

@@ -21,7 +21,7 @@ const ROUNDING_RAD: f64 = 1e-9;
 
 /// A reading of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct RunoutReading {
     /// Angle of the headstock, growing from turn to turn (rad): the machine's counts times its rad per count. That at which the part stood
     /// when there was what is read now: a gauge of time constant τ lags by τ times the work speed.
     pub c_rad: f64,
@@ -99,8 +99,8 @@ pub struct DepthOfCut {
 #[derive(Debug, Clone, Copy)]
 pub struct GaugeRecord<'a> {
     gauge: Gauge,
-    before: &'a [Reading],
-    after: &'a [Reading],
+    before: &'a [RunoutReading],
+    after: &'a [RunoutReading],
 }
 
 impl<'a> GaugeRecord<'a> {
@@ -108,7 +108,7 @@ impl<'a> GaugeRecord<'a> {
     ///
     /// # Errors
     /// Two gauges; too few readings, numbers that are none, a part that stood or turned back, gaps, less than a span of the gauge.
-    pub fn from_one(gauge: Gauge, readings: &'a [Reading]) -> Result<Self, RecordError> {
+    pub fn from_one(gauge: Gauge, readings: &'a [RunoutReading]) -> Result<Self, RecordError> {
         if gauge.is_two() {
             return Err(RecordError::Gauges { given: 1, needed: 2 });
         }
@@ -120,7 +120,11 @@ impl<'a> GaugeRecord<'a> {
     ///
     /// # Errors
     /// One gauge; otherwise as [`GaugeRecord::from_one`].
-    pub fn from_two(gauge: Gauge, first: &'a [Reading], second: &'a [Reading]) -> Result<Self, RecordError> {
+    pub fn from_two(
+        gauge: Gauge,
+        first: &'a [RunoutReading],
+        second: &'a [RunoutReading],
+    ) -> Result<Self, RecordError> {
         if !gauge.is_two() {
             return Err(RecordError::Gauges { given: 2, needed: 1 });
         }
@@ -182,7 +186,7 @@ impl<'a> GaugeRecord<'a> {
     }
 
     /// Readings with the angles after the wheel at which they were taken, and what they read too much (mm).
-    pub(super) fn sources(&self) -> impl Iterator<Item = ([Option<f64>; 2], &'a [Reading], f64)> {
+    pub(super) fn sources(&self) -> impl Iterator<Item = ([Option<f64>; 2], &'a [RunoutReading], f64)> {
         let first = (self.gauge.contacts_rad(GaugeSide::First), self.before, 0.0);
         let second = (self.gauge.contacts_rad(GaugeSide::Second), self.after, self.gauge.zero_difference_mm());
         core::iter::once(first).chain(self.gauge.is_two().then_some(second))
@@ -201,13 +205,13 @@ impl<'a> GaugeRecord<'a> {
 }
 
 /// Checks that readings are in order.
-fn checked(which: GaugeSide, readings: &[Reading]) -> Result<(), RecordError> {
+fn checked(which: GaugeSide, readings: &[RunoutReading]) -> Result<(), RecordError> {
     if readings.len() < NEIGHBOURS {
         return Err(RecordError::TooFew { which, count: readings.len(), min: NEIGHBOURS });
     }
     let largest_rad = rad_from_deg(LARGEST_GAP_DEG) + ROUNDING_RAD;
     for (index, reading) in readings.iter().enumerate() {
-        let Reading { c_rad, value_mm, tick } = *reading;
+        let RunoutReading { c_rad, value_mm, tick } = *reading;
         if !(c_rad.is_finite() && value_mm.is_finite()) {
             return Err(RecordError::NotFinite { which, index, tick });
         }
@@ -225,7 +229,7 @@ fn checked(which: GaugeSide, readings: &[Reading]) -> Result<(), RecordError> {
 }
 
 /// A value between readings, by Lagrange's polynomial through the nearest.
-fn interpolated(readings: &[Reading], c_rad: f64) -> Option<f64> {
+fn interpolated(readings: &[RunoutReading], c_rad: f64) -> Option<f64> {
     let (first, last) = (readings[0].c_rad, readings[readings.len() - 1].c_rad);
     if !(c_rad >= first - ROUNDING_RAD && c_rad <= last + ROUNDING_RAD) {
         return None;
@@ -253,11 +257,11 @@ mod tests {
     use super::*;
     use core::f64::consts::PI;
 
-    fn every(step_deg: f64, count: u32, value: impl Fn(f64) -> f64) -> Vec<Reading> {
+    fn every(step_deg: f64, count: u32, value: impl Fn(f64) -> f64) -> Vec<RunoutReading> {
         (0..count)
             .map(|i| {
                 let c_rad = rad_from_deg(f64::from(i) * step_deg);
-                Reading { c_rad, value_mm: value(c_rad), tick: u64::from(i) }
+                RunoutReading { c_rad, value_mm: value(c_rad), tick: u64::from(i) }
             })
             .collect()
     }
@@ -268,7 +272,7 @@ mod tests {
         let two = Gauge::two_diameters(1.8 * PI, 1.0, 0.0).unwrap();
         let good = every(1.0, 400, |_| 40.0);
         assert!(GaugeRecord::from_one(gauge, &good).is_ok());
-        let refused = |readings: &[Reading]| GaugeRecord::from_one(gauge, readings).unwrap_err();
+        let refused = |readings: &[RunoutReading]| GaugeRecord::from_one(gauge, readings).unwrap_err();
         assert_eq!(GaugeRecord::from_one(two, &good).unwrap_err(), RecordError::Gauges { given: 1, needed: 2 });
         assert_eq!(
             GaugeRecord::from_two(gauge, &good, &good).unwrap_err(),

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 /// A measured number and its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct MeasuredValue {
     pub value: f64,
     /// Its standard uncertainty, in the same unit.
     pub uncertainty: f64,
@@ -85,8 +85,8 @@ pub enum StiffnessError {
 /// The line of points by least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RegressionLine {
-    slope: Measured,
-    at_zero: Measured,
+    slope: MeasuredValue,
+    at_zero: MeasuredValue,
 }
 
 /// Minimum number of points of a line with an uncertainty.
@@ -120,8 +120,8 @@ impl RegressionLine {
         let square = spread.rest / (spread.count - 2.0);
         let (way, force) = spread.mean;
         Ok(Self {
-            slope: Measured { value: slope, uncertainty: libm::sqrt(square / spread.way) },
-            at_zero: Measured {
+            slope: MeasuredValue { value: slope, uncertainty: libm::sqrt(square / spread.way) },
+            at_zero: MeasuredValue {
                 value: force - slope * way,
                 uncertainty: libm::sqrt(square * (1.0 / spread.count + way * way / spread.way)),
             },
@@ -173,7 +173,7 @@ impl RegressionSums {
 ///
 /// # Errors
 /// Points too few, at one place, not rising; or, of six and more, bent as where the wheel touches only after the first of them.
-pub fn machine_stiffness(points: &[ForcePoint]) -> Result<Measured, StiffnessError> {
+pub fn machine_stiffness(points: &[ForcePoint]) -> Result<MeasuredValue, StiffnessError> {
     let line = RegressionLine::through(points)?;
     if points.len() >= 2 * FEWEST_POINTS {
         let mut sorted: Vec<ForcePoint> = points.to_vec();
@@ -197,9 +197,9 @@ pub fn machine_stiffness(points: &[ForcePoint]) -> Result<Measured, StiffnessErr
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrindingStiffness {
     /// kg (N/mm).
-    pub grinding_n_mm: Measured,
+    pub grinding_n_mm: MeasuredValue,
     /// F0 (N).
-    pub threshold_n: Measured,
+    pub threshold_n: MeasuredValue,
 }
 
 impl GrindingStiffness {
@@ -217,8 +217,8 @@ impl GrindingStiffness {
     ///
     /// # Errors
     /// Numbers that make none: a threshold that is negative beyond its uncertainty says that force or depth has an offset.
-    pub fn law(&self, machine_n_mm: Measured) -> Result<ContactLaw, StiffnessError> {
-        let Measured { value, uncertainty } = self.threshold_n;
+    pub fn law(&self, machine_n_mm: MeasuredValue) -> Result<ContactLaw, StiffnessError> {
+        let MeasuredValue { value, uncertainty } = self.threshold_n;
         let threshold_n = if value < 0.0 && value >= -2.0 * uncertainty { 0.0 } else { value };
         Ok(ContactLaw::new(machine_n_mm.value, self.grinding_n_mm.value, threshold_n)?)
     }
@@ -299,9 +299,9 @@ pub fn grinding_stiffness_of_one_feed(point: ForcePoint, threshold_n: f64) -> Re
 
 /// km/kg of two measurements: their shares of uncertainty add as squares.
 #[must_use]
-pub fn ratio(machine_n_mm: Measured, grinding_n_mm: Measured) -> Measured {
+pub fn ratio(machine_n_mm: MeasuredValue, grinding_n_mm: MeasuredValue) -> MeasuredValue {
     let value = machine_n_mm.value / grinding_n_mm.value;
     let shares =
         libm::hypot(machine_n_mm.uncertainty / machine_n_mm.value, grinding_n_mm.uncertainty / grinding_n_mm.value);
-    Measured { value, uncertainty: value * shares }
+    MeasuredValue { value, uncertainty: value * shares }
 }

@@ -13,7 +13,7 @@
 //! and one drive measured them. Beyond the places nothing is said: a part between centres bends between
 //! them, and what it does past the last journal that was pushed nobody has looked at.
 
-use super::stiffness::Measured;
+use super::stiffness::MeasuredValue;
 use crate::machine::contact_law::{ContactLaw, ContactLawError};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -27,11 +27,11 @@ pub struct MeasuredStiffness {
     /// Position of the table (mm).
     pub z_mm: f64,
     /// km (N/mm).
-    pub machine_n_mm: Measured,
+    pub machine_n_mm: MeasuredValue,
     /// kg per width (N/mm²).
-    pub grinding_n_mm2: Measured,
+    pub grinding_n_mm2: MeasuredValue,
     /// F0 per width (N/mm).
-    pub threshold_n_mm: Measured,
+    pub threshold_n_mm: MeasuredValue,
 }
 
 /// Why places make no map, or a map says nothing of a place.
@@ -74,7 +74,7 @@ pub enum StiffnessMapError {
 
 impl MeasuredStiffness {
     fn check(&self) -> Result<(), StiffnessMapError> {
-        let good = |measured: Measured, min: f64| {
+        let good = |measured: MeasuredValue, min: f64| {
             measured.value >= min && measured.value.is_finite() && (0.0..f64::INFINITY).contains(&measured.uncertainty)
         };
         let numbers = [
@@ -82,12 +82,12 @@ impl MeasuredStiffness {
             ("grinding stiffness per width (N/mm2)", self.grinding_n_mm2, f64::MIN_POSITIVE),
             ("threshold force per width (N/mm)", self.threshold_n_mm, 0.0),
         ];
-        let not = |what, measured: Measured| {
-            let Measured { value, uncertainty } = measured;
+        let not = |what, measured: MeasuredValue| {
+            let MeasuredValue { value, uncertainty } = measured;
             Err(StiffnessMapError::NotMeasured { z_mm: self.z_mm, what, value, uncertainty })
         };
         if !self.z_mm.is_finite() {
-            return not("position", Measured { value: self.z_mm, uncertainty: 0.0 });
+            return not("position", MeasuredValue { value: self.z_mm, uncertainty: 0.0 });
         }
         match numbers.into_iter().find(|(_, measured, min)| !good(*measured, *min)) {
             Some((what, measured, _)) => not(what, measured),
@@ -97,14 +97,14 @@ impl MeasuredStiffness {
 
     /// km/kg of a cut of this width (mm): the shares of uncertainty add as squares.
     #[must_use]
-    pub fn ratio(&self, width_mm: f64) -> Measured {
+    pub fn ratio(&self, width_mm: f64) -> MeasuredValue {
         let grinding = scaled(self.grinding_n_mm2, width_mm);
         super::stiffness::ratio(self.machine_n_mm, grinding)
     }
 }
 
-fn scaled(measured: Measured, by: f64) -> Measured {
-    Measured { value: measured.value * by, uncertainty: measured.uncertainty * by }
+fn scaled(measured: MeasuredValue, by: f64) -> MeasuredValue {
+    MeasuredValue { value: measured.value * by, uncertainty: measured.uncertainty * by }
 }
 
 /// Places in the order of the table.
@@ -152,7 +152,7 @@ impl StiffnessMap {
         let after = self.places.partition_point(|place| place.z_mm <= z_mm);
         let (a, b) = (&self.places[after - 1], &self.places[after]);
         let share = (z_mm - a.z_mm) / (b.z_mm - a.z_mm);
-        let between = |a: Measured, b: Measured| Measured {
+        let between = |a: MeasuredValue, b: MeasuredValue| MeasuredValue {
             value: (1.0 - share) * a.value + share * b.value,
             uncertainty: (1.0 - share) * a.uncertainty + share * b.uncertainty,
         };
@@ -176,9 +176,9 @@ impl StiffnessMap {
 }
 
 /// 1/k of a k, and back.
-fn inverse(measured: Measured) -> Measured {
+fn inverse(measured: MeasuredValue) -> MeasuredValue {
     let value = 1.0 / measured.value;
-    Measured { value, uncertainty: measured.uncertainty * value * value }
+    MeasuredValue { value, uncertainty: measured.uncertainty * value * value }
 }
 
 #[cfg(test)]
@@ -187,8 +187,8 @@ mod tests {
     use crate::math::noise::Noise;
     use alloc::vec;
 
-    fn measured(value: f64, uncertainty: f64) -> Measured {
-        Measured { value, uncertainty }
+    fn measured(value: f64, uncertainty: f64) -> MeasuredValue {
+        MeasuredValue { value, uncertainty }
     }
 
     fn place(z_mm: f64, machine_n_mm: f64) -> MeasuredStiffness {

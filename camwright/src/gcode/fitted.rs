@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 
 /// Names of the main program and of its subprograms on a control: letters, digits and underscores, all different.
 #[derive(Debug)]
-pub(super) struct Names {
+pub(super) struct ProgramNames {
     pub(super) main: String,
     pub(super) subprograms: Vec<String>,
 }
@@ -15,7 +15,7 @@ pub(super) struct Names {
 /// Beginnings that SINUMERIK keeps for itself (6FC5 298-7AB00, 2.2).
 const SIEMENS_RESERVED: [&str; 3] = ["CYCLE", "CC", "E_"];
 
-impl Names {
+impl ProgramNames {
     pub(super) fn new(dialect: Dialect, program: &Program) -> Result<Self, WriteError> {
         let all = || core::iter::once(&program.name).chain(program.subprograms.iter().map(|sub| &sub.name));
         let mut fitted: Vec<String> = Vec::new();

@@ -32,9 +32,9 @@ pub use axis::NcAxis;
 pub use dialect::{Dialect, ProgramFile};
 pub use driven::{DrivenMove, driven};
 pub use error::{BlockLocation, WriteError};
-pub use motion::{Action, Done, Motion, Pose, SubprogramCall};
+pub use motion::{Done, MotionAction, ProgramMotion, ProgramPose, SubprogramCall};
 pub use program::{
-    Block, Call, Direction, Format, FormatError, MAX_INCREMENTS, Program, Step, Subprogram, Target, Tool, XValues,
+    Block, Call, Direction, FormatError, MAX_INCREMENTS, NumberFormat, Program, Step, Subprogram, Target, Tool, XValues,
 };
 pub use raised_feed::{MIN_RATE_MM_MIN, RaisedFeed, raised_feeds};
 pub use read::{LONGEST_LINE, MAX_BLOCKS, MAX_DEPTH, MAX_TEXT_BYTES, ReadError, ReadFault, read};

@@ -6,12 +6,12 @@ use alloc::vec::Vec;
 
 /// Position of the axes in the frame of the machine's zero point; X is the distance from the spindle axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Pose {
+pub struct ProgramPose {
     values: [f64; 4],
     known: u8,
 }
 
-impl Pose {
+impl ProgramPose {
     /// Position of an axis (mm, rad); `None` until a block has named it.
     #[must_use]
     pub fn position(&self, axis: NcAxis) -> Option<f64> {
@@ -33,13 +33,13 @@ impl Pose {
 
 /// One thing that is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Action {
+pub enum MotionAction {
     /// Rapid motion to a pose.
-    Rapid(Pose),
+    Rapid(ProgramPose),
     /// All axes in proportion.
     Feed {
         /// Pose at the end of the move.
-        pose: Pose,
+        pose: ProgramPose,
         /// Duration (s).
         time_s: f64,
     },
@@ -66,15 +66,15 @@ pub struct Done {
     pub file: u32,
     /// The line in it, from 1.
     pub line: u32,
-    /// The call by which it is done, by its place in [`Motion::calls`]; `None` in the main program.
+    /// The call by which it is done, by its place in [`ProgramMotion::calls`]; `None` in the main program.
     pub call: Option<u32>,
-    pub action: Action,
+    pub action: MotionAction,
 }
 
 /// A call of a subprogram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SubprogramCall {
-    /// The subprogram, by its place in [`Motion::subprograms`].
+    /// The subprogram, by its place in [`ProgramMotion::subprograms`].
     pub subprogram: u32,
     /// The file of the call, by its place among those that were read.
     pub file: u32,
@@ -86,7 +86,7 @@ pub struct SubprogramCall {
 
 /// All that a program does from its beginning to its end.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Motion {
+pub struct ProgramMotion {
     /// Names or numbers of the subprograms, as the control knows them.
     pub subprograms: Vec<String>,
     /// Calls in the order in which they are made.
@@ -95,12 +95,12 @@ pub struct Motion {
     pub done: Vec<Done>,
 }
 
-impl Motion {
+impl ProgramMotion {
     /// Time of all feeds and pauses (s); nobody knows here how long a rapid takes.
     #[must_use]
     pub fn time_s(&self) -> f64 {
         let times = self.done.iter().map(|done| match done.action {
-            Action::Feed { time_s, .. } | Action::Dwell(time_s) => time_s,
+            MotionAction::Feed { time_s, .. } | MotionAction::Dwell(time_s) => time_s,
             _ => 0.0,
         });
         times.sum()

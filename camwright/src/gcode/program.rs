@@ -34,7 +34,7 @@ impl XValues {
 
 /// Resolution of coordinates: an increment is one unit of the last decimal place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Format {
+pub struct NumberFormat {
     linear_decimals: u32,
     rotary_decimals: u32,
     x_values: XValues,
@@ -60,7 +60,7 @@ pub enum FormatError {
     },
 }
 
-impl Format {
+impl NumberFormat {
     /// Decimal places of mm and of degrees, 1 to 6, and what X means.
     ///
     /// # Errors
@@ -249,7 +249,7 @@ pub struct Program {
     /// Lines for people, at its head.
     pub header: Vec<String>,
     /// Resolution of coordinates.
-    pub format: Format,
+    pub format: NumberFormat,
     /// The tools that it changes to.
     pub tools: Vec<Tool>,
     /// The main program; its end is written besides.

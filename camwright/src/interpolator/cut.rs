@@ -13,7 +13,7 @@
 
 use super::free_rotation::{FreeRotation, SpinFacts, next_start};
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
-use super::pose::{Pose, in_counts};
+use super::pose::{AxisPose, in_counts};
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::Sample;
 use crate::math::units::TURN_RAD;
@@ -130,7 +130,7 @@ struct InterruptedInfeed {
 
 /// A cut in execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Cut {
+pub(crate) struct CutExecution {
     clock: PathClock,
     start_counts: i64,
     /// Turns of C inserted by holds that are over.
@@ -189,7 +189,7 @@ pub(crate) struct CutStart {
     pub(crate) cycle_s: f64,
 }
 
-impl Cut {
+impl CutExecution {
     pub(crate) fn new(curves: &Curves<'_>, start: &CutStart) -> Self {
         let ticks = |seconds: f64| from_ticks(seconds / start.cycle_s);
         let (cut, motion) = (curves.cut, curves.motion());
@@ -283,10 +283,16 @@ impl Cut {
     }
 
     /// Axes at a tick.
-    pub(crate) fn pose(&self, tick: u64, curves: &Curves<'_>, machine: &MachineDescription, rest: &Pose) -> Pose {
+    pub(crate) fn pose(
+        &self,
+        tick: u64,
+        curves: &Curves<'_>,
+        machine: &MachineDescription,
+        rest: &AxisPose,
+    ) -> AxisPose {
         let time = self.clock.at(tick);
         let (c, inserted, x) = self.axes_at(time.tau, curves);
-        let mut pose = Pose { base: rest.base, ..Pose::default() };
+        let mut pose = AxisPose { base: rest.base, ..AxisPose::default() };
         let turn_counts = machine.axis(Axis::C).scale.counts(TURN_RAD);
         pose.set_axis(Axis::C, self.start_counts + inserted * turn_counts, &c, &time, machine);
         pose.set_axis(Axis::X, 0, &x, &time, machine);

@@ -129,7 +129,7 @@ pub enum ProbeOutcome {
 
 /// Something that happened in a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event {
+pub enum InterpolatorEvent {
     /// A segment begins, by its index.
     Segment(usize),
     /// Spark-out is over before its last turn: the force was steady.
@@ -146,9 +146,9 @@ pub enum Event {
     Finished(Outcome),
 }
 
-impl Default for Event {
+impl Default for InterpolatorEvent {
     fn default() -> Self {
-        Event::Segment(0)
+        InterpolatorEvent::Segment(0)
     }
 }
 
@@ -166,7 +166,7 @@ pub struct StepOutput {
     pub applied: FixedList<AppliedInput, MAX_APPLIED>,
     /// Orders to send to the machine.
     pub orders: FixedList<Order, 4>,
-    pub events: FixedList<Event, 16>,
+    pub events: FixedList<InterpolatorEvent, 16>,
     /// Present status of the interpolator.
     pub status: Status,
 }

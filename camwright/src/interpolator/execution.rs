@@ -1,13 +1,15 @@
 //! One tick of whatever is being executed, and what follows when it ends.
 
-use super::cut::{Curves, Cut, CutStart, LEAVE_RATE, clock_from};
-use super::line::{FULL, Line};
+use super::cut::{Curves, CutExecution, CutStart, LEAVE_RATE, clock_from};
+use super::line::{FULL, LineExecution};
 use super::path_time::{PathClock, to_ticks, whole};
-use super::pose::Pose;
-use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput};
+use super::pose::AxisPose;
+use super::{
+    Interpolator, InterpolatorAlarm, InterpolatorEvent, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput,
+};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{AxisTarget, Command, CutSegment, HomeStep, Segment, SegmentKind};
+use crate::motion::plan::{AxisTarget, CutSegment, HomeStep, PlanCommand, Segment, SegmentKind};
 use crate::motion::point_to_point::{MoveLaw, whole_ticks};
 
 /// Time after the end of its travel during which a search still expects its edge (s), in addition to the feedback delay: the axis
@@ -92,7 +94,7 @@ impl Interpolator {
             if self.hold || (is_cut && self.spin.is_some_and(|spin| !spin.is_steady(tick))) {
                 return;
             }
-            out.events.push(Event::Segment(next));
+            out.events.push(InterpolatorEvent::Segment(next));
             match self.enter(planned, tick, motion, out) {
                 Ok(true) => return,
                 Ok(false) => next += 1,
@@ -138,13 +140,15 @@ impl Interpolator {
                 // Long enough for the order to reach the machine while setpoints run D ahead, and to be acknowledged.
                 let until = tick + 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
                 let kind = match command {
-                    Command::SetHome(axis) => OrderKind::SetHome { axis: *axis, counts: self.references[axis.index()] },
-                    Command::WheelStart => OrderKind::WheelStart,
-                    Command::WheelStop => OrderKind::WheelStop,
-                    Command::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
-                    Command::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
-                    Command::Push { most_n } => OrderKind::Push { most_n: *most_n },
-                    Command::WatchForce { most_n } => OrderKind::WatchForce { most_n: *most_n },
+                    PlanCommand::SetHome(axis) => {
+                        OrderKind::SetHome { axis: *axis, counts: self.references[axis.index()] }
+                    }
+                    PlanCommand::WheelStart => OrderKind::WheelStart,
+                    PlanCommand::WheelStop => OrderKind::WheelStop,
+                    PlanCommand::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
+                    PlanCommand::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
+                    PlanCommand::Push { most_n } => OrderKind::Push { most_n: *most_n },
+                    PlanCommand::WatchForce { most_n } => OrderKind::WatchForce { most_n: *most_n },
                 };
                 out.orders.push(Order { tick: until, kind });
                 self.mode = Mode::Command { until };
@@ -177,7 +181,7 @@ impl Interpolator {
             .map_err(|_| InterpolatorAlarm::BadSegment { segment: self.segment })?;
         let cycle_s = self.machine.cycle_time_s();
         let moves = law.ticks(cycle_s) > 0;
-        self.mode = Mode::Line(Line::new(law, tick, rate, cycle_s), purpose);
+        self.mode = Mode::Line(LineExecution::new(law, tick, rate, cycle_s), purpose);
         // A search without travel looks all the same.
         Ok(moves || purpose == Purpose::Seek)
     }
@@ -200,7 +204,7 @@ impl Interpolator {
             Some(spin) => clock_from(&spin, tick, &curves, &self.machine),
             None => (PathClock::starting(tick, self.feed_override), self.c_at_start(cut.start_counts)?),
         };
-        let cut = Cut::new(
+        let cut = CutExecution::new(
             &curves,
             &CutStart {
                 clock,
@@ -210,7 +214,7 @@ impl Interpolator {
                 cycle_s: self.machine.cycle_time_s(),
             },
         );
-        self.setpoint = cut.pose(tick, &curves, &self.machine, &Pose::at_rest(self.setpoint.counts)).setpoint();
+        self.setpoint = cut.pose(tick, &curves, &self.machine, &AxisPose::at_rest(self.setpoint.counts)).setpoint();
         self.mode = Mode::Cut(cut);
         Ok(())
     }
@@ -246,7 +250,7 @@ impl Interpolator {
     /// The order of the present segment is in force.
     fn take_effect(&mut self, motion: &Prepared) {
         match motion.plan.segments.get(self.segment).map(|segment| &segment.kind) {
-            Some(SegmentKind::Command(Command::SetHome(axis))) => {
+            Some(SegmentKind::Command(PlanCommand::SetHome(axis))) => {
                 self.setpoint.counts[axis.index()] -= self.references[axis.index()];
                 self.references[axis.index()] = 0;
                 self.homed[axis.index()] = true;
@@ -256,7 +260,14 @@ impl Interpolator {
         }
     }
 
-    fn advance_line(&mut self, mut line: Line, purpose: Purpose, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+    fn advance_line(
+        &mut self,
+        mut line: LineExecution,
+        purpose: Purpose,
+        tick: u64,
+        motion: &Prepared,
+        out: &mut StepOutput,
+    ) {
         let before = tick.saturating_sub(1);
         let retracting = purpose == Purpose::Retract;
         let found = purpose == Purpose::Seek && self.caught.is_some();
@@ -293,7 +304,7 @@ impl Interpolator {
         }
     }
 
-    fn advance_cut(&mut self, mut cut: Cut, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+    fn advance_cut(&mut self, mut cut: CutExecution, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         let Some(curves) = self.curves(motion) else {
             self.fail(InterpolatorAlarm::BadSegment { segment: self.segment }, out);
             return;
@@ -321,12 +332,12 @@ impl Interpolator {
             cut.come_back(before);
             let turns = cut.leave_out(before, &curves, self.is_steady, self.machine.feedback_delay_ticks);
             if let Some(lobe) = motion.plan.segments.get(self.segment).and_then(|own| own.lobe).filter(|_| turns > 0) {
-                out.events.push(Event::LeftOut { lobe, turns });
+                out.events.push(InterpolatorEvent::LeftOut { lobe, turns });
             }
             if cut.is_on_path() || cut.is_returning() { wanted } else { wanted.max(LEAVE_RATE) }
         };
         cut.set_rate(before, rate);
-        let pose = cut.pose(tick, &curves, &self.machine, &Pose::at_rest(self.setpoint.counts));
+        let pose = cut.pose(tick, &curves, &self.machine, &AxisPose::at_rest(self.setpoint.counts));
         self.setpoint = pose.setpoint();
         self.mode = Mode::Cut(cut);
         if cut.is_done(tick) {
@@ -353,7 +364,7 @@ impl Interpolator {
         }
         let rate = if stopping { 0 } else { self.feed_override };
         clock.retarget(tick.saturating_sub(1), rate, motion.stop_ticks);
-        let rest = Pose::at_rest(self.setpoint.counts);
+        let rest = AxisPose::at_rest(self.setpoint.counts);
         self.setpoint = trajectory_pose(&clock, tick, motion, &self.machine, &rest).setpoint();
         self.mode = Mode::Trajectory(clock);
         if clock.at(tick).tau >= whole(motion.ticks) {
@@ -392,7 +403,7 @@ impl Interpolator {
             self.spin = None;
         }
         if let Some(number) = self.alarm {
-            out.events.push(Event::Finished(Outcome::Failed(number)));
+            out.events.push(InterpolatorEvent::Finished(Outcome::Failed(number)));
             self.mode = Mode::Fault;
             return true;
         }
@@ -417,19 +428,19 @@ impl Interpolator {
 
     fn finish(&mut self, outcome: Outcome, out: &mut StepOutput) {
         self.mode = Mode::Idle;
-        out.events.push(Event::Finished(outcome));
+        out.events.push(InterpolatorEvent::Finished(outcome));
     }
 
     /// An alarm of the interpolator's own, at rest; C that turns on comes to rest first.
     pub(super) fn fail(&mut self, alarm: InterpolatorAlarm, out: &mut StepOutput) {
         self.rest();
-        out.events.push(Event::Alarm(alarm));
+        out.events.push(InterpolatorEvent::Alarm(alarm));
         if self.spin.is_some() {
             self.alarm = self.alarm.or(Some(alarm.number()));
             self.mode = Mode::Ready;
             return;
         }
-        out.events.push(Event::Finished(Outcome::Failed(alarm.number())));
+        out.events.push(InterpolatorEvent::Finished(Outcome::Failed(alarm.number())));
         self.mode = Mode::Fault;
     }
 
@@ -446,7 +457,7 @@ impl Interpolator {
             let outward = (counts < low && velocity < 0.0) || (counts > high && velocity > 0.0);
             if outward && self.homed[axis.index()] {
                 let alarm = InterpolatorAlarm::SoftLimit { axis, counts, bound: if counts < low { low } else { high } };
-                out.events.push(Event::Alarm(alarm));
+                out.events.push(InterpolatorEvent::Alarm(alarm));
                 self.alarm = Some(alarm.number());
             }
         }
@@ -459,8 +470,8 @@ pub(super) fn trajectory_pose(
     tick: u64,
     motion: &Prepared,
     machine: &MachineDescription,
-    rest: &Pose,
-) -> Pose {
+    rest: &AxisPose,
+) -> AxisPose {
     let mut pose = *rest;
     let Some(trajectory) = &motion.trajectory else { return pose };
     let (time, cycle_s) = (clock.at(tick), machine.cycle_time_s());

@@ -21,11 +21,11 @@ struct Reported {
 
 /// The setpoints that may still be measured.
 #[derive(Debug, Clone)]
-pub(super) struct History {
+pub(super) struct SetpointHistory {
     reported: Vec<Reported>,
 }
 
-impl History {
+impl SetpointHistory {
     /// Room for what can be between a setpoint and the news of how it was followed: setpoints run D ahead, and D for the way back.
     pub(super) fn new(machine: &MachineDescription) -> Self {
         let room = 2 * machine.feedback_delay_ticks as usize + 64;

@@ -5,7 +5,7 @@ use super::PrepareError;
 use crate::machine::description::{Axis, Homing, HomingKind, MachineDescription, Scale};
 use crate::machine::setpoint::Input;
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, SearchSignal, Segment, SegmentKind};
+use crate::motion::plan::{AxisTarget, HomeStep, Phase, Plan, PlanCommand, SearchSignal, Segment, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use alloc::string::ToString;
 use alloc::vec::Vec;
@@ -61,7 +61,7 @@ impl Steps<'_> {
     }
 
     fn set(&mut self) {
-        self.push(SegmentKind::Command(Command::SetHome(self.axis)), "set the zero", self.command_s());
+        self.push(SegmentKind::Command(PlanCommand::SetHome(self.axis)), "set the zero", self.command_s());
     }
 
     fn headstock(&mut self) -> Result<(), PrepareError> {

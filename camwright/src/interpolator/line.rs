@@ -4,7 +4,7 @@
 //! it has: a move uses its limits, and time scaling would exceed them.
 
 use super::path_time::{ONE, PathClock, to_ticks};
-use super::pose::Pose;
+use super::pose::AxisPose;
 use crate::machine::description::{AXIS_COUNT, MachineDescription, MotionLimits};
 use crate::motion::point_to_point::{JerkLaw, MOVE_SHARE, MoveLaw, solve, stop, whole_ticks};
 
@@ -18,7 +18,7 @@ struct LinePosition {
 
 /// A straight move of the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Line {
+pub(crate) struct LineExecution {
     /// Start, distance and limits.
     geometry: MoveLaw,
     /// From `from` to 1, over path time.
@@ -32,7 +32,7 @@ pub(crate) struct Line {
     cycle_s: f64,
 }
 
-impl Line {
+impl LineExecution {
     /// A move that begins at rest at a tick.
     pub(crate) fn new(geometry: MoveLaw, tick: u64, rate: i64, cycle_s: f64) -> Self {
         let mut line = Self {
@@ -70,9 +70,9 @@ impl Line {
     }
 
     /// Axes at a tick.
-    pub(crate) fn pose(&self, tick: u64, machine: &MachineDescription) -> Pose {
+    pub(crate) fn pose(&self, tick: u64, machine: &MachineDescription) -> AxisPose {
         let along = self.along(tick);
-        let mut pose = Pose { base: self.geometry.start_counts(), ..Pose::default() };
+        let mut pose = AxisPose { base: self.geometry.start_counts(), ..AxisPose::default() };
         for axis in 0..AXIS_COUNT {
             let per_unit = machine.axes[axis].scale.counts_per_unit();
             pose.offset[axis] = self.geometry.along(axis, along.s);

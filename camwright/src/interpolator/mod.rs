@@ -41,8 +41,8 @@ mod trajectory_limits;
 mod trajectory_replacement;
 
 pub use exchange::{
-    AppliedInput, Event, MAX_APPLIED, Order, OrderKind, Outcome, ProbeOutcome, Request, StartError, StepOutput,
-    TickInputs,
+    AppliedInput, InterpolatorEvent, MAX_APPLIED, Order, OrderKind, Outcome, ProbeOutcome, Request, StartError,
+    StepOutput, TickInputs,
 };
 pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};
@@ -54,12 +54,12 @@ use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::{Input, Latch, Setpoint};
 use crate::math::fixed_list::FixedList;
 use alloc::boxed::Box;
-use cut::Cut;
-use following::{History, PathFollowing};
+use cut::CutExecution;
+use following::{PathFollowing, SetpointHistory};
 use free_rotation::FreeRotation;
-use line::Line;
+use line::LineExecution;
 use path_time::{ONE, PathClock};
-use pose::Pose;
+use pose::AxisPose;
 use spiral::Spiral;
 use tolerance::ToleranceViolation;
 
@@ -113,7 +113,7 @@ enum Mode {
     Command {
         until: u64,
     },
-    Line(Line, Purpose),
+    Line(LineExecution, Purpose),
     /// Waits for the state of the home switch, before a search that depends on it.
     Level {
         until: u64,
@@ -122,7 +122,7 @@ enum Mode {
     LastLook {
         until: u64,
     },
-    Cut(Cut),
+    Cut(CutExecution),
     Spiral(Spiral),
     Trajectory(PathClock),
     /// At the end of a trajectory, until the axes are where it ends.
@@ -157,7 +157,7 @@ pub struct Interpolator {
     decisions: u32,
     /// The force monitor's input, as far as it is in sight.
     is_steady: bool,
-    history: History,
+    history: SetpointHistory,
     following: PathFollowing,
 }
 
@@ -186,7 +186,7 @@ impl Interpolator {
             alarm: None,
             decisions: 0,
             is_steady: false,
-            history: History::new(machine),
+            history: SetpointHistory::new(machine),
             following: PathFollowing::default(),
         }
     }
@@ -389,6 +389,6 @@ impl Interpolator {
     }
 
     fn rest(&mut self) {
-        self.setpoint = Pose::at_rest(self.setpoint.counts).setpoint();
+        self.setpoint = AxisPose::at_rest(self.setpoint.counts).setpoint();
     }
 }

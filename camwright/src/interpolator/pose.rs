@@ -10,14 +10,14 @@ use crate::math::units::TURN_RAD;
 ///
 /// The whole counts keep a long journey of C exact, where a float alone would lose digits turn by turn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Pose {
+pub(crate) struct AxisPose {
     pub(crate) base: [i64; AXIS_COUNT],
     pub(crate) offset: [f64; AXIS_COUNT],
     pub(crate) velocity: [f64; AXIS_COUNT],
     pub(crate) acceleration: [f64; AXIS_COUNT],
 }
 
-impl Pose {
+impl AxisPose {
     /// At rest on counts.
     pub(crate) fn at_rest(counts: [i64; AXIS_COUNT]) -> Self {
         Self { base: counts, ..Self::default() }

@@ -11,7 +11,7 @@ use crate::machine::setpoint::Input;
 use crate::math::hermite::Knot;
 use crate::math::units::TURN_RAD;
 use crate::motion::path_stop::path_stop_s;
-use crate::motion::plan::{AxisTarget, Command, CutSegment, HomeStep, Plan, Segment, SegmentKind, SpiralSegment};
+use crate::motion::plan::{AxisTarget, CutSegment, HomeStep, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment};
 use crate::motion::point_to_point::{MOVE_SHARE, MoveLaw, whole_ticks};
 use crate::motion::spiral_motion::SpiralMotion;
 use alloc::boxed::Box;
@@ -235,10 +235,10 @@ impl<'a> PlanWalk<'a> {
                     self.plan.motion_of_spiral(spiral).ok_or(PrepareError::MissingSpline { segment: index })?;
                 check_spiral(index, spiral, segment, &curves, machine)?;
             }
-            SegmentKind::Command(Command::SetHome(axis)) if !self.searched[axis.index()] => {
+            SegmentKind::Command(PlanCommand::SetHome(axis)) if !self.searched[axis.index()] => {
                 return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
             }
-            SegmentKind::Command(Command::WatchForce { most_n }) => self.watched_n = *most_n,
+            SegmentKind::Command(PlanCommand::WatchForce { most_n }) => self.watched_n = *most_n,
             SegmentKind::Home(step) => facts.input = self.check_home(index, step)?,
             SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
         }
@@ -430,7 +430,7 @@ fn spin_after(
             }
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
             SegmentKind::Spiral(_) => true,
-            SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
+            SegmentKind::Search { axis, .. } | SegmentKind::Command(PlanCommand::SetHome(axis)) => *axis == Axis::C,
             SegmentKind::Home(_) => true,
             SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
         };

@@ -101,7 +101,7 @@ impl Interpolator {
                 let is_found = self.caught.is_some() && !matches!(self.mode, Mode::Level { .. });
                 Some((*axis, if is_found { SearchStep::Stop } else { SearchStep::Search }))
             }
-            SegmentKind::Command(crate::motion::plan::Command::SetHome(axis)) => Some((*axis, SearchStep::Latch)),
+            SegmentKind::Command(crate::motion::plan::PlanCommand::SetHome(axis)) => Some((*axis, SearchStep::Latch)),
             _ => None,
         }
     }

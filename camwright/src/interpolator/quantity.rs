@@ -5,7 +5,7 @@ use core::fmt;
 
 /// Derivative of a position that a limit or a tolerance bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum MotionQuantity {
     Position,
     /// mm/s or rad/s.
     Velocity,
@@ -15,30 +15,30 @@ pub enum Quantity {
     Jerk,
 }
 
-impl Quantity {
+impl MotionQuantity {
     /// Its unit for an axis.
     #[must_use]
     pub const fn unit(self, axis: Axis) -> &'static str {
         match (self, axis) {
-            (Quantity::Position, Axis::C) => "rad",
-            (Quantity::Velocity, Axis::C) => "rad/s",
-            (Quantity::Acceleration, Axis::C) => "rad/s^2",
-            (Quantity::Jerk, Axis::C) => "rad/s^3",
-            (Quantity::Position, _) => "mm",
-            (Quantity::Velocity, _) => "mm/s",
-            (Quantity::Acceleration, _) => "mm/s^2",
-            (Quantity::Jerk, _) => "mm/s^3",
+            (MotionQuantity::Position, Axis::C) => "rad",
+            (MotionQuantity::Velocity, Axis::C) => "rad/s",
+            (MotionQuantity::Acceleration, Axis::C) => "rad/s^2",
+            (MotionQuantity::Jerk, Axis::C) => "rad/s^3",
+            (MotionQuantity::Position, _) => "mm",
+            (MotionQuantity::Velocity, _) => "mm/s",
+            (MotionQuantity::Acceleration, _) => "mm/s^2",
+            (MotionQuantity::Jerk, _) => "mm/s^3",
         }
     }
 }
 
-impl fmt::Display for Quantity {
+impl fmt::Display for MotionQuantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Quantity::Position => "position",
-            Quantity::Velocity => "velocity",
-            Quantity::Acceleration => "acceleration",
-            Quantity::Jerk => "jerk",
+            MotionQuantity::Position => "position",
+            MotionQuantity::Velocity => "velocity",
+            MotionQuantity::Acceleration => "acceleration",
+            MotionQuantity::Jerk => "jerk",
         })
     }
 }

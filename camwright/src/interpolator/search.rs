@@ -1,7 +1,8 @@
 //! Searches for an edge of an input: of a job's plan, which return to it, of homing, which stop behind it, and probes, which stand off.
 
 use super::{
-    Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, ProbeOutcome, Purpose, StepOutput,
+    Interpolator, InterpolatorAlarm, InterpolatorEvent, Mode, Order, OrderKind, Prepared, ProbeOutcome, Purpose,
+    StepOutput,
 };
 use crate::machine::description::{Axis, MotionLimits};
 use crate::machine::setpoint::{Input, Latch};
@@ -142,7 +143,7 @@ impl Interpolator {
         self.references[axis.index()] = -correction;
         let probed =
             if is_near { ProbeOutcome::Found { latch, correction } } else { ProbeOutcome::TooFarOff { latch, off } };
-        out.events.push(Event::Probed(probed));
+        out.events.push(InterpolatorEvent::Probed(probed));
         let target = stand_off.map(|(away, limits)| AxisTarget { axis, target_counts: latch.counts + away, limits });
         match target.map_or(Ok(false), |target| self.enter_line(&[target], Purpose::Return, tick)) {
             Ok(true) => {}
@@ -156,7 +157,7 @@ impl Interpolator {
         if let Some((axis, ..)) = self.sought_in(motion) {
             self.references[axis.index()] = 0;
         }
-        out.events.push(Event::Probed(probed));
+        out.events.push(InterpolatorEvent::Probed(probed));
         self.begin(self.segment + 1, tick, motion, out);
     }
 

@@ -11,7 +11,7 @@
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
 use crate::machine::setpoint::Input;
 use crate::math::units::deg_from_rad;
-use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, SearchSignal, Segment, SegmentKind};
+use crate::motion::plan::{AxisTarget, HomeStep, Phase, Plan, PlanCommand, SearchSignal, Segment, SegmentKind};
 use crate::motion::point_to_point::{MoveLaw, whole_ticks};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -289,15 +289,15 @@ impl Probe {
             plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, machine.cycle_time_s()), label));
         };
         if let Some(most_n) = self.wheel.filter(|_| !turns) {
-            push(SegmentKind::Command(Command::Push { most_n }), order_s, "the stopped wheel may press");
+            push(SegmentKind::Command(PlanCommand::Push { most_n }), order_s, "the stopped wheel may press");
         }
         push(SegmentKind::Home(self.step), self.expected_s, "probe");
         if self.corrects {
-            push(SegmentKind::Command(Command::SetHome(self.axis)), order_s, "correct the zero");
+            push(SegmentKind::Command(PlanCommand::SetHome(self.axis)), order_s, "correct the zero");
         }
         match self.wheel {
-            Some(_) if turns => push(SegmentKind::Command(Command::WheelStop), order_s, "wheel stop"),
-            Some(_) => push(SegmentKind::Command(Command::Push { most_n: 0 }), order_s, "no more pressing"),
+            Some(_) if turns => push(SegmentKind::Command(PlanCommand::WheelStop), order_s, "wheel stop"),
+            Some(_) => push(SegmentKind::Command(PlanCommand::Push { most_n: 0 }), order_s, "no more pressing"),
             None => {}
         }
         plan
@@ -352,7 +352,7 @@ pub(super) fn push_wheel(plan: &mut Plan, turns: bool, machine: &MachineDescript
     let cycle_s = machine.cycle_time_s();
     let order_s = 2.0 * f64::from(machine.feedback_delay_ticks) * cycle_s;
     let (command, label) =
-        if turns { (Command::WheelStart, "wheel start") } else { (Command::WheelStop, "wheel stop") };
+        if turns { (PlanCommand::WheelStart, "wheel start") } else { (PlanCommand::WheelStop, "wheel stop") };
     let kinds = [
         (SegmentKind::Command(command), order_s, label),
         (SegmentKind::Dwell, machine.wheel.spin_up_s + cycle_s, "wheel to its speed, or to rest"),

@@ -1,7 +1,7 @@
 //! A spiral in execution: all axes by one path time, which a hold, a cancel and an override slow down.
 
 use super::path_time::{PathClock, to_ticks, whole};
-use super::pose::Pose;
+use super::pose::AxisPose;
 use super::prepared::Prepared;
 use super::{Interpolator, InterpolatorAlarm, Mode, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
@@ -22,12 +22,12 @@ pub(crate) struct Spiral {
 
 impl Spiral {
     /// Axes at a tick.
-    pub(super) fn pose(&self, tick: u64, motion: &SpiralMotion<'_>, machine: &MachineDescription) -> Pose {
+    pub(super) fn pose(&self, tick: u64, motion: &SpiralMotion<'_>, machine: &MachineDescription) -> AxisPose {
         let (time, cycle_s) = (self.clock.at(tick), machine.cycle_time_s());
         // At the end exactly there, though the last tick lies up to a cycle after it.
         let over = time.tau >= whole(self.ticks);
         let at_s = if over { motion.duration_s() + cycle_s } else { to_ticks(time.tau) * cycle_s };
-        let mut pose = Pose::default();
+        let mut pose = AxisPose::default();
         for (axis, sample) in Axis::ALL.into_iter().zip(motion.at(at_s)) {
             pose.set_axis(axis, if axis == Axis::C { self.start_counts } else { 0 }, &sample, &time, machine);
         }

@@ -2,7 +2,7 @@
 
 use super::execution::trajectory_pose;
 use super::free_rotation::FreeRotation;
-use super::pose::Pose;
+use super::pose::AxisPose;
 use super::{Interpolator, Mode, Purpose};
 use crate::machine::setpoint::StopPoint;
 
@@ -12,7 +12,7 @@ impl Interpolator {
     /// are at least 2 ticks apart and after the last setpoint; more room in `out` sets them closer, 24 are plenty.
     pub fn stop_tail(&self, out: &mut [StopPoint]) -> usize {
         let now = self.tick;
-        let rest = Pose::at_rest(self.setpoint.counts);
+        let rest = AxisPose::at_rest(self.setpoint.counts);
         // C that turns on between two cuts stops as well.
         let stopping = self.spin.map(|spin| spin.stopping(now));
         let (spin, spin_ticks) = (stopping.map(|(spin, _)| spin), stopping.map(|(_, end)| end.saturating_sub(now)));
@@ -50,7 +50,7 @@ impl Interpolator {
         out: &mut [StopPoint],
         length: u64,
         spin: Option<FreeRotation>,
-        pose: impl Fn(u64) -> Pose,
+        pose: impl Fn(u64) -> AxisPose,
     ) -> usize {
         let (Ok(room), Ok(length)) = (u32::try_from(out.len()), u32::try_from(length)) else { return 0 };
         if room == 0 || length == 0 {

@@ -1,6 +1,6 @@
 //! Tolerances of following a trajectory, by the rules of `control_msgs/JointTolerance`.
 
-use super::quantity::Quantity;
+use super::quantity::MotionQuantity;
 use crate::machine::description::{AXIS_COUNT, Axis};
 use core::fmt;
 use thiserror::Error;
@@ -10,7 +10,7 @@ use thiserror::Error;
 #[error("joint {}: {quantity} tolerance {value} is negative; 0 takes the default, -1 means none", axis.joint())]
 pub struct InvalidTolerance {
     pub axis: Axis,
-    pub quantity: Quantity,
+    pub quantity: MotionQuantity,
     pub value: f64,
 }
 
@@ -42,9 +42,9 @@ impl Tolerance {
             }
         };
         Ok(Self {
-            position: resolve(Quantity::Position, self.position, asked[0])?,
-            velocity: resolve(Quantity::Velocity, self.velocity, asked[1])?,
-            acceleration: resolve(Quantity::Acceleration, self.acceleration, asked[2])?,
+            position: resolve(MotionQuantity::Position, self.position, asked[0])?,
+            velocity: resolve(MotionQuantity::Velocity, self.velocity, asked[1])?,
+            acceleration: resolve(MotionQuantity::Acceleration, self.acceleration, asked[2])?,
         })
     }
 }
@@ -90,7 +90,7 @@ pub enum MotionPhase {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToleranceViolation {
     pub axis: Axis,
-    pub quantity: Quantity,
+    pub quantity: MotionQuantity,
     pub error: f64,
     /// Allowed value.
     pub allowed: f64,
@@ -131,9 +131,9 @@ pub fn violation(
     for axis in Axis::ALL {
         let (tolerance, error) = (&tolerances[axis.index()], &errors[axis.index()]);
         for (quantity, allowed, error) in [
-            (Quantity::Position, tolerance.position, error.position),
-            (Quantity::Velocity, tolerance.velocity, error.velocity),
-            (Quantity::Acceleration, tolerance.acceleration, error.acceleration),
+            (MotionQuantity::Position, tolerance.position, error.position),
+            (MotionQuantity::Velocity, tolerance.velocity, error.velocity),
+            (MotionQuantity::Acceleration, tolerance.acceleration, error.acceleration),
         ] {
             if let Some(allowed) = allowed
                 && libm::fabs(error) > allowed
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(default.requested(Axis::X, [-1.0, 0.0, 0.0]).expect("legal").position, None);
         assert_eq!(
             default.requested(Axis::X, [-2.0, 0.0, 0.0]),
-            Err(InvalidTolerance { axis: Axis::X, quantity: Quantity::Position, value: -2.0 })
+            Err(InvalidTolerance { axis: Axis::X, quantity: MotionQuantity::Position, value: -2.0 })
         );
         assert!(default.requested(Axis::X, [f64::NAN, 0.0, 0.0]).is_err());
     }

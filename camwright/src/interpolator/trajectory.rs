@@ -6,7 +6,7 @@
 //! what then exceeds a limit is refused by name instead of being smoothed away.
 
 use super::join::{self, AxisLaw, StartTolerance};
-use super::quantity::Quantity;
+use super::quantity::MotionQuantity;
 use super::tolerance::FollowingTolerances;
 pub use super::trajectory_limits::TrajectoryError;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
@@ -28,7 +28,7 @@ pub struct TrajectoryPoint {
 
 /// Start of a trajectory: position (mm or rad) and its derivatives by the time of the trajectory, one per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Start {
+pub struct TrajectoryStart {
     pub position: [f64; AXIS_COUNT],
     /// mm/s or rad/s.
     pub velocity: [f64; AXIS_COUNT],
@@ -36,7 +36,7 @@ pub struct Start {
     pub acceleration: [f64; AXIS_COUNT],
 }
 
-impl Start {
+impl TrajectoryStart {
     /// At rest at a place (mm or rad).
     #[must_use]
     pub fn at_rest(position: [f64; AXIS_COUNT]) -> Self {
@@ -55,7 +55,7 @@ pub struct Trajectory {
     laws: [Option<HermiteSpline>; AXIS_COUNT],
     peaks: [MotionLimits; AXIS_COUNT],
     duration_s: f64,
-    start: Start,
+    start: TrajectoryStart,
     tolerances: FollowingTolerances,
 }
 
@@ -70,7 +70,7 @@ impl Trajectory {
     pub fn from_points(
         joints: &[Axis],
         points: &[TrajectoryPoint],
-        start: &Start,
+        start: &TrajectoryStart,
         machine: &MachineDescription,
     ) -> Result<Self, TrajectoryError> {
         Self::joined(joints, points, start, &StartTolerance::default(), machine)
@@ -84,7 +84,7 @@ impl Trajectory {
     pub fn joined(
         joints: &[Axis],
         points: &[TrajectoryPoint],
-        start: &Start,
+        start: &TrajectoryStart,
         tolerance: &StartTolerance,
         machine: &MachineDescription,
     ) -> Result<Self, TrajectoryError> {
@@ -123,7 +123,7 @@ impl Trajectory {
     }
 
     #[must_use]
-    pub fn start(&self) -> &Start {
+    pub fn start(&self) -> &TrajectoryStart {
         &self.start
     }
 
@@ -156,16 +156,16 @@ fn validate(joints: &[Axis], points: &[TrajectoryPoint]) -> Result<(), Trajector
             let error = TrajectoryError::Size { point: index, quantity, count: values.len(), joints: joints.len() };
             if fits { Ok(()) } else { Err(error) }
         };
-        size(Quantity::Position, &point.positions, false)?;
-        size(Quantity::Velocity, &point.velocities, true)?;
-        size(Quantity::Acceleration, &point.accelerations, true)?;
+        size(MotionQuantity::Position, &point.positions, false)?;
+        size(MotionQuantity::Velocity, &point.velocities, true)?;
+        size(MotionQuantity::Acceleration, &point.accelerations, true)?;
         if point.velocities.is_empty() != points[0].velocities.is_empty() {
-            return Err(TrajectoryError::Mixed { point: index, quantity: Quantity::Velocity });
+            return Err(TrajectoryError::Mixed { point: index, quantity: MotionQuantity::Velocity });
         }
         if point.accelerations.is_empty() != points[0].accelerations.is_empty()
             || (point.velocities.is_empty() && !point.accelerations.is_empty())
         {
-            return Err(TrajectoryError::Mixed { point: index, quantity: Quantity::Acceleration });
+            return Err(TrajectoryError::Mixed { point: index, quantity: MotionQuantity::Acceleration });
         }
         let mut numbers = point.positions.iter().chain(&point.velocities).chain(&point.accelerations);
         if !numbers.all(|x| x.is_finite()) || !point.time_s.is_finite() || point.time_s < 0.0 {
@@ -183,7 +183,7 @@ fn law_of(
     joint: usize,
     axis: Axis,
     points: &[TrajectoryPoint],
-    start: &Start,
+    start: &TrajectoryStart,
     tolerance: &StartTolerance,
     machine: &MachineDescription,
 ) -> Result<AxisLaw, TrajectoryError> {

@@ -1,6 +1,6 @@
 //! Limits of the machine, applied to the law of one axis, and the errors of a trajectory.
 
-use super::quantity::Quantity;
+use super::quantity::MotionQuantity;
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::HermiteSpline;
 use thiserror::Error;
@@ -19,7 +19,7 @@ pub enum TrajectoryError {
     Size {
         /// Index of the point.
         point: usize,
-        quantity: Quantity,
+        quantity: MotionQuantity,
         count: usize,
         joints: usize,
     },
@@ -28,7 +28,7 @@ pub enum TrajectoryError {
     Mixed {
         /// First point that differs.
         point: usize,
-        quantity: Quantity,
+        quantity: MotionQuantity,
     },
     /// A number is not finite, or a time is negative.
     #[error("point {point}: not a finite number, or a negative time")]
@@ -45,13 +45,13 @@ pub enum TrajectoryError {
         previous_s: f64,
     },
     /// The trajectory does not end at rest.
-    #[error("joint {}: the last point moves at {velocity} {}, it must be at rest", axis.joint(), Quantity::Velocity.unit(*axis))]
+    #[error("joint {}: the last point moves at {velocity} {}, it must be at rest", axis.joint(), MotionQuantity::Velocity.unit(*axis))]
     EndNotAtRest { axis: Axis, velocity: f64 },
     /// A first point at time 0 that is farther from the axis than allowed.
     #[error(
         "joint {}: the point at time 0 is at {asked} {unit}, the setpoint of the axis at {actual} {unit}, allowed are {allowed} {unit} \
          between them; plan from the present position, or raise the start tolerance",
-        axis.joint(), unit = Quantity::Position.unit(*axis)
+        axis.joint(), unit = MotionQuantity::Position.unit(*axis)
     )]
     StartsElsewhere {
         axis: Axis,
@@ -71,7 +71,7 @@ pub enum TrajectoryError {
     )]
     Limit {
         axis: Axis,
-        quantity: Quantity,
+        quantity: MotionQuantity,
         /// When it is largest (s from the start).
         time_s: f64,
         value: f64,
@@ -90,7 +90,7 @@ pub(super) fn check_limits(
     const POINTS: u32 = 32;
     let description = machine.axis(axis);
     let bounds = [description.limits.velocity, description.limits.acceleration, description.limits.jerk];
-    let quantities = [Quantity::Velocity, Quantity::Acceleration, Quantity::Jerk];
+    let quantities = [MotionQuantity::Velocity, MotionQuantity::Acceleration, MotionQuantity::Jerk];
     let mut peaks = [0.0_f64; 3];
     let mut worst: Option<(f64, TrajectoryError)> = None;
     let mut farthest: Option<(f64, TrajectoryError)> = None;
@@ -104,7 +104,7 @@ pub(super) fn check_limits(
                 let beyond = (low - sample.value).max(sample.value - high);
                 if beyond > farthest.as_ref().map_or(0.0, |(max, _)| *max) {
                     let bound = if sample.value < low { low } else { high };
-                    let (quantity, value) = (Quantity::Position, sample.value);
+                    let (quantity, value) = (MotionQuantity::Position, sample.value);
                     farthest = Some((beyond, TrajectoryError::Limit { axis, quantity, time_s, value, bound }));
                 }
             }

@@ -2,8 +2,8 @@
 
 use super::execution::trajectory_pose;
 use super::path_time::{PathClock, to_ticks, whole};
-use super::pose::Pose;
-use super::trajectory::Start;
+use super::pose::AxisPose;
+use super::trajectory::TrajectoryStart;
 use super::{Interpolator, Mode, PathFollowing, Prepared, StartError};
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
@@ -13,7 +13,7 @@ use alloc::boxed::Box;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StateForecast {
     /// Position and motion of the axes by the trajectory's own time, if nothing disturbs it.
-    At(Start),
+    At(TrajectoryStart),
     /// No trajectory is executed, or it is over or coming to its end by then.
     Over,
     Held,
@@ -36,7 +36,7 @@ impl Interpolator {
             return StateForecast::Held;
         }
         let waits = tick < clock.begins();
-        let mut start = Start::default();
+        let mut start = TrajectoryStart::default();
         for axis in Axis::ALL {
             let place = axis.index();
             match trajectory.law(axis) {
@@ -56,7 +56,7 @@ impl Interpolator {
     #[must_use]
     pub fn planned_at(&self, tick: u64) -> Option<Setpoint> {
         let (Mode::Trajectory(clock), Some(motion)) = (&self.mode, self.motion.as_deref()) else { return None };
-        let rest = Pose::at_rest(self.setpoint.counts);
+        let rest = AxisPose::at_rest(self.setpoint.counts);
         (tick > self.tick).then(|| trajectory_pose(clock, tick, motion, &self.machine, &rest).setpoint())
     }
 

@@ -6,7 +6,7 @@ use super::grinding::{
 };
 use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
-use crate::gauging::Mode;
+use crate::gauging::GaugingMode;
 use crate::gauging::state::MAX_HARMONICS;
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
@@ -191,7 +191,7 @@ impl JobSpec {
         let Some(contact) = &machine.contact else { return lacks("known stiffness (contact)") };
         let seen = (gauge.seen(contact.part_share, machine.cycle_time_s()))
             .map_err(|source| JobError::GaugeSeesNoCut { machine: machine.name.clone(), source })?;
-        if correction.mode == Mode::Published && !seen.gauge.fits_published() {
+        if correction.mode == GaugingMode::Published && !seen.gauge.fits_published() {
             return Err(JobError::PublishedGauge {
                 machine: machine.name.clone(),
                 gauge: if seen.gauge.is_two() {

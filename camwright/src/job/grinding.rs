@@ -11,7 +11,7 @@
 use crate::cam::compensation::Compensation;
 use crate::cam::follower::Follower;
 use crate::cam::lift::LiftLaw;
-use crate::gauging::Mode;
+use crate::gauging::GaugingMode;
 use crate::job::dressing::DressingSpec;
 use crate::job::raw_part::RawPart;
 use crate::machine::contact_law::ContactLaw;
@@ -69,7 +69,7 @@ pub struct KnownContact {
 /// Runout correction of journals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionSpec {
-    pub mode: Mode,
+    pub mode: GaugingMode,
     /// Number of harmonics of the part resolved in the gauge readings.
     pub harmonics: u32,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.

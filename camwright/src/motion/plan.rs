@@ -81,7 +81,7 @@ pub struct CutSegment {
     /// Distance by which a hold does (mm); 0: it stops the infeed and leaves the wheel on the part.
     pub hold_mm: f64,
     /// Spark-out ends when the normal force changes over one turn by no more than this (N), set in the machine by
-    /// [`Command::WatchForce`]; `None`: all turns are executed.
+    /// [`PlanCommand::WatchForce`]; `None`: all turns are executed.
     pub until_steady_n: Option<u32>,
 }
 
@@ -126,7 +126,7 @@ pub enum SegmentKind {
     /// Stand still until a decision comes.
     Wait,
     /// Order the machine to do something.
-    Command(Command),
+    Command(PlanCommand),
     /// A step of the homing of an axis or of a probe, which are motions of their own: such steps stand in no plan of a job.
     Home(HomeStep),
 }
@@ -169,7 +169,7 @@ pub enum HomeStep {
         limits: MotionLimits,
         /// Target position afterwards relative to the edge (counts), `None`: the stop position; and the limits of the move.
         stand_off: Option<(i64, MotionLimits)>,
-        /// Expected reading at the edge, and its tolerance (counts): a following [`Command::SetHome`] then sets it.
+        /// Expected reading at the edge, and its tolerance (counts): a following [`PlanCommand::SetHome`] then sets it.
         reads: Option<(i64, i64)>,
     },
     /// The current position of the axis gets this reading.
@@ -178,7 +178,7 @@ pub enum HomeStep {
 
 /// Orders to the machine within a plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Command {
+pub enum PlanCommand {
     /// The place where the last search on this axis stands, its caught edge plus its offset, is its zero from now on.
     /// On the origin detector that edge is the index mark at the centre of its window, the true zero.
     SetHome(Axis),

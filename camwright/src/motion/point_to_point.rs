@@ -60,7 +60,7 @@ pub enum PointToPointError {
 
 /// Position, velocity and acceleration at the beginning of a phase, and its jerk.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Phase {
+struct JerkPhase {
     start: f64,
     x: f64,
     v: f64,
@@ -68,9 +68,9 @@ struct Phase {
     j: f64,
 }
 
-crate::snapshot!(Phase { start, x, v, a, j } on {});
+crate::snapshot!(JerkPhase { start, x, v, a, j } on {});
 
-impl Phase {
+impl JerkPhase {
     fn at(&self, t: f64) -> Sample {
         let u = t - self.start;
         Sample {
@@ -87,7 +87,7 @@ const MAX_PHASES: usize = 8;
 /// A motion of constant-jerk phases from a state to a state. Fixed size, so that it can be made within a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JerkLaw {
-    phases: [Phase; MAX_PHASES],
+    phases: [JerkPhase; MAX_PHASES],
     count: usize,
     duration: f64,
     end: Sample,
@@ -113,7 +113,7 @@ impl JerkLaw {
 
     fn starting(value: f64, first: f64, second: f64) -> Self {
         Self {
-            phases: [Phase::default(); MAX_PHASES],
+            phases: [JerkPhase::default(); MAX_PHASES],
             count: 0,
             duration: 0.0,
             end: Sample { value, first, second, third: 0.0 },
@@ -125,7 +125,8 @@ impl JerkLaw {
         if duration <= 1e-15 || self.count == MAX_PHASES {
             return;
         }
-        let phase = Phase { start: self.duration, x: self.end.value, v: self.end.first, a: self.end.second, j: jerk };
+        let phase =
+            JerkPhase { start: self.duration, x: self.end.value, v: self.end.first, a: self.end.second, j: jerk };
         self.phases[self.count] = phase;
         self.count += 1;
         self.duration += duration;

@@ -41,7 +41,7 @@ struct Departure {
 
 /// State at the start of a cut that C enters while turning.
 #[derive(Debug, Clone, Copy)]
-struct Arrival {
+struct CutArrival {
     begin: LobeStart,
     turning: FlyingStart,
     /// From the predicted arrival to the beginning of the lead-in (s).
@@ -151,7 +151,12 @@ impl LobeTransitions<'_> {
     }
 
     /// From where C is after a time (s) to rest or to turning on.
-    fn arriving(&self, departure: &Departure, away_s: f64, goes_on: bool) -> Result<(PlannedLobe, Arrival), PlanError> {
+    fn arriving(
+        &self,
+        departure: &Departure,
+        away_s: f64,
+        goes_on: bool,
+    ) -> Result<(PlannedLobe, CutArrival), PlanError> {
         let mut last = None;
         for share in SPEED_SHARES {
             let Some(arrival) = self.arrival(departure, away_s, share) else { continue };
@@ -168,8 +173,8 @@ impl LobeTransitions<'_> {
     }
 
     /// The phase at which the cut can begin soonest, after C has turned on for a time (s).
-    fn arrival(&self, departure: &Departure, away_s: f64, share: f64) -> Option<Arrival> {
-        let soonest = |best: Option<Arrival>, found: Arrival| match best {
+    fn arrival(&self, departure: &Departure, away_s: f64, share: f64) -> Option<CutArrival> {
+        let soonest = |best: Option<CutArrival>, found: CutArrival| match best {
             Some(best) if best.waits_s + best.lead_s <= found.waits_s + found.lead_s => Some(best),
             _ => Some(found),
         };
@@ -181,7 +186,7 @@ impl LobeTransitions<'_> {
     }
 
     /// Phases at which the cut can begin, each nearer to the arrival than the one before, from the first `ahead_rad` after it on.
-    fn arrivals_from(&self, departure: &Departure, away_s: f64, share: f64, ahead_rad: f64) -> Vec<Arrival> {
+    fn arrivals_from(&self, departure: &Departure, away_s: f64, share: f64, ahead_rad: f64) -> Vec<CutArrival> {
         let (machine, path) = (self.planner.machine, &self.planner.shapes[self.stopping.path].path);
         let (c, x) = (machine.axis(Axis::C), machine.axis(Axis::X));
         let mut found = Vec::new();
@@ -197,7 +202,7 @@ impl LobeTransitions<'_> {
             let slack_rad =
                 c.scale.position(begin.c_counts) - w * lead_s - (departure.c_rad + change.sample(here_s).value);
             if slack_rad >= 0.0 {
-                found.push(Arrival { begin, turning, waits_s: here_s - away_s + slack_rad / w, lead_s });
+                found.push(CutArrival { begin, turning, waits_s: here_s - away_s + slack_rad / w, lead_s });
                 if slack_rad < w * machine.cycle_time_s() {
                     break;
                 }

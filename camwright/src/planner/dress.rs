@@ -2,7 +2,7 @@
 
 use super::error::PlanError;
 use super::error::RequiredPosition;
-use super::lobe::{Shape, shape_of, soft_limit};
+use super::lobe::{WheelShape, shape_of, soft_limit};
 use super::sequence::Sequence;
 use super::steps::StepSubject;
 use crate::cam::contour::Contour;
@@ -12,7 +12,7 @@ use crate::job::grinding::Subject;
 use crate::machine::description::Axis;
 use crate::machine::wheel_state::{mm_from_nm, nm_from_mm};
 use crate::math::units::um_from_mm;
-use crate::motion::plan::{Command, Phase, SegmentKind};
+use crate::motion::plan::{Phase, PlanCommand, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use crate::toolpath::wheel_path::ToolPath;
 use alloc::vec::Vec;
@@ -26,7 +26,7 @@ impl Sequence<'_> {
         let label = alloc::format!("wheel of radius {radius_mm:.4} mm");
         self.steps.command(
             StepSubject::part(Phase::Home),
-            Command::ExpectWheel { radius_nm: nm_from_mm(radius_mm) },
+            PlanCommand::ExpectWheel { radius_nm: nm_from_mm(radius_mm) },
             &label,
         );
     }
@@ -66,7 +66,7 @@ impl Sequence<'_> {
             um_from_mm(dress.wear_mm),
             um_from_mm(dress.depth_mm)
         );
-        self.steps.command(of, Command::Dress { radius_nm: dress.radius_nm }, &label);
+        self.steps.command(of, PlanCommand::Dress { radius_nm: dress.radius_nm }, &label);
         self.steps.move_axis(of, Axis::Z, last, slow, "past the dresser")?;
         self.steps.move_axis(of, Axis::Z, first, slow, "back past the dresser")?;
         let dwell = whole_ticks(dresser.dwell_s, self.steps.machine.cycle_time_s());
@@ -79,7 +79,7 @@ impl Sequence<'_> {
 pub(super) fn with_kept_paths(
     job: &JobSpec,
     contours: &[Contour],
-    shapes: &[Shape],
+    shapes: &[WheelShape],
     first_radius_mm: f64,
     wheel: &WheelCourse,
 ) -> Vec<PlannedDress> {

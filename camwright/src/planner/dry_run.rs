@@ -7,7 +7,7 @@ use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{Command, Half, Plan, SegmentKind};
+use crate::motion::plan::{Half, Plan, PlanCommand, SegmentKind};
 use alloc::vec::Vec;
 
 /// Places around a lobe at which the wheel's distance is looked at, and of its contour: every half degree the chord of an ordinary
@@ -79,7 +79,7 @@ pub(super) fn stand_off(plan: &mut Plan, machine: &MachineDescription, stand_off
                     target.target_counts += counts;
                 }
             }
-            SegmentKind::Command(Command::Dress { .. }) => segment.kind = SegmentKind::Dwell,
+            SegmentKind::Command(PlanCommand::Dress { .. }) => segment.kind = SegmentKind::Dwell,
             _ => {}
         }
     }

@@ -13,14 +13,14 @@
 
 use super::error::PlanError;
 use super::lobe::{PlannedLobe, extremes};
-use super::outline::Outline;
+use super::outline::ContourPoints;
 use crate::gauging::journal::JournalCorrection;
 use crate::job::grinding::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::math::hermite::HermiteSpline;
 use crate::math::hull::lowest;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
-use crate::motion::plan::{Command, CutSegment, Plan, Segment, SegmentKind};
+use crate::motion::plan::{CutSegment, Plan, PlanCommand, Segment, SegmentKind};
 use alloc::vec::Vec;
 
 /// Allowance for the rounding of positions to counts, between its knots, and between the points of an outline (mm): that
@@ -78,7 +78,7 @@ struct GougeCheck<'a> {
     /// Longest travel of the stopped wheel's push (mm).
     pushes_mm: Option<f64>,
     /// Contour of each profile, once it is needed.
-    outlines: Vec<Option<Outline>>,
+    outlines: Vec<Option<ContourPoints>>,
     /// Paths that keep to the contour of a lobe.
     paths: Vec<(usize, usize)>,
 }
@@ -118,15 +118,15 @@ impl GougeCheck<'_> {
                     self.request.machine.axis(axis).scale.counts(station.position_mm) + offset_counts
                 });
             }
-            SegmentKind::Command(Command::SetHome(axis)) => {
+            SegmentKind::Command(PlanCommand::SetHome(axis)) => {
                 self.at[axis.index()] = 0;
                 self.knows_c |= *axis == Axis::C;
             }
-            SegmentKind::Command(Command::Push { most_n }) => {
+            SegmentKind::Command(PlanCommand::Push { most_n }) => {
                 let push_mm = self.request.job.identification.map_or(0.0, |identification| identification.push_mm);
                 self.pushes_mm = (*most_n > 0).then_some(push_mm);
             }
-            SegmentKind::Command(Command::WheelStart) => self.pushes_mm = None,
+            SegmentKind::Command(PlanCommand::WheelStart) => self.pushes_mm = None,
             SegmentKind::Cut(cut) => self.cut(segment, cut)?,
             SegmentKind::Spiral(_)
             | SegmentKind::Dwell
@@ -166,9 +166,9 @@ impl GougeCheck<'_> {
         self.outline(lobe).gap_mm(wheel_mm, x_mm, angle_rad)
     }
 
-    fn outline(&mut self, lobe: usize) -> &Outline {
+    fn outline(&mut self, lobe: usize) -> &ContourPoints {
         let contour = &self.request.lobes[lobe].design.contour;
-        self.outlines[self.request.job.lobes[lobe].profile].get_or_insert_with(|| Outline::new(contour))
+        self.outlines[self.request.job.lobes[lobe].profile].get_or_insert_with(|| ContourPoints::new(contour))
     }
 
     /// The lowest place that a lobe allows to a wheel that does not feed, by its distance from the finished contour (mm).

@@ -12,7 +12,7 @@ use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::job::grinding::{IdentificationSpec, JobSpec};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{Command, Phase, SegmentKind};
+use crate::motion::plan::{Phase, PlanCommand, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use alloc::vec::Vec;
 
@@ -42,13 +42,13 @@ impl Sequence<'_> {
         let pushed = self.steps.counts(Axis::X, ground_mm - spec.push_mm);
         let rapid = Some(self.job.rapid_speed_mm_s);
         self.steps.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
-        self.steps.command(of, Command::WheelStop, "wheel stop");
+        self.steps.command(of, PlanCommand::WheelStop, "wheel stop");
         still(self, "wheel to rest");
         self.steps.move_axis(of, Axis::X, air, rapid, "stopped wheel to just clear of the journal")?;
-        self.steps.command(of, Command::Push { most_n: spec.most_n }, "the stopped wheel may press");
+        self.steps.command(of, PlanCommand::Push { most_n: spec.most_n }, "the stopped wheel may press");
         self.steps.move_axis(of, Axis::X, pushed, Some(spec.push_speed_mm_s), "push of the stopped wheel")?;
         self.steps.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
-        self.steps.command(of, Command::WheelStart, "wheel start");
+        self.steps.command(of, PlanCommand::WheelStart, "wheel start");
         still(self, "wheel to its speed");
         Ok(())
     }

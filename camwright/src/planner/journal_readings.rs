@@ -10,7 +10,7 @@ use crate::job::grinding::{JobSpec, StiffnessSource};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{Command, SegmentKind};
+use crate::motion::plan::{PlanCommand, SegmentKind};
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -42,7 +42,7 @@ pub fn rests_rad(planned: &PlannedJob, machine: &MachineDescription) -> Vec<f64>
     let mut rests = alloc::vec![0.0; plan.lobes.len()];
     for segment in &plan.segments {
         match &segment.kind {
-            SegmentKind::Command(Command::SetHome(Axis::C)) => c_counts = 0,
+            SegmentKind::Command(PlanCommand::SetHome(Axis::C)) => c_counts = 0,
             SegmentKind::Move(targets) => {
                 let of_c = targets.iter().find(|target| target.axis == Axis::C);
                 c_counts = of_c.map_or(c_counts, |target| target.target_counts);

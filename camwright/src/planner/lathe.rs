@@ -27,7 +27,7 @@ use crate::math::hermite::{HermiteError, HermiteSpline, Knot};
 use crate::math::named::named;
 use crate::math::units::{TURN_RAD, rpm_from_rad_s};
 use crate::math::work::WorkBudget;
-use crate::motion::plan::{Command, Phase, Plan, SegmentKind, SpiralSegment};
+use crate::motion::plan::{Phase, Plan, PlanCommand, SegmentKind, SpiralSegment};
 use crate::motion::point_to_point::{MOVE_SHARE, whole_ticks};
 use crate::planner::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::toolpath::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
@@ -230,7 +230,7 @@ pub fn plan_turning(
     }
     let back = StepSubject::part(Phase::Return);
     steps.move_axis(back, Axis::Z, counts(Axis::Z, first_z_mm), None, "to before the part's end")?;
-    steps.command(back, Command::WheelStop, "insert stop");
+    steps.command(back, PlanCommand::WheelStop, "insert stop");
     let plan = steps.done();
     let report = check_plan(&plan, machine, start.counts)?;
     let flank_distance_mm = match passes.last() {

@@ -78,7 +78,7 @@ pub struct PlannedLobe {
 
 /// A profile as a wheel sees it.
 #[derive(Debug, Clone)]
-pub(super) struct Shape {
+pub(super) struct WheelShape {
     /// Index of the profile.
     pub(super) profile: usize,
     /// Index of the lobe for which alone it is: that of a correction.
@@ -144,7 +144,7 @@ pub(super) fn shapes(
     machine: &MachineDescription,
     contours: &[Contour],
     wheel: &WheelCourse,
-) -> Result<Vec<Shape>, PlanError> {
+) -> Result<Vec<WheelShape>, PlanError> {
     let along_normal = job.passes.iter().any(|pass| pass.infeed_direction == InfeedDirection::Normal);
     let shape = |profile: usize, radius_mm: f64, lobe: Option<usize>| {
         let contour = contours[profile].clone();
@@ -167,7 +167,7 @@ pub(super) fn shapes(
             true => Some(normal_ratio(&path, radius_mm).map_err(|source| through_axis(job, profile, source))?),
             false => None,
         };
-        Ok::<_, PlanError>(Shape { profile, lobe, contour, tool_path, path, ratio })
+        Ok::<_, PlanError>(WheelShape { profile, lobe, contour, tool_path, path, ratio })
     };
     let mut shapes = Vec::new();
     for (index, (lobe, &radius_mm)) in job.lobes.iter().zip(&wheel.radii_mm).enumerate() {
@@ -185,8 +185,13 @@ pub(super) fn shapes(
 }
 
 /// Index of the shape of a profile for a wheel (mm), as designed or for one lobe alone.
-pub(super) fn shape_of(shapes: &[Shape], profile: usize, lobe: Option<usize>, wheel_radius_mm: f64) -> Option<usize> {
-    let same = |shape: &Shape| {
+pub(super) fn shape_of(
+    shapes: &[WheelShape],
+    profile: usize,
+    lobe: Option<usize>,
+    wheel_radius_mm: f64,
+) -> Option<usize> {
+    let same = |shape: &WheelShape| {
         let radius_mm = shape.tool_path.wheel_radius_mm();
         shape.profile == profile && shape.lobe == lobe && radius_mm.to_bits() == wheel_radius_mm.to_bits()
     };
@@ -301,7 +306,7 @@ pub(super) fn block_at(angle_rad: f64, blocks: u32) -> u32 {
 pub(super) struct LobePlanner<'a> {
     pub(super) job: &'a JobSpec,
     pub(super) machine: &'a MachineDescription,
-    pub(super) shapes: &'a [Shape],
+    pub(super) shapes: &'a [WheelShape],
     pub(super) schedules: &'a [InfeedSchedule],
     pub(super) wheel: &'a WheelCourse,
 }
@@ -400,7 +405,7 @@ pub(super) fn infeed_of_x_mm(job: &JobSpec, path: &ToolPath, angle_rad: f64, inf
 fn check_blank(
     job: &JobSpec,
     lobe: &LobeSpec,
-    shape: &Shape,
+    shape: &WheelShape,
     total_infeed_mm: f64,
     start_rad: f64,
 ) -> Result<(), PlanError> {

@@ -11,14 +11,14 @@ const STRIDE: usize = 10;
 
 /// Points all around a contour.
 #[derive(Debug, Clone)]
-pub(super) struct Outline {
+pub(super) struct ContourPoints {
     points: Vec<(f64, f64)>,
     /// Squared spacing of the points that are looked at first, and largest curvature (mm², 1/mm).
     spacing_mm2: f64,
     curvature: f64,
 }
 
-impl Outline {
+impl ContourPoints {
     pub(super) fn new(contour: &Contour) -> Self {
         let at = |i: usize| i as f64 * TURN_RAD / POINTS as f64;
         let points: Vec<(f64, f64)> = (0..POINTS).map(|i| contour.point(at(i))).map(|p| (p.x, p.y)).collect();

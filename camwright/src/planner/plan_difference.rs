@@ -43,7 +43,7 @@ pub enum PlanChange {
 
 /// A difference between two steps that belong together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
+pub struct MotionDifference {
     /// Index of the step in the old plan.
     pub old_step: usize,
     /// Index of the step in the new plan.
@@ -56,7 +56,7 @@ pub struct Difference {
     pub at_rad: Option<f64>,
 }
 
-impl Difference {
+impl MotionDifference {
     /// Size of the change, in its unit.
     #[must_use]
     pub fn by(&self) -> f64 {
@@ -72,7 +72,7 @@ pub struct PlanDifference {
     /// Steps that only the new plan has.
     pub only_new: Vec<usize>,
     /// Changes, in the order of the new plan's steps.
-    pub moved: Vec<Difference>,
+    pub moved: Vec<MotionDifference>,
 }
 
 impl PlanDifference {
@@ -118,7 +118,7 @@ struct Pair<'a> {
     machine: &'a MachineDescription,
     old_step: usize,
     new_step: usize,
-    moved: Vec<Difference>,
+    moved: Vec<MotionDifference>,
 }
 
 impl Pair<'_> {
@@ -152,8 +152,8 @@ impl Pair<'_> {
         self.moved.push(self.difference(PlanChange::Words, 0.0, 0.0, None));
     }
 
-    fn difference(&self, moved: PlanChange, old: f64, new: f64, at_rad: Option<f64>) -> Difference {
-        Difference { old_step: self.old_step, new_step: self.new_step, moved, old, new, at_rad }
+    fn difference(&self, moved: PlanChange, old: f64, new: f64, at_rad: Option<f64>) -> MotionDifference {
+        MotionDifference { old_step: self.old_step, new_step: self.new_step, moved, old, new, at_rad }
     }
 
     fn in_units(&self, axis: Axis, counts: i64) -> f64 {
@@ -189,11 +189,11 @@ impl Pair<'_> {
     /// Largest difference of two functions of an angle, at equal steps from `from` to `to`.
     fn over(&mut self, moved: PlanChange, (from, to): (f64, f64), old: impl Fn(f64) -> f64, new: impl Fn(f64) -> f64) {
         let places = places(to - from);
-        let mut max: Option<Difference> = None;
+        let mut max: Option<MotionDifference> = None;
         for place in 0..=places {
             let at = from + (to - from) * f64::from(place) / f64::from(places);
             let (before, after) = (old(at), new(at));
-            let by = |difference: &Difference| difference.by().abs();
+            let by = |difference: &MotionDifference| difference.by().abs();
             if before.to_bits() != after.to_bits() && max.as_ref().is_none_or(|max| (after - before).abs() > by(max)) {
                 max = Some(self.difference(moved, before, after, Some(at)));
             }

@@ -4,11 +4,11 @@ use super::PlanStart;
 use super::error::PlanError;
 use super::steps::{StepSubject, Steps};
 
-use crate::gcode::{Motion, ProgramFile};
+use crate::gcode::{ProgramFile, ProgramMotion};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::machine::wheel_state::nm_from_mm;
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{AxisTarget, Command, Phase, Plan, SegmentKind, SpiralSegment};
+use crate::motion::plan::{AxisTarget, Phase, Plan, PlanCommand, SegmentKind, SpiralSegment};
 use crate::motion::point_to_point::whole_ticks;
 use crate::planner::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::planner::program_motion::{ProgramMotionError, ProgramSetup, ProgramStep, Run, program_steps};
@@ -24,7 +24,7 @@ pub struct ProgramRequest<'a> {
     /// Name of the part.
     pub name: &'a str,
     /// Motion of the program.
-    pub motion: &'a Motion,
+    pub motion: &'a ProgramMotion,
     /// The files that it was read from, for their names.
     pub files: &'a [ProgramFile],
     /// Setup of the program on the machine.
@@ -104,7 +104,7 @@ pub fn plan_program(
     let home = StepSubject::part(Phase::Home);
     if !machine.is_lathe() {
         let radius_nm = nm_from_mm(request.setup.cutter_radius_mm);
-        steps.command(home, Command::ExpectWheel { radius_nm }, "the program's cutter");
+        steps.command(home, PlanCommand::ExpectWheel { radius_nm }, "the program's cutter");
     }
     steps.home_headstock(home, start.c_homed)?;
     let driven = program_steps(request.motion, request.files, &request.setup, machine, steps.at)?;
@@ -140,7 +140,7 @@ pub fn plan_program(
                 cutter_runs = true;
             }
             ProgramStep::Cutter(false) if cutter_runs => {
-                steps.command(home, Command::WheelStop, "wheel stop");
+                steps.command(home, PlanCommand::WheelStop, "wheel stop");
                 cutter_runs = false;
             }
             ProgramStep::Cutter(_) => {}
@@ -152,7 +152,7 @@ pub fn plan_program(
         }
     }
     if cutter_runs {
-        steps.command(StepSubject::part(Phase::Return), Command::WheelStop, "wheel stop");
+        steps.command(StepSubject::part(Phase::Return), PlanCommand::WheelStop, "wheel stop");
     }
     let mut plan = steps.done();
     plan.duration_with_indexing_s = plan.duration_s;

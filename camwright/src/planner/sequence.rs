@@ -3,7 +3,7 @@
 use super::PlanStart;
 use super::error::PlanError;
 use super::error::RequiredPosition;
-use super::lobe::{LobeStart, PlannedLobe, Shape, soft_limit};
+use super::lobe::{LobeStart, PlannedLobe, WheelShape, soft_limit};
 use super::steps::{StepSubject, Steps, shared};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
@@ -11,7 +11,7 @@ use crate::machine::description::{Axis, MachineDescription, Station};
 use crate::math::hermite::HermiteSpline;
 use crate::math::periodic_spline::PeriodicSpline;
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{Command, CutSegment, Half, Phase, Plan, SegmentKind};
+use crate::motion::plan::{CutSegment, Half, Phase, Plan, PlanCommand, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use crate::motion::speed_plan::{FixedPathSpeed, SpeedPlan};
 use crate::planner::deflection::GroundLobe;
@@ -30,7 +30,12 @@ pub(super) struct Sequence<'a> {
 }
 
 impl<'a> Sequence<'a> {
-    pub(super) fn new(job: &'a JobSpec, machine: &'a MachineDescription, shapes: &[Shape], start: PlanStart) -> Self {
+    pub(super) fn new(
+        job: &'a JobSpec,
+        machine: &'a MachineDescription,
+        shapes: &[WheelShape],
+        start: PlanStart,
+    ) -> Self {
         let plan = Plan {
             job: job.name.clone(),
             lobes: job.lobes.iter().map(|lobe| lobe.name.clone()).collect(),
@@ -107,7 +112,7 @@ impl<'a> Sequence<'a> {
             let cut = CutSegment { until_steady_n, ..self.cut_segment(lobe.path, pass, begin) };
             if let Some(most_n) = until_steady_n.map(i64::from).filter(|most_n| *most_n != self.watched_n) {
                 let label = alloc::format!("force monitor to {most_n} N");
-                self.steps.command(of(Phase::Position, stock_mm), Command::WatchForce { most_n }, &label);
+                self.steps.command(of(Phase::Position, stock_mm), PlanCommand::WatchForce { most_n }, &label);
                 self.watched_n = most_n;
             }
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
@@ -237,7 +242,7 @@ impl<'a> Sequence<'a> {
 
     /// The wheel comes to rest where it is; the plan.
     pub(super) fn stop_wheel(mut self) -> Plan {
-        self.steps.command(StepSubject::part(Phase::Dress), Command::WheelStop, "wheel stop");
+        self.steps.command(StepSubject::part(Phase::Dress), PlanCommand::WheelStop, "wheel stop");
         self.done()
     }
 
@@ -251,7 +256,7 @@ impl<'a> Sequence<'a> {
             None,
             "wheel to its home position",
         )?;
-        self.steps.command(of, Command::WheelStop, "wheel stop");
+        self.steps.command(of, PlanCommand::WheelStop, "wheel stop");
         self.steps.move_axis(
             of,
             Axis::Z,

@@ -5,7 +5,7 @@ use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLi
 use crate::math::hermite::HermiteSpline;
 use crate::math::units::{TURN_RAD, wrap_turn};
 use crate::motion::path_stop::path_stop_s;
-use crate::motion::plan::{AxisTarget, Command, Phase, Plan, Segment, SegmentKind};
+use crate::motion::plan::{AxisTarget, Phase, Plan, PlanCommand, Segment, SegmentKind};
 use crate::motion::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -50,12 +50,12 @@ impl Steps<'_> {
         // The latch catches the index mark at the window's centre, where the key-way faces the wheel.
         self.search(of, Axis::C, "origin", HOMING_TURNS * TURN_RAD, distance, 0, "headstock to its origin")?;
         self.at[Axis::C.index()] = 0;
-        self.command(of, Command::SetHome(Axis::C), "origin is zero");
+        self.command(of, PlanCommand::SetHome(Axis::C), "origin is zero");
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")
     }
 
     pub(super) fn start_wheel(&mut self, of: StepSubject<'_>) {
-        self.command(of, Command::WheelStart, "wheel start");
+        self.command(of, PlanCommand::WheelStart, "wheel start");
         let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
         self.add(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
     }
@@ -89,7 +89,7 @@ impl Steps<'_> {
         });
     }
 
-    pub(super) fn command(&mut self, of: StepSubject<'_>, command: Command, label: &str) {
+    pub(super) fn command(&mut self, of: StepSubject<'_>, command: PlanCommand, label: &str) {
         // To the machine and back.
         let ticks = 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
         self.add(of, SegmentKind::Command(command), ticks, 0, label);

@@ -6,7 +6,7 @@
 //! stream's work and gives the same samples as long as no chunk is lost.
 
 use crate::interpolator::{
-    Event, Interpolator, OrderKind, Outcome, Prepared, ProbeOutcome, Request, StartError, TickInputs,
+    Interpolator, InterpolatorEvent, OrderKind, Outcome, Prepared, ProbeOutcome, Request, StartError, TickInputs,
 };
 use crate::machine::alarm::{Alarm, AlarmKind, Severity};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -272,14 +272,14 @@ impl Sender {
         }
         for event in out.events.iter() {
             match event {
-                Event::Finished(outcome) => self.outcome = Some(*outcome),
-                Event::Alarm(alarm) => {
+                InterpolatorEvent::Finished(outcome) => self.outcome = Some(*outcome),
+                InterpolatorEvent::Alarm(alarm) => {
                     if let (Some(kind), Some((_, machine))) = (AlarmKind::from_number(alarm.number()), &mut stream) {
                         machine.raise(kind, f64::NAN, f64::NAN);
                     }
                 }
-                Event::Probed(probed) => self.probed = Some(*probed),
-                Event::Segment(_) | Event::LeftOut { .. } => {}
+                InterpolatorEvent::Probed(probed) => self.probed = Some(*probed),
+                InterpolatorEvent::Segment(_) | InterpolatorEvent::LeftOut { .. } => {}
             }
         }
         self.next_tick = self.outcome.is_none().then_some(tick + 1);

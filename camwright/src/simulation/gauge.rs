@@ -59,7 +59,7 @@ impl GaugeDescription {
 
 /// A gauge as it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gauge {
+pub(super) struct SimulatedGauge {
     description: GaugeDescription,
     /// Factor of a difference after one step of its lag.
     kept: f64,
@@ -67,9 +67,9 @@ pub(super) struct Gauge {
     noise: Noise,
 }
 
-crate::snapshot!(Gauge { lagging_mm, noise } on { description, kept });
+crate::snapshot!(SimulatedGauge { lagging_mm, noise } on { description, kept });
 
-impl Gauge {
+impl SimulatedGauge {
     pub(super) fn new(description: GaugeDescription, cycle_time_s: f64) -> Self {
         let kept = description.bandwidth_rad_s.map_or(0.0, |bandwidth| libm::exp(-bandwidth * cycle_time_s));
         Self { description, kept, lagging_mm: None, noise: Noise::new(description.seed) }
@@ -166,7 +166,7 @@ mod tests {
     fn a_diameter_is_that_of_what_passed_the_wheel() {
         let lobe = lobed();
         for (sense, behind) in [(1.0, 0.75 * TURN_RAD), (-1.0, 0.75 * TURN_RAD), (1.0, 0.25 * TURN_RAD)] {
-            let mut gauge = Gauge::new(GaugeDescription { behind_wheel_rad: behind, ..PLAIN }, 1e-3);
+            let mut gauge = SimulatedGauge::new(GaugeDescription { behind_wheel_rad: behind, ..PLAIN }, 1e-3);
             for k in 0..50 {
                 let line = 0.37 * f64::from(k) - 5.0;
                 let [Some(read), None] = gauge.read(&lobe, line, sense, RIGID) else {
@@ -186,10 +186,11 @@ mod tests {
         let pushed = Deflection { mm: 0.02, normal: (1.0, 0.0) };
         for (behind, more) in [(0.5, 0.02), (0.25, 0.0), (0.75, 0.0), (0.0, -0.02), (0.125, -0.02 * 0.5_f64.sqrt())] {
             let behind_wheel_rad = behind * TURN_RAD;
-            let mut single = Gauge::new(GaugeDescription { kind: GaugeKind::Radius, behind_wheel_rad, ..PLAIN }, 1e-3);
+            let mut single =
+                SimulatedGauge::new(GaugeDescription { kind: GaugeKind::Radius, behind_wheel_rad, ..PLAIN }, 1e-3);
             let read = single.read(&lobe, 2.0, 1.0, pushed)[0].expect("a reading");
             assert!((read - radius(2.0 - behind_wheel_rad) - more).abs() < 1e-7, "{behind}: {read}");
-            let mut opposed = Gauge::new(GaugeDescription { behind_wheel_rad, ..PLAIN }, 1e-3);
+            let mut opposed = SimulatedGauge::new(GaugeDescription { behind_wheel_rad, ..PLAIN }, 1e-3);
             assert_eq!(opposed.read(&lobe, 2.0, 1.0, pushed), opposed.read(&lobe, 2.0, 1.0, RIGID));
         }
     }
@@ -200,7 +201,7 @@ mod tests {
         let (bandwidth, cycle_s) = (50.0 * TURN_RAD, 1e-4);
         let lobe = lobed();
         let description = GaugeDescription { kind: GaugeKind::Radius, bandwidth_rad_s: Some(bandwidth), ..PLAIN };
-        let mut gauge = Gauge::new(description, cycle_s);
+        let mut gauge = SimulatedGauge::new(description, cycle_s);
         let speed = 10.0 * TURN_RAD;
         let readings: Vec<f64> = (0..3000_u32)
             .map(|k| gauge.read(&lobe, speed * f64::from(k) * cycle_s, 1.0, RIGID)[0].expect("a reading"))
@@ -220,8 +221,8 @@ mod tests {
         let lobe = lobed();
         let noisy =
             GaugeDescription { noise_mm: 2e-4, resolution_mm: 1e-4, second_behind_wheel_rad: Some(3.0), ..PLAIN };
-        let [mut one, mut other] = [Gauge::new(noisy, 1e-3), Gauge::new(noisy, 1e-3)];
-        let exact = Gauge::new(PLAIN, 1e-3).read(&lobe, 1.0, 1.0, RIGID)[0].expect("a reading");
+        let [mut one, mut other] = [SimulatedGauge::new(noisy, 1e-3), SimulatedGauge::new(noisy, 1e-3)];
+        let exact = SimulatedGauge::new(PLAIN, 1e-3).read(&lobe, 1.0, 1.0, RIGID)[0].expect("a reading");
         let mut square = 0.0;
         for _ in 0..10_000 {
             let read = one.read(&lobe, 1.0, 1.0, RIGID);

@@ -7,7 +7,7 @@ use crate::math::units::TURN_RAD;
 
 /// An edge of an input within a servo step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Edge {
+pub struct InputEdge {
     /// It closed; false: it opened.
     pub rising: bool,
     /// True position of the axis at the edge (counts).
@@ -67,20 +67,20 @@ impl OriginDetector {
 
     /// Edge captured by the latch between two positions less than a turn apart: the index mark, or a second one.
     #[must_use]
-    pub fn edge(&self, from: f64, to: f64) -> Option<Edge> {
+    pub fn edge(&self, from: f64, to: f64) -> Option<InputEdge> {
         if self.stuck.is_some() {
             return None;
         }
         self.mark(from, to).or_else(|| {
             let second = self.second?;
             let edge = self.mark(from - second, to - second)?;
-            Some(Edge { position: edge.position + second, ..edge })
+            Some(InputEdge { position: edge.position + second, ..edge })
         })
     }
 
     /// The index mark passed between two positions less than a turn apart, whether the detector sees it or not.
     #[must_use]
-    pub fn mark(&self, from: f64, to: f64) -> Option<Edge> {
+    pub fn mark(&self, from: f64, to: f64) -> Option<InputEdge> {
         let (from, to) = (from / self.counts_per_turn, to / self.counts_per_turn);
         let turn = if libm::floor(to) > libm::floor(from) {
             libm::floor(to)
@@ -89,7 +89,7 @@ impl OriginDetector {
         } else {
             return None;
         };
-        Some(Edge { rising: true, position: turn * self.counts_per_turn })
+        Some(InputEdge { rising: true, position: turn * self.counts_per_turn })
     }
 }
 
@@ -150,9 +150,9 @@ impl StationSwitch {
     }
 
     /// A bouncing switch toggles once more, with the table at this position.
-    pub fn bounce(&mut self, table: f64) -> Option<Edge> {
+    pub fn bounce(&mut self, table: f64) -> Option<InputEdge> {
         self.chatter = self.chatter.checked_sub(1)?;
-        if self.stuck.is_some() { None } else { Some(Edge { rising: self.is_closed(), position: table }) }
+        if self.stuck.is_some() { None } else { Some(InputEdge { rising: self.is_closed(), position: table }) }
     }
 
     /// Expected state of a working switch with the table at this position, with a tolerance (counts); `None` near its edges.
@@ -178,7 +178,7 @@ impl StationSwitch {
     }
 
     /// The table moves; the edges on the way, in order. A stuck switch moves but shows none.
-    pub fn pass(&mut self, from: f64, to: f64) -> [Option<Edge>; 2] {
+    pub fn pass(&mut self, from: f64, to: f64) -> [Option<InputEdge>; 2] {
         let (closes, opens, passed_closing, passed_opening) = if to > from {
             let opens = self.end + self.hysteresis;
             (self.start, opens, from <= self.end && to >= self.start, to > opens)
@@ -189,11 +189,11 @@ impl StationSwitch {
         let mut edges = [None, None];
         if !self.closed && passed_closing {
             self.closed = true;
-            edges[0] = Some(Edge { rising: true, position: closes });
+            edges[0] = Some(InputEdge { rising: true, position: closes });
         }
         if self.closed && passed_opening {
             self.closed = false;
-            edges[1] = Some(Edge { rising: false, position: opens });
+            edges[1] = Some(InputEdge { rising: false, position: opens });
         }
         if self.bounces && edges.iter().any(Option::is_some) {
             self.chatter = CHATTER;
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_switch_opens_later_than_it_closed_in_both_directions() {
         let mut switch = StationSwitch::new(100.0, 20.0, 3.0, 0.0);
-        let positions = |edges: [Option<Edge>; 2]| edges.map(|e| e.map(|e| (e.rising, e.position)));
+        let positions = |edges: [Option<InputEdge>; 2]| edges.map(|e| e.map(|e| (e.rising, e.position)));
         assert_eq!(positions(switch.pass(0.0, 99.0)), [None, None]);
         assert_eq!(positions(switch.pass(99.0, 100.5)), [Some((true, 100.0)), None]);
         assert_eq!(positions(switch.pass(100.5, 98.0)), [None, None]);
@@ -273,8 +273,8 @@ mod tests {
     fn a_second_mark_is_caught_like_the_first() {
         let mut detector = OriginDetector::new(3600.0, TURN_RAD / 3600.0 * 5.0);
         detector.set_second(Some(900.0));
-        assert_eq!(detector.edge(890.0, 910.0), Some(Edge { rising: true, position: 900.0 }));
-        assert_eq!(detector.edge(3590.0, 3610.0), Some(Edge { rising: true, position: 3600.0 }));
+        assert_eq!(detector.edge(890.0, 910.0), Some(InputEdge { rising: true, position: 900.0 }));
+        assert_eq!(detector.edge(3590.0, 3610.0), Some(InputEdge { rising: true, position: 3600.0 }));
         assert!(detector.is_closed(902.0) && detector.is_closed(-2.0) && !detector.is_closed(450.0));
         assert!((detector.off_mark(900.0) - 900.0).abs() < 1e-9);
         detector.set_second(None);

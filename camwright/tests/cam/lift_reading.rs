@@ -5,7 +5,8 @@ use crate::cams;
 use cams::{SplitMix64, absolute, lobe, printed, printed_rows, segment};
 use camwright::cam::lift::law::alternatives;
 use camwright::cam::lift::{
-    LengthUnit, LiftDeclaration, LiftLaw, LiftLawError, LiftTable, LiftWarning, MotionProgram, ProgramError, Reading,
+    LengthUnit, LiftDeclaration, LiftLaw, LiftLawError, LiftTable, LiftWarning, MotionProgram, ProgramError,
+    TableMethod,
 };
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
@@ -18,24 +19,24 @@ fn the_cubic_spline_shows_the_jerk_of_rounding() {
     assert!((law.peak_jerk_mm_rad3() - truth).abs() < 1e-6 * truth, "{}", law.peak_jerk_mm_rad3());
     let table = printed(&law, 3600, 1e-3);
     let read = |table: &LiftTable, reading| LiftLaw::read_table(table, reading).unwrap().reading().unwrap();
-    let (smooth, cubic) = (read(&table, Reading::Smoothest), read(&table, Reading::CubicSpline));
+    let (smooth, cubic) = (read(&table, TableMethod::Smoothest), read(&table, TableMethod::CubicSpline));
     assert!(smooth.peak_jerk_mm_rad3 < 1.01 * truth, "{smooth:?}");
     assert!(cubic.peak_jerk_mm_rad3 > 300.0 * truth, "{cubic:?}");
     assert!(cubic.max_deviation_mm < 1e-12 && smooth.max_deviation_mm > 1e-4);
-    let fine = read(&printed(&law, 720, 1e-7), Reading::CubicSpline);
+    let fine = read(&printed(&law, 720, 1e-7), TableMethod::CubicSpline);
     assert!((fine.peak_jerk_mm_rad3 / truth - 1.0).abs() < 0.05, "{fine:?}");
     // Every alternative reading is listed beside the chosen one.
     let names =
         |chosen| alternatives(&table, chosen).unwrap().iter().map(|other| other.reading.name()).collect::<Vec<_>>();
-    assert_eq!(names(Reading::Smoothest), ["cubic_spline"]);
-    assert_eq!(names(Reading::CubicSpline), ["smoothest"]);
-    assert_eq!(names(Reading::SmoothWithin { tolerance_mm: 0.01 }), ["smoothest", "cubic_spline"]);
+    assert_eq!(names(TableMethod::Smoothest), ["cubic_spline"]);
+    assert_eq!(names(TableMethod::CubicSpline), ["smoothest"]);
+    assert_eq!(names(TableMethod::SmoothWithin { tolerance_mm: 0.01 }), ["smoothest", "cubic_spline"]);
 }
 
 #[test]
 fn the_cubic_spline_goes_through_every_figure_with_continuous_acceleration() {
     let table = printed(&lobe(MotionLaw::Cycloidal, 6.0, 70.0), 361, 1e-3);
-    let law = LiftLaw::read_table(&table, Reading::CubicSpline).unwrap();
+    let law = LiftLaw::read_table(&table, TableMethod::CubicSpline).unwrap();
     for block in 0..table.blocks() {
         let angle = block as f64 * table.block_rad();
         assert!((law.sample(angle).value - table.lift_mm(block)).abs() < 1e-12, "{block}");
@@ -61,7 +62,7 @@ fn smoothing_stays_within_its_tolerance_and_lowers_the_jerk() {
     assert_eq!(doubts, []);
     let mut jerks = Vec::new();
     for tolerance_mm in [0.0005, 0.001, 0.002, 0.005, 0.02] {
-        let smooth = LiftLaw::read_table(&table, Reading::SmoothWithin { tolerance_mm }).unwrap();
+        let smooth = LiftLaw::read_table(&table, TableMethod::SmoothWithin { tolerance_mm }).unwrap();
         let reading = smooth.reading().unwrap();
         let (mut largest, mut squares) = (0.0_f64, 0.0);
         for block in 0..table.blocks() {
@@ -86,7 +87,7 @@ fn smoothing_stays_within_its_tolerance_and_lowers_the_jerk() {
 fn a_tolerance_below_half_a_digit_is_refused() {
     let table = printed(&lobe(MotionLaw::Cycloidal, 6.0, 70.0), 360, 1e-3);
     for tolerance_mm in [0.0004, -1.0, 0.0, f64::NAN] {
-        let error = LiftLaw::read_table(&table, Reading::SmoothWithin { tolerance_mm }).unwrap_err();
+        let error = LiftLaw::read_table(&table, TableMethod::SmoothWithin { tolerance_mm }).unwrap_err();
         assert!(
             matches!(error, LiftLawError::ToleranceTooSmall { half_digit_mm, .. } if half_digit_mm < 6e-4),
             "{error}"

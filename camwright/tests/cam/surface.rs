@@ -6,7 +6,7 @@ use crate::solids;
 use cams::SplitMix64;
 use camwright::cam::contour::Contour;
 use camwright::cam::surface::cams::CamAlong;
-use camwright::cam::surface::grid::Grid;
+use camwright::cam::surface::grid::SurfaceGrid;
 use camwright::cam::surface::mesh::{Triangle, cut_by_rake_plane, surface_of};
 use camwright::cam::surface::solid::{Harmonic, LinearInZ, Solid};
 use camwright::cam::surface::{Surface, SurfaceError};
@@ -66,7 +66,7 @@ fn derivatives_of_every_kind_are_those_of_differences() {
     }
     let cone = solid(ELLIPTIC_CONE);
     let z: Vec<f64> = [0.0, 1.0, 2.5, 3.0, 5.0, 6.0, 11.0, 12.5, 20.0].to_vec();
-    let grid = Surface::grid(&Grid::sampled(72, z, |azimuth, z| cone.radius(azimuth, z))).unwrap();
+    let grid = Surface::grid(&SurfaceGrid::sampled(72, z, |azimuth, z| cone.radius(azimuth, z))).unwrap();
     // The third derivative along z jumps at a row, where a difference sees its mean.
     derivatives_agree(&grid, 1e-4, "grid");
 }
@@ -77,7 +77,7 @@ fn a_grid_gives_back_what_it_was_sampled_from() {
     let r = |azimuth: f64, z: f64| 20.0 + (2.0 * azimuth).cos() * (1.0 + 0.1 * z - z * z * z / 3000.0);
     for z in [vec![0.0, 1.0, 4.0, 5.5, 9.0, 12.0], (0..30).map(|k| f64::from(k) * 0.5).collect()] {
         let (from, to) = (z[0], z[z.len() - 1]);
-        let surface = Surface::grid(&Grid::sampled(180, z, r)).unwrap();
+        let surface = Surface::grid(&SurfaceGrid::sampled(180, z, r)).unwrap();
         assert_eq!(surface.ends_mm(), (from, to));
         for (azimuth, z) in places(from, to) {
             assert!((surface.radius(azimuth, z) - r(azimuth, z)).abs() < 1e-9, "{azimuth} {z}");
@@ -92,7 +92,7 @@ fn a_grid_gives_back_what_it_was_sampled_from() {
 
 #[test]
 fn a_grid_of_a_cylinder_is_exactly_the_cylinder() {
-    let grid = Grid::sampled(36, vec![-3.0, 0.0, 9.0], |_, _| 17.3);
+    let grid = SurfaceGrid::sampled(36, vec![-3.0, 0.0, 9.0], |_, _| 17.3);
     let surface = Surface::grid(&grid).unwrap();
     for (azimuth, z) in places(-10.0, 20.0) {
         assert_eq!(surface.radius(azimuth, z).to_bits(), 17.3_f64.to_bits());
@@ -104,10 +104,10 @@ fn a_grid_of_a_cylinder_is_exactly_the_cylinder() {
 fn a_closing_column_adds_no_data() {
     let cone = solid(ELLIPTIC_CONE);
     let z = vec![0.0, 5.0, 10.0, 20.0];
-    let plain = Surface::grid(&Grid::sampled(90, z.clone(), |a, z| cone.radius(a, z))).unwrap();
+    let plain = Surface::grid(&SurfaceGrid::sampled(90, z.clone(), |a, z| cone.radius(a, z))).unwrap();
     let azimuths_rad: Vec<f64> = (0..=90).map(|i| (f64::from(i) + 20.0) * TURN_RAD / 90.0).collect();
     let radii_mm = z.iter().flat_map(|z| azimuths_rad.iter().map(|a| cone.radius(*a, *z))).collect();
-    let mut closing = Grid { azimuths_rad, z_mm: z, radii_mm };
+    let mut closing = SurfaceGrid { azimuths_rad, z_mm: z, radii_mm };
     let surface = Surface::grid(&closing).unwrap();
     for (azimuth, z) in places(0.0, 20.0) {
         assert!((surface.radius(azimuth, z) - plain.radius(azimuth, z)).abs() < 1e-11);
@@ -233,15 +233,18 @@ fn solids_that_are_none_are_refused() {
 
 #[test]
 fn grids_that_are_none_are_refused() {
-    let good = Grid::sampled(36, vec![0.0, 1.0, 2.0, 3.0], |_, _| 10.0);
-    let refused = |change: &dyn Fn(&mut Grid)| {
+    let good = SurfaceGrid::sampled(36, vec![0.0, 1.0, 2.0, 3.0], |_, _| 10.0);
+    let refused = |change: &dyn Fn(&mut SurfaceGrid)| {
         let mut grid = good.clone();
         change(&mut grid);
         Surface::grid(&grid).unwrap_err()
     };
     assert!(matches!(refused(&|g| g.radii_mm.truncate(100)), SurfaceError::GridSize { wanted: 144, count: 100, .. }));
-    assert!(matches!(refused(&|g| *g = Grid::sampled(5, vec![0.0, 1.0], |_, _| 9.0)), SurfaceError::Count { .. }));
-    assert!(matches!(refused(&|g| *g = Grid::sampled(36, vec![0.0], |_, _| 9.0)), SurfaceError::Count { .. }));
+    assert!(matches!(
+        refused(&|g| *g = SurfaceGrid::sampled(5, vec![0.0, 1.0], |_, _| 9.0)),
+        SurfaceError::Count { .. }
+    ));
+    assert!(matches!(refused(&|g| *g = SurfaceGrid::sampled(36, vec![0.0], |_, _| 9.0)), SurfaceError::Count { .. }));
     for bad in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
         let error = refused(&|g| g.radii_mm[40] = bad);
         assert!(

@@ -4,7 +4,7 @@ use crate::JobEnd;
 use crate::cams::SplitMix64;
 use crate::drive::{Tick, drive, requests};
 use crate::grinding::journal;
-use camwright::gauging::Mode;
+use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::interpolator::{Interpolator, Outcome, Request};
 use camwright::job::grinding::{
@@ -28,7 +28,7 @@ const QUIET_MM: f64 = 3e-4;
 const NOISY_MM: f64 = 1.5e-3;
 const NOISE_MM: f64 = 2e-4;
 
-fn machine(random: &mut SplitMix64, mode: Mode) -> MachineDescription {
+fn machine(random: &mut SplitMix64, mode: GaugingMode) -> MachineDescription {
     let grinding_n_mm = random.within(2e4, 5e4);
     let ratio = random.within(0.05, 0.5);
     let stiffness = vec![
@@ -41,7 +41,7 @@ fn machine(random: &mut SplitMix64, mode: Mode) -> MachineDescription {
         threshold_n_mm: random.within(0.0, 1.0),
         part_share: 0.7,
     };
-    let two = mode == Mode::Exact && random.next().is_multiple_of(4);
+    let two = mode == GaugingMode::Exact && random.next().is_multiple_of(4);
     let first_deg: f64 = if two { 300.0 } else { random.one_of(&[270.0, 270.0, 90.0, 135.0, 225.0, 315.0]) };
     let noisy = random.next().is_multiple_of(2);
     let gauge = GaugeDescription {
@@ -58,7 +58,7 @@ fn machine(random: &mut SplitMix64, mode: Mode) -> MachineDescription {
     MachineDescription { contact: Some(contact), gauge: Some(gauge), rotation_sense, ..machine }
 }
 
-fn job(random: &mut SplitMix64, mode: Mode) -> JobSpec {
+fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
     let radius_mm = random.within(12.0, 30.0);
     let wave = |random: &mut SplitMix64, most_mm: f64| Wave {
         mm: random.within(0.0, most_mm),
@@ -173,7 +173,7 @@ impl Shop {
 /// One job, from its seed.
 pub(crate) fn judge(seed: u64) -> JobEnd {
     let mut random = SplitMix64(seed);
-    let mode = random.one_of(&[Mode::Exact, Mode::Published, Mode::Published]);
+    let mode = random.one_of(&[GaugingMode::Exact, GaugingMode::Published, GaugingMode::Published]);
     let (machine, job) = (machine(&mut random, mode), job(&mut random, mode));
     let first = match plan_job(&job, &machine, 60.0, None) {
         Ok(first) => first,

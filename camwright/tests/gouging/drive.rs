@@ -1,10 +1,10 @@
 //! A plan through the real interpolator, with holds, overrides and cancels at any tick.
 
 use crate::cams::SplitMix64;
-use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
+use camwright::interpolator::{Interpolator, InterpolatorEvent, Motion, Outcome, Prepared, Request, TickInputs};
 use camwright::machine::alarm::Severity;
 use camwright::machine::description::Axis;
-use camwright::motion::plan::{Command, Plan, Segment, SegmentKind};
+use camwright::motion::plan::{Plan, PlanCommand, Segment, SegmentKind};
 use camwright::simulation::tick_report::TickReport;
 use camwright::simulation::{Machine, MachineCommand};
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub(crate) fn drive(
     let prepared = Prepared::new(Motion::Plan(Arc::new(plan.clone())), &description).map_err(|e| e.to_string())?;
     interpolator.resync(machine.setpoint().counts);
     interpolator.start(Box::new(prepared)).map_err(|(error, _)| error.to_string())?;
-    let homes = |segment: &Segment| matches!(segment.kind, SegmentKind::Command(Command::SetHome(Axis::C)));
+    let homes = |segment: &Segment| matches!(segment.kind, SegmentKind::Command(PlanCommand::SetHome(Axis::C)));
     let homed_after = plan.segments.iter().rposition(homes);
     let start = machine.tick();
     let planned: u64 = plan.segments.iter().map(|segment| segment.ticks).sum();
@@ -86,7 +86,7 @@ pub(crate) fn drive(
             report: &report,
         });
         let finished = out.events.iter().find_map(|event| match event {
-            Event::Finished(outcome) => Some(*outcome),
+            InterpolatorEvent::Finished(outcome) => Some(*outcome),
             _ => None,
         });
         if let Some(outcome) = finished {

@@ -1,7 +1,8 @@
 //! A machine without inertia around the interpolator, and a plan on paper for it.
 
 use camwright::interpolator::{
-    Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, Status, StepOutput, TickInputs,
+    Interpolator, InterpolatorEvent, Motion, Order, OrderKind, Outcome, Prepared, Request, Status, StepOutput,
+    TickInputs,
 };
 use camwright::job::grinding::{InfeedDirection, SpeedLaw};
 use camwright::job::infeed::InfeedSchedule;
@@ -12,7 +13,7 @@ use camwright::machine::description::{
 use camwright::machine::setpoint::{Input, Latch, Setpoint};
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::TURN_RAD;
-use camwright::motion::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use camwright::motion::plan::{AxisTarget, CutSegment, Phase, Plan, PlanCommand, Segment, SegmentKind};
 use camwright::motion::speed_plan::{FlyingStart, SpeedPlan, SpeedRequest};
 use std::sync::Arc;
 
@@ -24,9 +25,9 @@ pub(crate) const SWITCH: i64 = 12_345_678;
 pub(crate) const START_RAD: f64 = 1.0;
 pub(crate) const SAFE_X: i64 = 60 * PER_MM;
 
-pub(crate) struct Random(pub(crate) u64);
+pub(crate) struct TestNoise(pub(crate) u64);
 
-impl Random {
+impl TestNoise {
     pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as f64 / (1u64 << 31) as f64
@@ -220,8 +221,8 @@ pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> 
     plan.segments = vec![
         segment(SegmentKind::Move(vec![to(machine, Axis::X, SAFE_X)]), Phase::Retract, 200, 1, 0.0),
         segment(search(Axis::C, "origin", TURN + TURN / 4), Phase::Home, 1000, 1, 0.0),
-        segment(SegmentKind::Command(Command::SetHome(Axis::C)), Phase::Home, 40, 1, 0.0),
-        segment(SegmentKind::Command(Command::WheelStart), Phase::Position, 40, 1, 0.0),
+        segment(SegmentKind::Command(PlanCommand::SetHome(Axis::C)), Phase::Home, 40, 1, 0.0),
+        segment(SegmentKind::Command(PlanCommand::WheelStart), Phase::Position, 40, 1, 0.0),
         segment(SegmentKind::Move(vec![to(machine, Axis::Z, 100 * PER_MM)]), Phase::Index, 500, 1, 0.0),
         segment(search(Axis::Z, "LS1", 60 * PER_MM), Phase::Index, 1000, 1, 0.0),
         segment(SegmentKind::Dwell, Phase::Position, 37, 1, 0.0),
@@ -234,7 +235,7 @@ pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> 
             1,
             0.0,
         ),
-        segment(SegmentKind::Command(Command::WheelStop), Phase::Return, 40, 1, 0.0),
+        segment(SegmentKind::Command(PlanCommand::WheelStop), Phase::Return, 40, 1, 0.0),
     ];
     plan
 }
@@ -297,7 +298,7 @@ pub(crate) fn sparking_out(machine: &MachineDescription, most_turns: u32) -> (Pl
     let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
     let cut = CutSegment { until_steady_n: Some(40), ..cut };
     plan.segments = vec![
-        segment(SegmentKind::Command(Command::WatchForce { most_n: 40 }), Phase::Position, 40, 1, 0.36),
+        segment(SegmentKind::Command(PlanCommand::WatchForce { most_n: 40 }), Phase::Position, 40, 1, 0.36),
         segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36),
     ];
     (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])
@@ -318,7 +319,7 @@ pub(crate) struct Bench {
     pub(crate) interpolator: Interpolator,
     pub(crate) rows: Vec<Row>,
     pub(crate) orders: Vec<Order>,
-    pub(crate) events: Vec<(u64, Event)>,
+    pub(crate) events: Vec<(u64, InterpolatorEvent)>,
     pub(crate) outcome: Option<Outcome>,
     pub(crate) tick: u64,
     /// Ticks after its own at which an edge reaches the interpolator, 1 … D.
@@ -384,7 +385,7 @@ impl Bench {
         self.orders.extend(out.orders.iter().copied());
         self.events.extend(out.events.iter().map(|event| (tick, *event)));
         for event in out.events.iter() {
-            if let Event::Finished(outcome) = event {
+            if let InterpolatorEvent::Finished(outcome) = event {
                 self.outcome = Some(*outcome);
             }
         }

@@ -1,6 +1,6 @@
 //! C turning on from one cut to the next: undisturbed, held, slowed down, cancelled and stopped at any tick.
 
-use crate::bench::{Bench, Random, SAFE_X, TURN, machine, two_cuts};
+use crate::bench::{Bench, SAFE_X, TURN, TestNoise, machine, two_cuts};
 use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared, Request, State, TickInputs};
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
@@ -54,7 +54,7 @@ fn c_turns_from_the_first_cut_to_the_end_of_the_second() {
 #[test]
 fn a_hold_anywhere_lets_the_phase_go_by_and_the_cut_begins_later() {
     let seed = 11;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     let plans = plans();
     for case in 0..60 {
         let (plan, start) = &plans[case % 2];
@@ -96,7 +96,7 @@ fn a_hold_between_the_cuts_leaves_c_turning() {
 #[test]
 fn holds_and_overrides_in_any_order_keep_the_limits() {
     let seed = 23;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     let plans = plans();
     for case in 0..40 {
         let (plan, start) = &plans[case % 2];

@@ -1,7 +1,7 @@
 //! Hold, override, cancel and alarms at any tick.
 
-use crate::bench::{Bench, Random, SAFE_X, TURN, cut_only, cut_only_under, machine, whole_job};
-use camwright::interpolator::{Event, Outcome, Request, State};
+use crate::bench::{Bench, SAFE_X, TURN, TestNoise, cut_only, cut_only_under, machine, whole_job};
+use camwright::interpolator::{InterpolatorEvent, Outcome, Request, State};
 use camwright::job::grinding::SpeedLaw;
 use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 
@@ -26,7 +26,7 @@ fn holding_on_the_part(mut plan: Plan) -> Plan {
 fn a_hold_anywhere_stops_within_limits_and_resumes_on_the_path() {
     let machine = machine();
     let seed = 4711;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     let plan = whole_job(&machine, 6.0);
     for case in 0..40 {
         let (hold, length) = (1 + random.below(7_500), 1 + random.below(2_500));
@@ -149,7 +149,7 @@ fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
         cuts.push((holding_on_the_part(plan), start));
     }
     let seed = 99;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     for case in 0..60 {
         let (plan, start) = cuts[case % cuts.len()].clone();
         let what = format!("seed {seed} case {case}");
@@ -202,7 +202,7 @@ fn a_changing_override_keeps_the_limits_and_the_path() {
     let machine = machine();
     let plan = whole_job(&machine, 6.0);
     let seed = 5;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     for case in 0..10 {
         let what = format!("seed {seed} case {case}");
         let mut bench = Bench::new(machine.clone());
@@ -363,5 +363,5 @@ fn a_wait_waits_for_its_decision() {
     assert_eq!((bench.outcome, bench.last().status.segment), (None, 1));
     bench.step(&[Request::Decision]);
     assert_eq!(bench.outcome, Some(Outcome::Completed));
-    assert!(bench.events.iter().any(|(_, event)| *event == Event::Segment(1)));
+    assert!(bench.events.iter().any(|(_, event)| *event == InterpolatorEvent::Segment(1)));
 }

@@ -1,8 +1,8 @@
 //! Searches, zeros, and feedback that arrives whenever it likes.
 
-use crate::bench::{Bench, ORIGIN, Random, SWITCH, TURN, machine, whole_job};
+use crate::bench::{Bench, ORIGIN, SWITCH, TURN, TestNoise, machine, whole_job};
 use camwright::interpolator::{
-    AppliedInput, Event, InterpolatorAlarm, Motion, OrderKind, Outcome, Request, SearchStep,
+    AppliedInput, InterpolatorAlarm, InterpolatorEvent, Motion, OrderKind, Outcome, Request, SearchStep,
 };
 use camwright::machine::description::Axis;
 use camwright::machine::setpoint::{Input, Latch};
@@ -59,7 +59,7 @@ fn a_search_without_its_edge_is_an_alarm_at_rest() {
     bench.start(Motion::Home(vec![Axis::C]));
     let alarm = InterpolatorAlarm::NoEdge { axis: Axis::C, input: Input::Origin };
     assert_eq!(bench.finish(10_000), Outcome::Failed(90));
-    assert!(bench.events.iter().any(|(_, event)| *event == Event::Alarm(alarm)));
+    assert!(bench.events.iter().any(|(_, event)| *event == InterpolatorEvent::Alarm(alarm)));
     bench.assert_limits("no edge");
     bench.assert_at_rest("no edge");
     assert_eq!(bench.counts()[0], TURN + TURN / 4);
@@ -134,7 +134,7 @@ fn the_moment_at_which_feedback_arrives_changes_nothing() {
     let at_once = run(Box::new(|| 1));
     let late = run(Box::new(|| 20));
     assert!(at_once == late);
-    let mut random = Random(3);
+    let mut random = TestNoise(3);
     assert!(at_once == run(Box::new(move || 1 + random.below(20))));
 }
 
@@ -146,7 +146,7 @@ fn applied_inputs_replay_the_run() {
     let mut bench = Bench::new(machine.clone());
     bench.start(Motion::Plan(plan.clone()));
     let mut applied: Vec<(u64, AppliedInput)> = Vec::new();
-    let mut random = Random(8);
+    let mut random = TestNoise(8);
     while bench.outcome.is_none() {
         let requests: &[Request] = match random.below(400) {
             0 => &[Request::Hold],

@@ -1,8 +1,8 @@
 //! Path following of trajectories: tolerances on the path and at the end, timed starts, and replacement.
 
-use crate::bench::{Bench, PER_MM, Random, machine};
+use crate::bench::{Bench, PER_MM, TestNoise, machine};
 use camwright::interpolator::tolerance::{FollowingTolerances, MotionPhase, Tolerance};
-use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
+use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{
     AppliedInput, Motion, Outcome, Prepared, Request, StartError, State, StateForecast, StepOutput,
 };
@@ -17,7 +17,7 @@ fn point(time_s: f64, x_mm: f64) -> TrajectoryPoint {
 fn twenty_mm(tolerances: FollowingTolerances) -> Trajectory {
     let points = [point(1.0, 20.0)];
     let trajectory =
-        Trajectory::from_points(&[Axis::X], &points, &Start::default(), &machine()).expect("within limits");
+        Trajectory::from_points(&[Axis::X], &points, &TrajectoryStart::default(), &machine()).expect("within limits");
     trajectory.with_tolerances(tolerances)
 }
 
@@ -196,7 +196,7 @@ fn a_trajectory_waits_for_its_tick_at_rest_and_can_be_held_and_cancelled_there()
 #[test]
 fn one_trajectory_takes_the_place_of_another_without_a_step() {
     let machine = machine();
-    let mut random = Random(0x5711_ce01);
+    let mut random = TestNoise(0x5711_ce01);
     let mut spliced = 0;
     for case in 0..200 {
         let mut bench = Bench::new(machine.clone());
@@ -284,7 +284,7 @@ fn a_trajectory_that_waits_gives_way() {
     }
     let tick = bench.tick;
     let StateForecast::At(start) = bench.interpolator.foresee(tick) else { panic!("it waits") };
-    assert_eq!(start, Start::default());
+    assert_eq!(start, TrajectoryStart::default());
     let z = [point(1.0, 5.0)];
     let trajectory = Trajectory::from_points(&[Axis::Z], &z, &start, &machine).expect("within limits");
     let motion = Box::new(Prepared::new(Motion::from(trajectory), &machine).expect("good"));

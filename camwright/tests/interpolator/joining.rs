@@ -2,7 +2,7 @@
 
 use crate::bench::machine;
 use camwright::interpolator::join::{MAX_JOIN_S, StartTolerance};
-use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryError, TrajectoryPoint};
+use camwright::interpolator::trajectory::{Trajectory, TrajectoryError, TrajectoryPoint, TrajectoryStart};
 use camwright::machine::description::Axis;
 use camwright::machine::description::MachineDescription;
 
@@ -70,7 +70,7 @@ fn a_start_anywhere_within_tolerance_is_joined_within_limits_and_time() {
         let asked = words.between(20.0, 60.0);
         let tolerance = TOLERANCE[axis.index()];
         let at = words.count_near(asked, tolerance, &machine, axis);
-        let mut start = Start::at_rest([0.0, 50.0, 50.0]);
+        let mut start = TrajectoryStart::at_rest([0.0, 50.0, 50.0]);
         start.position[axis.index()] = at;
         let points = travel(&mut words, asked, axis, share, &machine);
         let joined = Trajectory::joined(&[axis], &points, &start, &StartTolerance(TOLERANCE), &machine)
@@ -128,7 +128,7 @@ fn a_start_beyond_tolerance_is_refused_with_joint_value_and_allowance() {
             ..TrajectoryPoint::default()
         })
     };
-    let start = Start::at_rest([0.0, 50.0, 50.0]);
+    let start = TrajectoryStart::at_rest([0.0, 50.0, 50.0]);
     let tolerance = StartTolerance(TOLERANCE);
     let build =
         |at: f64, tolerance: &StartTolerance| Trajectory::joined(&[Axis::X], &points(at), &start, tolerance, &machine);
@@ -156,7 +156,7 @@ fn two_axes_of_which_one_has_no_room_are_moved_to_their_first_points_together() 
             accelerations: vec![point.accelerations[0], 0.0],
         })
         .collect();
-    let start = Start::at_rest([0.0, 50.5, 50.0]);
+    let start = TrajectoryStart::at_rest([0.0, 50.5, 50.0]);
     let joined = Trajectory::joined(&[Axis::X, Axis::Z], &points, &start, &StartTolerance(TOLERANCE), &machine)
         .expect("it is joined");
     let (x, z) = (joined.law(Axis::X).expect("X"), joined.law(Axis::Z).expect("Z"));

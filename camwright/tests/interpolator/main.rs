@@ -23,7 +23,7 @@ use bench::{Bench, PER_MM, SAFE_X, TURN, cut_only, machine, whole_job};
 use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, State};
 use camwright::machine::description::Axis;
 use camwright::math::units::TURN_RAD;
-use camwright::motion::plan::{Command, Phase, Plan, SegmentKind};
+use camwright::motion::plan::{Phase, Plan, PlanCommand, SegmentKind};
 use std::sync::Arc;
 
 /// The whole job arrives where it should: C homed on its mark and turned by whole turns, the table behind its switch.
@@ -175,7 +175,7 @@ fn what_cannot_be_executed_is_refused_when_it_is_prepared() {
     assert!(matches!(cut(&|cut| cut.turn_s = f64::NAN), PrepareError::Plateau { segment: 8, .. }));
     assert!(matches!(cut(&|cut| cut.retract_mm = 180.0), PrepareError::SoftLimit { segment: 8, .. }));
     assert_eq!(refused(&|plan| plan.segments[8].stop_ticks = 0), PrepareError::NoStop { segment: 8 });
-    let error = refused(&|plan| plan.segments[2].kind = SegmentKind::Command(Command::SetHome(Axis::X)));
+    let error = refused(&|plan| plan.segments[2].kind = SegmentKind::Command(PlanCommand::SetHome(Axis::X)));
     assert_eq!(error, PrepareError::NothingCaught { segment: 2, axis: Axis::X });
     assert!(matches!(
         refused(&|plan| {

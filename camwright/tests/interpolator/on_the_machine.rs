@@ -1,7 +1,9 @@
 //! The interpolator with the simulated machine: nothing it sends is implausible, and the zero it finds is the true one.
 
-use crate::bench::{PER_MM, Random, SAFE_X, TURN, machine, whole_job};
-use camwright::interpolator::{Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, TickInputs};
+use crate::bench::{PER_MM, SAFE_X, TURN, TestNoise, machine, whole_job};
+use camwright::interpolator::{
+    Interpolator, InterpolatorEvent, Motion, Order, OrderKind, Outcome, Prepared, Request, TickInputs,
+};
 use camwright::machine::description::Axis;
 use camwright::machine::persistent_state::PersistentState;
 use camwright::math::units::rad_from_deg;
@@ -31,7 +33,7 @@ fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Mac
             assert!(interpolator.feedback(latch));
         }
         for event in out.events.iter() {
-            if let Event::Finished(outcome) = event {
+            if let InterpolatorEvent::Finished(outcome) = event {
                 return (*outcome, orders, machine);
             }
         }
@@ -55,7 +57,7 @@ fn nothing_that_is_sent_is_implausible_to_the_machine() {
     let description = machine();
     let plan = Arc::new(whole_job(&description, 6.0));
     let seed = 12;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     for case in 0..8 {
         let mut requests = Vec::new();
         let mut at = 0;

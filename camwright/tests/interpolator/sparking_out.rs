@@ -1,7 +1,7 @@
 //! Spark-out that ends when the force is steady.
 
-use crate::bench::{Bench, Random, TURN, machine, sparking_out};
-use camwright::interpolator::{Event, Motion, Outcome, PrepareError, Prepared, Request};
+use crate::bench::{Bench, TURN, TestNoise, machine, sparking_out};
+use camwright::interpolator::{InterpolatorEvent, Motion, Outcome, PrepareError, Prepared, Request};
 use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 use std::sync::Arc;
 
@@ -16,8 +16,8 @@ fn cut_of(plan: &Plan) -> CutSegment {
 }
 
 fn left_out(bench: &Bench) -> i64 {
-    let turns = |event: &Event| match event {
-        Event::LeftOut { lobe: 0, turns } => i64::from(*turns),
+    let turns = |event: &InterpolatorEvent| match event {
+        InterpolatorEvent::LeftOut { lobe: 0, turns } => i64::from(*turns),
         _ => 0,
     };
     bench.events.iter().map(|(_, event)| turns(event)).sum()
@@ -94,7 +94,7 @@ fn holds_and_delivery_do_not_disturb_it() {
     let machine = machine();
     let (plan, start) = sparking_out(&machine, 6);
     let seed = 90_125;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     for case in 0..30 {
         let (closes, hold, length) = (random.below(9_000), random.below(9_000), 1 + random.below(2_500));
         let what = format!("seed {seed} case {case}: closed at {closes}, held at {hold} for {length}");
@@ -118,7 +118,7 @@ fn holds_and_delivery_do_not_disturb_it() {
             }
             bench
         };
-        let mut late = Random(seed + case);
+        let mut late = TestNoise(seed + case);
         let (bench, other) = (run(Box::new(|| 1)), run(Box::new(move || 1 + late.below(20))));
         assert_eq!(bench.outcome, Some(Outcome::Completed), "{what}");
         bench.assert_limits(&what);

@@ -1,6 +1,6 @@
 //! A spiral around a part that is not round: on its path at every tick, however it is held, slowed down or left.
 
-use crate::bench::{Bench, PER_MM, Random, SAFE_X, TURN, machine, segment, to};
+use crate::bench::{Bench, PER_MM, SAFE_X, TURN, TestNoise, machine, segment, to};
 use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, Request, State};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use camwright::math::hermite::{HermiteSpline, Knot};
@@ -8,7 +8,7 @@ use camwright::math::units::TURN_RAD;
 use camwright::motion::path_stop::path_stop_s;
 use camwright::motion::plan::{Phase, Plan, SegmentKind, SpiralSegment};
 use camwright::motion::point_to_point::rest_to_rest;
-use camwright::motion::speed_plan::Quantity;
+use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::plan_check::{PlanFault, check_plan};
 use std::sync::Arc;
 
@@ -106,7 +106,7 @@ fn x_and_z_follow_c_along_the_spiral_and_c_closes_after_whole_turns() {
 #[test]
 fn held_anywhere_it_stops_on_the_spiral_and_goes_on_to_the_same_end() {
     let seed = 11;
-    let mut random = Random(seed);
+    let mut random = TestNoise(seed);
     for _ in 0..12 {
         let (at, ticks) = (700 + random.below(2200), random.below(900));
         let what = format!("seed {seed}: held after {at} ticks for {ticks}");
@@ -202,7 +202,7 @@ fn the_forward_check_refuses_what_joins_nothing_or_exceeds_a_limit() {
         plan.time_laws[0] = rest_to_rest(f64::from(TURNS) * TURN_RAD, &limits).expect("a law");
     });
     let PlanFault::Limit(used) = limit else { panic!("{limit}") };
-    assert_eq!((used.axis, used.quantity), (Axis::C, Quantity::Acceleration));
+    assert_eq!((used.axis, used.quantity), (Axis::C, LimitedQuantity::Acceleration));
     let beyond = fault(&|plan| {
         let knots = plan.angle_laws[1].knots().iter().map(|knot| Knot { first: 40.0 * knot.first, ..*knot });
         plan.angle_laws[1] = HermiteSpline::new(knots.collect()).expect("knots");

@@ -1,8 +1,8 @@
 //! Trajectories of ROS clients.
 
 use crate::bench::{Bench, PER_MM, machine};
-use camwright::interpolator::quantity::Quantity;
-use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryError, TrajectoryPoint};
+use camwright::interpolator::quantity::MotionQuantity;
+use camwright::interpolator::trajectory::{Trajectory, TrajectoryError, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError, State};
 use camwright::machine::description::Axis;
 
@@ -39,7 +39,7 @@ fn points_are_met_at_their_times_and_the_curve_between_is_that_of_the_motion() {
     for (form, tolerance) in [(0, 0.05), (1, 0.01), (2, 0.05)] {
         let points = cosine(form);
         let trajectory =
-            Trajectory::from_points(&[Axis::X], &points, &Start::default(), &machine).expect("within limits");
+            Trajectory::from_points(&[Axis::X], &points, &TrajectoryStart::default(), &machine).expect("within limits");
         let law = trajectory.law(Axis::X).expect("X moves");
         for point in &points {
             assert!((law.sample(point.time_s).value - point.positions[0]).abs() < 1e-12);
@@ -56,7 +56,7 @@ fn points_are_met_at_their_times_and_the_curve_between_is_that_of_the_motion() {
 fn a_trajectory_moves_its_joints_and_holds_the_others() {
     let machine = machine();
     let trajectory =
-        Trajectory::from_points(&[Axis::X], &cosine(0), &Start::default(), &machine).expect("within limits");
+        Trajectory::from_points(&[Axis::X], &cosine(0), &TrajectoryStart::default(), &machine).expect("within limits");
     let mut bench = Bench::at(machine.clone(), [11, 0, 22]);
     bench.start(Motion::from(trajectory.clone()));
     assert_eq!(bench.finish(3000), Outcome::Completed);
@@ -73,7 +73,7 @@ fn a_trajectory_moves_its_joints_and_holds_the_others() {
 fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
     let machine = machine();
     let trajectory =
-        Trajectory::from_points(&[Axis::X], &cosine(2), &Start::default(), &machine).expect("within limits");
+        Trajectory::from_points(&[Axis::X], &cosine(2), &TrajectoryStart::default(), &machine).expect("within limits");
     for at in [1, 400, 1000, 1990] {
         let mut bench = Bench::new(machine.clone());
         bench.start(Motion::from(trajectory.clone()));
@@ -108,12 +108,12 @@ fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
 fn what_exceeds_a_limit_is_refused_with_joint_time_and_amount() {
     let machine = machine();
     let refuse = |points: &[TrajectoryPoint]| {
-        Trajectory::from_points(&[Axis::X], points, &Start::default(), &machine).expect_err("beyond a limit")
+        Trajectory::from_points(&[Axis::X], points, &TrajectoryStart::default(), &machine).expect_err("beyond a limit")
     };
     // 100 mm in 0.1 s: quintic rest to rest peaks at 1.875 times the mean velocity and 5.77 d / T².
     let error = refuse(&[point(0.1, &[100.0], &[], &[])]);
     let TrajectoryError::Limit { axis: Axis::X, quantity, value, bound, .. } = error.clone() else { panic!("{error}") };
-    assert_eq!(quantity, Quantity::Jerk);
+    assert_eq!(quantity, MotionQuantity::Jerk);
     assert!((value.abs() - 60.0 * 100.0 / 1e-3).abs() < 1.0 && bound == 1e6, "{value} {bound}");
     let error = refuse(&[point(1.0, &[300.0], &[], &[])]);
     assert_eq!(
@@ -135,7 +135,7 @@ fn when(error: &TrajectoryError) -> String {
 fn points_that_are_no_trajectory_are_refused() {
     let machine = machine();
     let build = |joints: &[Axis], points: &[TrajectoryPoint]| {
-        Trajectory::from_points(joints, points, &Start::default(), &machine)
+        Trajectory::from_points(joints, points, &TrajectoryStart::default(), &machine)
     };
     assert!(matches!(build(&[], &[]), Err(TrajectoryError::Empty { .. })));
     assert!(matches!(build(&[Axis::X], &[]), Err(TrajectoryError::Empty { joints: 1, points: 0 })));
@@ -148,7 +148,7 @@ fn points_that_are_no_trajectory_are_refused() {
     assert!(matches!(build(&[Axis::X], &[p(f64::NAN, 1.0)]), Err(TrajectoryError::NotFinite { point: 0 })));
     assert!(matches!(
         build(&[Axis::X], &[p(1.0, 1.0), point(2.0, &[2.0], &[0.0], &[])]),
-        Err(TrajectoryError::Mixed { point: 1, quantity: Quantity::Velocity })
+        Err(TrajectoryError::Mixed { point: 1, quantity: MotionQuantity::Velocity })
     ));
     assert!(matches!(
         build(&[Axis::X, Axis::X], &[point(1.0, &[1.0, 1.0], &[], &[])]),

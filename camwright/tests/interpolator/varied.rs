@@ -1,6 +1,6 @@
 //! A spiral whose spindle varies its speed: held, slowed down and left anywhere, within all limits.
 
-use crate::bench::{Bench, Random};
+use crate::bench::{Bench, TestNoise};
 use crate::solids::low_and_high_cam;
 use camwright::interpolator::{Outcome, Request, State};
 use camwright::job::turning::{TurningJob, TurningSpeed};
@@ -8,7 +8,7 @@ use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDe
 use camwright::machine::reference::lathe;
 use camwright::math::hermite::{HermiteSpline, Knot};
 use camwright::motion::plan::SegmentKind;
-use camwright::motion::speed_plan::Quantity;
+use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::plan_check::{PlanFault, check_plan};
 use camwright::planner::{PlanStart, PlannedTurning, plan_turning};
 use camwright::toolpath::insert_path::{Feed, Passes};
@@ -56,7 +56,7 @@ fn spiral(bench: &Bench) -> (u64, u64) {
 #[test]
 fn held_slowed_down_or_left_anywhere_it_keeps_the_limits() {
     let seed = 29;
-    let (mut random, machine) = (Random(seed), machine());
+    let (mut random, machine) = (TestNoise(seed), machine());
     let planned = planned(&machine);
     let (low, high) = planned.passes[0].speed_range_rad_s();
     assert!(high > 10.0 * low, "{low} {high}");
@@ -118,6 +118,6 @@ fn the_forward_check_sees_a_single_knot_that_is_off() {
         plan.time_laws[law] = HermiteSpline::new(knots).expect("knots");
         let error = check_plan(&plan, &machine, start(&machine)).expect_err("it must be seen");
         let PlanFault::Limit(used) = error.fault else { panic!("{error}") };
-        assert!(used.quantity == Quantity::Jerk || used.quantity == Quantity::Acceleration, "{used}");
+        assert!(used.quantity == LimitedQuantity::Jerk || used.quantity == LimitedQuantity::Acceleration, "{used}");
     }
 }

@@ -12,7 +12,7 @@ use camwright::math::units::{TURN_RAD, rad_s_from_rpm, um_from_mm};
 use camwright::motion::plan::Plan;
 use camwright::planner::plan_turning;
 use camwright::simulation::lathe_drives::{
-    AxisFlaw, DriveFlaw, Drives, FeedForward, Finding, FlawAxes, GainSearch, MinimumGain, TurningDrives,
+    AxisFlaw, DriveFlaw, Drives, DrivesResult, FeedForward, FlawAxes, GainSearch, MinimumGain, TurningDrives,
     TurningDrivesError,
 };
 use camwright::simulation::turned_part::PartGrid;
@@ -96,18 +96,18 @@ fn plan(job: &TurningJob, machine: &MachineDescription) -> Plan {
     plan_turning(job, machine, None).unwrap_or_else(|error| panic!("{error}")).plan
 }
 
-fn check_finding(finding: &Finding) {
+fn check_finding(finding: &DrivesResult) {
     match finding {
-        Finding::Drives(drives, form) => println!(
+        DrivesResult::Drives(drives, form) => println!(
             "{drives}: {:.2} to {:.2} um, {:.2} um beyond cusps",
             um_from_mm(form.lowest.deviation_mm),
             um_from_mm(form.highest.deviation_mm),
             um_from_mm(form.beyond_mm)
         ),
-        Finding::Gain(gain) => {
+        DrivesResult::Gain(gain) => {
             println!("Kv of X {:.1}/s: {:?} um", gain.kv_1_s, gain.form.map(|form| um_from_mm(form.beyond_mm)));
         }
-        Finding::Flaw(flaw) => println!("without {}: {:.2} um", flaw.of, um_from_mm(flaw.form.beyond_mm)),
+        DrivesResult::Flaw(flaw) => println!("without {}: {:.2} um", flaw.of, um_from_mm(flaw.form.beyond_mm)),
     }
 }
 
@@ -135,7 +135,7 @@ fn drives_are_compared_from_ideal_ones_to_those_of_the_machine() {
     let names: Vec<Drives> = found.iter().map(|(drives, _)| *drives).collect();
     let good = [Drives::GoodOn(Axis::X), Drives::GoodOn(Axis::C), Drives::Good];
     assert_eq!(names, [&[Drives::Ideal, Drives::Own][..], &good].concat());
-    assert_eq!(seen, found.iter().map(|(drives, form)| Finding::Drives(*drives, *form)).collect::<Vec<_>>());
+    assert_eq!(seen, found.iter().map(|(drives, form)| DrivesResult::Drives(*drives, *form)).collect::<Vec<_>>());
     let of = |drives: Drives| found.iter().find(|(found, _)| *found == drives).expect("it was looked at").1;
     let ideal = of(Drives::Ideal);
     assert!(ideal.beyond_mm < 1e-12 && ideal.lowest.deviation_mm > -5e-5, "{ideal:?}");

@@ -6,7 +6,7 @@ mod stock;
 
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::LiftLaw;
-use camwright::gauging::Mode;
+use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::gauging::journal::JournalCorrection;
 use camwright::interpolator::{Motion, Prepared};
@@ -59,7 +59,7 @@ fn grinder(ratio: f64, gamma_deg: f64) -> MachineDescription {
 }
 
 /// Two journals that are off by eccentricity and three lobes.
-fn job(mode: Mode) -> JobSpec {
+fn job(mode: GaugingMode) -> JobSpec {
     let lobe = |name: &str, station: &str, phase_rad: f64| LobeSpec {
         name: name.into(),
         station: station.into(),
@@ -197,7 +197,7 @@ fn a_turn_makes_journals_round_and_to_size() {
         [(0.05, 270.0), (0.1, 270.0), (0.2, 270.0), (0.5, 270.0), (0.2, 90.0), (0.2, 135.0), (0.2, 225.0), (0.2, 315.0)]
     {
         eprintln!("km/kg {ratio}, gauge at {gamma_deg} deg");
-        for (before_mm, after_mm, off_mm, decided) in ground(&grinder(ratio, gamma_deg), &job(Mode::Exact)) {
+        for (before_mm, after_mm, off_mm, decided) in ground(&grinder(ratio, gamma_deg), &job(GaugingMode::Exact)) {
             assert!((decided.before_mm - before_mm).abs() < 0.02 * before_mm, "{} {before_mm}", decided.before_mm);
             assert!(after_mm < 0.01 * before_mm + 5e-5, "{after_mm} of {before_mm} mm left");
             assert!(off_mm.abs() < 3e-4, "size off by {off_mm} mm");
@@ -216,7 +216,7 @@ fn a_noisy_gauge_leaves_a_micrometre_and_a_half_at_most() {
         if let Some(gauge) = &mut machine.gauge {
             (gauge.noise_mm, gauge.resolution_mm, gauge.seed) = (2e-4, 1e-4, seed);
         }
-        for (_, after_mm, _, _) in ground(&machine, &job(Mode::Exact)) {
+        for (_, after_mm, _, _) in ground(&machine, &job(GaugingMode::Exact)) {
             assert!(after_mm < 1.5e-3, "seed {seed}: {after_mm} mm left");
         }
     }
@@ -227,11 +227,11 @@ fn a_noisy_gauge_leaves_a_micrometre_and_a_half_at_most() {
 #[test]
 fn the_published_turn_takes_a_machine_that_gives_way_for_runout() {
     let machine = grinder(0.2, 270.0);
-    let left = |mode: Mode| {
+    let left = |mode: GaugingMode| {
         let (before_mm, after_mm, _, _) = ground(&machine, &job(mode))[0].clone();
         after_mm / before_mm
     };
-    let (published, exact) = (left(Mode::Published), left(Mode::Exact));
+    let (published, exact) = (left(GaugingMode::Published), left(GaugingMode::Exact));
     eprintln!("left: published {published:.3}, exact {exact:.4}");
     assert!(published > 0.5 && exact < 0.01, "{published} {exact}");
 }
@@ -244,7 +244,7 @@ fn the_published_way_in_never_goes_below_where_the_turn_begins() {
         if let Some(gauge) = &mut machine.gauge {
             (gauge.noise_mm, gauge.resolution_mm, gauge.seed) = (2e-4, 1e-4, seed);
         }
-        for (_, _, off_mm, decided) in ground(&machine, &job(Mode::Published)) {
+        for (_, _, off_mm, decided) in ground(&machine, &job(GaugingMode::Published)) {
             let x_mm = |share: f64| decided.way.sample(share * decided.corrects_from_rad).value;
             let ways: Vec<f64> = (0..=2000).map(|i| x_mm(f64::from(i) / 2000.0)).collect();
             assert!(ways.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12), "seed {seed}: it goes in and out");
@@ -256,7 +256,7 @@ fn the_published_way_in_never_goes_below_where_the_turn_begins() {
 /// A correction that would cut below the journal is refused with where and how much, and nothing has moved.
 #[test]
 fn a_correction_that_gouges_is_refused_with_where_and_how_much() {
-    let (machine, job) = (grinder(0.2, 270.0), job(Mode::Published));
+    let (machine, job) = (grinder(0.2, 270.0), job(GaugingMode::Published));
     let first = plan_job(&job, &machine, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
     let logs = MachineUnderTest::new(&machine, &job).run(&first.plan);
     let decided = decide_corrections(&job, &machine, &first, &logs, &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -277,18 +277,18 @@ fn a_correction_that_gouges_is_refused_with_where_and_how_much() {
 /// A job that cannot be measured as published is refused before anything is ground.
 #[test]
 fn a_gauge_that_does_not_fit_its_method_is_refused_when_the_job_is_planned() {
-    let refusal = |mode: Mode, first_deg: f64, second_deg: Option<f64>| {
+    let refusal = |mode: GaugingMode, first_deg: f64, second_deg: Option<f64>| {
         let mut machine = grinder(0.2, first_deg);
         if let Some(gauge) = &mut machine.gauge {
             gauge.second_behind_wheel_rad = second_deg.map(f64::to_radians);
         }
         plan_job(&job(mode), &machine, 60.0, None).map(|_| ()).map_err(|error| error.to_string())
     };
-    let error = refusal(Mode::Published, 300.0, Some(60.0)).expect_err("two gauges");
+    let error = refusal(GaugingMode::Published, 300.0, Some(60.0)).expect_err("two gauges");
     assert!(error.contains("two gauges") && error.contains("runout_correction.mode to exact"), "{error}");
-    assert_eq!(refusal(Mode::Exact, 300.0, Some(60.0)), Ok(()));
-    assert_eq!(refusal(Mode::Published, 270.0, None), Ok(()));
-    for mode in [Mode::Exact, Mode::Published] {
+    assert_eq!(refusal(GaugingMode::Exact, 300.0, Some(60.0)), Ok(()));
+    assert_eq!(refusal(GaugingMode::Published, 270.0, None), Ok(()));
+    for mode in [GaugingMode::Exact, GaugingMode::Published] {
         let error = refusal(mode, 180.0, None).expect_err("it stands opposite the wheel");
         assert!(error.contains("belongs to no side of a cut"), "{error}");
     }
@@ -301,7 +301,7 @@ fn a_lagging_gauge_gives_the_same_result() {
     if let Some(gauge) = &mut machine.gauge {
         gauge.bandwidth_rad_s = Some(50.0 * TURN_RAD);
     }
-    for (before_mm, after_mm, off_mm, _) in ground(&machine, &job(Mode::Exact)) {
+    for (before_mm, after_mm, off_mm, _) in ground(&machine, &job(GaugingMode::Exact)) {
         assert!(after_mm < 0.01 * before_mm + 1e-4, "{after_mm} of {before_mm} mm left");
         assert!(off_mm.abs() < 3e-4, "size off by {off_mm} mm");
     }
@@ -312,10 +312,10 @@ fn a_machine_that_cannot_tell_runout_and_a_lobe_that_is_none_are_refused() {
     let fits = grinder(0.2, 270.0);
     let refusal = |job: &JobSpec, machine: &MachineDescription| plan_job(job, machine, 60.0, None).unwrap_err();
     let blind = MachineDescription { gauge: None, ..fits.clone() };
-    assert!(refusal(&job(Mode::Exact), &blind).to_string().contains("in-process gauge"));
+    assert!(refusal(&job(GaugingMode::Exact), &blind).to_string().contains("in-process gauge"));
     let unknown = MachineDescription { contact: None, ..fits.clone() };
-    assert!(refusal(&job(Mode::Exact), &unknown).to_string().contains("stiffness"));
-    let mut cam = job(Mode::Exact);
+    assert!(refusal(&job(GaugingMode::Exact), &unknown).to_string().contains("stiffness"));
+    let mut cam = job(GaugingMode::Exact);
     cam.profiles[0].lift = LiftLaw::eccentric_round(1.0, RADIUS_MM + 1.0, 0.0).expect("a lift");
     let error = cam.check(&fits).unwrap_err();
     assert_eq!(error, JobError::NotRound { lobe: "J1".into() });
@@ -330,7 +330,7 @@ fn two_gauges_tell_the_same_as_one() {
         if let Some(gauge) = &mut machine.gauge {
             gauge.second_behind_wheel_rad = Some(second_deg.to_radians());
         }
-        for (before_mm, after_mm, off_mm, _) in ground(&machine, &job(Mode::Exact)) {
+        for (before_mm, after_mm, off_mm, _) in ground(&machine, &job(GaugingMode::Exact)) {
             assert!(after_mm < 0.01 * before_mm + 5e-5, "{after_mm} of {before_mm} mm left");
             assert!(off_mm.abs() < 3e-4, "size off by {off_mm} mm");
         }

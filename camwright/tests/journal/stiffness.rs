@@ -14,7 +14,7 @@ const FRICTION_N: f64 = 20.0;
 
 /// A job in two feeds that measures its stiffness: nothing of what the description says about the contact is used.
 pub(super) fn identifying_job() -> JobSpec {
-    let mut job = job(Mode::Exact);
+    let mut job = job(GaugingMode::Exact);
     let rough = PassSpec { name: "rough".into(), total_infeed_mm: 0.162, spark_out_turns: 1, ..job.passes[0].clone() };
     job.passes.insert(0, rough);
     (job.passes[1].total_infeed_mm, job.passes[1].infeed_per_block_mm) = (0.03, 0.006 / 3600.0);
@@ -125,7 +125,7 @@ fn what_is_kept_for_the_machine_beats_its_description() {
         contact.stiffness.iter_mut().for_each(|at| at.n_mm *= 1.5);
     }
     let left = |stiffness: StiffnessSource| {
-        let mut job = job(Mode::Exact);
+        let mut job = job(GaugingMode::Exact);
         let known = |lobe: &LobeSpec| {
             let z_mm = truth.station(&lobe.station).expect("it is there").position_mm;
             let law = truth.contact.as_ref().and_then(|contact| contact.law(z_mm, WIDTH_MM)).expect("a law");
@@ -152,7 +152,7 @@ fn what_is_kept_for_the_machine_beats_its_description() {
 #[test]
 fn a_job_that_insists_on_what_is_kept_is_refused_where_nothing_is() {
     let machine = grinder(0.2, 270.0);
-    let mut job = job(Mode::Exact);
+    let mut job = job(GaugingMode::Exact);
     if let Some(spec) = &mut job.correction {
         spec.stiffness = StiffnessSource::Kept;
     }

@@ -3,7 +3,7 @@
 use super::{ideal, machine, setpoint};
 use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::gauge::Gauge;
-use camwright::gauging::record::{GaugeRecord, Reading};
+use camwright::gauging::record::{GaugeRecord, RunoutReading};
 use camwright::gauging::state::{MeasureSettings, PartState};
 use camwright::gauging::wheel_log::{WheelLog, WheelPosition};
 use camwright::machine::contact_law::ContactLaw;
@@ -51,7 +51,7 @@ fn journal_grinder(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> (Machine
 struct TurningJournal {
     machine: Machine,
     tick: u32,
-    readings: Vec<Reading>,
+    readings: Vec<RunoutReading>,
     positions: Vec<WheelPosition>,
 }
 
@@ -102,7 +102,7 @@ impl TurningJournal {
             self.positions.push(WheelPosition { c_rad, x_mm: report.axes[1].position });
             if c_rad > HEARD_FROM_RAD {
                 let value_mm = report.gauge_mm[0].expect("C turns, the journal is there");
-                self.readings.push(Reading { c_rad, value_mm, tick: report.tick });
+                self.readings.push(RunoutReading { c_rad, value_mm, tick: report.tick });
             }
         }
         assert!(self.machine.alarms().is_empty(), "{:?}", self.machine.alarms());

@@ -63,7 +63,7 @@ fn equipped() -> MachineDescription {
 }
 
 /// Events in the ticks of a run.
-struct Run {
+struct RunEvents {
     machine: Machine,
     setpoints: Vec<Setpoint>,
     commands: Vec<(u64, MachineCommand)>,
@@ -74,7 +74,7 @@ struct Run {
 }
 
 /// A lobe is ground, everything that can strike it does, and after an alarm it is reset and goes on.
-fn grinding() -> Run {
+fn grinding() -> RunEvents {
     let description = equipped();
     let mut machine = machine(&description);
     let lobe = Eccentric { radius_mm: 22.8, offset_mm: 0.1 };
@@ -111,11 +111,11 @@ fn grinding() -> Run {
         (3400, Fault::StuckInput { input: Input::Station(0), level: Some(true) }),
     ];
     let begun = machine.tick();
-    Run { machine, setpoints, commands: commands.into(), faults: faults.into(), ticks: 4500, begun }
+    RunEvents { machine, setpoints, commands: commands.into(), faults: faults.into(), ticks: 4500, begun }
 }
 
 /// A bar is turned until the insert loses its speed.
-fn turning() -> Run {
+fn turning() -> RunEvents {
     let description = lathe();
     let mut machine = machine(&description);
     let grid = PartGrid { azimuths: 180, columns: 60, from_mm: 0.0, to_mm: 10.0 };
@@ -125,7 +125,7 @@ fn turning() -> Run {
     let setpoints =
         turned::turning(&description, 5.0, 3.0, 1500, |c| (x_mm + 0.05 * c.sin(), 0.05 * c.cos(), -0.05 * c.sin()));
     machine.place(setpoints[0].counts);
-    Run {
+    RunEvents {
         machine,
         setpoints,
         commands: Vec::new(),
@@ -135,7 +135,7 @@ fn turning() -> Run {
     }
 }
 
-impl Run {
+impl RunEvents {
     fn tick(&mut self) -> TickReport {
         let next = self.machine.tick() + 1 - self.begun;
         let of_tick = |tick: &u64| *tick == next;
@@ -297,7 +297,7 @@ fn harmful(random: &mut Random) -> [u8; 8] {
 }
 
 /// Octets that were changed are refused, or make a machine that runs: neither fails, and neither takes for ever.
-fn survives(make: fn() -> Run, states: &[u64], tries: usize, seed: u64) {
+fn survives(make: fn() -> RunEvents, states: &[u64], tries: usize, seed: u64) {
     println!("seed {seed}");
     let mut random = Random(seed);
     let (mut refused, mut ran) = (0, 0);
@@ -335,7 +335,7 @@ fn survives(make: fn() -> Run, states: &[u64], tries: usize, seed: u64) {
             };
             ran += 1;
             let begun = again.tick().saturating_sub(*state);
-            let mut other = Run { machine: again, begun, ..make() };
+            let mut other = RunEvents { machine: again, begun, ..make() };
             for _ in 0..25 {
                 other.tick();
             }

@@ -6,7 +6,7 @@ use crate::solids;
 
 use cams::SplitMix64;
 use camwright::cam::surface::Surface;
-use camwright::cam::surface::grid::Grid;
+use camwright::cam::surface::grid::SurfaceGrid;
 use camwright::machine::description::MotionLimits;
 use camwright::toolpath::insert_path::{
     AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw,
@@ -133,7 +133,8 @@ fn cylinder_then_off_centre(e: f64) -> InsertPath {
         e * u * u * u * (10.0 + u * (6.0 * u - 15.0))
     };
     let rows = (0..=360).map(|row| f64::from(row) * 0.25).collect();
-    let surface = Surface::grid(&Grid::sampled(360, rows, |azimuth, z| 20.0 + off(z) * azimuth.cos())).expect("a grid");
+    let surface =
+        Surface::grid(&SurfaceGrid::sampled(360, rows, |azimuth, z| 20.0 + off(z) * azimuth.cos())).expect("a grid");
     InsertPath::new(&surface, &PathRequest { plane_y_mm: 0.0, ..request(0.0, 90.0) }).expect("a path")
 }
 

@@ -1,14 +1,14 @@
 //! Written programs are read back with the same meaning.
 
 use crate::sample::{random_program, two_cams};
-use camwright::gcode::{Action, Dialect, Direction, Motion, NcAxis, Program, XValues, driven, read};
+use camwright::gcode::{Dialect, Direction, MotionAction, NcAxis, Program, ProgramMotion, XValues, driven, read};
 
 /// Motions as they were read against motions as they are meant: the very same places, and times to the digits of F.
-pub(crate) fn assert_same(dialect: Dialect, program: &Program, motion: &Motion, what: &str) {
+pub(crate) fn assert_same(dialect: Dialect, program: &Program, motion: &ProgramMotion, what: &str) {
     let meant = driven(program);
     let read = motion.done.iter().filter_map(|done| match done.action {
-        Action::Rapid(pose) => Some((done, pose, None)),
-        Action::Feed { pose, time_s } => Some((done, pose, Some(time_s))),
+        MotionAction::Rapid(pose) => Some((done, pose, None)),
+        MotionAction::Feed { pose, time_s } => Some((done, pose, Some(time_s))),
         _ => None,
     });
     let read: Vec<_> = read.collect();
@@ -52,13 +52,16 @@ fn orders_stand_between_motions_in_their_places() {
     for dialect in Dialect::ALL {
         let files = dialect.write(&two_cams(XValues::Radius)).expect("it can be written");
         let motion = read(dialect, XValues::Radius, &files).expect("it can be read");
-        let orders = motion.done.iter().filter(|done| !matches!(done.action, Action::Rapid(_) | Action::Feed { .. }));
+        let orders = motion
+            .done
+            .iter()
+            .filter(|done| !matches!(done.action, MotionAction::Rapid(_) | MotionAction::Feed { .. }));
         let orders: Vec<_> = orders.map(|done| done.action).collect();
         let tolerance = if dialect == Dialect::Fanuc { None } else { Some(0.001) };
-        assert_eq!(orders[0], Action::ToolChange(1));
-        assert_eq!(orders[1], Action::SpindleOn { direction: Direction::Clockwise, rpm: 2400.0 });
-        assert_eq!(orders[2..4], [Action::Coolant(true), Action::PathTolerance(tolerance)]);
-        assert_eq!(orders[4..], [Action::Dwell(0.5), Action::Coolant(false), Action::SpindleOff]);
+        assert_eq!(orders[0], MotionAction::ToolChange(1));
+        assert_eq!(orders[1], MotionAction::SpindleOn { direction: Direction::Clockwise, rpm: 2400.0 });
+        assert_eq!(orders[2..4], [MotionAction::Coolant(true), MotionAction::PathTolerance(tolerance)]);
+        assert_eq!(orders[4..], [MotionAction::Dwell(0.5), MotionAction::Coolant(false), MotionAction::SpindleOff]);
         assert!((motion.time_s() - (0.5 + 3.0 * (9.5 + 60.0 / 486.0))).abs() < 1e-9);
     }
 }
@@ -70,7 +73,7 @@ fn what_is_done_names_its_line() {
         let files = dialect.write(&two_cams(XValues::Radius)).expect("it can be written");
         let motion = read(dialect, XValues::Radius, &files).expect("it can be read");
         let nose = motion.done.iter().position(
-            |done| matches!(done.action, Action::Feed { pose, .. } if pose.position(NcAxis::X) == Some(43.85)),
+            |done| matches!(done.action, MotionAction::Feed { pose, .. } if pose.position(NcAxis::X) == Some(43.85)),
         );
         let done = motion.done[nose.expect("the nose of the first call")];
         let line = files[done.file as usize].text.lines().nth(done.line as usize - 1);

@@ -2,7 +2,7 @@
 
 use crate::sample::{format, target, two_cams};
 use camwright::gcode::{
-    Block, Call, Dialect, Format, FormatError, NcAxis, Program, Step, Target, Tool, WriteError, XValues,
+    Block, Call, Dialect, FormatError, NcAxis, NumberFormat, Program, Step, Target, Tool, WriteError, XValues,
 };
 
 /// The sample with something wrong in it.
@@ -247,8 +247,8 @@ fn speeds_tolerances_and_pauses_have_a_range() {
 
 #[test]
 fn formats_and_coordinates_can_be_counted() {
-    let new = |linear, rotary| Format::new(linear, rotary, XValues::Radius);
-    let sentence = |format: Result<Format, FormatError>| format.expect_err("it is refused").to_string();
+    let new = |linear, rotary| NumberFormat::new(linear, rotary, XValues::Radius);
+    let sentence = |format: Result<NumberFormat, FormatError>| format.expect_err("it is refused").to_string();
     assert_eq!(sentence(new(0, 4)), "0 decimal places of lengths are not within 1 to 6");
     assert_eq!(sentence(new(4, 7)), "7 decimal places of angles are not within 1 to 6");
     let counted = format(XValues::Diameter).count(NcAxis::X, 6e10).expect_err("it is refused");

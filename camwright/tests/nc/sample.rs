@@ -1,12 +1,14 @@
 //! Small programs to write.
 
 use crate::cams::SplitMix64;
-use camwright::gcode::{Block, Call, Direction, Format, NcAxis, Program, Step, Subprogram, Target, Tool, XValues};
+use camwright::gcode::{
+    Block, Call, Direction, NcAxis, NumberFormat, Program, Step, Subprogram, Target, Tool, XValues,
+};
 use camwright::toolpath::cutter_path::CarriageAxis;
 
 /// Lengths and angles with four decimal places.
-pub(crate) fn format(x_values: XValues) -> Format {
-    Format::new(4, 4, x_values).expect("a format")
+pub(crate) fn format(x_values: XValues) -> NumberFormat {
+    NumberFormat::new(4, 4, x_values).expect("a format")
 }
 
 /// Any target by its letters.
@@ -98,7 +100,7 @@ fn random_block(random: &mut SplitMix64) -> Block {
 pub(crate) fn random_program(seed: u64) -> Program {
     let random = &mut SplitMix64(seed);
     let x_values = random.one_of(&[XValues::Radius, XValues::Diameter]);
-    let format = Format::new(random.one_of(&[1, 3, 4, 5, 6]), random.one_of(&[1, 3, 4, 6]), x_values);
+    let format = NumberFormat::new(random.one_of(&[1, 3, 4, 5, 6]), random.one_of(&[1, 3, 4, 6]), x_values);
     let count = random.next() % 4;
     let mut subprograms = Vec::new();
     for index in 0..u32::try_from(count).expect("small") {

@@ -4,15 +4,15 @@
 mod cams;
 mod setup;
 
-use camwright::gcode::post::{Lead, PostError, ProgramRequest, ProgramRun, TurnSpeed, compare, post};
-use camwright::gcode::{Dialect, Format, NcAxis, XValues, driven};
+use camwright::gcode::post::{Lead, PostError, PostRequest, ProgramRun, ProgramTurnSpeed, compare, post};
+use camwright::gcode::{Dialect, NcAxis, NumberFormat, XValues, driven};
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath, Travel};
 use setup::{Shop, lobe_path_of};
 
 /// Motion of a program computed from its typed form, independent of a dialect.
-fn ran(request: &ProgramRequest<'_>, program: &camwright::gcode::Program) -> Vec<ProgramRun> {
+fn ran(request: &PostRequest<'_>, program: &camwright::gcode::Program) -> Vec<ProgramRun> {
     let format = request.control.format;
     let place = |axis: NcAxis, count: Option<i64>| count.map_or(f64::NAN, |count| format.value(axis, count));
     let pose = |pose: [Option<i64>; 4]| NcAxis::ALL.map(|axis| place(axis, pose[axis.index()]));
@@ -25,8 +25,12 @@ fn a_cam_is_driven_within_the_tolerance_of_every_pass_in_every_dialect() {
     for dialect in [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Siemens] {
         for x_values in [XValues::Radius, XValues::Diameter] {
             for (sense, phase_deg) in [(1, 0.0), (-1, 210.0)] {
-                let shop =
-                    Shop { dialect, format: Format::new(4, 4, x_values).expect("a format"), sense, ..Shop::default() };
+                let shop = Shop {
+                    dialect,
+                    format: NumberFormat::new(4, 4, x_values).expect("a format"),
+                    sense,
+                    ..Shop::default()
+                };
                 let mut request = shop.cam(&path);
                 request.features[0].phase_rad = rad_from_deg(phase_deg);
                 let posted = post(&request).expect("a program");
@@ -136,15 +140,15 @@ fn times_are_those_of_the_speed() {
     assert!((constant.turns[1].time_s - turned * 60.0 / 4.0).abs() < 1e-9);
     // A law that swings by half: 1/(1 + cos/2) has the mean 1/√(1 − 1/4).
     let law = |u: f64| rad_s_from_rpm(4.0) * (1.0 + 0.5 * u.cos());
-    request.features[0].passes[1].speed = TurnSpeed::Law(&law);
+    request.features[0].passes[1].speed = ProgramTurnSpeed::Law(&law);
     request.features[0].lead.angle_rad = TURN_RAD;
     let varied = post(&request).expect("a program");
     assert!((varied.turns[1].time_s - 3.0 * 15.0 / 0.75_f64.sqrt()).abs() < 1e-6, "{}", varied.turns[1].time_s);
     // 49.5 mm round the axis on the base circle, no faster.
-    request.features[0].passes[1].speed = TurnSpeed::AlongPath { feed_mm_s: 10.0, most_rad_s: 0.1 };
+    request.features[0].passes[1].speed = ProgramTurnSpeed::AlongPath { feed_mm_s: 10.0, most_rad_s: 0.1 };
     let bounded = post(&request).expect("a program");
     assert!((bounded.turns[1].time_s - 3.0 * TURN_RAD / 0.1).abs() < 1e-6);
-    request.features[0].passes[1].speed = TurnSpeed::AlongPath { feed_mm_s: 10.0, most_rad_s: 10.0 };
+    request.features[0].passes[1].speed = ProgramTurnSpeed::AlongPath { feed_mm_s: 10.0, most_rad_s: 10.0 };
     let along = post(&request).expect("a program");
     let length = |u: f64| {
         let x = path.sample(CarriageAxis::X, u).expect("X");
@@ -184,7 +188,7 @@ fn a_program_that_drives_something_else_is_found() {
 fn numbers_that_make_no_program_are_refused() {
     let path = lobe_path_of(25.0);
     let good = Shop::default().cam(&path);
-    let refused = |change: &dyn Fn(&mut ProgramRequest<'_>)| {
+    let refused = |change: &dyn Fn(&mut PostRequest<'_>)| {
         let mut request = good.clone();
         change(&mut request);
         post(&request).expect_err("refused").to_string()
@@ -203,7 +207,7 @@ fn numbers_that_make_no_program_are_refused() {
         ("the widest tolerance in mm is 0", refused(&|r| r.features[0].passes[1].widest_tolerance_mm = 0.0)),
         ("turns of a call is 0; it must be 1 to 100", refused(&|r| r.features[0].passes[1].turns = 0)),
         ("what is left of the depth in mm is -1", refused(&|r| r.features[0].passes[1].leaves_mm = vec![-1.0])),
-        ("is 0; it must be above 0", refused(&|r| r.features[0].passes[1].speed = TurnSpeed::WorkSpeed(0.0))),
+        ("is 0; it must be above 0", refused(&|r| r.features[0].passes[1].speed = ProgramTurnSpeed::WorkSpeed(0.0))),
         ("at most 100000 are made", refused(&|r| r.features[0].passes[0].leaves_mm = vec![0.0; 100_001])),
         (
             "A, pass finish: a tolerance of 0.05 um leaves nothing beside",

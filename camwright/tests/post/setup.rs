@@ -2,8 +2,8 @@
 
 use crate::cams::reference_lobe;
 use camwright::gcode::archimedean::Knots;
-use camwright::gcode::post::{Control, FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
-use camwright::gcode::{Dialect, Direction, Format, Tool, XValues};
+use camwright::gcode::post::{Control, FeatureRequest, Lead, PassRequest, PostRequest, ProgramTurnSpeed};
+use camwright::gcode::{Dialect, Direction, NumberFormat, Tool, XValues};
 use camwright::math::units::{rad_from_deg, rad_s_from_rpm};
 use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
 
@@ -15,7 +15,7 @@ pub(crate) fn lobe_path_of(radius_mm: f64) -> CutterPath {
 /// A shop.
 pub(crate) struct Shop {
     pub(crate) dialect: Dialect,
-    pub(crate) format: Format,
+    pub(crate) format: NumberFormat,
     pub(crate) sense: i8,
     pub(crate) most_blocks_s: f64,
     pub(crate) rpm: f64,
@@ -23,24 +23,24 @@ pub(crate) struct Shop {
 
 impl Default for Shop {
     fn default() -> Self {
-        let format = Format::new(4, 4, XValues::Radius).expect("a format");
+        let format = NumberFormat::new(4, 4, XValues::Radius).expect("a format");
         Self { dialect: Dialect::LinuxCnc, format, sense: 1, most_blocks_s: 500.0, rpm: 4.0 }
     }
 }
 
 impl Shop {
     /// One cam: roughed in three calls, finished in one.
-    pub(crate) fn cam<'a>(&self, path: &'a CutterPath) -> ProgramRequest<'a> {
+    pub(crate) fn cam<'a>(&self, path: &'a CutterPath) -> PostRequest<'a> {
         let pass = |name: &str, leaves_mm: Vec<f64>, tolerance_mm: f64| PassRequest {
             name: name.into(),
             leaves_mm,
             tolerance_mm,
             widest_tolerance_mm: tolerance_mm,
             knots: Knots::Free,
-            speed: TurnSpeed::WorkSpeed(rad_s_from_rpm(self.rpm)),
+            speed: ProgramTurnSpeed::WorkSpeed(rad_s_from_rpm(self.rpm)),
             turns: 1,
         };
-        ProgramRequest {
+        PostRequest {
             name: "lobe".into(),
             number: 1000,
             header: vec!["reference lobe".into()],

@@ -3,7 +3,7 @@
 use crate::cams::reference_contour;
 use crate::setup::{Shop, lobe_path_of};
 use camwright::cam::form::Form;
-use camwright::gcode::post::{Lead, PostedProgram, TurnSpeed, post};
+use camwright::gcode::post::{Lead, PostedProgram, ProgramTurnSpeed, post};
 use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};
 use camwright::interpolator::{Motion, Outcome, Prepared};
 use camwright::machine::description::{Axis, MachineDescription};
@@ -73,7 +73,7 @@ impl Part {
 
 /// A program that was read, and its files.
 pub(crate) struct Read {
-    pub(crate) motion: gcode::Motion,
+    pub(crate) motion: gcode::ProgramMotion,
     pub(crate) files: Vec<ProgramFile>,
 }
 
@@ -87,7 +87,7 @@ pub(crate) fn program(part: &Part, dialect: Dialect, rpm: f64) -> (PostedProgram
     (of.stands_mm, of.clear_mm) = (vec![(CarriageAxis::Z, PROGRAM_Z_MM)], part.wheel_mm() + 40.0);
     (of.passes[0].tolerance_mm, of.passes[0].widest_tolerance_mm) = (0.002, 0.002);
     // Its larger corners are for a slower C.
-    of.passes[0].speed = TurnSpeed::WorkSpeed(rad_s_from_rpm(rpm.min(ROUGH_RPM)));
+    of.passes[0].speed = ProgramTurnSpeed::WorkSpeed(rad_s_from_rpm(rpm.min(ROUGH_RPM)));
     // Higher than the nose, so that C runs up off the part.
     of.lead = Lead { height_mm: 9.0, angle_rad: rad_from_deg(90.0), leaves_turning: true };
     let posted = post(&request).unwrap_or_else(|error| panic!("{error}"));

@@ -1,7 +1,9 @@
 //! Remaining error of an exact correction turn.
 
-use crate::part::{ANGLES_DEG, Contacts, DWELLS_FROM_RAD, Part, RATIOS, Station, diameter, from, journal, law, rad};
-use camwright::gauging::Mode;
+use crate::part::{
+    ANGLES_DEG, DWELLS_FROM_RAD, GaugedPart, PartContacts, RATIOS, Station, diameter, from, journal, law, rad,
+};
+use camwright::gauging::GaugingMode;
 use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::gauge::Gauge;
@@ -17,7 +19,7 @@ const AT_LEAST: CorrectionTarget = CorrectionTarget::LeastRadius { extra_depth_m
 
 /// The share of the runout that one correction turn leaves, and the runout before it.
 fn left(
-    part: &mut Part,
+    part: &mut GaugedPart,
     wheel_mm: f64,
     record: &GaugeRecord<'_>,
     ratio: f64,
@@ -27,7 +29,7 @@ fn left(
     let state = PartState::measure(record, WheelLog::new(&log).unwrap(), law(ratio), settings).unwrap();
     let from_rad = part.c_rad();
     let correction = Correction::exact(&state, CorrectionStart::AtLeastRadius { from_rad }, AT_LEAST).unwrap();
-    assert_eq!(correction.mode(), Mode::default());
+    assert_eq!(correction.mode(), GaugingMode::default());
     let (before, after) = part.correct(&correction, wheel_mm);
     (after / before, before)
 }
@@ -132,7 +134,8 @@ fn two_gauges_and_a_radial_probe_leave_nothing_either() {
             assert!(share < 1e-2, "{share}");
         }
         for (angle_deg, work_share) in [(90.0, 0.7), (270.0, 1.0), (135.0, 0.5), (180.0, 0.8), (300.0, 0.3)] {
-            let station = Station { contacts: Contacts::Radius { work_share }, ..Station::diameter(angle_deg, 1.0) };
+            let station =
+                Station { contacts: PartContacts::Radius { work_share }, ..Station::diameter(angle_deg, 1.0) };
             let (mut part, wheel_mm) = journal(3600, ratio, &[station], 3.0, 1);
             let readings = part.readings[0].clone();
             let gauge = Gauge::radius(rad(angle_deg), work_share).unwrap();
@@ -236,8 +239,8 @@ fn size_and_runout_can_be_had_in_one_turn() {
 }
 
 /// A part whose radii are known to the wheel that comes to it from outside.
-fn known(ratio: f64, lobes: &[(f64, f64, f64)]) -> (Part, RadiusByPhase) {
-    let part = Part::new(3600, law(ratio), lobes, &[], 1);
+fn known(ratio: f64, lobes: &[(f64, f64, f64)]) -> (GaugedPart, RadiusByPhase) {
+    let part = GaugedPart::new(3600, law(ratio), lobes, &[], 1);
     let radii = RadiusByPhase::new(part.radii.iter().copied().step_by(10).collect()).unwrap();
     (part, radii)
 }

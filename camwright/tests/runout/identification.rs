@@ -1,17 +1,17 @@
 //! km, kg, F0 and λ from what a machine would show of them.
 
 use crate::part::{
-    DWELLS_FROM_RAD, GRINDING_N_MM, Noise, Part, RATIOS, Station, THRESHOLD_N, diameter, from, journal, law,
+    DWELLS_FROM_RAD, GRINDING_N_MM, GaugedPart, NoiseSource, RATIOS, Station, THRESHOLD_N, diameter, from, journal, law,
 };
 use camwright::gauging::decay::{Comparison, Decay, DecayError};
 use camwright::gauging::record::GaugeRecord;
 use camwright::gauging::stiffness::{
-    ForcePoint, ForceReading, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed,
+    ForcePoint, ForceReading, GrindingStiffness, MeasuredValue, StiffnessError, grinding_stiffness_of_one_feed,
     machine_stiffness, mean_of_turn, ratio,
 };
 
 /// Pushes of a stopped wheel in steps of 10 um, the force read with σ = 2 N.
-fn push(machine_n_mm: f64, points: u32, noise: &mut Noise) -> Vec<ForcePoint> {
+fn push(machine_n_mm: f64, points: u32, noise: &mut NoiseSource) -> Vec<ForcePoint> {
     (0..points)
         .map(|i| {
             let way_mm = 0.01 * f64::from(i);
@@ -25,7 +25,7 @@ fn push(machine_n_mm: f64, points: u32, noise: &mut Noise) -> Vec<ForcePoint> {
 #[test]
 fn pushing_a_stopped_wheel_gives_machine_stiffness_with_uncertainty() {
     let seed = 77;
-    let mut noise = Noise::new(seed);
+    let mut noise = NoiseSource::new(seed);
     let mut squares = 0.0;
     for _ in 0..2000 {
         let found = machine_stiffness(&push(1.0e4, 12, &mut noise)).unwrap();
@@ -44,7 +44,7 @@ fn pushing_a_stopped_wheel_gives_machine_stiffness_with_uncertainty() {
 
 #[test]
 fn a_push_that_begins_before_contact_is_refused() {
-    let mut noise = Noise::new(5);
+    let mut noise = NoiseSource::new(5);
     let mut points = push(1.0e4, 12, &mut noise);
     for point in &mut points {
         point.force_n = (point.force_n - 400.0).max(0.0);
@@ -57,7 +57,7 @@ fn feeds(part_ratio: f64, feeds_mm: &[f64], sigma_mm: f64, seed: u64) -> Vec<For
     let mut points = Vec::new();
     for &feed_mm in feeds_mm {
         let station = Station { sigma_mm, ..Station::diameter(270.0, 1.0) };
-        let mut part = Part::new(720, law(part_ratio), &[], &[station], seed);
+        let mut part = GaugedPart::new(720, law(part_ratio), &[], &[station], seed);
         let turns = 60.0;
         part.feed(turns, 20.0, feed_mm);
         let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
@@ -97,7 +97,7 @@ fn two_feeds_tell_grinding_stiffness_and_threshold_apart_and_one_does_not() {
     let noisy = GrindingStiffness::from_feeds(&feeds(0.2, &[0.002, 0.010], 2e-4, 9)).unwrap();
     eprintln!("with 0.2 um of noise: {noisy:?}");
     assert!((noisy.grinding_n_mm.value - GRINDING_N_MM).abs() < 5.0 * noisy.grinding_n_mm.uncertainty, "{noisy:?}");
-    let law = noisy.law(Measured { value: 1.0e4, uncertainty: 50.0 }).unwrap();
+    let law = noisy.law(MeasuredValue { value: 1.0e4, uncertainty: 50.0 }).unwrap();
     assert!((law.grinding_n_mm() - noisy.grinding_n_mm.value).abs() < 1e-9);
 }
 
@@ -142,7 +142,7 @@ fn the_decay_of_noisy_depths_is_unbiased_with_a_correct_uncertainty() {
 
 #[test]
 fn force_and_decay_agree_where_the_sensor_is_right_and_not_where_it_is_not() {
-    let mut noise = Noise::new(11);
+    let mut noise = NoiseSource::new(11);
     let by_decay = decay_of(0.2, 2e-4, 3.5, 3).ratio;
     let machine = machine_stiffness(&push(1.0e4, 12, &mut noise)).unwrap();
     let grinding = GrindingStiffness::from_feeds(&feeds(0.2, &[0.002, 0.010], 2e-4, 9)).unwrap().grinding_n_mm;
@@ -150,14 +150,14 @@ fn force_and_decay_agree_where_the_sensor_is_right_and_not_where_it_is_not() {
     eprintln!("{comparison:?}");
     assert!(comparison.agrees(3.0));
     // A travel that reads 10 % too much.
-    let wrong = Measured { value: machine.value * 1.1, ..machine };
+    let wrong = MeasuredValue { value: machine.value * 1.1, ..machine };
     assert!(!Comparison::from_measurements(ratio(wrong, grinding), by_decay).agrees(3.0));
 }
 
 #[test]
 fn dwells_that_tell_nothing_are_refused() {
     let (part, wheel_mm) = journal(720, 0.5, &[Station { sigma_mm: 2e-4, ..Station::diameter(270.0, 1.0) }], 1.5, 1);
-    let dwell = |part: &Part, from_rad: f64, phases: usize| {
+    let dwell = |part: &GaugedPart, from_rad: f64, phases: usize| {
         let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
         Decay::from_dwell(&record, from_rad, phases)
     };

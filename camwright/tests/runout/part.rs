@@ -5,7 +5,7 @@
 
 use camwright::gauging::correction::Correction;
 use camwright::gauging::gauge::Gauge;
-use camwright::gauging::record::Reading;
+use camwright::gauging::record::RunoutReading;
 use camwright::gauging::wheel_log::WheelPosition;
 use camwright::machine::contact_law::ContactLaw;
 use std::f64::consts::PI;
@@ -30,11 +30,11 @@ pub(crate) fn rad(deg: f64) -> f64 {
 
 /// Gaussian noise of a seed: `SplitMix64`, and the transform of Box and Muller.
 #[derive(Debug, Clone)]
-pub(crate) struct Noise {
+pub(crate) struct NoiseSource {
     state: u64,
 }
 
-impl Noise {
+impl NoiseSource {
     pub(crate) fn new(seed: u64) -> Self {
         Self { state: seed }
     }
@@ -55,7 +55,7 @@ impl Noise {
 
 /// Contacts of the gauge.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Contacts {
+pub(crate) enum PartContacts {
     Diameter,
     Radius { work_share: f64 },
 }
@@ -63,7 +63,7 @@ pub(crate) enum Contacts {
 /// A gauge of the reference, at a whole number of phases after the wheel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Station {
-    pub(crate) contacts: Contacts,
+    pub(crate) contacts: PartContacts,
     pub(crate) angle_deg: f64,
     pub(crate) every_deg: f64,
     pub(crate) sigma_mm: f64,
@@ -72,13 +72,13 @@ pub(crate) struct Station {
 
 impl Station {
     pub(crate) fn diameter(angle_deg: f64, every_deg: f64) -> Self {
-        Self { contacts: Contacts::Diameter, angle_deg, every_deg, sigma_mm: 0.0, zero_mm: 0.0 }
+        Self { contacts: PartContacts::Diameter, angle_deg, every_deg, sigma_mm: 0.0, zero_mm: 0.0 }
     }
 }
 
 /// A part on the machine.
 #[derive(Debug, Clone)]
-pub(crate) struct Part {
+pub(crate) struct GaugedPart {
     /// Radius of every phase (mm).
     pub(crate) radii: Vec<f64>,
     law: ContactLaw,
@@ -86,17 +86,17 @@ pub(crate) struct Part {
     place: i64,
     stations: Vec<Station>,
     /// Readings of every station.
-    pub(crate) readings: Vec<Vec<Reading>>,
+    pub(crate) readings: Vec<Vec<RunoutReading>>,
     /// Position of the wheel at every phase.
     pub(crate) log: Vec<WheelPosition>,
     /// Radius with which every phase left the wheel (mm).
     pub(crate) left: Vec<f64>,
     /// Normal force at every phase (N).
     pub(crate) forces: Vec<f64>,
-    noise: Noise,
+    noise: NoiseSource,
 }
 
-impl Part {
+impl GaugedPart {
     /// A part of radius 20 mm with lobes of a harmonic, an amplitude (mm) and a phase (rad).
     pub(crate) fn new(
         phases: usize,
@@ -116,7 +116,7 @@ impl Part {
             log: Vec::new(),
             left: Vec::new(),
             forces: Vec::new(),
-            noise: Noise::new(seed),
+            noise: NoiseSource::new(seed),
         }
     }
 
@@ -164,17 +164,17 @@ impl Part {
         }
         let near = self.place - (station.angle_deg * per_deg).round() as i64;
         let value = match station.contacts {
-            Contacts::Diameter => {
+            PartContacts::Diameter => {
                 self.radii[self.index(near)] + self.radii[self.index(near + self.radii.len() as i64 / 2)]
             }
-            Contacts::Radius { work_share } => {
+            PartContacts::Radius { work_share } => {
                 self.radii[self.index(near)] - work_share * rad(station.angle_deg).cos() * deflection
             }
         };
         let value_mm = value + station.zero_mm + station.sigma_mm * self.noise.gauss();
         let tick = u64::try_from(self.place).unwrap();
         let c_rad = self.c_rad();
-        self.readings[number].push(Reading { c_rad, value_mm, tick });
+        self.readings[number].push(RunoutReading { c_rad, value_mm, tick });
     }
 
     /// Turns with infeed, the wheel coming closer by `feed_mm` a turn in a spiral from `from_mm` on; where it ends.
@@ -218,9 +218,9 @@ impl Part {
 
 /// A journal as the tests grind it: eccentric by 20 um, three-lobed by 6 um and five-lobed by 2 um, fed by 10 um a turn for thirteen
 /// turns from 30 um outside a round part, where the wheel is clear of it, then at rest for `dwell` turns. Gives the part and where the wheel stands.
-pub(crate) fn journal(phases: usize, ratio: f64, stations: &[Station], dwell: f64, seed: u64) -> (Part, f64) {
+pub(crate) fn journal(phases: usize, ratio: f64, stations: &[Station], dwell: f64, seed: u64) -> (GaugedPart, f64) {
     let lobes = [(1.0, 0.020, 0.7), (3.0, 0.006, 0.2), (5.0, 0.002, 1.9)];
-    let mut part = Part::new(phases, law(ratio), &lobes, stations, seed);
+    let mut part = GaugedPart::new(phases, law(ratio), &lobes, stations, seed);
     let wheel_mm = part.feed(13.0, 20.03, 0.010);
     part.dwell(dwell, wheel_mm);
     (part, wheel_mm)
@@ -230,7 +230,7 @@ pub(crate) fn journal(phases: usize, ratio: f64, stations: &[Station], dwell: f6
 pub(crate) const DWELLS_FROM_RAD: f64 = 26.0 * PI;
 
 /// Readings from an angle of the headstock on.
-pub(crate) fn from(readings: &[Reading], c_rad: f64) -> &[Reading] {
+pub(crate) fn from(readings: &[RunoutReading], c_rad: f64) -> &[RunoutReading] {
     &readings[readings.partition_point(|reading| reading.c_rad < c_rad - 1e-9)..]
 }
 

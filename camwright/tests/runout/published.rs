@@ -1,6 +1,6 @@
 //! Remaining error of the published correction.
 
-use crate::part::{Part, RATIOS, Station, diameter, from, law};
+use crate::part::{GaugedPart, RATIOS, Station, diameter, from, law};
 use camwright::gauging::correction::Correction;
 use camwright::gauging::published::PublishedRunout;
 use camwright::gauging::record::GaugeRecord;
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 #[test]
 fn published_with_fresh_runout_leaves_the_share_of_the_machine_with_its_sign_reversed() {
     for ratio in RATIOS {
-        let mut part = Part::new(3600, law(ratio), &[(1.0, 0.010, 0.7), (3.0, 0.003, 0.2)], &[], 1);
+        let mut part = GaugedPart::new(3600, law(ratio), &[(1.0, 0.010, 0.7), (3.0, 0.003, 0.2)], &[], 1);
         let raw = part.radii.clone();
         let runout = RadiusByPhase::new(raw.iter().copied().step_by(10).collect()).unwrap();
         // The wheel stands 60 um inside the least radius, so that every phase is cut.
@@ -51,7 +51,7 @@ fn to_the_letter(ratio: f64) -> (f64, f64, f64) {
     let law = law(ratio);
     let phases = 3600_usize;
     let lobes = [(1.0, 0.025, 0.7), (3.0, 0.005, 0.2)];
-    let mut part = Part::new(phases, law, &lobes, &[Station::diameter(270.0, 5.0)], 1);
+    let mut part = GaugedPart::new(phases, law, &lobes, &[Station::diameter(270.0, 5.0)], 1);
     let wheel_mm = part.feed(16.0, 20.035, 0.010);
     let window_rad = part.c_rad();
     let wheel_mm = part.feed(1.5, wheel_mm, 0.010);

@@ -1,10 +1,10 @@
 //! Measurements and corrections that are not possible are refused with a reason.
 
-use crate::part::{DWELLS_FROM_RAD, Part, Station, diameter, from, journal, law, rad};
+use crate::part::{DWELLS_FROM_RAD, GaugedPart, Station, diameter, from, journal, law, rad};
 use camwright::gauging::correction::{Correction, CorrectionError, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::published::{PublishedError, PublishedRunout};
-use camwright::gauging::record::{GaugeRecord, Reading};
+use camwright::gauging::record::{GaugeRecord, RunoutReading};
 use camwright::gauging::runout::{PhasesError, RadiusByPhase};
 use camwright::gauging::spark_out::{self, SparkOutError};
 use camwright::gauging::state::{MeasureSettings, PartState, StateError};
@@ -50,7 +50,7 @@ fn records_that_tell_no_state_are_refused() {
 #[test]
 fn a_phase_that_was_not_cut_is_named() {
     let station = Station::diameter(270.0, 1.0);
-    let mut part = Part::new(720, law(0.2), &[(1.0, 0.05, 0.0)], &[station], 1);
+    let mut part = GaugedPart::new(720, law(0.2), &[(1.0, 0.05, 0.0)], &[station], 1);
     part.dwell(2.0, 20.0);
     let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL);
@@ -63,7 +63,7 @@ fn a_phase_that_was_not_cut_is_named() {
 fn readings_that_do_not_follow_the_contact_law_are_refused() {
     let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
     let good = from(&part.readings[0], DWELLS_FROM_RAD);
-    let measure = |readings: &[Reading], log: &[WheelPosition], ratio: f64| {
+    let measure = |readings: &[RunoutReading], log: &[WheelPosition], ratio: f64| {
         let record = GaugeRecord::from_one(diameter(270.0), readings).unwrap();
         PartState::measure(&record, WheelLog::new(log).unwrap(), law(ratio), &USUAL).map(|_| ())
     };

@@ -1,6 +1,6 @@
 //! Actual depths of cut and the part by phase, against what the reference really lost and has.
 
-use crate::part::{ANGLES_DEG, DWELLS_FROM_RAD, Part, RATIOS, Station, diameter, from, journal, law, rad};
+use crate::part::{ANGLES_DEG, DWELLS_FROM_RAD, GaugedPart, RATIOS, Station, diameter, from, journal, law, rad};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::record::GaugeRecord;
 use camwright::gauging::runout::RadiusByPhase;
@@ -9,7 +9,7 @@ use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
 /// Radii of the reference at every step of C: what a phase had when it left the wheel.
-fn left_the_wheel(phases: usize, ratio: f64, station: Station, dwell: f64) -> (Part, Vec<f64>, f64) {
+fn left_the_wheel(phases: usize, ratio: f64, station: Station, dwell: f64) -> (GaugedPart, Vec<f64>, f64) {
     let (mut part, wheel_mm) = journal(phases, ratio, &[station], 0.0, 1);
     let mut radii = part.radii.clone();
     for step in 0..(dwell * phases as f64) as usize {
@@ -46,7 +46,7 @@ fn the_difference_of_two_diameters_is_what_the_wheel_took() {
 #[test]
 fn a_diameter_is_blind_to_three_lobes_and_the_depth_of_cut_is_not() {
     let station = Station::diameter(270.0, 1.0);
-    let mut part = Part::new(3600, law(0.2), &[(3.0, 0.01, 0.4)], &[station], 1);
+    let mut part = GaugedPart::new(3600, law(0.2), &[(3.0, 0.01, 0.4)], &[station], 1);
     part.dwell(1.0, 25.0);
     let still = part.readings[0].clone();
     let spread = still.iter().map(|reading| (reading.value_mm - 40.0).abs()).fold(0.0, f64::max);

@@ -4,12 +4,12 @@
 use crate::cams;
 
 use cams::{SplitMix64, reference_lobe};
-use camwright::gcode::archimedean::{Chain, Knots, Request, Travelling, theoretical_pieces};
+use camwright::gcode::archimedean::{Chain, ChainRequest, Knots, Travelling, theoretical_pieces};
 use camwright::math::hermite::Sample;
 use camwright::math::units::{TURN_RAD, um_from_mm};
 
-fn turn<'a>(travels: &'a [Travelling<'a>], tolerance_mm: f64, knots: Knots) -> Request<'a> {
-    Request { travels, from_rad: 0.0, to_rad: TURN_RAD, tolerance_mm, rounding_mm: 0.0, knots }
+fn turn<'a>(travels: &'a [Travelling<'a>], tolerance_mm: f64, knots: Knots) -> ChainRequest<'a> {
+    ChainRequest { travels, from_rad: 0.0, to_rad: TURN_RAD, tolerance_mm, rounding_mm: 0.0, knots }
 }
 
 /// Largest distance of a chain from a function at evenly spread angles, by nothing but the chain's knots.
@@ -182,20 +182,20 @@ fn what_makes_no_chain_is_refused() {
     let broken = |angle: f64| if angle > 3.0 { Sample { value: f64::NAN, ..travel(1.0) } } else { travel(angle) };
     let (travels, broken): ([Travelling<'_>; 1], [Travelling<'_>; 1]) = ([&travel], [&broken]);
     let good = turn(&travels, 0.01, Knots::Free);
-    let refused = |request: Request<'_>| Chain::new(&request).expect_err("no chain").to_string();
+    let refused = |request: ChainRequest<'_>| Chain::new(&request).expect_err("no chain").to_string();
     for tolerance_mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(refused(Request { tolerance_mm, ..good }).contains("leaves nothing beside 0.0000 um of rounding"));
+        assert!(refused(ChainRequest { tolerance_mm, ..good }).contains("leaves nothing beside 0.0000 um of rounding"));
     }
-    let eaten = refused(Request { rounding_mm: 0.01, ..good });
+    let eaten = refused(ChainRequest { rounding_mm: 0.01, ..good });
     assert!(
         eaten
             .contains("a tolerance of 10 um leaves nothing beside 10.0000 um of rounding; it must be at least 20.0000")
     );
     for to_rad in [0.0, -1.0, f64::NAN, 1e9] {
-        assert!(refused(Request { to_rad, ..good }).contains("it needs a way forwards of at most 1000 turns"));
+        assert!(refused(ChainRequest { to_rad, ..good }).contains("it needs a way forwards of at most 1000 turns"));
     }
-    assert!(refused(Request { travels: &[], ..good }).contains("over 0 axes"));
-    assert!(refused(Request { travels: &broken, ..good }).contains("not a finite number at"));
-    let fine = refused(Request { tolerance_mm: 1e-16, ..good });
+    assert!(refused(ChainRequest { travels: &[], ..good }).contains("over 0 axes"));
+    assert!(refused(ChainRequest { travels: &broken, ..good }).contains("not a finite number at"));
+    let fine = refused(ChainRequest { tolerance_mm: 1e-16, ..good });
     assert!(fine.contains("at most 40000000 are"), "{fine}");
 }

@@ -363,7 +363,7 @@ fn hollows_too_tight_for_the_insert_are_bridged_and_reported() {
     let z: Vec<f64> = (0..=400).map(|k| -20.0 + 0.1 * f64::from(k)).collect();
     let groove =
         |_: f64, z: f64| if z.abs() < half { 24.0 - a * (1.0 + (std::f64::consts::PI * z / half).cos()) } else { 24.0 };
-    let surface = Surface::grid(&camwright::cam::surface::grid::Grid::sampled(36, z, groove)).unwrap();
+    let surface = Surface::grid(&camwright::cam::surface::grid::SurfaceGrid::sampled(36, z, groove)).unwrap();
     let ask = PathRequest { plane_y_mm: 0.0, ..request(-10.0, 10.0) };
     let tightest = half * half / (a * std::f64::consts::PI.powi(2));
     assert!(InsertPath::new(&surface, &PathRequest { insert_radius_mm: 3.0, ..ask }).unwrap().hollow().is_none());

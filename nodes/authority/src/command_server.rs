@@ -27,13 +27,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// The lease, and how often it was the reason for a refusal.
 #[derive(Debug)]
-struct Gate {
+struct LeaseGate {
     own: Participant,
     lease: Mutex<Lease>,
     refused: AtomicU32,
 }
 
-impl Authority for Gate {
+impl Authority for LeaseGate {
     fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String> {
         let by = participant_of(*sender);
         if by == self.own || rules::is_open(service, request) {
@@ -46,17 +46,17 @@ impl Authority for Gate {
 }
 
 /// An answer that waits until the members have heard of a change.
-type Waiting = (Responder<TakeCommand>, TakeCommandResponse, u64, Instant);
+type DelayedAnswer = (Responder<TakeCommand>, TakeCommandResponse, u64, Instant);
 
 /// Keeps the lease of a machine.
 #[derive(Debug)]
 pub struct CommandServer {
     node: Node,
-    gate: Arc<Gate>,
+    gate: Arc<LeaseGate>,
     publisher: Publisher<CommandHolder>,
     /// Number of the state that was published last.
     published: Mutex<u64>,
-    waiting: Mutex<Vec<Waiting>>,
+    waiting: Mutex<Vec<DelayedAnswer>>,
 }
 
 /// Services and timer of a desk.
@@ -76,8 +76,8 @@ impl CommandServer {
         let first_number = u64::try_from(system_time_ns()).unwrap_or(1);
         let lease = Mutex::new(Lease::new(silence_limit, first_number));
         let own = participant_of(node.participant_guid()?);
-        let gate = Arc::new(Gate { own, lease, refused: AtomicU32::new(0) });
-        node.set_authority(Arc::<Gate>::clone(&gate));
+        let gate = Arc::new(LeaseGate { own, lease, refused: AtomicU32::new(0) });
+        node.set_authority(Arc::<LeaseGate>::clone(&gate));
         let publisher = node.publisher("machine/command_holder", &Qos::latched(1))?;
         let desk = Self { node: node.clone(), gate, publisher, published: Mutex::new(0), waiting: Mutex::default() };
         desk.publish_change();
@@ -231,9 +231,9 @@ impl CommandServer {
     /// Answers those whose change every member has heard of, and those who have waited for long enough.
     fn answer_waiting(&self) {
         let now = Instant::now();
-        let due: Vec<Waiting> = {
+        let due: Vec<DelayedAnswer> = {
             let lease = lock(&self.gate.lease);
-            let is_due = |waiting: &mut Waiting| lease.is_known(waiting.2, now) || waiting.3 <= now;
+            let is_due = |waiting: &mut DelayedAnswer| lease.is_known(waiting.2, now) || waiting.3 <= now;
             lock(&self.waiting).extract_if(.., is_due).collect()
         };
         for (responder, answer, ..) in due {

@@ -22,7 +22,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// The lease as a member knows it.
 #[derive(Debug)]
-struct View {
+struct LeaseView {
     /// The machine whose word counts.
     machine: Option<(Participant, Silence)>,
     holder: CommandHolder,
@@ -34,7 +34,7 @@ type MachineHook = Box<dyn Fn(Participant) + Send>;
 /// Decides for interpolator or planner.
 pub struct Grant {
     own: Participant,
-    view: Mutex<View>,
+    view: Mutex<LeaseView>,
     hooks: Mutex<Vec<MachineHook>>,
     refused: AtomicU32,
     has_joined: AtomicBool,
@@ -49,7 +49,7 @@ impl std::fmt::Debug for Grant {
 impl Grant {
     /// Lets the machine's lease decide on the node's requests, from now on.
     pub fn new(node: &Node) -> Result<Arc<Self>, RosError> {
-        let view = View { machine: None, holder: CommandHolder::default() };
+        let view = LeaseView { machine: None, holder: CommandHolder::default() };
         let own = participant_of(node.participant_guid()?);
         let grant = Arc::new(Self {
             own,

@@ -44,7 +44,7 @@ impl<M> Retained<M> {
     }
 }
 
-struct Filter<M, F> {
+struct SenderFilter<M, F> {
     retained: Retained<M>,
     take: F,
 }
@@ -62,7 +62,7 @@ pub fn subscribe_to_machine<M: Message + Send>(
     take: impl FnMut(M, &Guid) + Send + 'static,
 ) -> Result<Subscription, RosError> {
     let retained = Retained { depth, senders: VecDeque::new() };
-    let filter = Arc::new(Mutex::new(Filter { retained, take }));
+    let filter = Arc::new(Mutex::new(SenderFilter { retained, take }));
     let late = Arc::downgrade(&filter);
     grant.on_machine(move |machine| {
         let Some(filter) = late.upgrade() else { return };

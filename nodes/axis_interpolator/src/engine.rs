@@ -7,11 +7,13 @@
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
 use super::engine_messages::{
-    Command, Ended, FromEngine, JobEnds, MachineFeedback, PreparedMotion, ToEngine, Tracking,
+    Ended, FromEngine, JobEnds, MachineFeedback, PreparedMotion, SequencedCommand, ToEngine, Tracking,
 };
 use super::next_trajectory::NextTrajectory;
 use super::receipts::Receipts;
-use camwright::interpolator::{Event, Interpolator, Outcome, Request, StartError, State, Status, TickInputs};
+use camwright::interpolator::{
+    Interpolator, InterpolatorEvent, Outcome, Request, StartError, State, Status, TickInputs,
+};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::setpoint::Setpoint;
@@ -347,7 +349,7 @@ impl Engine {
         self.begin_sequence(seen);
         self.attending = Some((made, job, Instant::now()));
         if !seen.is_realtime {
-            self.command(Command::Attend { tick: seen.tick }, u64::MAX);
+            self.command(SequencedCommand::Attend { tick: seen.tick }, u64::MAX);
         }
     }
 
@@ -382,11 +384,11 @@ impl Engine {
         self.wait(before.iter().flatten().copied().filter(is_override));
         self.send(FromEngine::Started { tick: first_tick, rest, record });
         if job.begins {
-            self.command(Command::JobBegin { tick: first_tick }, first_tick);
+            self.command(SequencedCommand::JobBegin { tick: first_tick }, first_tick);
         }
     }
 
-    fn command(&mut self, command: Command, tick: u64) {
+    fn command(&mut self, command: SequencedCommand, tick: u64) {
         self.sequence += 1;
         self.unacknowledged.sent(self.sequence, tick);
         self.send(FromEngine::Command { sequence: self.sequence, command });
@@ -439,17 +441,17 @@ impl Engine {
                 self.send(FromEngine::Applied { tick, input: *input });
             }
             for order in out.orders.iter() {
-                self.command(Command::Interpolator(*order), order.tick);
+                self.command(SequencedCommand::Interpolator(*order), order.tick);
                 last = last.min(order.tick - 1);
             }
             self.publish(tick, &out.status);
             for event in out.events.iter() {
                 self.send(FromEngine::Event { tick, event: *event });
-                if let Event::Alarm(alarm) = event {
-                    self.command(Command::Alarm { tick, number: alarm.number() }, tick);
+                if let InterpolatorEvent::Alarm(alarm) = event {
+                    self.command(SequencedCommand::Alarm { tick, number: alarm.number() }, tick);
                     last = last.min(tick);
                 }
-                if let (Event::Finished(outcome), Some(running)) = (event, &mut self.running) {
+                if let (InterpolatorEvent::Finished(outcome), Some(running)) = (event, &mut self.running) {
                     running.outcome = Some((*outcome, tick));
                 }
             }
@@ -465,7 +467,7 @@ impl Engine {
             // Only a job that came to its end has made a part.
             Some((Outcome::Completed, tick)) if running.job.ends => {
                 chunk.is_final = true;
-                self.command(Command::JobEnd { tick }, tick);
+                self.command(SequencedCommand::JobEnd { tick }, tick);
             }
             Some(_) => chunk.is_final = true,
             None => self.add_stop(&mut chunk),

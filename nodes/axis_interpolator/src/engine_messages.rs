@@ -1,7 +1,9 @@
 //! Messages between the engine and its node, through rings.
 
-use camwright::interpolator::trajectory::Start;
-use camwright::interpolator::{AppliedInput, Event, Order, Outcome, Prepared, Request, RestState, StartError, Status};
+use camwright::interpolator::trajectory::TrajectoryStart;
+use camwright::interpolator::{
+    AppliedInput, InterpolatorEvent, Order, Outcome, Prepared, Request, RestState, StartError, Status,
+};
 use camwright::machine::description::{AXIS_COUNT, MachineDescription};
 use camwright::machine::setpoint::{Latch, Measured, Setpoint};
 use camwright::motion::plan::Plan;
@@ -29,7 +31,7 @@ pub(super) struct MachineFeedback {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum MotionForecast {
     /// At this tick, where the engine now waits for what takes its place.
-    At(u64, Start),
+    At(u64, TrajectoryStart),
     /// It is over by then, or about to end.
     Over,
     Disturbed,
@@ -102,7 +104,7 @@ pub(super) enum ToEngine {
 
 /// An order as the machine takes it: with its number in the sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Command {
+pub(super) enum SequencedCommand {
     Interpolator(Order),
     /// A motion is about to begin: at pace fast the machine lets no idle tick pass before its first setpoint.
     Attend {
@@ -142,7 +144,7 @@ pub(super) enum FromEngine {
     Chunk(Box<ChunkBuffer>),
     Command {
         sequence: u32,
-        command: Command,
+        command: SequencedCommand,
     },
     Applied {
         tick: u64,
@@ -154,7 +156,7 @@ pub(super) enum FromEngine {
     },
     Event {
         tick: u64,
-        event: Event,
+        event: InterpolatorEvent,
     },
     Ended(Ended),
     Foreseen(MotionForecast),

@@ -47,10 +47,10 @@ use engine::Engine;
 use engine_messages::{JobEnds, MachineFeedback, PreparedMotion, ToEngine};
 use goals::ActiveGoal;
 use health::MachineHealth;
-use joint_trajectory::arrival::Arrival;
+use joint_trajectory::arrival::TrajectoryArrival;
 use manual::HeldJog;
 use plans::Plans;
-use pump::Pump;
+use pump::EnginePump;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -109,11 +109,11 @@ struct Shared {
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
     machine_health: Mutex<MachineHealth>,
-    partners: Mutex<partners::Partners>,
+    partners: Mutex<partners::InterpolatorPartners>,
     /// Telemetry that was dropped.
     drops: DropCounter,
     /// A trajectory that takes the place of the one in execution, or begins after it.
-    arrival: Mutex<Option<Arrival>>,
+    arrival: Mutex<Option<TrajectoryArrival>>,
     /// Who asked `~/query_state`, in the order of asking.
     queries: Mutex<VecDeque<Responder<QueryTrajectoryState>>>,
 }
@@ -176,7 +176,7 @@ impl AxisInterpolator {
             hindrance: Mutex::default(),
             tick: AtomicU64::new(0),
             machine_health: Mutex::default(),
-            partners: Mutex::new(partners::Partners::new(liveness::limit(&node))),
+            partners: Mutex::new(partners::InterpolatorPartners::new(liveness::limit(&node))),
             drops: DropCounter::default(),
             arrival: Mutex::default(),
             queries: Mutex::default(),
@@ -311,7 +311,7 @@ impl Shared {
         let (outbox, reports) = ring(RING, &pump_waker);
         let inlet = EngineInlet(Arc::new(Mutex::new(inlet)));
         let engine = Engine::new(machine, inbox, outbox, Arc::clone(&self.stop));
-        let pump = Pump::new(self, machine)?;
+        let pump = EnginePump::new(self, machine)?;
         let mut threads = Threads::default();
         let engine_waker = waker.clone();
         let realtime = Realtime::for_node(&self.node)?;

@@ -21,7 +21,7 @@ struct Partner {
 
 /// The partners of the interpolator.
 #[derive(Debug)]
-pub(super) struct Partners {
+pub(super) struct InterpolatorPartners {
     limit: Duration,
     machine: Option<Partner>,
     planner: Option<Partner>,
@@ -37,7 +37,7 @@ fn participant(endpoint: Guid) -> Guid {
     participant
 }
 
-impl Partners {
+impl InterpolatorPartners {
     pub(super) fn new(limit: Duration) -> Self {
         Self { limit, machine: None, planner: None, plan_by: None, pages: Silence::new(PAGES) }
     }

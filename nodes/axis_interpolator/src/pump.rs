@@ -1,11 +1,13 @@
 //! From what the engine reports to messages, and to the goal that is being served.
 
-use super::engine_messages::{Command, Ended, FromEngine, MotionForecast, ToEngine, Tracking};
+use super::engine_messages::{Ended, FromEngine, MotionForecast, SequencedCommand, ToEngine, Tracking};
 use super::goals::ActiveGoal;
-use super::joint_trajectory::arrival::Step;
+use super::joint_trajectory::arrival::ArrivalStep;
 use super::joint_trajectory::{settings, tracking};
 use super::{Shared, lock};
-use camwright::interpolator::{Event, InterpolatorAlarm, OrderKind, Outcome, RestState, StartError, State, Status};
+use camwright::interpolator::{
+    InterpolatorAlarm, InterpolatorEvent, OrderKind, Outcome, RestState, StartError, State, Status,
+};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::MachineDescription;
 use camwright_files::convert::applied_input;
@@ -58,7 +60,7 @@ impl Outlets {
     }
 }
 
-pub(super) struct Pump {
+pub(super) struct EnginePump {
     node: Node,
     machine: MachineDescription,
     /// The node's callbacks know what waits; the node ends before them.
@@ -77,7 +79,7 @@ pub(super) struct Pump {
     complaint: LimitedWarning,
 }
 
-impl Pump {
+impl EnginePump {
     pub(super) fn new(shared: &Arc<Shared>, machine: &MachineDescription) -> Result<Self, RosError> {
         Ok(Self {
             node: shared.node.clone(),
@@ -222,17 +224,17 @@ impl Pump {
         }
     }
 
-    fn report_event(&mut self, clock: TickClock, tick: u64, event: Event) -> Result<(), RosError> {
+    fn report_event(&mut self, clock: TickClock, tick: u64, event: InterpolatorEvent) -> Result<(), RosError> {
         match event {
-            Event::Alarm(alarm) => return self.alarm(clock, tick, alarm),
-            Event::LeftOut { lobe, turns } => {
+            InterpolatorEvent::Alarm(alarm) => return self.alarm(clock, tick, alarm),
+            InterpolatorEvent::LeftOut { lobe, turns } => {
                 self.node
                     .logger()
                     .info(&format!("the force is steady at tick {tick}: {turns} spark-out turns are skipped"));
                 self.served().leave_out(lobe, turns);
             }
-            Event::Probed(probed) => self.served().probed = Some(probed),
-            Event::Segment(_) | Event::Finished(_) => {}
+            InterpolatorEvent::Probed(probed) => self.served().probed = Some(probed),
+            InterpolatorEvent::Segment(_) | InterpolatorEvent::Finished(_) => {}
         }
         Ok(())
     }
@@ -257,14 +259,14 @@ impl Pump {
         self.with_shared(|shared| {
             let step = lock(&shared.arrival).as_ref().map(|arrival| arrival.next(foresight, clock, &self.machine));
             match step {
-                Some(Step::Tell(message)) => back(message),
-                Some(Step::Wait) => {
+                Some(ArrivalStep::Tell(message)) => back(message),
+                Some(ArrivalStep::Wait) => {
                     // It may have ended before this was heard.
                     if !lock(&shared.served).is_busy() {
                         shared.begin_arrival();
                     }
                 }
-                Some(Step::Refuse(reason)) => {
+                Some(ArrivalStep::Refuse(reason)) => {
                     back(ToEngine::StayOn);
                     shared.refuse_arrival(&reason);
                 }
@@ -396,7 +398,7 @@ impl Pump {
     }
 }
 
-fn message(sequence: u32, command: Command, clock: TickClock, machine: &MachineDescription) -> MachineCommand {
+fn message(sequence: u32, command: SequencedCommand, clock: TickClock, machine: &MachineDescription) -> MachineCommand {
     let base = |tick: u64, kind: u8| MachineCommand {
         stamp: clock.stamp(tick),
         sequence,
@@ -405,13 +407,13 @@ fn message(sequence: u32, command: Command, clock: TickClock, machine: &MachineD
         ..MachineCommand::default()
     };
     match command {
-        Command::Attend { tick } => base(tick, MachineCommand::ATTEND),
-        Command::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
-        Command::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
-        Command::Alarm { tick, number } => {
+        SequencedCommand::Attend { tick } => base(tick, MachineCommand::ATTEND),
+        SequencedCommand::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
+        SequencedCommand::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
+        SequencedCommand::Alarm { tick, number } => {
             MachineCommand { counts: i64::from(number), ..base(tick, MachineCommand::ALARM) }
         }
-        Command::Interpolator(order) => match order.kind {
+        SequencedCommand::Interpolator(order) => match order.kind {
             OrderKind::SetHome { axis, counts } => {
                 MachineCommand { target: axis.joint().to_owned(), counts, ..base(order.tick, MachineCommand::SET_HOME) }
             }

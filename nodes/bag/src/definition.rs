@@ -8,11 +8,11 @@ const MAX_TYPES: usize = 256;
 
 /// Type of one element of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum FieldKind {
     Primitive(Primitive),
     /// Text, with its maximum length in bytes if it is bounded.
     Text(Option<usize>),
-    /// Another type, by its number in [`Definition::types`].
+    /// Another type, by its number in [`TypeDefinition::types`].
     Nested(usize),
 }
 
@@ -20,17 +20,17 @@ pub(super) enum Kind {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Field {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: FieldKind,
     pub(super) shape: Shape,
 }
 
 /// A type and those it uses; the type itself is the first.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Definition {
+pub(super) struct TypeDefinition {
     pub(super) types: Vec<Vec<Field>>,
 }
 
-impl Definition {
+impl TypeDefinition {
     /// Reads the text of a channel's schema.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Definition {
         let mut ends = vec![false; self.types.len()];
         loop {
             let is_ending = |field: &Field| match field.kind {
-                Kind::Nested(inner) => ends[inner],
+                FieldKind::Nested(inner) => ends[inner],
                 _ => true,
             };
             let found: Vec<bool> = self.types.iter().map(|fields| fields.iter().all(is_ending)).collect();
@@ -121,8 +121,8 @@ fn field(line: &str, package: &str, numbers: &BTreeMap<String, usize>) -> Result
         TypeError::Length(length) => format!("'{line}': '{length}' is no length"),
     })?;
     let kind = match read.element {
-        Element::Primitive(primitive) => Kind::Primitive(primitive),
-        Element::Text(bound) => Kind::Text(bound),
+        Element::Primitive(primitive) => FieldKind::Primitive(primitive),
+        Element::Text(bound) => FieldKind::Text(bound),
         Element::Named(base) => nested(&full_name(base, package), numbers)?,
     };
     Ok(Some(Field { name, kind, shape: read.shape }))
@@ -150,8 +150,8 @@ pub fn used_by(package: &str, definition: &str) -> BTreeSet<String> {
     named.collect()
 }
 
-fn nested(name: &str, numbers: &BTreeMap<String, usize>) -> Result<Kind, String> {
-    numbers.get(name).copied().map(Kind::Nested).ok_or_else(|| format!("the type {name} is not defined"))
+fn nested(name: &str, numbers: &BTreeMap<String, usize>) -> Result<FieldKind, String> {
+    numbers.get(name).copied().map(FieldKind::Nested).ok_or_else(|| format!("the type {name} is not defined"))
 }
 
 #[cfg(test)]
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn every_type_of_ours_is_read_as_the_generator_reads_it() {
         for info in camwright_msgs::ALL.iter().filter(|info| !info.schema.is_empty()) {
-            let definition = Definition::parse(info.type_name, info.schema).expect(info.type_name);
+            let definition = TypeDefinition::parse(info.type_name, info.schema).expect(info.type_name);
             let names: Vec<&str> = definition.types[0].iter().map(|field| field.name.as_str()).collect();
             let expected: Vec<&str> = info.fields.iter().map(|field| field.name).collect();
             // A type without fields has one that stands for it, which no file shows.
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_understood_is_refused_with_its_line() {
-        let parse = |text: &str| Definition::parse("a/msg/A", text).expect_err("it is wrong");
+        let parse = |text: &str| TypeDefinition::parse("a/msg/A", text).expect_err("it is wrong");
         assert_eq!(parse("Riddle r\n"), "the type a/Riddle is not defined");
         assert_eq!(parse("float64[3 r\n"), "'float64[3 r': a bracket is open");
         assert_eq!(parse("float64\n"), "'float64' is no field");
@@ -182,10 +182,11 @@ mod tests {
         let line = "=".repeat(80);
         assert_eq!(parse(&format!("B b\n{line}\nB\nint8 x\n")), "'B' does not name a type");
         let good =
-            Definition::parse("a/msg/A", "int8 X = 3\nint8[<=4] b 1 # c\nstring<=3[2] s\n").expect("it is right");
+            TypeDefinition::parse("a/msg/A", "int8 X = 3\nint8[<=4] b 1 # c\nstring<=3[2] s\n").expect("it is right");
         let field = |name: &str, kind, shape| Field { name: name.into(), kind, shape };
-        let int8 = Kind::Primitive(Primitive::Int8);
-        let fields = [field("b", int8, Shape::BoundedSequence(4)), field("s", Kind::Text(Some(3)), Shape::Array(2))];
+        let int8 = FieldKind::Primitive(Primitive::Int8);
+        let fields =
+            [field("b", int8, Shape::BoundedSequence(4)), field("s", FieldKind::Text(Some(3)), Shape::Array(2))];
 
         assert_eq!(good.types, [fields]);
         assert_eq!(parse("int8 a\nint16 a\n"), "the field a is there twice");

@@ -48,12 +48,12 @@ fn fill(file: &mut File) -> io::Result<()> {
 
 /// Progress of a [`ReservedWriter`], visible while a library owns the stream.
 #[derive(Debug, Default)]
-pub struct Level {
+pub struct DiskLevel {
     written: AtomicU64,
     full: OnceLock<String>,
 }
 
-impl Level {
+impl DiskLevel {
     /// Bytes that the stream below has taken.
     pub fn written(&self) -> u64 {
         self.written.load(Ordering::Relaxed)
@@ -66,12 +66,12 @@ impl Level {
 }
 
 /// A stream that gives back the spare room when the disk is full and tries once more, so that the writer above it sees no
-/// failure in the middle of a record; [`Level::full`] then says that it is time to close.
+/// failure in the middle of a record; [`DiskLevel::full`] then says that it is time to close.
 #[derive(Debug)]
 pub struct ReservedWriter<W, S> {
     inner: W,
     spare: Option<S>,
-    level: Arc<Level>,
+    level: Arc<DiskLevel>,
 }
 
 impl<W: Write, S> ReservedWriter<W, S> {
@@ -81,7 +81,7 @@ impl<W: Write, S> ReservedWriter<W, S> {
     }
 
     /// Handle to its progress.
-    pub fn level(&self) -> Arc<Level> {
+    pub fn level(&self) -> Arc<DiskLevel> {
         self.level.clone()
     }
 

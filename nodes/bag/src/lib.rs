@@ -61,7 +61,7 @@ pub use qos::QosProfile;
 pub use reader::{Bag, Message, Messages};
 pub use recording::{Counts, Recording, TopicCounts};
 pub use snapshot::SnapshotOptions;
-pub use writer::{BagWriter, Outcome, Split, TopicId, WriterOptions};
+pub use writer::{BagWriter, RecordingOutcome, SplitLimits, TopicId, WriterOptions};
 pub use writer_task::free_bytes;
 
 /// One topic as a bag knows it.

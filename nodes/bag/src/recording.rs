@@ -9,8 +9,8 @@ use std::time::Instant;
 use super::durations::DurationSummary;
 use super::metadata::BagMetadata;
 pub use super::recording_options::RecordingOptions;
-use super::recording_state::{Command, Shared, TopicState};
-use super::writer::{BagWriter, Outcome};
+use super::recording_state::{Shared, TopicState, WriterCommand};
+use super::writer::{BagWriter, RecordingOutcome};
 use super::writer_task::WriterTask;
 use super::{BagError, Topic};
 
@@ -92,7 +92,7 @@ type WriterThread = JoinHandle<Option<Result<BagMetadata, BagError>>>;
 #[derive(Debug)]
 pub struct Recording {
     directory: PathBuf,
-    commands: mpsc::Sender<Command>,
+    commands: mpsc::Sender<WriterCommand>,
     shared: Arc<Shared>,
     queue_bytes: u64,
     /// The writer's thread, to wake it for what is asked of it.
@@ -144,7 +144,7 @@ impl Recording {
         let index = topics.len() - 1;
         // Still under the lock, so that topics reach the writer in the order of their numbers. When the writer is gone, so is
         // the recording, and the first message will be counted as dropped.
-        let _ = self.commands.send(Command::Topic(topic));
+        let _ = self.commands.send(WriterCommand::Topic(topic));
         RecordedTopic { index, state }
     }
 
@@ -165,7 +165,7 @@ impl Recording {
         let all = self.shared.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
         let is_open = self.shared.fault.get().is_none();
         let has_room = self.has_room(mine, all);
-        let message = Command::Message { topic: topic.index, log_time_ns, publish_time_ns, data };
+        let message = WriterCommand::Message { topic: topic.index, log_time_ns, publish_time_ns, data };
         if is_open && has_room && self.commands.send(message).is_ok() {
             return true;
         }
@@ -199,15 +199,15 @@ impl Recording {
 
     /// Continues in the next file once the queue is written. The writer's thread then calls `answer` with whether there is one.
     pub fn split(&self, answer: impl FnOnce(bool) + Send + 'static) {
-        self.ask(Command::Split(Box::new(answer)));
+        self.ask(WriterCommand::Split(Box::new(answer)));
     }
 
     /// Writes the messages held in memory to a file of their own. The writer's thread then calls `answer` with their number.
     pub fn snapshot(&self, answer: impl FnOnce(u64) + Send + 'static) {
-        self.ask(Command::Snapshot(Box::new(answer)));
+        self.ask(WriterCommand::Snapshot(Box::new(answer)));
     }
 
-    fn ask(&self, command: Command) {
+    fn ask(&self, command: WriterCommand) {
         match self.commands.send(command) {
             Ok(()) => self.writer.unpark(),
             Err(mpsc::SendError(command)) => command.refuse(),
@@ -261,17 +261,17 @@ impl Recording {
     /// # Errors
     /// When the bag could not be closed properly. A full disk is no such error: the bag is whole, and
     /// `camwright.outcome` in it says `fault`.
-    pub fn stop(&self, outcome: Outcome) -> Result<(BagMetadata, Counts), BagError> {
+    pub fn stop(&self, outcome: RecordingOutcome) -> Result<(BagMetadata, Counts), BagError> {
         let result = self.join(outcome);
         result.map(|metadata| (metadata, self.counts()))
     }
 
-    fn join(&self, outcome: Outcome) -> Result<BagMetadata, BagError> {
+    fn join(&self, outcome: RecordingOutcome) -> Result<BagMetadata, BagError> {
         let lost = || BagError::Closed { reason: "its writer ended".into() };
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(thread) = thread else { return Err(lost()) };
         // When the writer is gone already, joining says why.
-        self.ask(Command::Stop(outcome));
+        self.ask(WriterCommand::Stop(outcome));
         thread.join().ok().flatten().ok_or_else(lost)?
     }
 }
@@ -279,6 +279,6 @@ impl Recording {
 impl Drop for Recording {
     fn drop(&mut self) {
         // Nobody is left to hear of a failure; the bag's own metadata says how it ended. After `stop` there is nothing to join.
-        drop(self.join(Outcome::Complete));
+        drop(self.join(RecordingOutcome::Complete));
     }
 }

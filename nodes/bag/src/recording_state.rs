@@ -2,7 +2,7 @@
 
 use super::Topic;
 use super::durations::{DurationSummary, Durations};
-use super::writer::Outcome;
+use super::writer::RecordingOutcome;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -73,7 +73,7 @@ pub(super) struct Losses {
 type Answer<T> = Box<dyn FnOnce(T) + Send>;
 
 /// Commands to the writer's thread.
-pub(super) enum Command {
+pub(super) enum WriterCommand {
     Topic(Topic),
     Message {
         topic: usize,
@@ -85,10 +85,10 @@ pub(super) enum Command {
     Split(Answer<bool>),
     /// Writes a snapshot; the answer is the number of its messages.
     Snapshot(Answer<u64>),
-    Stop(Outcome),
+    Stop(RecordingOutcome),
 }
 
-impl Command {
+impl WriterCommand {
     /// Answers that nothing was done: the recording has ended.
     pub(super) fn refuse(self) {
         match self {

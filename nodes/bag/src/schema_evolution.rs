@@ -1,7 +1,7 @@
 //! Messages that were recorded when their type had fewer fields: what came to it since stands at its end, and is empty.
 
 use super::Topic;
-use super::definition::Definition;
+use super::definition::TypeDefinition;
 use camwright_msgs::syntax::Shape;
 
 /// Number of lists that the present definition of a type has in addition to that of a topic. 0 if the definitions are equal or differ in any
@@ -10,7 +10,7 @@ pub fn lists_since(topic: &Topic, now: &str) -> usize {
     if topic.definition == now {
         return 0;
     }
-    let parse = |text: &str| Definition::parse(&topic.type_name, text).ok();
+    let parse = |text: &str| TypeDefinition::parse(&topic.type_name, text).ok();
     let (Some(former), Some(now)) = (parse(&topic.definition), parse(now)) else { return 0 };
     let ([former, former_parts @ ..], [now, parts @ ..]) = (&former.types[..], &now.types[..]) else { return 0 };
     match now.strip_prefix(&former[..]) {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 
-use super::disk_reserve::{DiskReserve, Level, ReservedWriter, SPARE_BYTES};
+use super::disk_reserve::{DiskLevel, DiskReserve, ReservedWriter, SPARE_BYTES};
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME};
 use super::{BagError, Preset, Topic, qos};
 
@@ -23,7 +23,7 @@ pub(super) struct StorageFile {
     path: PathBuf,
     name: String,
     storage: Option<Storage>,
-    level: Arc<Level>,
+    level: Arc<DiskLevel>,
     /// A second handle of the file, for `sync_data`.
     file: File,
     /// Length of the file at the last flush (B): everything before it is whole records.

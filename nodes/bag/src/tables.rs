@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::columns::{Column, ColumnType};
 use super::csv::CsvFile;
-use super::definition::Definition;
+use super::definition::TypeDefinition;
 use super::exported::Exported;
 use super::parquet_file::ParquetFile;
 use super::values::{Value, read};
@@ -27,7 +27,7 @@ pub enum TableFormat {
 
 /// The table of one topic.
 struct Table {
-    definition: Definition,
+    definition: TypeDefinition,
     path: PathBuf,
     columns: Vec<Column>,
     numbers: BTreeMap<String, usize>,
@@ -65,7 +65,7 @@ fn tables(bag: &Bag, into: &Path, format: TableFormat, longest: usize) -> Result
     let mut exported = Exported::default();
     let mut tables: Vec<Option<Table>> = Vec::new();
     for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
-        let table = match Definition::parse(&topic.type_name, &topic.definition) {
+        let table = match TypeDefinition::parse(&topic.type_name, &topic.definition) {
             Ok(definition) => Some(Table::new(definition, into, &topic.name, format)),
             Err(reason) => {
                 exported.left_out.push((topic.name.clone(), reason));
@@ -107,7 +107,7 @@ fn tables(bag: &Bag, into: &Path, format: TableFormat, longest: usize) -> Result
 }
 
 impl Table {
-    fn new(definition: Definition, into: &Path, topic: &str, format: TableFormat) -> Self {
+    fn new(definition: TypeDefinition, into: &Path, topic: &str, format: TableFormat) -> Self {
         let extension = match format {
             TableFormat::Csv => "csv",
             TableFormat::Parquet => "parquet",

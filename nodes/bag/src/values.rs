@@ -1,6 +1,6 @@
 //! The values of a message, found in its CDR by the definition that stands in the bag.
 
-use super::definition::{Definition, Field, Kind};
+use super::definition::{Field, FieldKind, TypeDefinition};
 use camwright_msgs::syntax::{Primitive, Shape};
 
 /// Maximum number of elements of an array that is passed on as a whole; each takes the memory of a value.
@@ -25,24 +25,24 @@ pub(super) enum Value {
 /// # Errors
 /// One sentence about where the message ends before its definition does.
 pub(super) fn read(
-    definition: &Definition,
+    definition: &TypeDefinition,
     data: &[u8],
     longest: usize,
     visit: &mut dyn FnMut(&str, Value),
 ) -> Result<(), String> {
-    let mut cursor = Cursor::new(data)?;
+    let mut cursor = CdrCursor::new(data)?;
     let mut path = String::new();
     cursor.fields(definition, 0, &mut path, longest, visit)
 }
 
 /// A place in the CDR of a message.
-pub(super) struct Cursor<'a> {
+pub(super) struct CdrCursor<'a> {
     pub(super) body: &'a [u8],
     pub(super) at: usize,
     is_little: bool,
 }
 
-impl<'a> Cursor<'a> {
+impl<'a> CdrCursor<'a> {
     /// At the beginning of a message, behind the four bytes that say which CDR it is.
     pub(super) fn new(data: &'a [u8]) -> Result<Self, String> {
         let (head, body) = data.split_at_checked(4).ok_or("it has no four bytes of CDR")?;
@@ -56,7 +56,7 @@ impl<'a> Cursor<'a> {
 
     fn fields(
         &mut self,
-        definition: &Definition,
+        definition: &TypeDefinition,
         index: usize,
         path: &mut String,
         longest: usize,
@@ -81,7 +81,7 @@ impl<'a> Cursor<'a> {
 
     fn field(
         &mut self,
-        definition: &Definition,
+        definition: &TypeDefinition,
         field: &Field,
         path: &mut String,
         longest: usize,
@@ -109,7 +109,7 @@ impl<'a> Cursor<'a> {
             self.one(definition, &field.kind, &mut String::new(), usize::MAX, &mut |_, value| values.push(value))?;
         }
         let list = Value::List(values);
-        visit(path, if matches!(field.kind, Kind::Nested(_)) { Value::Text(plain(&list)) } else { list });
+        visit(path, if matches!(field.kind, FieldKind::Nested(_)) { Value::Text(plain(&list)) } else { list });
         Ok(())
     }
 
@@ -132,16 +132,16 @@ impl<'a> Cursor<'a> {
 
     fn one(
         &mut self,
-        definition: &Definition,
-        kind: &Kind,
+        definition: &TypeDefinition,
+        kind: &FieldKind,
         path: &mut String,
         longest: usize,
         visit: &mut dyn FnMut(&str, Value),
     ) -> Result<(), String> {
         let value = match kind {
-            Kind::Nested(index) => return self.fields(definition, *index, path, longest, visit),
-            Kind::Primitive(primitive) => self.primitive(*primitive)?,
-            Kind::Text(_) => {
+            FieldKind::Nested(index) => return self.fields(definition, *index, path, longest, visit),
+            FieldKind::Primitive(primitive) => self.primitive(*primitive)?,
+            FieldKind::Text(_) => {
                 let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
                 let bytes = self.read(length)?;
                 // The length counts the zero at the end.
@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str, data: &[u8], longest: usize) -> Result<Vec<(String, String)>, String> {
-        let definition = Definition::parse("a/msg/A", text).expect("it is right");
+        let definition = TypeDefinition::parse("a/msg/A", text).expect("it is right");
         let mut all = Vec::new();
         read(&definition, data, longest, &mut |path, value| all.push((path.to_owned(), plain(&value))))?;
         Ok(all)

@@ -1,15 +1,15 @@
 //! Check of a message against its definition, to its last byte.
 
-use super::definition::{Definition, Field, Kind};
-use super::values::Cursor;
+use super::definition::{Field, FieldKind, TypeDefinition};
+use super::values::CdrCursor;
 use camwright_msgs::syntax::{Primitive, Shape};
 
 /// Walks through a message by its definition.
 ///
 /// # Errors
 /// One sentence that names the field: the message ends within it, or it has a value that its type has not.
-pub(super) fn well_formed(definition: &Definition, data: &[u8]) -> Result<(), String> {
-    let mut cursor = Cursor::new(data)?;
+pub(super) fn well_formed(definition: &TypeDefinition, data: &[u8]) -> Result<(), String> {
+    let mut cursor = CdrCursor::new(data)?;
     fields(&mut cursor, definition, 0)?;
     // What travels is filled up to a multiple of four bytes.
     let left = cursor.left();
@@ -19,7 +19,7 @@ pub(super) fn well_formed(definition: &Definition, data: &[u8]) -> Result<(), St
     Ok(())
 }
 
-fn fields(cursor: &mut Cursor<'_>, definition: &Definition, index: usize) -> Result<(), String> {
+fn fields(cursor: &mut CdrCursor<'_>, definition: &TypeDefinition, index: usize) -> Result<(), String> {
     let all = definition.types.get(index).map_or(&[][..], Vec::as_slice);
     if all.is_empty() {
         // A type without fields travels as one byte.
@@ -28,13 +28,15 @@ fn fields(cursor: &mut Cursor<'_>, definition: &Definition, index: usize) -> Res
     all.iter().try_for_each(|one| {
         field(cursor, definition, one).map_err(|reason| match reason.split_once(": ") {
             // The fields within come first.
-            Some((inner, reason)) if matches!(one.kind, Kind::Nested(_)) => format!("{}.{inner}: {reason}", one.name),
+            Some((inner, reason)) if matches!(one.kind, FieldKind::Nested(_)) => {
+                format!("{}.{inner}: {reason}", one.name)
+            }
             _ => format!("{}: {reason}", one.name),
         })
     })
 }
 
-fn field(cursor: &mut Cursor<'_>, definition: &Definition, field: &Field) -> Result<(), String> {
+fn field(cursor: &mut CdrCursor<'_>, definition: &TypeDefinition, field: &Field) -> Result<(), String> {
     let count = cursor.count(field.shape)?;
     if let Shape::BoundedSequence(max) = field.shape
         && count > max
@@ -42,13 +44,13 @@ fn field(cursor: &mut Cursor<'_>, definition: &Definition, field: &Field) -> Res
         return Err(format!("{count} elements, {max} are allowed"));
     }
     match &field.kind {
-        Kind::Nested(index) => (0..count).try_for_each(|_| fields(cursor, definition, *index)),
-        Kind::Text(max) => (0..count).try_for_each(|_| text(cursor, *max)),
-        Kind::Primitive(primitive) => primitives(cursor, *primitive, count),
+        FieldKind::Nested(index) => (0..count).try_for_each(|_| fields(cursor, definition, *index)),
+        FieldKind::Text(max) => (0..count).try_for_each(|_| text(cursor, *max)),
+        FieldKind::Primitive(primitive) => primitives(cursor, *primitive, count),
     }
 }
 
-fn primitives(cursor: &mut Cursor<'_>, primitive: Primitive, count: usize) -> Result<(), String> {
+fn primitives(cursor: &mut CdrCursor<'_>, primitive: Primitive, count: usize) -> Result<(), String> {
     use Primitive as P;
     match primitive {
         P::Bool => match cursor.read(count)?.iter().find(|byte| **byte > 1) {
@@ -63,7 +65,7 @@ fn primitives(cursor: &mut Cursor<'_>, primitive: Primitive, count: usize) -> Re
 }
 
 /// Skips numbers, for which any bit pattern is valid.
-fn numbers<const N: usize>(cursor: &mut Cursor<'_>, count: usize) -> Result<(), String> {
+fn numbers<const N: usize>(cursor: &mut CdrCursor<'_>, count: usize) -> Result<(), String> {
     if count == 0 {
         return Ok(());
     }
@@ -72,7 +74,7 @@ fn numbers<const N: usize>(cursor: &mut Cursor<'_>, count: usize) -> Result<(), 
     cursor.read(bytes).map(drop)
 }
 
-fn text(cursor: &mut Cursor<'_>, max: Option<usize>) -> Result<(), String> {
+fn text(cursor: &mut CdrCursor<'_>, max: Option<usize>) -> Result<(), String> {
     let length = usize::try_from(cursor.length()?).map_err(|error| error.to_string())?;
     let bytes = cursor.read(length)?;
     let Some((0, letters)) = bytes.split_last() else { return Err("a text without the zero at its end".into()) };
@@ -93,7 +95,7 @@ mod tests {
     use super::*;
 
     fn judged(text: &str, body: &[u8]) -> Result<(), String> {
-        let definition = Definition::parse("a/msg/A", text).expect("it is right");
+        let definition = TypeDefinition::parse("a/msg/A", text).expect("it is right");
         well_formed(&definition, &[&[0, 1, 0, 0], body].concat())
     }
 

@@ -18,7 +18,7 @@ const FIRST_LOG_TIME_NS: u64 = 1;
 
 /// When a bag goes on in its next file. Nothing set: never by itself, which viewers that read one file only are thankful for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Split {
+pub struct SplitLimits {
     /// Size of a file that is exceeded by a chunk at most (B), its repeated latched messages apart.
     pub bytes: Option<u64>,
     /// Longest time between the first and the last message of a file, by log time.
@@ -31,14 +31,14 @@ pub struct WriterOptions {
     /// Layout of the files.
     pub preset: Preset,
     /// When the next file begins.
-    pub split: Split,
+    pub split: SplitLimits,
     /// Custom data of the run; keys `camwright.version`, `.target`, `.outcome` and `.lost_total` are added.
     pub custom_data: BTreeMap<String, String>,
 }
 
 /// End of a recording, as `camwright.outcome` states it. While it runs (and in a killed one) it is `open`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum RecordingOutcome {
     /// Closed because it was asked to.
     Complete,
     /// Closed because it could not go on.
@@ -47,7 +47,7 @@ pub enum Outcome {
     Recovered,
 }
 
-impl Outcome {
+impl RecordingOutcome {
     fn word(self) -> &'static str {
         match self {
             Self::Complete => "complete",
@@ -82,7 +82,7 @@ struct TopicState {
 pub struct BagWriter {
     directory: PathBuf,
     preset: Preset,
-    split: Split,
+    split: SplitLimits,
     current: StorageFile,
     /// Bytes of the current file when its own messages began, and how many messages it repeats.
     head: (u64, u64),
@@ -368,9 +368,9 @@ impl BagWriter {
     ///
     /// # Errors
     /// When the summary cannot be written; the bag then reads like that of a killed recording.
-    pub fn close(mut self, outcome: Outcome, lost: u64) -> Result<BagMetadata, BagError> {
+    pub fn close(mut self, outcome: RecordingOutcome, lost: u64) -> Result<BagMetadata, BagError> {
         self.custom_data.insert("camwright.lost_total".into(), lost.to_string());
-        let outcome = if self.fault().is_some() { Outcome::Fault } else { outcome };
+        let outcome = if self.fault().is_some() { RecordingOutcome::Fault } else { outcome };
         self.custom_data.insert("camwright.outcome".into(), outcome.word().into());
         if let Some(reason) = self.fault().map(str::to_owned) {
             self.custom_data.insert("camwright.fault".into(), reason);
@@ -393,7 +393,7 @@ impl BagWriter {
     /// As [`BagWriter::close`].
     pub(super) fn close_as_recovered(mut self, custom_data: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
         self.custom_data.extend(custom_data);
-        self.custom_data.insert("camwright.outcome".into(), Outcome::Recovered.word().into());
+        self.custom_data.insert("camwright.outcome".into(), RecordingOutcome::Recovered.word().into());
         self.finish()
     }
 
@@ -404,7 +404,7 @@ impl BagWriter {
         let closing = self.metadata();
         let finished = self.current.finish(&closing);
         if let Err(error) = &finished {
-            self.custom_data.insert("camwright.outcome".into(), Outcome::Fault.word().into());
+            self.custom_data.insert("camwright.outcome".into(), RecordingOutcome::Fault.word().into());
             self.custom_data.entry("camwright.fault".into()).or_insert_with(|| error.to_string());
         }
         let metadata = self.metadata();

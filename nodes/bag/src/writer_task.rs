@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use super::metadata::BagMetadata;
 use super::recording_options::RecordingOptions;
-use super::recording_state::{Command, Shared, TopicState};
+use super::recording_state::{Shared, TopicState, WriterCommand};
 use super::snapshot::{BufferedMessage, Ring};
-use super::writer::{BagWriter, Outcome};
+use super::writer::{BagWriter, RecordingOutcome};
 use super::{BagError, Topic, TopicId};
 use camwright_threads::supervised::injected;
 
@@ -61,23 +61,23 @@ impl WriterTask {
     }
 
     /// Runs until it is ordered to stop, or until no sender is left.
-    pub(super) fn run(mut self, queue: &mpsc::Receiver<Command>) -> Result<BagMetadata, BagError> {
+    pub(super) fn run(mut self, queue: &mpsc::Receiver<WriterCommand>) -> Result<BagMetadata, BagError> {
         let mut next_flush = Instant::now() + self.flush_interval;
         let mut next_sync = Instant::now() + self.sync_interval;
         let outcome = loop {
             injected::point("bag writer");
             match queue.try_recv() {
-                Ok(Command::Topic(topic)) => self.add(&topic),
-                Ok(Command::Message { topic, log_time_ns, publish_time_ns, data }) => {
+                Ok(WriterCommand::Topic(topic)) => self.add(&topic),
+                Ok(WriterCommand::Message { topic, log_time_ns, publish_time_ns, data }) => {
                     self.receive(BufferedMessage { topic, log_time_ns, publish_time_ns, data });
                 }
-                Ok(Command::Split(answer)) => answer(self.step(BagWriter::split).is_some()),
-                Ok(Command::Snapshot(answer)) => answer(self.snapshot()),
-                Ok(Command::Stop(outcome)) => break outcome,
+                Ok(WriterCommand::Split(answer)) => answer(self.step(BagWriter::split).is_some()),
+                Ok(WriterCommand::Snapshot(answer)) => answer(self.snapshot()),
+                Ok(WriterCommand::Stop(outcome)) => break outcome,
                 Err(TryRecvError::Empty) => {
                     std::thread::park_timeout(LOOK.min(next_flush.saturating_duration_since(Instant::now())));
                 }
-                Err(TryRecvError::Disconnected) => break Outcome::Complete,
+                Err(TryRecvError::Disconnected) => break RecordingOutcome::Complete,
             }
             let now = Instant::now();
             if now >= next_flush {
@@ -92,7 +92,7 @@ impl WriterTask {
         };
         self.let_go();
         self.close(outcome);
-        queue.try_iter().for_each(Command::refuse);
+        queue.try_iter().for_each(WriterCommand::refuse);
         self.closed.unwrap_or_else(|| Err(BagError::Closed { reason: "it was never open".into() }))
     }
 
@@ -191,12 +191,12 @@ impl WriterTask {
         };
         if let Some(reason) = fault {
             let _ = self.shared.fault.set(reason);
-            self.close(Outcome::Fault);
+            self.close(RecordingOutcome::Fault);
         }
         result.ok()
     }
 
-    fn close(&mut self, outcome: Outcome) {
+    fn close(&mut self, outcome: RecordingOutcome) {
         let Some(mut writer) = self.writer.take() else { return };
         let (losses, enqueue) = (self.shared.losses(), self.shared.enqueue());
         let counters = [

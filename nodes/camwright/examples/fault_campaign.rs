@@ -13,7 +13,7 @@ use camwright::planner::LobeDesign;
 use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::fault::Fault;
-use camwright::simulation::fault_campaign::{Campaign, FaultCase, Finding, every_fault, seeded_moments};
+use camwright::simulation::fault_campaign::{Campaign, CaseResult, FaultCase, every_fault, seeded_moments};
 use camwright_files::convert::mm_from_m;
 use camwright_files::convert::plan::plan_from_pages;
 use camwright_planning::{PreparedJob, prepare, raw_lobe};
@@ -36,7 +36,7 @@ const GAUGE: GaugeDescription = GaugeDescription {
 /// Result of one fault.
 #[derive(Default)]
 struct Row {
-    found: Vec<Finding>,
+    found: Vec<CaseResult>,
     failures: Vec<String>,
 }
 

@@ -121,7 +121,7 @@ impl Bridge {
         let (of_chunks, of_orders) = (Arc::clone(&desk), Arc::clone(&desk));
         let subscriptions = vec![
             node.subscribe(&format!("{controller}/controller_state"), &many, move |message, _| {
-                state.receive(&message)
+                state.receive(&message);
             })?,
             node.subscribe("machine/setpoints", &many, move |message, info| {
                 if of_chunks.accepts_motion("machine/setpoints", &info.writer) {

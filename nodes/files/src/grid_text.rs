@@ -8,7 +8,7 @@
 //! `camwright plan` writes the surface of every part like this (`surface.csv`).
 
 use super::{ConfigError, FileLocation};
-use camwright::cam::surface::grid::Grid;
+use camwright::cam::surface::grid::SurfaceGrid;
 use camwright::cam::surface::{Surface, SurfaceError, SurfaceKey};
 use camwright::math::units::rad_from_deg;
 use std::io::{self, Write};
@@ -42,7 +42,7 @@ struct RowLines {
     rows: Vec<u64>,
 }
 
-fn parse(path: &Path, text: &str) -> Result<(Grid, RowLines), Vec<ConfigError>> {
+fn parse(path: &Path, text: &str) -> Result<(SurfaceGrid, RowLines), Vec<ConfigError>> {
     let refuse = |line: u64, message: String| ConfigError::at(FileLocation::line(path, line), message);
     let mut written = (1..).zip(text.lines()).filter(|(_, line)| {
         let line = line.trim();
@@ -77,7 +77,7 @@ fn parse(path: &Path, text: &str) -> Result<(Grid, RowLines), Vec<ConfigError>> 
     let columns = azimuths_deg.len();
     let azimuths_rad = azimuths_deg.iter().map(|azimuth| rad_from_deg(*azimuth)).collect();
     let mut lines = RowLines { head, rows: Vec::new() };
-    let mut grid = Grid { azimuths_rad, z_mm: Vec::new(), radii_mm: Vec::new() };
+    let mut grid = SurfaceGrid { azimuths_rad, z_mm: Vec::new(), radii_mm: Vec::new() };
     for (line, row) in written {
         if grid.radii_mm.len() + columns > MAX_RADII {
             findings.push(refuse(line, format!("there are more than {MAX_RADII} radii: fewer azimuths or rows")));

@@ -3,7 +3,7 @@
 use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
-use camwright::gauging::Mode;
+use camwright::gauging::GaugingMode;
 use camwright::gauging::state::{MAX_HARMONICS, USUAL_HARMONICS};
 use camwright::job::grinding::{
     CorrectionSpec, IdentificationSpec, KnownContact, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, StiffnessSource, StockSpec,
@@ -261,8 +261,8 @@ impl CorrectionFile {
     pub(super) fn spec(&self) -> CorrectionSpec {
         CorrectionSpec {
             mode: match self.mode {
-                ModeFile::Exact => Mode::Exact,
-                ModeFile::Published => Mode::Published,
+                ModeFile::Exact => GaugingMode::Exact,
+                ModeFile::Published => GaugingMode::Published,
             },
             harmonics: self.harmonics,
             allowance_mm: mm_from_um(self.allowance_um),

@@ -19,7 +19,7 @@ use super::{ConfigError, FileLocation};
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::halves::{check_flank, whole_turn};
 use camwright::cam::lift::law::alternatives;
-use camwright::cam::lift::{LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading};
+use camwright::cam::lift::{LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftTable, TableMethod, TableReading};
 use camwright::math::units::mm_from_um;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -268,11 +268,11 @@ impl LiftFile {
         }
     }
 
-    fn reading(&self) -> Reading {
+    fn reading(&self) -> TableMethod {
         match (self.smooth_within_um, self.reading) {
-            (Some(um), _) => Reading::SmoothWithin { tolerance_mm: mm_from_um(um) },
-            (None, Some(ReadingFile::CubicSpline)) => Reading::CubicSpline,
-            (None, _) => Reading::Smoothest,
+            (Some(um), _) => TableMethod::SmoothWithin { tolerance_mm: mm_from_um(um) },
+            (None, Some(ReadingFile::CubicSpline)) => TableMethod::CubicSpline,
+            (None, _) => TableMethod::Smoothest,
         }
     }
 }
@@ -317,7 +317,7 @@ fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Re
     let whole_file =
         |error: &dyn std::fmt::Display| vec![ConfigError::at(FileLocation::file(&files[0]), error.to_string())];
     let law = LiftLaw::read_table(&table, reading).map_err(|error| match reading {
-        Reading::SmoothWithin { .. } => profile.refuse("smooth_within_um", error),
+        TableMethod::SmoothWithin { .. } => profile.refuse("smooth_within_um", error),
         _ => whole_file(&error),
     })?;
     let own = base_mm.map(|base_mm| (Follower::KnifeEdge { offset_mm: 0.0 }, base_mm));

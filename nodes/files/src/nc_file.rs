@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::yaml::Document;
 use camwright::gcode::archimedean::Knots;
 use camwright::gcode::post::Control;
-use camwright::gcode::{Dialect, Format, XValues};
+use camwright::gcode::{Dialect, NumberFormat, XValues};
 use camwright::math::units::{mm_from_um, rad_from_deg};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -155,7 +155,7 @@ impl NcFile {
             XValuesFile::Radius => XValues::Radius,
             XValuesFile::Diameter => XValues::Diameter,
         };
-        let format = Format::new(self.linear_decimals, self.rotary_decimals, x_values)
+        let format = NumberFormat::new(self.linear_decimals, self.rotary_decimals, x_values)
             .map_err(|error| document.error("nc", error.to_string()))?;
         Ok(NcSettings {
             control: Control {

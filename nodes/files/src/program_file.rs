@@ -4,7 +4,7 @@ use super::job_files::JobFiles;
 use super::nc_file::NcSettings;
 use super::yaml::Document;
 use super::{ConfigError, FileLocation};
-use camwright::gcode::{Dialect, Motion, ProgramFile, read as read_program};
+use camwright::gcode::{Dialect, ProgramFile, ProgramMotion, read as read_program};
 use std::path::{Path, PathBuf};
 
 /// Plural name of program files.
@@ -13,7 +13,7 @@ const PROGRAMS: &str = "programs";
 /// A program that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobProgram {
-    pub motion: Motion,
+    pub motion: ProgramMotion,
     /// Its files, the main program first.
     pub files: Vec<ProgramFile>,
 }

@@ -4,7 +4,7 @@
 //! come the check of a file with all findings at once, `camwright schema`, the tables of `docs/reference`, and the ranges of ROS
 //! parameters that override a key.
 
-use super::yaml::{Document, Node, Value};
+use super::yaml::{Document, Value, YamlNode};
 use super::{ConfigError, FileLocation};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -87,7 +87,7 @@ impl Check<'_> {
         self.findings.push(self.document.error(&path.indexed.join("."), format!("{}{message}", path.shown())));
     }
 
-    fn value(&mut self, schema: &Json, node: &Node, path: &mut KeyPath) {
+    fn value(&mut self, schema: &Json, node: &YamlNode, path: &mut KeyPath) {
         if let Some(alternatives) = alternatives(schema) {
             self.alternatives(&alternatives, node, path);
             return;
@@ -160,7 +160,7 @@ impl Check<'_> {
         }
     }
 
-    fn list(&mut self, schema: &Json, list: &[Node], path: &mut KeyPath) {
+    fn list(&mut self, schema: &Json, list: &[YamlNode], path: &mut KeyPath) {
         let (least, most) = (count(schema, "minItems"), count(schema, "maxItems"));
         let (is_short, is_long) = (least.is_some_and(|n| list.len() < n), most.is_some_and(|n| list.len() > n));
         if is_short || is_long {
@@ -185,7 +185,7 @@ impl Check<'_> {
         }
     }
 
-    fn map(&mut self, schema: &Json, entries: &[(String, Node)], path: &mut KeyPath) {
+    fn map(&mut self, schema: &Json, entries: &[(String, YamlNode)], path: &mut KeyPath) {
         let Some(properties) = schema["properties"].as_object() else {
             if schema["additionalProperties"] == Json::Bool(false) && !entries.is_empty() {
                 self.unknown_keys(entries, &[], path);
@@ -211,7 +211,7 @@ impl Check<'_> {
         }
     }
 
-    fn unknown_keys(&mut self, entries: &[(String, Node)], known: &[&str], path: &mut KeyPath) {
+    fn unknown_keys(&mut self, entries: &[(String, YamlNode)], known: &[&str], path: &mut KeyPath) {
         for (key, _) in entries.iter().filter(|(key, _)| !known.contains(&key.as_str())) {
             let hint = match nearest(key, known) {
                 Some(nearest) => format!("did you mean {nearest}?"),
@@ -225,7 +225,7 @@ impl Check<'_> {
     }
 
     /// A value that may have one of several forms.
-    fn alternatives(&mut self, alternatives: &[&Json], node: &Node, path: &mut KeyPath) {
+    fn alternatives(&mut self, alternatives: &[&Json], node: &YamlNode, path: &mut KeyPath) {
         let (empty, forms): (Vec<&Json>, Vec<&Json>) = alternatives.iter().partition(|form| types(form) == ["null"]);
         if matches!(node.value, Value::Null) && !empty.is_empty() {
             return;
@@ -250,7 +250,7 @@ impl Check<'_> {
     }
 
     /// Keys with values, of which one says which of the forms they have.
-    fn tagged(&mut self, tag: &str, forms: &[&Json], node: &Node, path: &mut KeyPath) {
+    fn tagged(&mut self, tag: &str, forms: &[&Json], node: &YamlNode, path: &mut KeyPath) {
         let Value::Map(entries) = &node.value else {
             let wanted = type_names(&["object"]);
             self.report(path, &format!(" is {}; it must be {wanted}, among them {tag}", shown(&node.value)));

@@ -5,7 +5,7 @@ use super::file_kind::FileKind;
 use super::locate::locate;
 use super::names::{MAX_NAME, is_name};
 use super::schema::{self, alternatives, tag, types};
-use super::yaml::{Document, Node, Value};
+use super::yaml::{Document, Value, YamlNode};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -87,7 +87,7 @@ impl FileKind {
             if entries.iter().all(|(present, _)| present != key) {
                 let value = optional_value(&starter, &schema, key, source)?;
                 let mut optional = Writer { seen: writer.seen.clone(), ..Writer::default() };
-                optional.map(&schema, &[((*key).to_owned(), Node { line: 0, value })], "", 0, false);
+                optional.map(&schema, &[((*key).to_owned(), YamlNode { line: 0, value })], "", 0, false);
                 writer.text.push_str(&switched_off(&optional.text));
             }
         }
@@ -118,7 +118,7 @@ fn optional_value(starter: &Starter, schema: &Json, key: &str, source: &str) -> 
         return Ok(node.value);
     }
     let default = &schema["properties"][key]["default"];
-    let value = serde_json::from_value::<Node>(default.clone()).map(|node| node.value);
+    let value = serde_json::from_value::<YamlNode>(default.clone()).map(|node| node.value);
     Ok(value.ok().filter(|value| *value != Value::Null).unwrap_or(Value::Map(Vec::new())))
 }
 
@@ -137,7 +137,7 @@ struct Writer {
 
 impl Writer {
     /// Writes the entries of a mapping. The first key of a list element follows its dash.
-    fn map(&mut self, schema: &Json, entries: &[(String, Node)], path: &str, indent: usize, is_element: bool) {
+    fn map(&mut self, schema: &Json, entries: &[(String, YamlNode)], path: &str, indent: usize, is_element: bool) {
         let words = tag_words(schema);
         let schema = form(schema, entries);
         for (index, (key, node)) in entries.iter().enumerate() {
@@ -168,7 +168,7 @@ impl Writer {
     }
 
     /// Writes an element of a list: in one line if each of its keys has its comment and the line fits.
-    fn element(&mut self, schema: &Json, node: &Node, path: &str, indent: usize) {
+    fn element(&mut self, schema: &Json, node: &YamlNode, path: &str, indent: usize) {
         let line = format!("{}- {}", " ".repeat(indent - 2), flow(&node.value, true));
         match &node.value {
             Value::Map(entries) if !self.knows(&node.value, path) || line.chars().count() > WIDTH => {
@@ -244,7 +244,7 @@ fn tag_words(schema: &Json) -> Option<(String, String)> {
 }
 
 /// Form of a mapping that may have several.
-fn form<'a>(schema: &'a Json, entries: &[(String, Node)]) -> &'a Json {
+fn form<'a>(schema: &'a Json, entries: &[(String, YamlNode)]) -> &'a Json {
     let Some(forms) = alternatives(schema) else { return schema };
     let forms: Vec<&Json> = forms.into_iter().filter(|form| form["properties"].is_object()).collect();
     let word = tag(&forms).and_then(|tag| {

@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::schema;
 use super::yaml::Document;
-use camwright::gauging::stiffness::Measured;
+use camwright::gauging::stiffness::MeasuredValue;
 use camwright::gauging::stiffness_map::{MeasuredStiffness, SAME_PLACE_MM, StiffnessMap, StiffnessMapError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -161,12 +161,12 @@ impl ContactEntry {
 
     fn kept(self) -> StoredContact {
         let per_um =
-            |value: f64, uncertainty: f64| Measured { value: PER_MM * value, uncertainty: PER_MM * uncertainty };
+            |value: f64, uncertainty: f64| MeasuredValue { value: PER_MM * value, uncertainty: PER_MM * uncertainty };
         let place = MeasuredStiffness {
             z_mm: self.z_mm,
             machine_n_mm: per_um(self.machine_n_um, self.machine_n_um_uncertainty),
             grinding_n_mm2: per_um(self.grinding_n_um_mm, self.grinding_n_um_mm_uncertainty),
-            threshold_n_mm: Measured { value: self.threshold_n_mm, uncertainty: self.threshold_n_mm_uncertainty },
+            threshold_n_mm: MeasuredValue { value: self.threshold_n_mm, uncertainty: self.threshold_n_mm_uncertainty },
         };
         StoredContact { place, lobe: self.lobe, job: self.job, part: self.part, width_mm: self.width_mm }
     }
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     fn place(z_mm: f64, n_mm: f64) -> StoredContact {
-        let measured = |value: f64, uncertainty: f64| Measured { value, uncertainty };
+        let measured = |value: f64, uncertainty: f64| MeasuredValue { value, uncertainty };
         StoredContact {
             place: MeasuredStiffness {
                 z_mm,

@@ -15,7 +15,7 @@ const MAX_SHOWN: usize = 80;
 
 /// A value of a YAML file and the line it stands on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Node {
+pub struct YamlNode {
     /// Line from 1; 0 for a value that came from an override.
     pub line: u64,
     pub value: Value,
@@ -29,9 +29,9 @@ pub enum Value {
     Integer(i64),
     Float(f64),
     Text(String),
-    List(Vec<Node>),
+    List(Vec<YamlNode>),
     /// A mapping, in the order of the file.
-    Map(Vec<(String, Node)>),
+    Map(Vec<(String, YamlNode)>),
 }
 
 struct ValueVisitor;
@@ -65,14 +65,14 @@ impl<'de> Visitor<'de> for ValueVisitor {
     }
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Value, A::Error> {
         let mut list = Vec::new();
-        while let Some(node) = seq.next_element::<Node>()? {
+        while let Some(node) = seq.next_element::<YamlNode>()? {
             list.push(node);
         }
         Ok(Value::List(list))
     }
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
         let mut entries = Vec::new();
-        while let Some(entry) = map.next_entry::<String, Node>()? {
+        while let Some(entry) = map.next_entry::<String, YamlNode>()? {
             entries.push(entry);
         }
         Ok(Value::Map(entries))
@@ -85,14 +85,14 @@ impl<'de> Deserialize<'de> for Value {
     }
 }
 
-impl<'de> Deserialize<'de> for Node {
+impl<'de> Deserialize<'de> for YamlNode {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let spanned = Spanned::<Value>::deserialize(deserializer)?;
-        Ok(Node { line: spanned.referenced.line(), value: spanned.value })
+        Ok(YamlNode { line: spanned.referenced.line(), value: spanned.value })
     }
 }
 
-impl Serialize for Node {
+impl Serialize for YamlNode {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match &self.value {
             Value::Null => serializer.serialize_unit(),
@@ -118,7 +118,7 @@ impl Serialize for Node {
     }
 }
 
-impl Node {
+impl YamlNode {
     pub(super) fn to_json(&self) -> serde_json::Value {
         use serde_json::Value as Json;
         match &self.value {
@@ -127,14 +127,14 @@ impl Node {
             Value::Integer(value) => Json::from(*value),
             Value::Float(value) => Json::from(*value),
             Value::Text(text) => Json::String(text.clone()),
-            Value::List(list) => list.iter().map(Node::to_json).collect(),
+            Value::List(list) => list.iter().map(YamlNode::to_json).collect(),
             Value::Map(entries) => entries.iter().map(|(key, node)| (key.clone(), node.to_json())).collect(),
         }
     }
 
     /// The value at a dotted path; list elements are named by their index, or by their `name`.
     #[must_use]
-    pub fn get(&self, path: &str) -> Option<&Node> {
+    pub fn get(&self, path: &str) -> Option<&YamlNode> {
         path.split('.').try_fold(self, |node, part| match &node.value {
             Value::Map(entries) => entries.iter().find(|(key, _)| key == part).map(|(_, node)| node),
             Value::List(list) => element_index(list, part).map(|index| &list[index]),
@@ -156,7 +156,7 @@ impl Node {
                         // What a file may leave out may be set all the same; who reads the file refuses what it does not know.
                         None => {
                             let value = if is_last { Value::Null } else { Value::Map(Vec::new()) };
-                            entries.push((part.to_owned(), Node { line: 0, value }));
+                            entries.push((part.to_owned(), YamlNode { line: 0, value }));
                             entries.len() - 1
                         }
                     };
@@ -171,7 +171,7 @@ impl Node {
                 _ => return Err(format!("{path:?} goes through a plain value at {part:?}")),
             };
         }
-        *node = Node { line: 0, value };
+        *node = YamlNode { line: 0, value };
         node.forget_lines();
         Ok(())
     }
@@ -180,14 +180,14 @@ impl Node {
     fn forget_lines(&mut self) {
         self.line = 0;
         match &mut self.value {
-            Value::List(list) => list.iter_mut().for_each(Node::forget_lines),
+            Value::List(list) => list.iter_mut().for_each(YamlNode::forget_lines),
             Value::Map(entries) => entries.iter_mut().for_each(|(_, node)| node.forget_lines()),
             _ => {}
         }
     }
 }
 
-fn element_index(list: &[Node], part: &str) -> Option<usize> {
+fn element_index(list: &[YamlNode], part: &str) -> Option<usize> {
     let by_name = list.iter().position(|node| match node.get("name").map(|name| &name.value) {
         Some(Value::Text(name)) => name == part,
         _ => false,
@@ -202,7 +202,7 @@ pub struct Document {
     pub path: PathBuf,
     /// Text after the overrides; without any the file's own text.
     pub text: String,
-    pub root: Node,
+    pub root: YamlNode,
     overrides: Vec<String>,
     /// Files that it names and that are found before any on the disk.
     pub(super) recorded: RecordedFiles,
@@ -223,7 +223,7 @@ impl Document {
     /// # Errors
     /// Text that is not YAML; an override without `=`, with a value that is not YAML, or with a path that leads nowhere.
     pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Self, ConfigError> {
-        let mut root: Node = serde_saphyr::from_str(text).map_err(|error| yaml_error(path, &error))?;
+        let mut root: YamlNode = serde_saphyr::from_str(text).map_err(|error| yaml_error(path, &error))?;
         for over in overrides {
             let refuse =
                 |message: String| ConfigError::at(FileLocation::file(path), format!("override {over:?}: {message}"));

@@ -1,6 +1,6 @@
 //! Common parts of all running jobs: the client, the execution of plans by the interpolator, the end.
 
-use super::job_slot::{Event, JobSlot};
+use super::job_slot::{JobEvent, JobSlot};
 use super::lobe_ticks::LobeTicks;
 use super::partners::Identity;
 use super::request_origin::{self, RequestOrigin};
@@ -61,8 +61,8 @@ pub(super) struct Execution {
     cycle_time_s: f64,
     /// First tick of the first of its plans, once that has ended.
     first_tick: Option<u64>,
-    events: mpsc::Sender<Event>,
-    inbox: mpsc::Receiver<Event>,
+    events: mpsc::Sender<JobEvent>,
+    inbox: mpsc::Receiver<JobEvent>,
     pub(super) times: Arc<Mutex<LobeTicks>>,
 }
 
@@ -71,8 +71,8 @@ impl Execution {
         shared: Arc<Shared>,
         prepared: &AnyPrepared,
         asker: RequestOrigin,
-        events: mpsc::Sender<Event>,
-        inbox: mpsc::Receiver<Event>,
+        events: mpsc::Sender<JobEvent>,
+        inbox: mpsc::Receiver<JobEvent>,
     ) -> Self {
         Self {
             shared,
@@ -162,7 +162,7 @@ impl Execution {
 
     /// Returns whether a client cancelled the job before anything moved.
     pub(super) fn is_cancelled(&self) -> bool {
-        matches!(self.inbox.try_recv(), Ok(Event::Cancel))
+        matches!(self.inbox.try_recv(), Ok(JobEvent::Cancel))
     }
 
     /// Hands the faults of the job to the machine, which strikes with them at their ticks.
@@ -208,7 +208,7 @@ impl Execution {
             return Err(JobFailure::still("the axis interpolator rejected the plan; its log shows the reason"));
         }
         let events = self.events.clone();
-        plan.result_with(move |status, result| drop(events.send(Event::Ended(status, result))))
+        plan.result_with(move |status, result| drop(events.send(JobEvent::Ended(status, result))))
             .map_err(|error| JobFailure::Failed(error.to_string()))?;
         self.wait(&plan, interpolator)
     }
@@ -223,13 +223,13 @@ impl Execution {
         let mut alarmed: Option<Instant> = None;
         loop {
             match self.inbox.recv_timeout(WATCH) {
-                Ok(Event::Ended(status, result)) => return Ok((status, result)),
-                Ok(Event::Cancel) if give_up.is_none() => {
+                Ok(JobEvent::Ended(status, result)) => return Ok((status, result)),
+                Ok(JobEvent::Cancel) if give_up.is_none() => {
                     give_up = Some(Instant::now() + STOPPING);
                     self.shared.board.stopping();
                     plan.cancel_with(|_| {}).map_err(|error| JobFailure::Failed(error.to_string()))?;
                 }
-                Ok(Event::Cancel) => {}
+                Ok(JobEvent::Cancel) => {}
                 Err(_) => {
                     if self.shared.execute.is_ready() {
                         seen = Instant::now();

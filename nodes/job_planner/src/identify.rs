@@ -3,9 +3,9 @@
 
 use super::deferred::deferred;
 use super::job_slot::JobSlot;
-use super::request_origin::{RequestOrigin, Waiting, answer};
+use super::request_origin::{PendingAnswer, RequestOrigin, answer};
 use super::{Shared, lock, settings};
-use camwright::gauging::stiffness::Measured;
+use camwright::gauging::stiffness::MeasuredValue;
 use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_files::job_file;
 use camwright_files::stiffness_file::StoredContact;
@@ -32,13 +32,13 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], RosError
     Ok([identify, get])
 }
 
-fn refuse(waiting: &Waiting, message: String) {
+fn refuse(waiting: &PendingAnswer, message: String) {
     answer(waiting, &IdentifyStiffnessResponse { message, ..IdentifyStiffnessResponse::default() });
 }
 
 /// Refuses at once what cannot be, or begins: the job is decided on by the planning thread and runs like any other.
 fn begin(shared: &Arc<Shared>, request: IdentifyStiffnessRequest, responder: Responder<IdentifyStiffness>) {
-    let waiting: Waiting = Arc::new(Mutex::new(Some(responder)));
+    let waiting: PendingAnswer = Arc::new(Mutex::new(Some(responder)));
     if !shared.active.load(Ordering::Acquire) {
         return refuse(&waiting, "the node is not active; nothing moved".into());
     }
@@ -104,8 +104,8 @@ fn get_stiffness(shared: &Shared, request: &GetStiffnessRequest) -> GetStiffness
 /// Message of a stored contact.
 pub(super) fn message(kept: &StoredContact) -> JournalStiffness {
     // N/mm and N/m differ as m and mm do, the other way round.
-    let n_m = |measured: Measured| (mm_from_m(measured.value), mm_from_m(measured.uncertainty));
-    let times_width = |measured: Measured| Measured {
+    let n_m = |measured: MeasuredValue| (mm_from_m(measured.value), mm_from_m(measured.uncertainty));
+    let times_width = |measured: MeasuredValue| MeasuredValue {
         value: measured.value * kept.width_mm,
         uncertainty: measured.uncertainty * kept.width_mm,
     };

@@ -3,7 +3,7 @@
 use super::cell::CellEvent;
 use super::execution::Execution;
 use super::grinding_run::GrindingRun;
-use super::job_slot::{Event, JobSlot};
+use super::job_slot::{JobEvent, JobSlot};
 use super::request_origin::RequestOrigin;
 use super::turning_run::TurningRun;
 use super::{Shared, lock, settings};
@@ -40,7 +40,7 @@ impl Shared {
     /// Asks a job that runs to come to rest; false if none does.
     pub(super) fn cancel(&self) -> bool {
         match &*lock(&self.job_slot) {
-            JobSlot::Running(_, events) => events.send(Event::Cancel).is_ok(),
+            JobSlot::Running(_, events) => events.send(JobEvent::Cancel).is_ok(),
             JobSlot::Idle | JobSlot::Deciding(_) | JobSlot::Prepared(_) => false,
         }
     }

@@ -8,7 +8,7 @@ use std::sync::mpsc;
 
 /// Event for the thread of a running job.
 #[derive(Debug)]
-pub(super) enum Event {
+pub(super) enum JobEvent {
     Cancel,
     /// The interpolator has ended the plan.
     Ended(GoalStatus, ExecutePlanResult),
@@ -24,7 +24,7 @@ pub(super) enum JobSlot {
     /// A goal was accepted; its thread is about to start.
     Prepared(Box<AnyPrepared>),
     /// A job runs; its thread listens here.
-    Running(String, mpsc::Sender<Event>),
+    Running(String, mpsc::Sender<JobEvent>),
 }
 
 impl fmt::Display for JobSlot {

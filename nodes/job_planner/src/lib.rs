@@ -128,7 +128,7 @@ struct Shared {
     load_bar: Client<LoadBar>,
     inject_fault: Client<InjectFault>,
     execute: ActionClient<ExecutePlan>,
-    interpolator: partners::Interpolator,
+    interpolator: partners::InterpolatorPartner,
 }
 
 /// Locks a mutex whose value stays sound whatever a panicking holder did.
@@ -208,7 +208,7 @@ impl JobPlanner {
             load_bar: node.client("machine/load_bar")?,
             inject_fault: node.client("machine/inject_fault")?,
             execute: node.action_client("axis_interpolator/execute_plan")?,
-            interpolator: partners::Interpolator::new(liveness::limit(&node)),
+            interpolator: partners::InterpolatorPartner::new(liveness::limit(&node)),
             node: node.clone(),
         });
         let worker = node.supervisor().spawn("planning", move || {

@@ -15,7 +15,7 @@ struct LastContact {
 
 /// Who executes the planner's plans.
 #[derive(Debug)]
-pub(super) struct Interpolator {
+pub(super) struct InterpolatorPartner {
     limit: Duration,
     last_contact: Mutex<Option<LastContact>>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Interpolator {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Identity(Option<[u8; 12]>);
 
-impl Interpolator {
+impl InterpolatorPartner {
     pub(super) fn new(limit: Duration) -> Self {
         Self { limit, last_contact: Mutex::default() }
     }
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn another_interpolator_is_not_the_one_that_a_job_has_begun_with() {
-        let interpolator = Interpolator::new(Duration::from_secs(1));
+        let interpolator = InterpolatorPartner::new(Duration::from_secs(1));
         let nobody = interpolator.identity();
         assert_eq!(interpolator.check(nobody), Ok(()), "it has not been heard of yet");
         interpolator.receive([1; 16]);

@@ -7,7 +7,7 @@ use camwright_ros::{GoalHandle, Responder};
 use std::sync::{Arc, Mutex};
 
 /// Client of `~/identify_stiffness`, until it has its answer.
-pub(super) type Waiting = Arc<Mutex<Option<Responder<IdentifyStiffness>>>>;
+pub(super) type PendingAnswer = Arc<Mutex<Option<Responder<IdentifyStiffness>>>>;
 
 /// Client that asked for the job and gets its outcome.
 #[derive(Debug, Clone)]
@@ -15,13 +15,13 @@ pub(super) enum RequestOrigin {
     /// A client of `~/run_job`.
     Goal(GoalHandle<RunJob>),
     /// One of `~/identify_stiffness`.
-    Stiffness(Waiting),
+    Stiffness(PendingAnswer),
     /// The cell, for a part of its run; it follows the board.
     Cell,
 }
 
 /// Answers the client, once.
-pub(super) fn answer(waiting: &Waiting, response: &IdentifyStiffnessResponse) {
+pub(super) fn answer(waiting: &PendingAnswer, response: &IdentifyStiffnessResponse) {
     if let Some(responder) = lock(waiting).take() {
         responder.send(response);
     }

@@ -1,7 +1,7 @@
 //! Set-up work of the planner: dress now, touch off, find the part's phase. Each is a sequence of goals of the axis interpolator, on a
 //! thread of its own, and holds the one place that a job has; `~/stop` ends it.
 
-use super::job_slot::{Event, JobSlot};
+use super::job_slot::{JobEvent, JobSlot};
 use super::loading::LoadingFailure;
 use super::{Shared, lock};
 use camwright::machine::description::{Axis, MachineDescription};
@@ -170,7 +170,7 @@ where
 /// One piece of set-up work.
 struct SetupWork {
     shared: Arc<Shared>,
-    inbox: mpsc::Receiver<Event>,
+    inbox: mpsc::Receiver<JobEvent>,
 }
 
 impl SetupWork {
@@ -196,7 +196,7 @@ impl SetupWork {
     }
 
     fn is_cancelled(&self) -> bool {
-        matches!(self.inbox.try_recv(), Ok(Event::Cancel))
+        matches!(self.inbox.try_recv(), Ok(JobEvent::Cancel))
     }
 
     /// Hands a goal to the interpolator and waits for its end.

@@ -70,12 +70,12 @@ mod tests {
     use super::*;
     use camwright::gauging::decay::Comparison;
     use camwright::gauging::identify::{Identified, Uncertainty};
-    use camwright::gauging::stiffness::{FeedForce, GrindingStiffness, Measured};
+    use camwright::gauging::stiffness::{FeedForce, GrindingStiffness, MeasuredValue};
     use camwright::machine::contact_law::ContactLaw;
     use camwright_planning::prepare;
 
     fn contact(n_mm: f64) -> Option<Identified> {
-        let of = |value: f64| Measured { value, uncertainty: 0.01 * value };
+        let of = |value: f64| MeasuredValue { value, uncertainty: 0.01 * value };
         Some(Identified {
             machine_n_mm: of(n_mm),
             grinding: GrindingStiffness { grinding_n_mm: of(3e4), threshold_n: of(16.0) },

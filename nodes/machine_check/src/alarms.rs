@@ -1,7 +1,7 @@
 //! M30: what alarms say.
 
 use super::observed::Observed;
-use super::report::Report;
+use super::report::ClauseReport;
 use camwright::machine::alarm::AlarmKind;
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 
@@ -9,7 +9,7 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 const OWN: u16 = 1000;
 
 /// Checks numbers, words, and the agreement of both topics.
-pub(super) fn judge(observed: &Observed, report: &mut Report) {
+pub(super) fn judge(observed: &Observed, report: &mut ClauseReport) {
     let before = report.evidence(30);
     let reported: Vec<&Alarm> = observed.alarms.iter().flat_map(|message| &message.alarms).collect();
     for alarm in &reported {
@@ -40,7 +40,7 @@ pub(super) fn judge(observed: &Observed, report: &mut Report) {
 }
 
 /// Checks that both topics agree, once both have reported the same tick.
-fn agree(observed: &Observed, report: &mut Report) {
+fn agree(observed: &Observed, report: &mut ClauseReport) {
     for pair in observed.alarms.windows(2) {
         check_against_stream(observed, &pair[0], Some(pair[1].tick), report);
     }
@@ -50,7 +50,7 @@ fn agree(observed: &Observed, report: &mut Report) {
 }
 
 /// Every word of the stream from this word on alarms to the next has its numbers.
-fn check_against_stream(observed: &Observed, message: &MachineAlarms, until: Option<u64>, report: &mut Report) {
+fn check_against_stream(observed: &Observed, message: &MachineAlarms, until: Option<u64>, report: &mut ClauseReport) {
     let mut numbers: Vec<u16> = message.alarms.iter().map(|alarm| alarm.number).collect();
     numbers.sort_unstable();
     let during = |tick: u64| tick >= message.tick && until.is_none_or(|until| tick < until);

@@ -1,7 +1,7 @@
 //! M5, M6 and M8: what the machine says of axes and inputs.
 
 use super::observed::{DescriptionFacts, Joints, Observed, ns};
-use super::report::Report;
+use super::report::ClauseReport;
 use camwright_msgs::camwright_msgs::msg::{Latch, MachineStream};
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ const EDGE_COUNTS: i64 = 2;
 /// Share of an axis' largest acceleration within which two words on its velocity in a tick agree, times the tick.
 const VELOCITY: f64 = 2.0;
 
-pub(super) fn judge(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
+pub(super) fn judge(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseReport) {
     let places = columns(observed, facts);
     counts(observed, facts, &places, report);
     latches(observed, facts, report);
@@ -29,7 +29,7 @@ fn count(position: f64, per_unit: f64) -> i64 {
 }
 
 /// M5: the stream against the joint states of the same tick.
-fn counts(observed: &Observed, facts: &DescriptionFacts, places: &Option<Vec<usize>>, report: &mut Report) {
+fn counts(observed: &Observed, facts: &DescriptionFacts, places: &Option<Vec<usize>>, report: &mut ClauseReport) {
     let before = report.evidence(5);
     let axes = facts.joints.len();
     for message in &observed.streams {
@@ -102,7 +102,7 @@ fn counts(observed: &Observed, facts: &DescriptionFacts, places: &Option<Vec<usi
 }
 
 /// M6: each edge once, in time, and where the axis was then.
-fn latches(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
+fn latches(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseReport) {
     let before = report.evidence(6);
     let each = observed.streams.iter().enumerate();
     let reported: Vec<(usize, &MachineStream, &Latch)> =
@@ -166,7 +166,7 @@ pub(super) fn moves_at_standstill(streams: &[MachineStream]) -> impl Iterator<It
 }
 
 /// M8: what rests, rests exactly.
-fn motion(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
+fn motion(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseReport) {
     let before = report.evidence(8);
     for message in &observed.streams {
         if message.motion > MachineStream::MOTION_FAULT {

@@ -1,7 +1,7 @@
 //! M1 and M9: what the machine says that it is, and the endpoints that it has.
 
 use super::observed::Observed;
-use super::report::Report;
+use super::report::ClauseReport;
 use camwright::machine::description::{Axis, MachineDescription as Described, Scale};
 use camwright_files::convert::machine_now::described_machine;
 use camwright_files::convert::si_from_core;
@@ -20,7 +20,7 @@ const ENDPOINTS: &[(&str, &str, bool, bool)] = &[
 ];
 
 /// M1: the description against the machine file that it carries.
-pub(super) fn judge(observed: &Observed, report: &mut Report) {
+pub(super) fn judge(observed: &Observed, report: &mut ClauseReport) {
     let Some(description) = &observed.description else {
         return report.broken(1, "machine/description was not heard, though other topics were");
     };
@@ -45,7 +45,7 @@ pub(super) fn judge(observed: &Observed, report: &mut Report) {
     );
 }
 
-fn compare(description: &MachineDescription, source: &Described, report: &mut Report) {
+fn compare(description: &MachineDescription, source: &Described, report: &mut ClauseReport) {
     for (name, declared, meant) in [
         ("cycle_time_ns", description.cycle_time_ns, source.cycle_time_ns),
         ("feedback_delay_ticks", description.feedback_delay_ticks, source.feedback_delay_ticks),
@@ -64,7 +64,7 @@ fn compare(description: &MachineDescription, source: &Described, report: &mut Re
     }
 }
 
-fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, report: &mut Report) {
+fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, report: &mut ClauseReport) {
     let own = source.axis(axis);
     let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
     for (name, declared, meant) in [
@@ -98,7 +98,7 @@ fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, repo
 }
 
 /// M9: endpoints as they were discovered.
-pub(super) fn endpoints(node: &Node, report: &mut Report) {
+pub(super) fn endpoints(node: &Node, report: &mut ClauseReport) {
     let topics = node.discovered_topics();
     let own = node.participant_guid().unwrap_or_default();
     let is_own = |guid: &Guid| guid[..12] == own[..12];

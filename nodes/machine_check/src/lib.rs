@@ -17,7 +17,7 @@ use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, Shutdown};
 use observed::{DescriptionFacts, Observed, Observer};
-pub use report::{Report, Verdict};
+pub use report::{ClauseReport, ClauseVerdict};
 use std::time::Duration;
 use thiserror::Error;
 
@@ -66,7 +66,7 @@ pub enum CheckError {
 /// Result of a check.
 #[derive(Debug)]
 pub struct Checked {
-    pub report: Report,
+    pub report: ClauseReport,
     /// Somebody ended it before its end.
     pub interrupted: bool,
 }
@@ -107,7 +107,7 @@ fn listen(
     {
         return Err(CheckError::Silent(settings.patience.as_secs_f64()));
     }
-    let mut report = Report::default();
+    let mut report = ClauseReport::default();
     let Some(description) = ears.read(|observed| observed.description.clone()) else {
         ears.read(|observed| identity::judge(observed, &mut report));
         return Ok(Checked { report, interrupted: false });
@@ -151,7 +151,7 @@ fn listen(
 }
 
 /// M16: command is taken, and shared with the second sender that a travel is tried with.
-fn take_command(node: &Node, report: &mut Report) -> Result<Option<HeldCommand>, CheckError> {
+fn take_command(node: &Node, report: &mut ClauseReport) -> Result<Option<HeldCommand>, CheckError> {
     let options = TakeOptions { patience: ANSWER, ..TakeOptions::new("camwright check-machine").shared() };
     match HeldCommand::acquire(node, &options) {
         Ok(command) => {
@@ -167,7 +167,7 @@ fn take_command(node: &Node, report: &mut Report) -> Result<Option<HeldCommand>,
 }
 
 /// Judges everything that was heard.
-fn judge(node: &Node, ears: &Observer, facts: &DescriptionFacts, report: &mut Report) {
+fn judge(node: &Node, ears: &Observer, facts: &DescriptionFacts, report: &mut ClauseReport) {
     // Topics overtake each other: ticks that the other topics have not reported yet are ignored.
     let streams = ears.read(|observed| observed.streams.len());
     let _no_more = ears.wait(AFTERMATH, |_| None::<()>);
@@ -182,7 +182,7 @@ fn judge(node: &Node, ears: &Observer, facts: &DescriptionFacts, report: &mut Re
 }
 
 /// M30: a reset of a machine that has nothing to reset succeeds, and starts nothing.
-fn reset(node: &Node, ears: &Observer, obstacle: Option<String>, report: &mut Report) {
+fn reset(node: &Node, ears: &Observer, obstacle: Option<String>, report: &mut ClauseReport) {
     if let Some(obstacle) = obstacle {
         return report.not_seen(30, format!("machine/reset was not tried: {obstacle}"));
     }

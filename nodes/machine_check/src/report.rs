@@ -53,7 +53,7 @@ struct ClauseRecord {
 
 /// Verdict on a clause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ClauseVerdict {
     /// It was looked at, and kept.
     Kept,
     /// It was not kept.
@@ -62,7 +62,7 @@ pub enum Verdict {
     NotSeen,
 }
 
-impl Verdict {
+impl ClauseVerdict {
     const fn word(self) -> &'static str {
         match self {
             Self::Kept => "kept",
@@ -74,13 +74,13 @@ impl Verdict {
 
 /// Result of a check.
 #[derive(Debug, Clone, Default)]
-pub struct Report {
+pub struct ClauseReport {
     /// Name of the machine.
     pub machine: String,
     judged: BTreeMap<u8, ClauseRecord>,
 }
 
-impl Report {
+impl ClauseReport {
     /// A clause was looked at and kept: what was seen.
     pub(super) fn kept(&mut self, clause: u8, seen: impl Into<String>) {
         self.judged.entry(clause).or_default().kept.push(seen.into());
@@ -115,29 +115,29 @@ impl Report {
 
     /// Verdict on a clause.
     #[must_use]
-    pub fn verdict(&self, clause: u8) -> Verdict {
+    pub fn verdict(&self, clause: u8) -> ClauseVerdict {
         match self.judged.get(&clause) {
-            Some(judged) if !judged.broken.is_empty() => Verdict::Broken,
-            Some(judged) if !judged.kept.is_empty() => Verdict::Kept,
-            _ => Verdict::NotSeen,
+            Some(judged) if !judged.broken.is_empty() => ClauseVerdict::Broken,
+            Some(judged) if !judged.kept.is_empty() => ClauseVerdict::Kept,
+            _ => ClauseVerdict::NotSeen,
         }
     }
 
     /// Numbers of the clauses that were found so.
     #[must_use]
-    pub fn clauses(&self, verdict: Verdict) -> Vec<u8> {
+    pub fn clauses(&self, verdict: ClauseVerdict) -> Vec<u8> {
         CLAUSES.iter().map(|(number, ..)| *number).filter(|number| self.verdict(*number) == verdict).collect()
     }
 
     fn lines(&self, (number, _, how): &Clause) -> Vec<String> {
         let judged = self.judged.get(number).cloned().unwrap_or_default();
         match self.verdict(*number) {
-            Verdict::Broken if judged.more > 0 => {
+            ClauseVerdict::Broken if judged.more > 0 => {
                 judged.broken.into_iter().chain([format!("and {} times more", judged.more)]).collect()
             }
-            Verdict::Broken => judged.broken,
-            Verdict::Kept => judged.kept,
-            Verdict::NotSeen => {
+            ClauseVerdict::Broken => judged.broken,
+            ClauseVerdict::Kept => judged.kept,
+            ClauseVerdict::NotSeen => {
                 let why = judged.why_unseen.map_or_else(String::new, |why| format!("{why}; "));
                 vec![format!("{why}to see it: {how}")]
             }
@@ -153,15 +153,15 @@ impl Report {
         });
         json!({
             "machine": self.machine,
-            "kept": self.clauses(Verdict::Kept).len(),
-            "broken": self.clauses(Verdict::Broken).len(),
-            "not_seen": self.clauses(Verdict::NotSeen).len(),
+            "kept": self.clauses(ClauseVerdict::Kept).len(),
+            "broken": self.clauses(ClauseVerdict::Broken).len(),
+            "not_seen": self.clauses(ClauseVerdict::NotSeen).len(),
             "clauses": clauses.collect::<Vec<_>>(),
         })
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ClauseReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for clause in CLAUSES {
             let (number, about, _) = clause;
@@ -171,7 +171,8 @@ impl fmt::Display for Report {
             }
         }
         let count = |verdict| self.clauses(verdict).len();
-        let (kept, broken, unseen) = (count(Verdict::Kept), count(Verdict::Broken), count(Verdict::NotSeen));
+        let (kept, broken, unseen) =
+            (count(ClauseVerdict::Kept), count(ClauseVerdict::Broken), count(ClauseVerdict::NotSeen));
         write!(f, "{}: {kept} clauses kept, {broken} broken, {unseen} not seen", self.machine)
     }
 }

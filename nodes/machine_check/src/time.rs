@@ -1,7 +1,7 @@
 //! M2, M3, M4, M7, M40 and M41: what the machine says against ticks and clock, in integers.
 
 use super::observed::{DescriptionFacts, Joints, MAX_TICK, Observed, ns};
-use super::report::Report;
+use super::report::ClauseReport;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +12,7 @@ const RATE: (f64, f64) = (0.01, 0.1);
 /// The shortest time in which a rate is judged.
 const SHORTEST: Duration = Duration::from_secs(2);
 
-pub(super) fn judge(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, report: &mut Report) {
+pub(super) fn judge(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, report: &mut ClauseReport) {
     let Some(first) = observed.streams.first() else {
         return report.broken(3, "machine/stream was not heard, though other topics were");
     };
@@ -30,7 +30,7 @@ fn time_of(tick: u64, epoch_ns: i64, facts: &DescriptionFacts) -> i128 {
 }
 
 /// M2: stamps of stream, inputs and alarms, the epoch, and the order of ticks.
-fn stamps(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: &mut Report) {
+fn stamps(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: &mut ClauseReport) {
     let before = report.evidence(2);
     let streams = observed.streams.iter().map(|message| ("machine/stream", message.tick, &message.stamp));
     let io = observed.io.iter().map(|message| ("machine/io", message.tick, &message.stamp));
@@ -63,12 +63,12 @@ fn stamps(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: 
     let steps = steps(observed, facts);
     for moves in [true, false] {
         if usual(&steps, moves) == Some(1) {
-            for Step { from, ticks, .. } in steps.iter().filter(|step| step.moves == moves && step.ticks > 1) {
+            for TickStep { from, ticks, .. } in steps.iter().filter(|step| step.moves == moves && step.ticks > 1) {
                 report.broken(2, format!("{} ticks are left out after tick {from} (joint_states)", ticks - 1));
             }
         }
     }
-    for Step { from, ticks, .. } in steps.iter().filter(|step| step.ticks <= 0) {
+    for TickStep { from, ticks, .. } in steps.iter().filter(|step| step.ticks <= 0) {
         report.broken(2, format!("joint_states go from tick {from} by {ticks}: a tick is executed twice"));
     }
     let count = observed.streams.len() + observed.io.len();
@@ -76,7 +76,7 @@ fn stamps(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: 
 }
 
 /// From one joint state to the next.
-struct Step {
+struct TickStep {
     from: i64,
     ticks: i64,
     /// They differ: what repeats itself a machine may publish less often.
@@ -84,20 +84,20 @@ struct Step {
 }
 
 /// Steps of the joint states, counted from the first tick.
-fn steps(observed: &Observed, facts: &DescriptionFacts) -> Vec<Step> {
+fn steps(observed: &Observed, facts: &DescriptionFacts) -> Vec<TickStep> {
     let epoch_ns = observed.streams.first().map_or(0, |first| ns(&first.epoch));
     let tick = |stamp_ns: i64| (stamp_ns - epoch_ns).checked_div(facts.cycle_ns).unwrap_or(0);
     let step = |pair: &[Joints]| {
         let [before, after] = pair else { return None };
         let values = |joints: &Joints| [joints.position.clone(), joints.velocity.clone(), joints.effort.clone()];
         let moves = values(before) != values(after);
-        Some(Step { from: tick(before.stamp_ns), ticks: tick(after.stamp_ns) - tick(before.stamp_ns), moves })
+        Some(TickStep { from: tick(before.stamp_ns), ticks: tick(after.stamp_ns) - tick(before.stamp_ns), moves })
     };
     observed.joints.windows(2).filter_map(step).collect()
 }
 
 /// The step that is most frequent in motion, or at rest.
-fn usual(steps: &[Step], moves: bool) -> Option<i64> {
+fn usual(steps: &[TickStep], moves: bool) -> Option<i64> {
     let mut counts: BTreeMap<i64, usize> = BTreeMap::new();
     for step in steps.iter().filter(|step| step.moves == moves) {
         *counts.entry(step.ticks).or_default() += 1;
@@ -113,7 +113,7 @@ fn is_idle(message: &MachineStream) -> bool {
 }
 
 /// M3: every tick that is a multiple of the period, and every alarm at once.
-fn stream(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
+fn stream(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseReport) {
     let before = report.evidence(3);
     for pair in observed.streams.windows(2) {
         let (from, to) = (pair[0].tick, pair[1].tick);
@@ -166,7 +166,7 @@ fn stream(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
 }
 
 /// M4.
-fn credit(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
+fn credit(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseReport) {
     let before = report.evidence(4);
     for message in &observed.streams {
         if message.credit_tick > message.tick.saturating_add(facts.delay) {
@@ -181,7 +181,7 @@ fn credit(observed: &Observed, facts: &DescriptionFacts, report: &mut Report) {
 }
 
 /// M7: stamps of ticks, as evenly as they began. Where there is one a tick, one that is missing is a tick that is missing (M2).
-fn joint_states(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: &mut Report) {
+fn joint_states(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: &mut ClauseReport) {
     let before = report.evidence(7);
     let steps = steps(observed, facts);
     let (moving, resting) = (usual(&steps, true), usual(&steps, false));
@@ -197,13 +197,13 @@ fn joint_states(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, re
     if let Some(step) = moving.filter(|step| *step > 1) {
         // What begins to move after a rest begins between two of them.
         let within = steps.windows(2).filter(|pair| pair.iter().all(|step| step.moves)).map(|pair| &pair[1]);
-        for Step { from, ticks, .. } in within.filter(|other| other.ticks != step) {
+        for TickStep { from, ticks, .. } in within.filter(|other| other.ticks != step) {
             report.broken(7, format!("joint_states come every {step} ticks, after tick {from} {ticks} later"));
         }
     }
     if let Some(step) = resting.filter(|step| *step > 1) {
         // A rest may begin and end between two of them, so a shorter step is none that is missing.
-        for Step { from, ticks, .. } in steps.iter().filter(|other| !other.moves && other.ticks > step) {
+        for TickStep { from, ticks, .. } in steps.iter().filter(|other| !other.moves && other.ticks > step) {
             report.broken(7, format!("joint_states come every {step} ticks at rest, after tick {from} {ticks} later"));
         }
     }
@@ -212,7 +212,7 @@ fn joint_states(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, re
 }
 
 /// M40 and M41.
-fn pace(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, report: &mut Report) {
+fn pace(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, report: &mut ClauseReport) {
     let (Some(first), Some(last)) = (observed.streams.first(), observed.streams.last()) else { return };
     if observed.streams.iter().any(|message| message.pace == MachineStream::PACE_FAST) {
         report.not_seen(40, "the machine runs at pace fast");

@@ -5,8 +5,8 @@ use super::bounds::{Bounds, PENDING_COMMANDS};
 use super::faults::Faults;
 use super::keyframes::Keyframes;
 use super::messages::{Inbound, MachineOrder, Outbound, TimedCommand};
-use super::pacing::{CycleTime, Pace, Pacing, Slip, Step};
-use super::partners::Partners;
+use super::pacing::{CycleTime, Pace, Pacing, PacingStep, Slip};
+use super::partners::MachinePartners;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, Severity};
 use camwright::machine::persistent_state::PersistentState;
@@ -67,7 +67,7 @@ pub struct CyclicLoop {
     pub active: bool,
     pub job_running: bool,
     pub keyframes: Keyframes,
-    pub partners: Partners,
+    pub partners: MachinePartners,
 }
 
 // Requests are answered before a tick is over; the rest are the caller's handles and published values.
@@ -113,7 +113,7 @@ impl CyclicLoop {
             active: false,
             job_running: false,
             keyframes: Keyframes::default(),
-            partners: Partners::default(),
+            partners: MachinePartners::default(),
         }
     }
 
@@ -212,7 +212,7 @@ impl CyclicLoop {
         let withheld = self.pacing.withholds_credit();
         self.withhold_credit(withheld);
         match step {
-            Step::Tick(late_ns) => {
+            PacingStep::Tick(late_ns) => {
                 let behind_us = self.pacing.behind_ns(&moment) / 1000;
                 if !withheld {
                     self.note_pause(Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0)));
@@ -225,7 +225,7 @@ impl CyclicLoop {
                 self.tick();
                 self.nobody_is_waited_for(Instant::now());
             }
-            Step::Wait(time) => {
+            PacingStep::Wait(time) => {
                 let _woken = waker.wait(time);
             }
         }

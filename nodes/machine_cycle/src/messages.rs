@@ -2,9 +2,9 @@
 
 use super::area_order::AreaOrder;
 use super::keyframes::Room;
-use super::outline::Outline;
+use super::outline::PartOutline;
 use super::pacing::Slip;
-use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
+use super::part::{BarRefused, LobeRefused, PartSnapshot, RawBar, RawLobe};
 use super::stream_state::StreamState;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::persistent_state::PersistentState;
@@ -51,8 +51,8 @@ pub enum Inbound {
     Reset,
     Lobe(Box<RawLobe>),
     Bar(Box<RawBar>),
-    Snapshot(Box<Snapshot>),
-    Outline(Box<Outline>),
+    Snapshot(Box<PartSnapshot>),
+    Outline(Box<PartOutline>),
     Area(AreaOrder),
     /// Position of the loader; `lost`: it has fallen silent.
     Loader {
@@ -110,8 +110,8 @@ pub enum Outbound {
     ResetDone(Result<(), ResetRefused>),
     LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
     BarDone(Result<(), BarRefused>, Box<RawBar>),
-    Snapshot(Box<Snapshot>),
-    Outline(Box<Outline>),
+    Snapshot(Box<PartSnapshot>),
+    Outline(Box<PartOutline>),
     AreaDone(AreaOrder, Result<(), LoadingRefused>),
     /// A refused chunk; the pump reports and drops it.
     Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),

@@ -11,7 +11,7 @@ const TURNED_COLUMNS: usize = 13;
 
 /// A coarse copy of a lobe or of a turned part.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub struct Outline {
+pub struct PartOutline {
     /// Which lobe; a lathe has one part.
     pub lobe: usize,
     /// When it was taken.
@@ -26,7 +26,7 @@ pub struct Outline {
     pub radii_mm: Vec<f64>,
 }
 
-impl Outline {
+impl PartOutline {
     /// Room for a lobe, or for the part of a lathe.
     pub fn for_lobe(lobe: usize, is_lathe: bool) -> Box<Self> {
         let (columns, radii) = match is_lathe {
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_into_the_room_stays_out() {
-        let mut outline = Outline::for_lobe(3, false);
+        let mut outline = PartOutline::for_lobe(3, false);
         assert!(outline.sections().is_empty(), "nothing was taken yet");
         let radii: Vec<f64> = (0..3600).map(f64::from).collect();
         outline.places_mm.push(80.0);
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(outline.radii_mm.len(), LOBE_AZIMUTHS);
         let sections = outline.sections();
         assert_eq!((sections[0].0, sections[0].1[1], sections.len()), (m_from_mm(80.0), m_from_mm(5.0), 1));
-        let mut few = Outline::for_lobe(0, false);
+        let mut few = PartOutline::for_lobe(0, false);
         few.places_mm.push(0.0);
         few.copy(&radii[..16], LOBE_AZIMUTHS);
         assert_eq!(few.radii_mm, radii[..16], "an outline with fewer radii is taken whole");

@@ -48,7 +48,7 @@ pub struct CycleTime {
 
 /// Next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum PacingStep {
     /// Execute the next tick, which is so late (ns).
     Tick(i64),
     /// Nothing is due for so long.
@@ -123,25 +123,25 @@ impl Pacing {
         moment.system_ns.saturating_sub(self.clock.ns(due))
     }
 
-    pub fn next(&mut self, moment: &CycleTime) -> Step {
+    pub fn next(&mut self, moment: &CycleTime) -> PacingStep {
         let cycle_ns = i64::from(self.clock.cycle_time_ns);
         let behind_ns = self.behind_ns(moment);
         let resumes = std::mem::take(&mut self.resumes);
         self.judge(moment, behind_ns, resumes);
         let step = match self.mode {
-            Mode::OnTime | Mode::MakingUp { .. } if behind_ns >= 0 => Step::Tick(behind_ns),
+            Mode::OnTime | Mode::MakingUp { .. } if behind_ns >= 0 => PacingStep::Tick(behind_ns),
             Mode::OnTime if moment.rests => wait(-behind_ns),
             Mode::OnTime | Mode::MakingUp { .. } | Mode::Ahead => {
                 let slow_ns = (self.last_ns + cycle_ns + cycle_ns / 10).saturating_sub(moment.monotonic_ns);
                 let wait_ns = slow_ns.min(behind_ns.saturating_neg());
-                if wait_ns <= 0 { Step::Tick(0) } else { wait(wait_ns) }
+                if wait_ns <= 0 { PacingStep::Tick(0) } else { wait(wait_ns) }
             }
             Mode::Behind { .. } => {
                 let late_ns = moment.monotonic_ns - self.deadline_ns;
-                if late_ns >= 0 { Step::Tick(late_ns) } else { wait(-late_ns) }
+                if late_ns >= 0 { PacingStep::Tick(late_ns) } else { wait(-late_ns) }
             }
         };
-        if matches!(step, Step::Tick(_)) {
+        if matches!(step, PacingStep::Tick(_)) {
             self.executed(moment, cycle_ns);
         }
         step
@@ -203,8 +203,8 @@ impl Pacing {
     }
 }
 
-fn wait(ns: i64) -> Step {
-    Step::Wait(Duration::from_nanos(u64::try_from(ns).unwrap_or(0)))
+fn wait(ns: i64) -> PacingStep {
+    PacingStep::Wait(Duration::from_nanos(u64::try_from(ns).unwrap_or(0)))
 }
 
 #[cfg(test)]
@@ -215,14 +215,14 @@ mod tests {
     const EPOCH_NS: i64 = 1_795_000_000_123_000_000;
 
     /// A cycle whose clocks go on as it waits, with the ticks that it executed and the slips that it reported.
-    struct Bench {
+    struct PacingBench {
         pacing: Pacing,
         moment: CycleTime,
         slips: Vec<Slip>,
         withheld: u32,
     }
 
-    impl Bench {
+    impl PacingBench {
         fn new() -> Self {
             let clock = TickClock { epoch_ns: EPOCH_NS, cycle_time_ns: 1_000_000 };
             let moment = CycleTime {
@@ -246,11 +246,11 @@ mod tests {
             let end_ns = self.moment.monotonic_ns + ns;
             while self.moment.monotonic_ns < end_ns {
                 match self.pacing.next(&self.moment) {
-                    Step::Tick(_) => {
+                    PacingStep::Tick(_) => {
                         self.moment.tick += 1;
                         self.pass(5_000);
                     }
-                    Step::Wait(time) => self.pass(i64::try_from(time.as_nanos()).expect("short").min(MS)),
+                    PacingStep::Wait(time) => self.pass(i64::try_from(time.as_nanos()).expect("short").min(MS)),
                 }
                 self.slips.extend(self.pacing.take_slip());
                 self.withheld += u32::from(self.pacing.withholds_credit());
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn ticks_follow_the_system_clock_from_the_first_on() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         // What starting takes.
         bench.pass(1_300 * MS);
         bench.run(100 * MS);
@@ -280,18 +280,18 @@ mod tests {
 
     #[test]
     fn a_resting_machine_wakes_once_for_five_ticks_and_its_batches_end_on_time() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         bench.run(100 * MS);
         bench.moment.rests = true;
         let (mut wakes, before) = (0_u64, bench.moment.tick);
         for _ in 0..2_000 {
             match bench.pacing.next(&bench.moment) {
-                Step::Tick(late_ns) => {
+                PacingStep::Tick(late_ns) => {
                     assert!(late_ns < MS / 2, "{late_ns} ns late");
                     bench.moment.tick += 1;
                     bench.pass(5_000);
                 }
-                Step::Wait(time) => {
+                PacingStep::Wait(time) => {
                     assert!(wakes == 0 || bench.moment.tick.is_multiple_of(REST_BATCH_TICKS), "waits within a batch");
                     wakes += 1;
                     bench.pass(i64::try_from(time.as_nanos()).expect("short"));
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_stall_at_rest_is_reported_and_made_up_for_without_credit() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         bench.run(1_000 * MS);
         bench.pass(2_600 * MS);
         bench.run(100 * MS);
@@ -324,7 +324,7 @@ mod tests {
 
     #[test]
     fn in_motion_a_stall_is_made_up_for_slowly_where_setpoints_are_ahead_and_never_in_a_burst() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         bench.run(1_000 * MS);
         bench.moment.is_idle = false;
         bench.pass(500 * MS);
@@ -340,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_message_that_was_under_way_ends_the_quiet_time() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         bench.run(1_000 * MS);
         bench.pass(500 * MS);
         bench.run(100 * MS);
@@ -354,7 +354,7 @@ mod tests {
 
     #[test]
     fn after_an_inactive_time_the_slip_is_of_its_length() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         bench.run(1_000 * MS);
         bench.pacing.suspend();
         bench.pass(10_000 * MS);
@@ -365,7 +365,7 @@ mod tests {
 
     #[test]
     fn a_clock_that_is_set_back_slows_the_ticks_and_a_clock_set_forward_is_a_slip() {
-        let mut bench = Bench::new();
+        let mut bench = PacingBench::new();
         bench.run(1_000 * MS);
         bench.moment.system_ns -= 1_000 * MS;
         let before = bench.moment.tick;

@@ -38,7 +38,7 @@ pub struct RawBar {
 
 /// The part as it stands, copied into room that the pump made.
 #[derive(Debug, Default)]
-pub struct Snapshot {
+pub struct PartSnapshot {
     pub tick: u64,
     pub finished: bool,
     pub key_way_rad: f64,
@@ -144,7 +144,7 @@ pub fn clamp_bar(machine: &mut Machine, request: LoadBarRequest) -> Result<(), S
     RawBar::new(request)?.clamp(machine).map_err(|error| error.to_string())
 }
 
-impl Snapshot {
+impl PartSnapshot {
     /// Copies the part as it stands.
     pub fn update(&mut self, machine: &Machine) {
         self.tick = machine.tick();

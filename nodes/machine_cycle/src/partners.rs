@@ -12,7 +12,7 @@ const USUAL: Duration = Duration::from_millis(2500);
 
 /// The partners of the cyclic thread.
 #[derive(Debug)]
-pub struct Partners {
+pub struct MachinePartners {
     /// Who has command, while the machine waits for its setpoints.
     pub(super) sender: Silence,
     pub(super) recorder: Silence,
@@ -33,7 +33,7 @@ pub struct Partners {
     pub(super) is_closed: bool,
 }
 
-impl Partners {
+impl MachinePartners {
     pub fn new(limit: Duration) -> Self {
         Self {
             sender: Silence::new(limit),
@@ -60,7 +60,7 @@ impl Partners {
     }
 }
 
-impl Default for Partners {
+impl Default for MachinePartners {
     fn default() -> Self {
         Self::new(USUAL)
     }

@@ -6,7 +6,7 @@
 use super::bounds::PENDING_COMMANDS;
 use super::cyclic_loop::CyclicLoop;
 use super::messages::CyclicInput;
-use super::partners::Partners;
+use super::partners::MachinePartners;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, Severity};
 use camwright_threads::silence::HEARTBEAT;
@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 impl CyclicLoop {
     /// With another limit of silence.
     pub fn with_silence_limit(mut self, limit: Duration) -> Self {
-        self.partners = Partners::new(limit);
+        self.partners = MachinePartners::new(limit);
         self
     }
 

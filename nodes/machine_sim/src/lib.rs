@@ -30,7 +30,7 @@ use camwright_machine_cycle::input_record::estop_request;
 use camwright_machine_cycle::keyframes::Keyframes;
 use camwright_machine_cycle::messages::{AskedFault, Inbound, Outbound};
 use camwright_machine_cycle::pacing::Pace;
-use camwright_machine_cycle::part::Snapshot;
+use camwright_machine_cycle::part::PartSnapshot;
 use camwright_msgs::camwright_msgs::msg::{
     MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream, RecorderStatus,
 };
@@ -48,7 +48,7 @@ use camwright_threads::ring::{Receiver, Sender, Waker, ring};
 use camwright_threads::system_time::system_time_ns;
 use health::Health;
 use loading::Loads;
-use pump::{Context, Outlets, Pump};
+use pump::{Context, MachinePump, Outlets};
 use scene_outlet::SceneOutlet;
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -101,13 +101,13 @@ impl CycleInlet {
 }
 
 /// Requests that the cyclic thread has yet to answer, oldest first.
-type Waiting<S> = Arc<Mutex<VecDeque<Responder<S>>>>;
+type PendingRequests<S> = Arc<Mutex<VecDeque<Responder<S>>>>;
 
-fn push<S: camwright_msgs::Service>(waiting: &Waiting<S>, responder: Responder<S>) {
+fn push<S: camwright_msgs::Service>(waiting: &PendingRequests<S>, responder: Responder<S>) {
     waiting.lock().unwrap_or_else(PoisonError::into_inner).push_back(responder);
 }
 
-fn pop<S: camwright_msgs::Service>(waiting: &Waiting<S>) -> Option<Responder<S>> {
+fn pop<S: camwright_msgs::Service>(waiting: &PendingRequests<S>) -> Option<Responder<S>> {
     waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
 }
 
@@ -193,7 +193,7 @@ impl MachineSim {
             bounds: Arc::default(),
             waker,
             health: Health::default(),
-            resets: Waiting::default(),
+            resets: PendingRequests::default(),
             loads: Loads::default(),
             area: AreaRequests::default(),
         };
@@ -292,7 +292,7 @@ struct Setup {
     /// Wakes the cyclic thread.
     waker: Waker,
     health: Health,
-    resets: Waiting<Trigger>,
+    resets: PendingRequests<Trigger>,
     loads: Loads,
     area: AreaRequests,
 }
@@ -307,7 +307,7 @@ impl Setup {
             .with_silence_limit(liveness::limit(&self.node))
     }
 
-    fn pump(&self, lasting: &PersistentState) -> Result<Pump, NodeError> {
+    fn pump(&self, lasting: &PersistentState) -> Result<MachinePump, NodeError> {
         let (machine, is_fast) = (&self.file.description, self.pace == Pace::Fast);
         self.health.update(lasting);
         let rest_rate_hz = self.node.parameters().double(REST_RATE);
@@ -326,7 +326,7 @@ impl Setup {
         let scene = SceneOutlet::new(&self.node, machine, lasting.wheel_radius_mm, self.inlet.clone(), drops)?;
         let mut outlets = Outlets::new(&self.node, is_fast, machine, self.clock, drops)?;
         outlets.begin(lasting)?;
-        Ok(Pump::new(context, outlets, scene))
+        Ok(MachinePump::new(context, outlets, scene))
     }
 
     /// Starts the cyclic thread. At pace fast it keeps no clock, and takes no priority from others.
@@ -476,7 +476,7 @@ fn services(
     node: &Node,
     description: &MachineDescription,
     inlet: &CycleInlet,
-    resets: &Waiting<Trigger>,
+    resets: &PendingRequests<Trigger>,
     loads: &Loads,
 ) -> Result<Vec<ServiceHandle>, NodeError> {
     let (way, waiting) = (inlet.clone(), Arc::clone(resets));
@@ -547,7 +547,7 @@ impl StateOutlets {
 fn answers(
     node: &Node,
     inlet: &CycleInlet,
-    resets: &Waiting<Trigger>,
+    resets: &PendingRequests<Trigger>,
     loads: &Loads,
     mut outlets: StateOutlets,
 ) -> impl FnMut(Outbound) + Send + use<> {
@@ -573,7 +573,7 @@ fn answers(
             node.log(Level::Warn, &text);
         }
         Outbound::JobEnded => {
-            inlet.send(Inbound::Snapshot(Box::new(Snapshot { finished: true, ..Snapshot::default() })));
+            inlet.send(Inbound::Snapshot(Box::new(PartSnapshot { finished: true, ..PartSnapshot::default() })));
         }
         Outbound::Lasting(state) => outlets.update(&state, &node),
         Outbound::AreaDone(order, outcome) => outlets.area.answer(order, outcome),

@@ -1,6 +1,6 @@
 //! A raw part on its way to the machine: the services that put it in, and what the cyclic thread says of it.
 
-use super::{CycleInlet, Waiting, pop, push};
+use super::{CycleInlet, PendingRequests, pop, push};
 use camwright_machine_cycle::messages::{Inbound, Outbound};
 use camwright_machine_cycle::part::{LobeRefused, RawBar, RawLobe};
 use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarResponse, LoadLobe, LoadLobeResponse};
@@ -10,8 +10,8 @@ use std::sync::Arc;
 /// Requests that the cyclic thread has yet to answer.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Loads {
-    lobes: Waiting<LoadLobe>,
-    bars: Waiting<LoadBar>,
+    lobes: PendingRequests<LoadLobe>,
+    bars: PendingRequests<LoadBar>,
 }
 
 impl Loads {

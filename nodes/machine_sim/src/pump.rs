@@ -19,7 +19,7 @@ use camwright_files::convert::{m_from_mm, si_from_core};
 use camwright_machine_cycle::active_alarms::ActiveAlarms;
 use camwright_machine_cycle::messages::{Inbound, Outbound};
 use camwright_machine_cycle::pacing::Slip;
-use camwright_machine_cycle::part::{LobeRefused, MAX_PAGES, RawLobe, Snapshot};
+use camwright_machine_cycle::part::{LobeRefused, MAX_PAGES, PartSnapshot, RawLobe};
 use camwright_machine_cycle::stream_state::StreamState;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{
@@ -111,7 +111,7 @@ pub(super) struct Context {
 }
 
 /// Builds and publishes messages until the cyclic thread ends.
-pub(super) struct Pump {
+pub(super) struct MachinePump {
     context: Context,
     outlets: Outlets,
     scene: SceneOutlet,
@@ -130,7 +130,7 @@ pub(super) struct Pump {
     complaint: LimitedWarning,
 }
 
-impl Pump {
+impl MachinePump {
     pub(super) fn new(context: Context, outlets: Outlets, scene: SceneOutlet) -> Self {
         let mut joint_names = camwright_files::convert::setpoints::joint_names();
         joint_names.push(WHEEL_JOINT.to_owned());
@@ -398,7 +398,7 @@ impl Pump {
         sent
     }
 
-    fn part(&self, snapshot: &Snapshot) -> Result<(), RosError> {
+    fn part(&self, snapshot: &PartSnapshot) -> Result<(), RosError> {
         if let (Some(outlet), Some(turned)) = (&self.outlets.turned, &snapshot.turned) {
             let pages = turned.pages(snapshot.tick, snapshot.finished, self.context.clock);
             pages.into_iter().try_for_each(|page| outlet.publish(&page))?;

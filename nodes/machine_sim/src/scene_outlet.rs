@@ -6,7 +6,7 @@ use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::time::TickClock;
 use camwright_files::convert::{m_from_mm, si_from_core, si_from_counts};
 use camwright_machine_cycle::messages::Inbound;
-use camwright_machine_cycle::outline::Outline;
+use camwright_machine_cycle::outline::PartOutline;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
 use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue};
@@ -170,7 +170,7 @@ impl SceneOutlet {
     /// Asks the cyclic thread what a lobe, or the part of a lathe, looks like.
     pub(super) fn ask(&mut self, lobe: usize) {
         self.asked = Instant::now();
-        self.is_asked = self.inlet.send(Inbound::Outline(Outline::for_lobe(lobe, self.machine.is_lathe())));
+        self.is_asked = self.inlet.send(Inbound::Outline(PartOutline::for_lobe(lobe, self.machine.is_lathe())));
     }
 
     /// The part was taken out.
@@ -182,7 +182,12 @@ impl SceneOutlet {
     }
 
     /// The part as the cyclic thread saw it; `name` is that of the lobe.
-    pub(super) fn show(&mut self, outline: &Outline, name: Option<&String>, clock: TickClock) -> Result<(), RosError> {
+    pub(super) fn show(
+        &mut self,
+        outline: &PartOutline,
+        name: Option<&String>,
+        clock: TickClock,
+    ) -> Result<(), RosError> {
         self.is_asked = false;
         let sections = outline.sections();
         // A part that was taken out meanwhile.

@@ -1,6 +1,6 @@
 //! Door, chuck, part sensor and counters of the machine on the graph: services that work them, and what they show.
 
-use super::{CycleInlet, Waiting, pop, push};
+use super::{CycleInlet, PendingRequests, pop, push};
 use camwright::machine::persistent_state::{PersistentState, TravelCount};
 use camwright::simulation::work_area::{LoadingRefused, WorkAreaState};
 use camwright_authority::OneSender;
@@ -19,7 +19,7 @@ const LOADER_WATCH: Duration = Duration::from_millis(50);
 
 /// Requests that the cyclic thread has yet to answer.
 #[derive(Debug, Clone, Default)]
-pub(super) struct AreaRequests(Waiting<Trigger>);
+pub(super) struct AreaRequests(PendingRequests<Trigger>);
 
 impl AreaRequests {
     pub(super) fn answer(&self, order: AreaOrder, outcome: Result<(), LoadingRefused>) {

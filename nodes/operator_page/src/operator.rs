@@ -2,7 +2,7 @@
 
 use super::holder_socket;
 use super::operation::{Answer, Operation};
-use camwright_authority::{Command, TakeError, TakeOptions};
+use camwright_authority::{HeldCommand, TakeError, TakeOptions};
 use camwright_ros::{Node, RosArgs};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -35,7 +35,7 @@ impl Operator {
             return self.ask_cell(operation, goes_on);
         }
         let options = TakeOptions { patience: MEETING, interpolator: true, ..TakeOptions::new(&self.name) };
-        match Command::acquire(&self.node, &options) {
+        match HeldCommand::acquire(&self.node, &options) {
             Ok(_command) => self.ask_cell(operation, goes_on),
             Err(TakeError::Refused(reason)) => {
                 let answer = holder_socket::ask(&self.socket, operation, goes_on);

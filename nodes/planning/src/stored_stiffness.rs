@@ -1,7 +1,7 @@
 //! Stored stiffness of a machine: applied to the next job, and extended by its journals.
 
 use super::{MeasuredContacts, PreparedJob};
-use camwright::gauging::stiffness::Measured;
+use camwright::gauging::stiffness::MeasuredValue;
 use camwright::gauging::stiffness_map::MeasuredStiffness;
 use camwright::job::grinding::{KnownContact, StiffnessSource};
 use camwright::machine::description::MachineDescription;
@@ -64,12 +64,14 @@ pub fn learn_stiffness(
             continue;
         };
         let (law, known_to, width_mm) = (contact.law, contact.known_to, lobe.design.width_mm);
-        let per_width =
-            |value: f64, uncertainty: f64| Measured { value: value / width_mm, uncertainty: uncertainty / width_mm };
+        let per_width = |value: f64, uncertainty: f64| MeasuredValue {
+            value: value / width_mm,
+            uncertainty: uncertainty / width_mm,
+        };
         let place = StoredContact {
             place: MeasuredStiffness {
                 z_mm: station.position_mm,
-                machine_n_mm: Measured { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm },
+                machine_n_mm: MeasuredValue { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm },
                 grinding_n_mm2: per_width(law.grinding_n_mm(), known_to.grinding_n_mm),
                 threshold_n_mm: per_width(law.threshold_n(), known_to.threshold_n),
             },
@@ -95,9 +97,9 @@ mod tests {
         for (z_mm, n_mm) in of {
             let place = MeasuredStiffness {
                 z_mm: *z_mm,
-                machine_n_mm: Measured { value: *n_mm, uncertainty: 50.0 },
-                grinding_n_mm2: Measured { value: 1400.0, uncertainty: 50.0 },
-                threshold_n_mm: Measured { value: 0.7, uncertainty: 0.2 },
+                machine_n_mm: MeasuredValue { value: *n_mm, uncertainty: 50.0 },
+                grinding_n_mm2: MeasuredValue { value: 1400.0, uncertainty: 50.0 },
+                threshold_n_mm: MeasuredValue { value: 0.7, uncertainty: 0.2 },
             };
             kept.insert(StoredContact { place, lobe: "J".into(), job: "j".into(), part: 1, width_mm: 20.0 }).unwrap();
         }

@@ -13,7 +13,7 @@ const POINTS: u32 = 3600;
 #[derive(Debug, Clone)]
 pub(super) struct LobeTurn<'a> {
     /// In the order of their angle of C, from the smallest on.
-    pub(super) points: Vec<TurnPoint>,
+    pub(super) points: Vec<LobeTurnPoint>,
     /// Path, law and limits of the pass.
     pub(super) bounds: TurnBounds<'a>,
     /// Time of the turn (s).
@@ -22,7 +22,7 @@ pub(super) struct LobeTurn<'a> {
 
 /// One point of a turn.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct TurnPoint {
+pub(super) struct LobeTurnPoint {
     /// Angle of `c_axis` (deg, 0 … 360).
     pub(super) c_deg: f64,
     /// Path angle and its derivatives in time (rad, s).
@@ -65,12 +65,12 @@ impl<'a> LobeTurn<'a> {
         };
         let phase_rad = f64::from(prepared.machine.rotation_sense) * lobe.design.phase_rad;
         let most_rad_s = bounds.work_speed_rad_s();
-        let mut points: Vec<TurnPoint> = (plan.turn_samples(cut, POINTS)?.iter())
+        let mut points: Vec<LobeTurnPoint> = (plan.turn_samples(cut, POINTS)?.iter())
             .map(|sample| {
                 let (c, ratio) = (sample.c, cutting.removal_rate_ratio_mm2(path.sample(sample.angle_rad)));
                 let process = bounds.process_rad_s(sample.angle_rad).unwrap_or(f64::INFINITY);
                 let power = bounds.power_rad_s(sample.angle_rad).unwrap_or(f64::INFINITY);
-                TurnPoint {
+                LobeTurnPoint {
                     c_deg: deg_from_rad(wrap_turn(sample.angle_rad + phase_rad)),
                     c,
                     x: bounds.x_in_time(c),

@@ -18,7 +18,7 @@ pub struct TurnCurvePoint {
 #[must_use]
 pub fn turn_curve(prepared: &PreparedJob, lobe: usize, pass: usize) -> Option<Vec<TurnCurvePoint>> {
     let turn = LobeTurn::new(prepared, lobe, pass)?;
-    let point = |point: &super::turn::TurnPoint| TurnCurvePoint {
+    let point = |point: &super::turn::LobeTurnPoint| TurnCurvePoint {
         c_deg: point.c_deg,
         c_rpm: rpm_from_rad_s(point.c.first),
         removal_mm2_s: point.removal_mm2_s,

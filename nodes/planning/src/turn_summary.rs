@@ -1,6 +1,6 @@
 //! A turn in a few figures: how long it removes how much, and what sets its speed where.
 
-use super::turn::{LobeTurn, TurnPoint};
+use super::turn::{LobeTurn, LobeTurnPoint};
 use crate::chart::round_step;
 use camwright::job::grinding::SpeedLaw;
 use camwright::motion::speed_plan::Bound;
@@ -93,7 +93,7 @@ pub(super) struct Arc {
 }
 
 /// The arcs of a turn, in their order.
-pub(super) fn arcs(points: &[TurnPoint]) -> Vec<Arc> {
+pub(super) fn arcs(points: &[LobeTurnPoint]) -> Vec<Arc> {
     let active: Vec<Option<Bound>> = points.iter().map(|point| point.active).collect();
     merged(&active)
 }
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
     use crate::{PreparedJob, prepare, summary};
     use camwright::machine::description::Axis;
-    use camwright::motion::speed_plan::Quantity;
+    use camwright::motion::speed_plan::LimitedQuantity;
 
     fn prepared(set: &[&str]) -> PreparedJob {
         prepare("four_lobe_camshaft", &set.iter().map(ToString::to_string).collect::<Vec<_>>(), None).unwrap()
@@ -184,7 +184,7 @@ mod tests {
     /// A stretch too short to be seen goes to its longer neighbour, and a turn has no seam.
     #[test]
     fn arcs_are_few_and_go_over_the_seam() {
-        let (jerk, law) = (Some(Bound::Limit(Axis::C, Quantity::Jerk)), Some(Bound::Process));
+        let (jerk, law) = (Some(Bound::Limit(Axis::C, LimitedQuantity::Jerk)), Some(Bound::Process));
         let mut active = vec![law; 3600];
         active[100..400].fill(jerk);
         active[200..203].fill(None);

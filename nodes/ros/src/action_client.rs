@@ -56,7 +56,7 @@ struct Goal<A: Action> {
 
 type Goals<A> = Arc<Mutex<BTreeMap<GoalId, Goal<A>>>>;
 
-struct Core<A: Action> {
+struct ActionClientCore<A: Action> {
     action: String,
     send_goal: Client<A::SendGoal>,
     cancel_goal: Client<CancelGoal>,
@@ -68,7 +68,7 @@ struct Core<A: Action> {
 
 /// A client of an action. Clones are the same client.
 pub struct ActionClient<A: Action> {
-    core: Arc<Core<A>>,
+    core: Arc<ActionClientCore<A>>,
 }
 
 impl<A: Action> Clone for ActionClient<A> {
@@ -115,7 +115,7 @@ impl Node {
             }
         })?;
         Ok(ActionClient {
-            core: Arc::new(Core {
+            core: Arc::new(ActionClientCore {
                 send_goal: self.client(&names.send_goal)?,
                 cancel_goal: self.client(&names.cancel_goal)?,
                 get_result: self.client(&names.get_result)?,
@@ -213,7 +213,7 @@ impl<A: Action> ActionClient<A> {
 }
 
 struct ClientGoalInner<A: Action> {
-    core: Arc<Core<A>>,
+    core: Arc<ActionClientCore<A>>,
     id: GoalId,
     accepted: std::sync::atomic::AtomicBool,
 }

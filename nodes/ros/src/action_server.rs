@@ -27,7 +27,7 @@ use super::clock::from_time;
 use super::error::RosError;
 use super::executor::TimerHandle;
 use super::goal_handle::GoalHandle;
-use super::goal_table::{Core, Entry, is_cancelable};
+use super::goal_table::{Entry, GoalTableCore, is_cancelable};
 use super::node::Node;
 use super::qos::Qos;
 use super::services::{Responder, ServiceHandle};
@@ -54,13 +54,13 @@ impl GoalDecision {
     }
 }
 
-type Verdict = Result<(), String>;
+type GoalVerdict = Result<(), String>;
 
 /// A verdict and its continuation, whichever comes first.
 #[derive(Default)]
 struct PendingDecision {
-    verdict: Option<Verdict>,
-    then: Option<Box<dyn FnOnce(Verdict) + Send>>,
+    verdict: Option<GoalVerdict>,
+    then: Option<Box<dyn FnOnce(GoalVerdict) + Send>>,
 }
 
 /// Deferred decision.
@@ -73,7 +73,7 @@ impl fmt::Debug for DeferredDecision {
 }
 
 impl DeferredDecision {
-    fn then(self, then: impl FnOnce(Verdict) + Send + 'static) {
+    fn then(self, then: impl FnOnce(GoalVerdict) + Send + 'static) {
         let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match undecided.verdict.take() {
             Some(verdict) => {
@@ -106,7 +106,7 @@ impl GoalDecider {
         self.decide(Err(reason.to_string()));
     }
 
-    fn decide(&self, verdict: Verdict) {
+    fn decide(&self, verdict: GoalVerdict) {
         let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match undecided.then.take() {
             Some(then) => {
@@ -153,7 +153,7 @@ impl<A: Action, F: FnMut(GoalHandle<A>) + Send + 'static> ActionHandler<A> for F
     }
 }
 
-impl<A: Action> Core<A> {
+impl<A: Action> GoalTableCore<A> {
     /// Handles a request for a goal.
     fn send_goal<H: ActionHandler<A>>(
         self: &Arc<Self>,
@@ -190,7 +190,7 @@ impl<A: Action> Core<A> {
         id: GoalId,
         goal: A::Goal,
         responder: Responder<A::SendGoal>,
-        verdict: Verdict,
+        verdict: GoalVerdict,
     ) {
         let stamp = self.now();
         let verdict = verdict.and_then(|()| match self.make_room(id) {
@@ -271,7 +271,7 @@ impl<A: Action> Core<A> {
 /// An action that is offered; dropping it withdraws it.
 #[must_use = "dropping it withdraws the action"]
 pub struct ActionServer<A: Action> {
-    core: Arc<Core<A>>,
+    core: Arc<GoalTableCore<A>>,
     _services: [ServiceHandle; 3],
     _expiry: TimerHandle,
 }
@@ -307,7 +307,7 @@ impl Node {
         let names = ActionNames::resolve(self, name)?;
         let feedback = self.telemetry(&names.feedback, &Qos::default_topic(), &DropCounter::default())?;
         let status = self.publisher(&names.status, &Qos::action_status())?;
-        let core = Arc::new_cyclic(|this| Core::<A> {
+        let core = Arc::new_cyclic(|this| GoalTableCore::<A> {
             name: names.action,
             goals: Mutex::default(),
             feedback,

@@ -2,7 +2,7 @@
 //! asked in `tests/interoperability/parameters.rs`), and what the table cannot show.
 
 use super::*;
-use crate::names::Names;
+use crate::names::NodeNames;
 use serde_json::{Map, Value, json};
 
 fn parse(args: &[&str]) -> Result<(RosArgs, Vec<String>), ArgsError> {
@@ -143,7 +143,9 @@ fn verdict(args: &[&str]) -> Value {
     if !args.unparsed().is_empty() {
         return json!("unknown");
     }
-    let Ok(names) = Names::new("talker", args.default_namespace(), args.remap_rules()) else { return json!("refused") };
+    let Ok(names) = NodeNames::new("talker", args.default_namespace(), args.remap_rules()) else {
+        return json!("refused");
+    };
     let changed = |kind: NameKind, names_before: &[(&str, &str)]| -> Value {
         let after = |name: &str| names.resolve(name, kind).unwrap_or_else(|error| error.to_string());
         let changed = names_before.iter().filter(|(name, before)| after(name) != **before);

@@ -21,7 +21,7 @@ use rustdds::{
 use super::fastdds_workarounds::FastDdsWorkarounds;
 use super::matches::Matches;
 use super::names;
-use super::network::gate::{self, Gate, Prefix};
+use super::network::gate::{self, ParticipantGate, Prefix};
 pub use super::participant_entities::Guid;
 use super::participant_entities::{NodeEntities, ParticipantEntities};
 use super::qos::Qos;
@@ -158,7 +158,7 @@ impl Graph {
         &self,
         events: &DomainParticipantStatusListener,
         beside: &FastDdsWorkarounds,
-        gate: &mut Gate,
+        gate: &mut ParticipantGate,
     ) -> Vec<String> {
         let mut news = false;
         let mut sentences = Vec::new();

@@ -25,34 +25,34 @@ const WAKE: Token = Token(usize::MAX);
 const BUDGET: usize = 64;
 
 /// A job for the executor thread.
-pub(super) type Job = Box<dyn FnOnce() + Send>;
+pub(super) type ExecutorJob = Box<dyn FnOnce() + Send>;
 
 /// Delivers up to `budget` samples of a reader; returns true if there may be more.
 pub(super) type Drain = Box<dyn FnMut(usize) -> bool + Send>;
 
-enum Action {
-    Once(Job),
+enum TimerAction {
+    Once(ExecutorJob),
     Periodic { id: u64, period: Duration },
 }
 
-struct Timed {
+struct TimedAction {
     due: Instant,
     order: u64,
-    action: Action,
+    action: TimerAction,
 }
 
-impl PartialEq for Timed {
+impl PartialEq for TimedAction {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Order::Equal
     }
 }
-impl Eq for Timed {}
-impl PartialOrd for Timed {
+impl Eq for TimedAction {}
+impl PartialOrd for TimedAction {
     fn partial_cmp(&self, other: &Self) -> Option<Order> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Timed {
+impl Ord for TimedAction {
     // The heap's greatest is the earliest; among equals, the first queued.
     fn cmp(&self, other: &Self) -> Order {
         (other.due, other.order).cmp(&(self.due, self.order))
@@ -68,8 +68,8 @@ struct Queue {
     next_timer: u64,
     sources: HashMap<usize, Arc<Mutex<Drain>>>,
     ready: VecDeque<usize>,
-    jobs: VecDeque<Job>,
-    timed: BinaryHeap<Timed>,
+    jobs: VecDeque<ExecutorJob>,
+    timed: BinaryHeap<TimedAction>,
     timers: HashMap<u64, SharedTimer>,
 }
 
@@ -140,17 +140,17 @@ impl Executor {
     }
 
     /// Runs a job on the executor thread as soon as possible.
-    pub(super) fn post(&self, job: Job) {
+    pub(super) fn post(&self, job: ExecutorJob) {
         self.queue().jobs.push_back(job);
         self.wake();
     }
 
     /// Runs a job on the executor thread at `due`; jobs with equal times run in the order of this call.
-    pub(super) fn at(&self, due: Instant, job: Job) {
+    pub(super) fn at(&self, due: Instant, job: ExecutorJob) {
         let mut queue = self.queue();
         queue.next_order += 1;
         let order = queue.next_order;
-        queue.timed.push(Timed { due, order, action: Action::Once(job) });
+        queue.timed.push(TimedAction { due, order, action: TimerAction::Once(job) });
         drop(queue);
         self.wake();
     }
@@ -163,7 +163,11 @@ impl Executor {
         queue.next_order += 1;
         let (id, order) = (queue.next_timer, queue.next_order);
         queue.timers.insert(id, Arc::new(Mutex::new(callback)));
-        queue.timed.push(Timed { due: Instant::now() + period, order, action: Action::Periodic { id, period } });
+        queue.timed.push(TimedAction {
+            due: Instant::now() + period,
+            order,
+            action: TimerAction::Periodic { id, period },
+        });
         drop(queue);
         self.wake();
         TimerHandle { executor: Arc::downgrade(self), id }
@@ -222,11 +226,11 @@ impl Executor {
             }
             let Some(timed) = queue.timed.pop() else { return };
             match timed.action {
-                Action::Once(job) => {
+                TimerAction::Once(job) => {
                     drop(queue);
                     job();
                 }
-                Action::Periodic { id, period } => {
+                TimerAction::Periodic { id, period } => {
                     let Some(timer) = queue.timers.get(&id).cloned() else { continue };
                     let mut due = timed.due + period;
                     if due <= now {
@@ -234,7 +238,7 @@ impl Executor {
                     }
                     queue.next_order += 1;
                     let order = queue.next_order;
-                    queue.timed.push(Timed { due, order, action: Action::Periodic { id, period } });
+                    queue.timed.push(TimedAction { due, order, action: TimerAction::Periodic { id, period } });
                     drop(queue);
                     (timer.lock().unwrap_or_else(PoisonError::into_inner))();
                 }

@@ -12,11 +12,11 @@ use camwright_msgs::Action;
 
 use super::{
     action::{GoalId, GoalStatus},
-    goal_table::Core,
+    goal_table::GoalTableCore,
 };
 
 struct Token<A: Action> {
-    core: Arc<Core<A>>,
+    core: Arc<GoalTableCore<A>>,
     id: GoalId,
     goal: A::Goal,
     client: String,
@@ -50,7 +50,13 @@ impl<A: Action> fmt::Debug for GoalHandle<A> {
 }
 
 impl<A: Action> GoalHandle<A> {
-    pub(super) fn new(core: &Arc<Core<A>>, id: GoalId, goal: A::Goal, client: String, status: Arc<AtomicI8>) -> Self {
+    pub(super) fn new(
+        core: &Arc<GoalTableCore<A>>,
+        id: GoalId,
+        goal: A::Goal,
+        client: String,
+        status: Arc<AtomicI8>,
+    ) -> Self {
         GoalHandle { token: Arc::new(Token { core: Arc::clone(core), id, goal, client, status }) }
     }
 

@@ -43,7 +43,7 @@ impl<A: Action> Entry<A> {
     }
 }
 
-pub(super) struct Core<A: Action> {
+pub(super) struct GoalTableCore<A: Action> {
     pub(super) name: String,
     /// Guards the table and the order of what is published about it: the status is published with the lock held.
     pub(super) goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
@@ -52,12 +52,12 @@ pub(super) struct Core<A: Action> {
     pub(super) status: Publisher<GoalStatusArray>,
     pub(super) logger: Logger,
     pub(super) node: WeakNode,
-    pub(super) this: Weak<Core<A>>,
+    pub(super) this: Weak<GoalTableCore<A>>,
     /// A status that stands for several changes is due.
     pub(super) is_status_due: AtomicBool,
 }
 
-impl<A: Action> Core<A> {
+impl<A: Action> GoalTableCore<A> {
     pub(super) fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, Entry<A>>> {
         self.goals.lock().unwrap_or_else(PoisonError::into_inner)
     }

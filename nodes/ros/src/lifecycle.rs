@@ -97,15 +97,15 @@ pub enum Transition {
 }
 
 /// One edge of the state machine (`rcl_lifecycle`'s default machine).
-struct Edge {
+struct TransitionEdge {
     id: u8,
     label: &'static str,
     from: LifecycleState,
     to: LifecycleState,
 }
 
-const fn edge(id: u8, label: &'static str, from: LifecycleState, to: LifecycleState) -> Edge {
-    Edge { id, label, from, to }
+const fn edge(id: u8, label: &'static str, from: LifecycleState, to: LifecycleState) -> TransitionEdge {
+    TransitionEdge { id, label, from, to }
 }
 
 const SUCCESS: &str = "transition_success";
@@ -115,7 +115,7 @@ const ERROR: &str = "transition_error";
 /// Number of the error that leads out of a state in which the node works: `rcl_lifecycle` has none from the state itself.
 const DEACTIVATE_ERROR: u8 = 42;
 
-const EDGES: [Edge; 25] = [
+const EDGES: [TransitionEdge; 25] = [
     edge(1, "configure", S::Unconfigured, S::Configuring),
     edge(10, SUCCESS, S::Configuring, S::Inactive),
     edge(11, FAILURE, S::Configuring, S::Unconfigured),
@@ -143,7 +143,7 @@ const EDGES: [Edge; 25] = [
     edge(62, ERROR, S::ErrorProcessing, S::Finalized),
 ];
 
-impl Edge {
+impl TransitionEdge {
     /// Returns true for a transition that clients may request.
     fn is_public(&self) -> bool {
         self.id < 10
@@ -174,7 +174,7 @@ impl Edge {
 }
 
 /// The public edge a request means: by its label if it has one, else by its number.
-fn asked_for(request: &TransitionMsg, state: LifecycleState) -> Option<&'static Edge> {
+fn asked_for(request: &TransitionMsg, state: LifecycleState) -> Option<&'static TransitionEdge> {
     EDGES.iter().filter(|edge| edge.from == state && edge.is_public()).find(|edge| {
         if request.label.is_empty() {
             edge.id == request.id
@@ -230,11 +230,11 @@ pub trait LifecycleCallbacks: Send + 'static {
 }
 
 struct Request {
-    edge: &'static Edge,
+    edge: &'static TransitionEdge,
     done: Box<dyn FnOnce(Result<(), String>) + Send>,
 }
 
-struct Core {
+struct LifecycleCore {
     state: Mutex<LifecycleState>,
     changed: Condvar,
     requests: Mutex<Option<Sender<Request>>>,
@@ -244,12 +244,12 @@ struct Core {
     logger: Logger,
 }
 
-impl Core {
+impl LifecycleCore {
     fn state(&self) -> LifecycleState {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn follow(&self, edge: &Edge) {
+    fn follow(&self, edge: &TransitionEdge) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = edge.to;
         self.changed.notify_all();
         let now_ns = self.node.upgrade().map_or(0, |node| node.now_ns());
@@ -265,7 +265,7 @@ impl Core {
     }
 
     /// Runs one transition on the thread of the life cycle.
-    fn run(&self, edge: &Edge, callbacks: &mut dyn LifecycleCallbacks) -> Result<(), String> {
+    fn run(&self, edge: &TransitionEdge, callbacks: &mut dyn LifecycleCallbacks) -> Result<(), String> {
         if self.state() != edge.from {
             return Err(format!("cannot {} a node that is {}", edge.label, self.state().label()));
         }
@@ -299,7 +299,7 @@ impl Core {
         self.follow(&edge(id, ERROR, from, S::ErrorProcessing));
     }
 
-    fn ask(&self, edge: &'static Edge, done: impl FnOnce(Result<(), String>) + Send + 'static) {
+    fn ask(&self, edge: &'static TransitionEdge, done: impl FnOnce(Result<(), String>) + Send + 'static) {
         let requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
         let request = Request { edge, done: Box::new(done) };
         match requests.as_ref().map(|requests| requests.send(request)) {
@@ -312,7 +312,7 @@ impl Core {
 }
 
 struct Owner {
-    core: Arc<Core>,
+    core: Arc<LifecycleCore>,
     _services: Vec<ServiceHandle>,
 }
 
@@ -400,7 +400,7 @@ impl Node {
     /// The node is shut down, or the operating system refuses a thread.
     pub fn lifecycle(&self, mut callbacks: impl LifecycleCallbacks) -> Result<Lifecycle, RosError> {
         let (sender, requests) = mpsc::channel::<Request>();
-        let core = Arc::new(Core {
+        let core = Arc::new(LifecycleCore {
             state: Mutex::new(LifecycleState::Unconfigured),
             changed: Condvar::new(),
             requests: Mutex::new(Some(sender)),
@@ -431,7 +431,7 @@ impl Node {
     }
 }
 
-fn offer(node: &Node, core: &Arc<Core>) -> Result<Vec<ServiceHandle>, RosError> {
+fn offer(node: &Node, core: &Arc<LifecycleCore>) -> Result<Vec<ServiceHandle>, RosError> {
     let shared = || Arc::clone(core);
     let changing = shared();
     let change_state = node.service_deferred::<ChangeState>(&private("change_state"), move |request, responder| {
@@ -461,11 +461,12 @@ fn offer(node: &Node, core: &Arc<Core>) -> Result<Vec<ServiceHandle>, RosError> 
     let name = private("get_available_transitions");
     let transitions = node.service::<GetAvailableTransitions>(&name, move |_| {
         let state = reading.state();
-        let available_transitions = EDGES.iter().filter(|edge| edge.from == state).map(Edge::describe).collect();
+        let available_transitions =
+            EDGES.iter().filter(|edge| edge.from == state).map(TransitionEdge::describe).collect();
         GetAvailableTransitionsResponse { available_transitions }
     })?;
     let graph = node.service::<GetAvailableTransitions>(&private("get_transition_graph"), |_| {
-        GetAvailableTransitionsResponse { available_transitions: EDGES.iter().map(Edge::describe).collect() }
+        GetAvailableTransitionsResponse { available_transitions: EDGES.iter().map(TransitionEdge::describe).collect() }
     })?;
     Ok(vec![change_state, get_state, states, transitions, graph])
 }

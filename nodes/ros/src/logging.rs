@@ -18,7 +18,7 @@ use super::args::RosArgs;
 use super::clock::to_time;
 use super::error::RosError;
 use super::level::Level;
-use super::names::Names;
+use super::names::NodeNames;
 use camwright_threads::system_time::system_time_ns;
 
 /// Publishes the lines of a logger.
@@ -60,7 +60,7 @@ struct Origin<'a> {
 }
 
 impl Logger {
-    pub(super) fn new(names: &Names, args: &RosArgs) -> Self {
+    pub(super) fn new(names: &NodeNames, args: &RosArgs) -> Self {
         let name = names.logger();
         let usual = args.level_of(&name);
         let threshold = AtomicU8::new(usual as u8);

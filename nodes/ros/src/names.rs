@@ -153,13 +153,13 @@ impl RemapRule {
 
 /// The resolved identity of a node and the rules that apply to its names.
 #[derive(Debug, Clone)]
-pub(super) struct Names {
+pub(super) struct NodeNames {
     node: String,
     namespace: String,
     rules: Vec<RemapRule>,
 }
 
-impl Names {
+impl NodeNames {
     /// Applies the node and namespace rules (the first matching rule wins) to a default identity.
     pub(super) fn new(default_node: &str, default_namespace: &str, rules: &[RemapRule]) -> Result<Self, NameError> {
         let first = |wanted: &RemapTarget, node: &str| {
@@ -172,7 +172,7 @@ impl Names {
         let rules = rules.iter().filter(|rule| rule.is_for(&node)).cloned().collect();
         check_node_name(&node)?;
         check_namespace(&namespace)?;
-        Ok(Names { node, namespace, rules })
+        Ok(NodeNames { node, namespace, rules })
     }
 
     /// Base name of the node.
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn the_first_matching_rule_wins_and_both_sides_are_expanded() {
-        let names = Names::new("node", "/ns", &[rule("~/a", "b"), rule("/ns/node/a", "/never"), rule("c", "~/d")])
+        let names = NodeNames::new("node", "/ns", &[rule("~/a", "b"), rule("/ns/node/a", "/never"), rule("c", "~/d")])
             .expect("valid");
         assert_eq!(names.resolve("~/a", NameKind::Topic).as_deref(), Ok("/ns/b"));
         assert_eq!(names.resolve("/ns/c", NameKind::Service).as_deref(), Ok("/ns/node/d"));
@@ -306,7 +306,7 @@ mod tests {
         topics_only.target = RemapTarget::Name { kind: Some(NameKind::Topic), from: "a".into() };
         let mut other_node = rule("c", "d");
         other_node.node = Some("other".into());
-        let names = Names::new("node", "/", &[topics_only, other_node]).expect("valid");
+        let names = NodeNames::new("node", "/", &[topics_only, other_node]).expect("valid");
         assert_eq!(names.resolve("a", NameKind::Topic).as_deref(), Ok("/b"));
         assert_eq!(names.resolve("a", NameKind::Service).as_deref(), Ok("/a"));
         assert_eq!(names.resolve("c", NameKind::Topic).as_deref(), Ok("/c"));
@@ -332,7 +332,7 @@ mod tests {
             RemapRule { node: None, target: RemapTarget::Namespace, to: "/cell1".into() },
             RemapRule { node: None, target: RemapTarget::Namespace, to: "/cell2".into() },
         ];
-        let names = Names::new("node", "/", &rules).expect("valid");
+        let names = NodeNames::new("node", "/", &rules).expect("valid");
         assert_eq!(names.fully_qualified(), "/cell1/renamed");
         assert_eq!(names.logger(), "cell1.renamed");
     }

@@ -22,7 +22,7 @@ use super::level::Level;
 use super::load::Load;
 use super::logging::Logger;
 use super::loopback::Loopback;
-use super::names::{NameKind, Names};
+use super::names::{NameKind, NodeNames};
 use super::network::watchdog;
 use super::parameters::Parameters;
 use super::qos::{Qos, WriterWindow};
@@ -42,7 +42,7 @@ pub(super) struct CrateSide {
 }
 
 pub(super) struct NodeInner {
-    pub(super) names: Names,
+    pub(super) names: NodeNames,
     pub(super) executor: Arc<Executor>,
     pub(super) graph: Arc<Graph>,
     pub(super) loopback: Arc<Loopback>,
@@ -56,7 +56,7 @@ pub(super) struct NodeInner {
     pub(super) warnings: Arc<RepeatedWarnings>,
     pub(super) authority: OnceLock<Arc<dyn Authority>>,
     pub(super) next_delay: Mutex<u64>,
-    pub(super) watch: Mutex<Option<watchdog::Watch>>,
+    pub(super) watch: Mutex<Option<watchdog::ParticipantWatch>>,
     pub(super) crate_side: Mutex<Option<CrateSide>>,
     pub(super) retained: Mutex<Vec<Box<dyn Any + Send>>>,
     pub(super) supervisor: Supervisor,
@@ -111,7 +111,7 @@ impl Node {
         self.inner.retained.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(endpoint));
     }
 
-    pub(super) fn names(&self) -> &Names {
+    pub(super) fn names(&self) -> &NodeNames {
         &self.inner.names
     }
 

@@ -15,8 +15,8 @@ use super::fastdds_workarounds::FastDdsWorkarounds;
 use super::level::Level;
 use super::logging::Logger;
 use super::loopback::Loopback;
-use super::names::Names;
-use super::network::gate::Gate;
+use super::names::NodeNames;
+use super::network::gate::ParticipantGate;
 use super::network::{participant, watchdog};
 use super::node::{CrateSide, Node, NodeInner};
 use super::parameter_value::ParameterValue;
@@ -82,7 +82,7 @@ impl NodeOptions {
 
     /// Value that the arguments ask for a parameter; `None`: its default. Names that cannot be are refused when the node starts.
     pub fn asked(&self, parameter: &str) -> Option<ParameterValue> {
-        let names = Names::new(&self.name, self.args.default_namespace(), self.args.remap_rules()).ok()?;
+        let names = NodeNames::new(&self.name, self.args.default_namespace(), self.args.remap_rules()).ok()?;
         let overrides = self.args.overrides_for(names.node(), &names.fully_qualified());
         overrides.into_iter().rev().find(|asked| asked.name == parameter).map(|asked| asked.value)
     }
@@ -117,7 +117,7 @@ impl Node {
     /// A name or a parameter override is refused, or the network is.
     pub fn new(options: NodeOptions) -> Result<Self, RosError> {
         let NodeOptions { name, args, parameters, delay_injection, writer_window } = options;
-        let names = Names::new(&name, args.default_namespace(), args.remap_rules())?;
+        let names = NodeNames::new(&name, args.default_namespace(), args.remap_rules())?;
         let fully_qualified = names.fully_qualified();
         let failed = |reason: String| RosError::create(format!("node {fully_qualified}"), reason);
 
@@ -188,7 +188,7 @@ impl Node {
         Ok(node)
     }
 
-    fn watch_graph(&self, participant: &DomainParticipant, gate: Gate) -> Result<(), RosError> {
+    fn watch_graph(&self, participant: &DomainParticipant, gate: ParticipantGate) -> Result<(), RosError> {
         let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
         let gate = Arc::new(Mutex::new(gate));
         let (reopened, reporter) = (Arc::clone(&gate), logger.clone());

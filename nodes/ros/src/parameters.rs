@@ -278,7 +278,7 @@ fn check_integer(value: i64, range: ParameterRange) -> Result<(), String> {
 pub type ParameterChanges = [(String, ParameterValue)];
 
 type Validator = Box<dyn Fn(&Parameters, &ParameterChanges) -> Result<(), String> + Send>;
-type Follower = Box<dyn Fn(&ParameterChanges) + Send>;
+type ChangeFollower = Box<dyn Fn(&ParameterChanges) + Send>;
 type Publication = Box<dyn Fn(&ParameterChanges) + Send + Sync>;
 
 struct Entry {
@@ -289,7 +289,7 @@ struct Entry {
 #[derive(Default)]
 struct Hooks {
     validators: Vec<Validator>,
-    followers: Vec<Follower>,
+    followers: Vec<ChangeFollower>,
 }
 
 struct Inner {

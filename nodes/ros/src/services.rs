@@ -152,7 +152,7 @@ impl RequestId {
     }
 }
 
-struct Waiting {
+struct PendingReply {
     id: RequestId,
     reply: Bytes,
     until: Instant,
@@ -165,7 +165,7 @@ struct ReplySide {
     executor: Weak<Executor>,
     logger: Logger,
     load: Arc<Load>,
-    waiting: Mutex<Vec<Waiting>>,
+    waiting: Mutex<Vec<PendingReply>>,
     pace: Mutex<ReplyPace<GUID, (RequestId, Bytes)>>,
     /// A look at the replies that wait for their turn is due.
     is_pacing: AtomicBool,
@@ -185,7 +185,7 @@ impl ReplySide {
                 self.load.replies_undelivered.add_one();
                 return;
             }
-            waiting.push(Waiting { id, reply, until });
+            waiting.push(PendingReply { id, reply, until });
         }
         // It may have been matched in between.
         self.retry();
@@ -253,14 +253,14 @@ impl ReplySide {
 
     fn retry(self: &Arc<Self>) {
         let now = Instant::now();
-        let due: Vec<Waiting> = {
+        let due: Vec<PendingReply> = {
             let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
             let (due, still) =
                 std::mem::take(&mut *waiting).into_iter().partition(|w| w.until <= now || self.is_matched(w.id));
             *waiting = still;
             due
         };
-        for Waiting { id, reply, .. } in due {
+        for PendingReply { id, reply, .. } in due {
             if !self.is_matched(id) {
                 self.load.replies_undelivered.add_one();
             }

@@ -12,7 +12,7 @@ use camwright_ros::{Client, Node, TopicInfo};
 
 /// A type's definition with those of all it uses, in the bag's form (`ros2msg`), and its hash.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Definition {
+pub(super) struct DefinitionText {
     pub(super) text: String,
     /// Type hash; empty if no publisher announces it.
     pub(super) hash: String,
@@ -21,7 +21,7 @@ pub(super) struct Definition {
 /// State of a type's definition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum DefinitionState {
-    Yes(Definition),
+    Yes(DefinitionText),
     /// Its publisher has been asked, or will be once it can be.
     NotYet,
     No(String),
@@ -38,7 +38,7 @@ struct Question {
 /// All types that were asked for so far.
 #[derive(Default)]
 pub(super) struct Definitions {
-    known: BTreeMap<String, Result<Definition, String>>,
+    known: BTreeMap<String, Result<DefinitionText, String>>,
     questions: BTreeMap<String, Question>,
 }
 
@@ -53,7 +53,7 @@ impl Definitions {
     ) -> DefinitionState {
         let type_name = found.type_name.as_str();
         if let Some(info) = camwright_msgs::by_type_name(type_name).filter(|info| !info.schema.is_empty()) {
-            return DefinitionState::Yes(Definition { text: info.schema.into(), hash: info.type_hash.into() });
+            return DefinitionState::Yes(DefinitionText { text: info.schema.into(), hash: info.type_hash.into() });
         }
         if !self.known.contains_key(type_name)
             && let Some(installed) = installed(type_name, found)
@@ -129,14 +129,14 @@ impl Definitions {
             Err(response.failure_reason.clone())
         };
         let definition = definition
-            .map(|text| Definition { text, hash: question.hash })
+            .map(|text| DefinitionText { text, hash: question.hash })
             .map_err(|reason| format!("{} does not tell what {type_name} is: {reason}", question.node));
         self.known.insert(type_name.to_owned(), definition);
     }
 }
 
 /// The definition of a type whose package is installed, where `AMENT_PREFIX_PATH` says.
-fn installed(type_name: &str, found: &TopicInfo) -> Option<Result<Definition, String>> {
+fn installed(type_name: &str, found: &TopicInfo) -> Option<Result<DefinitionText, String>> {
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH")?;
     let prefixes: Vec<PathBuf> = std::env::split_paths(&prefixes).collect();
     from_packages(&prefixes, type_name).map(|definition| {
@@ -147,7 +147,7 @@ fn installed(type_name: &str, found: &TopicInfo) -> Option<Result<Definition, St
             Some(published) if !hash.is_empty() && hash != published => {
                 Err(format!("{type_name} is installed as {hash}, and published as {published}"))
             }
-            published => Ok(Definition { text, hash: published.unwrap_or(hash) }),
+            published => Ok(DefinitionText { text, hash: published.unwrap_or(hash) }),
         }
     })
 }

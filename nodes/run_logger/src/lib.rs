@@ -37,10 +37,10 @@ use camwright_ros::{
 };
 
 pub use selection::regex;
-pub use selection::{Filter, Selection};
+pub use selection::{Selection, TopicFilter};
 use session::{Outlets, Session};
 pub use settings::MIN_FREE_MB;
-use settings::Settings;
+use settings::RecorderSettings;
 
 /// Period of the checks of a recording.
 const ATTEND_PERIOD: Duration = Duration::from_millis(100);
@@ -85,9 +85,9 @@ impl Shared {
     }
 
     /// The present parameters, or a sentence about the one that is wrong.
-    fn settings(&self) -> Result<Settings, String> {
+    fn settings(&self) -> Result<RecorderSettings, String> {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-        Settings::read(self.node.parameters(), u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
+        RecorderSettings::read(self.node.parameters(), u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
     }
 
     /// Opens the bag and begins to record.

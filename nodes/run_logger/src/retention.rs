@@ -68,7 +68,7 @@ fn closed_run(path: PathBuf) -> Option<ClosedRun> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use camwright_bag::{BagWriter, Outcome, WriterOptions};
+    use camwright_bag::{BagWriter, RecordingOutcome, WriterOptions};
     use std::collections::BTreeMap;
     use tempfile::TempDir;
 
@@ -82,7 +82,7 @@ mod tests {
         let dir = TempDir::new().expect("a temporary directory");
         let at = |name: &str| dir.path().join(name);
         for (name, started) in [("b", "2026-01-02"), ("c", "2026-01-03"), ("a", "2026-01-04")] {
-            run(&at(name), started).close(Outcome::Complete, 0).expect("there is room");
+            run(&at(name), started).close(RecordingOutcome::Complete, 0).expect("there is room");
         }
         // Of a writer that is dropped nothing says that it was closed.
         drop(run(&at("killed"), "2026-01-01"));

@@ -8,7 +8,7 @@ use camwright_ros::{Durability, History, Liveliness, Qos, Reliability};
 
 /// Filter of topics: by name with `*` and `?`, by regular expression on the name, by type.
 #[derive(Debug, Clone, Default)]
-pub struct Filter {
+pub struct TopicFilter {
     /// Names, in which `*` stands for anything and `?` for one character.
     pub names: Vec<String>,
     /// Matches anywhere in a name.
@@ -17,7 +17,7 @@ pub struct Filter {
     pub types: Vec<String>,
 }
 
-impl Filter {
+impl TopicFilter {
     fn says_nothing(&self) -> bool {
         self.names.is_empty() && self.regex.is_none() && self.types.is_empty()
     }
@@ -43,20 +43,23 @@ pub struct Selection {
     /// Namespace of the recorder with a `/` at its end: its cell.
     cell: String,
     /// Topics to record; an empty filter selects all of the cell and all that belong to no cell.
-    include: Filter,
+    include: TopicFilter,
     /// Topics to exclude.
-    exclude: Filter,
+    exclude: TopicFilter,
 }
 
 impl Selection {
     /// `namespace` is that of the node; an `include` that says nothing takes all. Names that do not begin with `/` are relative to it.
     #[must_use]
-    pub fn new(namespace: &str, include: Filter, exclude: Filter) -> Self {
+    pub fn new(namespace: &str, include: TopicFilter, exclude: TopicFilter) -> Self {
         let cell = if namespace.ends_with('/') { namespace.to_owned() } else { format!("{namespace}/") };
-        let absolute = |filter: Filter| {
+        let absolute = |filter: TopicFilter| {
             let is_relative = |name: &String| !name.starts_with(['/', '*']);
             let names = filter.names.into_iter();
-            Filter { names: names.map(|n| if is_relative(&n) { format!("{cell}{n}") } else { n }).collect(), ..filter }
+            TopicFilter {
+                names: names.map(|n| if is_relative(&n) { format!("{cell}{n}") } else { n }).collect(),
+                ..filter
+            }
         };
         Self { include: absolute(include), exclude: absolute(exclude), cell }
     }
@@ -147,13 +150,13 @@ mod tests {
         patterns.iter().map(|&p| p.to_owned()).collect()
     }
 
-    fn names(patterns: &[&str]) -> Filter {
-        Filter { names: owned(patterns), ..Filter::default() }
+    fn names(patterns: &[&str]) -> TopicFilter {
+        TopicFilter { names: owned(patterns), ..TopicFilter::default() }
     }
 
     #[test]
     fn a_recorder_takes_its_cell_and_what_belongs_to_none() {
-        let all = |namespace| Selection::new(namespace, Filter::default(), Filter::default());
+        let all = |namespace| Selection::new(namespace, TopicFilter::default(), TopicFilter::default());
         let selects = |selection: &Selection, topic| selection.selects(topic, "std_msgs/msg/String");
         for topic in ["/cell1/joint_states", "/cell1/machine/stream", "/rosout", "/clock"] {
             assert!(selects(&all("/cell1"), topic), "{topic}");
@@ -170,10 +173,16 @@ mod tests {
         let selects = |topic| some.selects(topic, "std_msgs/msg/String");
         assert!(selects("/cell1/machine/io") && selects("/rosout"));
         assert!(!selects("/cell1/machine/stream") && !selects("/cell1/joint_states"));
-        let include =
-            Filter { regex: regex("^/(a|b)/").expect("it is one"), types: owned(&["sensor_msgs/*"]), ..names(&["/x"]) };
-        let exclude =
-            Filter { regex: regex("raw$").expect("it is one"), types: owned(&["*/Image"]), ..Filter::default() };
+        let include = TopicFilter {
+            regex: regex("^/(a|b)/").expect("it is one"),
+            types: owned(&["sensor_msgs/*"]),
+            ..names(&["/x"])
+        };
+        let exclude = TopicFilter {
+            regex: regex("raw$").expect("it is one"),
+            types: owned(&["*/Image"]),
+            ..TopicFilter::default()
+        };
         let both = Selection::new("/", include, exclude);
         for (topic, type_name, is_taken) in [
             ("/x", "std_msgs/msg/String", true),

@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, TopicRecord};
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 
-use super::arrivals::{Arrival, Arrivals};
-use super::definitions::{Definition, DefinitionState, Definitions};
+use super::arrivals::{Arrivals, TopicArrival};
+use super::definitions::{DefinitionState, DefinitionText, Definitions};
 use super::selection::{Selection, recorded_qos, subscription_qos};
-use super::settings::Settings;
+use super::settings::RecorderSettings;
 use super::ticks::TickWatch;
 use camwright_bag::recording::{RecordedTopic, RecordingOptions};
-use camwright_bag::{BagError, BagMetadata, Counts, Outcome, Recording, Topic};
+use camwright_bag::{BagError, BagMetadata, Counts, Recording, RecordingOutcome, Topic};
 use camwright_ros::{Durability, MessageInfo, Node, Publisher, Qos, RosError, Subscription, TopicInfo};
 
 /// Most that waits for the first `/clock` (B); what comes then is stamped with its time of receipt.
@@ -87,7 +87,7 @@ struct Alarms {
 /// A recording of the graph, from activation to deactivation. Callbacks hold it weakly: dropping it ends them.
 pub(super) struct Session {
     node: Node,
-    settings: Settings,
+    settings: RecorderSettings,
     selection: Selection,
     recording: Recording,
     is_paused: AtomicBool,
@@ -113,7 +113,7 @@ fn unsigned(ns: i64) -> u64 {
 
 impl Session {
     /// Opens the bag. Nothing is subscribed to before [`Session::refresh`].
-    pub(super) fn start(node: &Node, settings: Settings, outlets: Outlets) -> Result<Arc<Self>, SessionError> {
+    pub(super) fn start(node: &Node, settings: RecorderSettings, outlets: Outlets) -> Result<Arc<Self>, SessionError> {
         let joint_states = node.resolve_topic("joint_states")?;
         let stream = node.resolve_topic("machine/stream")?;
         let supervisor = node.supervisor().clone();
@@ -289,7 +289,7 @@ impl Session {
         }
     }
 
-    fn subscribe(self: &Arc<Self>, found: &TopicInfo, definition: Definition) -> Result<Entry, String> {
+    fn subscribe(self: &Arc<Self>, found: &TopicInfo, definition: DefinitionText) -> Result<Entry, String> {
         let offers: Vec<_> = found.publishers.iter().map(|p| p.qos).collect();
         let recorded = self.recording.add_topic(Topic {
             name: found.name.clone(),
@@ -313,9 +313,9 @@ impl Session {
             .subscribe_raw_within(&found.name, &found.type_name, &qos, history, READ_BYTES, move |cdr, message| {
                 let Some(session) = weak.upgrade() else { return };
                 match arrivals.record(message.writer, message.sequence_number) {
-                    Arrival::After(missing) => session.note_missing(missing, &recorded),
-                    Arrival::Late => session.recording.withdraw_missed(),
-                    Arrival::Older => {}
+                    TopicArrival::After(missing) => session.note_missing(missing, &recorded),
+                    TopicArrival::Late => session.recording.withdraw_missed(),
+                    TopicArrival::Older => {}
                 }
                 session.receive(&recorded, meaning, cdr, message);
             })
@@ -437,7 +437,7 @@ impl Session {
         let entries = std::mem::take(&mut lock(&self.topics).entries);
         drop(entries);
         self.release(&mut lock(&self.held), None);
-        let result = self.recording.stop(Outcome::Complete);
+        let result = self.recording.stop(RecordingOutcome::Complete);
         self.publish();
         result
     }

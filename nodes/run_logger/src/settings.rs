@@ -5,22 +5,22 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::retention::Retention;
-use super::selection::{Filter, regex};
+use super::selection::{TopicFilter, regex};
 use camwright_bag::info::utc;
 use camwright_bag::recording::RecordingOptions;
-use camwright_bag::{Preset, SnapshotOptions, Split, WriterOptions};
+use camwright_bag::{Preset, SnapshotOptions, SplitLimits, WriterOptions};
 use camwright_files::convert::bytes_from_mb;
 use camwright_ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
 
 /// Settings of one recording.
 #[derive(Debug, Clone)]
-pub(super) struct Settings {
+pub(super) struct RecorderSettings {
     /// Directory of the bag.
     pub(super) bag_dir: PathBuf,
     /// Which topics to take; saying nothing takes all.
-    pub(super) include: Filter,
+    pub(super) include: TopicFilter,
     /// Which topics to leave out.
-    pub(super) exclude: Filter,
+    pub(super) exclude: TopicFilter,
     /// Take topics of actions' own types too.
     pub(super) include_feedback: bool,
     pub(super) start_paused: bool,
@@ -142,7 +142,7 @@ fn parse_custom_data(entries: &[String]) -> Result<BTreeMap<String, String>, Str
         .collect()
 }
 
-impl Settings {
+impl RecorderSettings {
     /// The parameters as they are now. `now_ns` (ns since 1970, system clock) names a bag without a name.
     ///
     /// # Errors
@@ -168,12 +168,12 @@ impl Settings {
         let snapshot_bytes = megabytes("snapshot_mb")?;
         Ok(Self {
             bag_dir,
-            include: Filter {
+            include: TopicFilter {
                 names: parameters.string_array("topics"),
                 regex: regex(&parameters.string("regex"))?,
                 types: parameters.string_array("types"),
             },
-            exclude: Filter {
+            exclude: TopicFilter {
                 names: parameters.string_array("exclude"),
                 regex: regex(&parameters.string("exclude_regex"))?,
                 types: parameters.string_array("exclude_types"),
@@ -188,7 +188,7 @@ impl Settings {
             recording: RecordingOptions {
                 writer: WriterOptions {
                     preset: parse_preset(&parameters.string("preset"))?,
-                    split: Split { bytes: (split_bytes > 0).then_some(split_bytes), duration: wanted("split_s") },
+                    split: SplitLimits { bytes: (split_bytes > 0).then_some(split_bytes), duration: wanted("split_s") },
                     custom_data,
                 },
                 flush_interval: seconds("flush_interval_s"),

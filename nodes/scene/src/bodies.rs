@@ -1,7 +1,7 @@
 //! Shapes and masses of a machine's links. Sizes of the machine file are used; the rest is for display only.
 
 use super::Frames;
-use super::link::{Inertial, Link, SPINDLE_HEIGHT, Solid, Visual};
+use super::link::{Inertial, Link, LinkSolid, SPINDLE_HEIGHT, Visual};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::fixture::Extent;
 use camwright_files::convert::m_from_mm;
@@ -37,7 +37,7 @@ impl From<Extent> for RevolvedBody {
 
 impl RevolvedBody {
     fn visual(self, colour: [f64; 4]) -> Visual {
-        let solid = Solid::AlongZ { radius: self.radius, length: self.to - self.from };
+        let solid = LinkSolid::AlongZ { radius: self.radius, length: self.to - self.from };
         Visual { solid, at: [0.0, 0.0, 0.5 * (self.from + self.to)], colour }
     }
 }
@@ -92,7 +92,7 @@ fn stroke(machine: &MachineDescription, axis: Axis) -> (f64, f64) {
 
 fn boxed(from: [f64; 3], to: [f64; 3], colour: [f64; 4]) -> Visual {
     let size = [0, 1, 2].map(|i| to[i] - from[i]);
-    Visual { solid: Solid::Box(size), at: [0, 1, 2].map(|i| 0.5 * (from[i] + to[i])), colour }
+    Visual { solid: LinkSolid::Box(size), at: [0, 1, 2].map(|i| 0.5 * (from[i] + to[i])), colour }
 }
 
 fn base(machine: &MachineDescription, wheel_radius: f64, held: &WheelSupport, frames: &Frames) -> Link {
@@ -149,7 +149,7 @@ fn head(machine: &MachineDescription, wheel_radius: f64, frames: &Frames) -> Lin
         ],
         None => {
             let side = 0.5 * m_from_mm(machine.wheel.width_mm) + 0.004;
-            let spindle = Solid::AlongZ { radius: 0.3 * r, length: 0.16 };
+            let spindle = LinkSolid::AlongZ { radius: 0.3 * r, length: 0.16 };
             vec![
                 boxed([r + 0.1, -0.3, -0.25], [2.0 * r + 0.4, -0.2, 0.25], SLIDE),
                 boxed([0.7 * r, -0.2, side + 0.02], [2.0 * r + 0.3, 0.6 * r, side + 0.22], SLIDE),
@@ -164,11 +164,11 @@ fn wheel(machine: &MachineDescription, radius: f64, frames: &Frames) -> Link {
     let (solid, at, colour, density, length) = match &machine.insert {
         Some(_) => {
             let length = 0.5 * radius;
-            (Solid::AlongY { radius, length }, [0.0, -0.5 * length, 0.0], INSERT, CARBIDE_DENSITY, length)
+            (LinkSolid::AlongY { radius, length }, [0.0, -0.5 * length, 0.0], INSERT, CARBIDE_DENSITY, length)
         }
         None => {
             let length = m_from_mm(machine.wheel.width_mm);
-            (Solid::AlongZ { radius, length }, [0.0; 3], WHEEL, WHEEL_DENSITY, length)
+            (LinkSolid::AlongZ { radius, length }, [0.0; 3], WHEEL, WHEEL_DENSITY, length)
         }
     };
     let mass = density * std::f64::consts::PI * radius * radius * length;
@@ -181,9 +181,9 @@ fn wheel(machine: &MachineDescription, radius: f64, frames: &Frames) -> Link {
 /// A mass spread evenly over a box.
 fn box_inertial(mass: f64, body: &Visual) -> Inertial {
     let [x, y, z] = match body.solid {
-        Solid::Box(size) => size,
-        Solid::AlongZ { radius, length } => [2.0 * radius, 2.0 * radius, length],
-        Solid::AlongY { radius, length } => [2.0 * radius, length, 2.0 * radius],
+        LinkSolid::Box(size) => size,
+        LinkSolid::AlongZ { radius, length } => [2.0 * radius, 2.0 * radius, length],
+        LinkSolid::AlongY { radius, length } => [2.0 * radius, length, 2.0 * radius],
     };
     let moment = |a: f64, b: f64| mass * (a * a + b * b) / 12.0;
     Inertial { mass, at: body.at, moments: [moment(y, z), moment(x, z), moment(x, y)] }

@@ -18,6 +18,6 @@ pub mod tree;
 mod urdf;
 
 pub use frames::{FRAME_PREFIX, Frames, frames_of, parameter, prefix};
-pub use link::{Inertial, Link, Solid, Visual};
+pub use link::{Inertial, Link, LinkSolid, Visual};
 pub use markers::{Colour, MarkerPose, error_ring, gone, outline, rings, solid, text, wheel};
-pub use tree::{Joint, Limit, Motion, Tree};
+pub use tree::{Joint, JointMotion, Limit, Tree};

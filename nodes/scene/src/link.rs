@@ -17,14 +17,14 @@ pub struct Link {
 /// A solid of one colour in the frame of its link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Visual {
-    pub solid: Solid,
+    pub solid: LinkSolid,
     pub at: [f64; 3],
     /// Red, green, blue, opacity (0..1).
     pub colour: [f64; 4],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Solid {
+pub enum LinkSolid {
     /// Its edges along X, Y, Z.
     Box([f64; 3]),
     /// A cylinder along Z.

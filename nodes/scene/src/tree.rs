@@ -34,12 +34,12 @@ pub struct Joint {
     pub child: String,
     /// Position of the child in the parent at joint position 0.
     pub at: [f64; 3],
-    pub motion: Motion,
+    pub motion: JointMotion,
 }
 
 /// Motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion {
+pub enum JointMotion {
     /// Not at all; turned by roll, pitch and yaw.
     Fixed([f64; 3]),
     Slide([f64; 3], Limit),
@@ -72,14 +72,14 @@ impl Tree {
     /// Transforms of the joints that never move.
     #[must_use]
     pub fn fixed(&self, stamp: &Time) -> Vec<TransformStamped> {
-        let fixed = self.joints.iter().filter(|joint| matches!(joint.motion, Motion::Fixed(_)));
+        let fixed = self.joints.iter().filter(|joint| matches!(joint.motion, JointMotion::Fixed(_)));
         fixed.map(|joint| joint.transform(0.0, stamp)).collect()
     }
 
     /// Transforms of the moving joints; `position` returns that of a joint (m or rad).
     #[must_use]
     pub fn moved(&self, stamp: &Time, position: impl Fn(&str) -> f64) -> Vec<TransformStamped> {
-        let moving = self.joints.iter().filter(|joint| !matches!(joint.motion, Motion::Fixed(_)));
+        let moving = self.joints.iter().filter(|joint| !matches!(joint.motion, JointMotion::Fixed(_)));
         moving.map(|joint| joint.transform(position(&joint.name), stamp)).collect()
     }
 }
@@ -90,13 +90,13 @@ impl Joint {
         let [mut x, mut y, mut z] = self.at;
         let mut rotation = Quaternion::default();
         match self.motion {
-            Motion::Fixed(rpy) => rotation = quaternion_of(rpy),
-            Motion::Slide(axis, _) => {
+            JointMotion::Fixed(rpy) => rotation = quaternion_of(rpy),
+            JointMotion::Slide(axis, _) => {
                 x += axis[0] * position;
                 y += axis[1] * position;
                 z += axis[2] * position;
             }
-            Motion::Turn(axis, _) => {
+            JointMotion::Turn(axis, _) => {
                 // A headstock that has turned for days would lose digits in the sine.
                 let (sin, cos) = (0.5 * (position % TURN_RAD)).sin_cos();
                 rotation = Quaternion { x: axis[0] * sin, y: axis[1] * sin, z: axis[2] * sin, w: cos };
@@ -143,14 +143,20 @@ fn joints(machine: &MachineDescription, wheel_radius: f64, wheel_inertia: f64, f
     let wheel = Limit { range: None, velocity, effort: wheel_inertia * velocity / spin_up_s };
     let (base, table, part, head) = (&frames.base, &frames.table, &frames.part, &frames.head);
     // Machine X lies across the hall, Y up and Z along it: columns y, z, x of the world.
-    let hall = Motion::Fixed([FRAC_PI_2, 0.0, FRAC_PI_2]);
+    let hall = JointMotion::Fixed([FRAC_PI_2, 0.0, FRAC_PI_2]);
     vec![
         joint("world_to_machine_base", &frames.world, base, [0.0, 0.0, SPINDLE_HEIGHT], hall),
         // What z_axis counts is where on the part the wheel stands, so the part moves the other way.
-        joint(Axis::Z.joint(), base, table, [0.0; 3], Motion::Slide([0.0, 0.0, -1.0], limit(machine, Axis::Z))),
-        joint(Axis::C.joint(), table, part, [0.0; 3], Motion::Turn([0.0, 0.0, -sense], limit(machine, Axis::C))),
-        joint(Axis::X.joint(), base, head, [0.0, height, 0.0], Motion::Slide([1.0, 0.0, 0.0], limit(machine, Axis::X))),
-        joint(WHEEL_JOINT, head, &frames.wheel, wheel_at, Motion::Turn(wheel_axis, wheel)),
+        joint(Axis::Z.joint(), base, table, [0.0; 3], JointMotion::Slide([0.0, 0.0, -1.0], limit(machine, Axis::Z))),
+        joint(Axis::C.joint(), table, part, [0.0; 3], JointMotion::Turn([0.0, 0.0, -sense], limit(machine, Axis::C))),
+        joint(
+            Axis::X.joint(),
+            base,
+            head,
+            [0.0, height, 0.0],
+            JointMotion::Slide([1.0, 0.0, 0.0], limit(machine, Axis::X)),
+        ),
+        joint(WHEEL_JOINT, head, &frames.wheel, wheel_at, JointMotion::Turn(wheel_axis, wheel)),
     ]
 }
 

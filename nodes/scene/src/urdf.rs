@@ -1,7 +1,7 @@
 //! The tree as a URDF.
 
-use super::link::{Inertial, Link, Solid, Visual};
-use super::tree::{Joint, Limit, Motion, Tree};
+use super::link::{Inertial, Link, LinkSolid, Visual};
+use super::tree::{Joint, JointMotion, Limit, Tree};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
@@ -49,9 +49,9 @@ fn write_link(link: &Link, to: &mut String) -> std::fmt::Result {
 
 fn write_visual(visual: &Visual, material: &str, to: &mut String) -> std::fmt::Result {
     let (rpy, shape) = match visual.solid {
-        Solid::Box(size) => ([0.0; 3], format!("<box size=\"{}\"/>", triple(size))),
-        Solid::AlongZ { radius, length } => ([0.0; 3], cylinder(radius, length)),
-        Solid::AlongY { radius, length } => ([-FRAC_PI_2, 0.0, 0.0], cylinder(radius, length)),
+        LinkSolid::Box(size) => ([0.0; 3], format!("<box size=\"{}\"/>", triple(size))),
+        LinkSolid::AlongZ { radius, length } => ([0.0; 3], cylinder(radius, length)),
+        LinkSolid::AlongY { radius, length } => ([-FRAC_PI_2, 0.0, 0.0], cylinder(radius, length)),
     };
     let body = format!("<origin xyz=\"{}\" rpy=\"{}\"/><geometry>{shape}</geometry>", triple(visual.at), triple(rpy));
     let rgba = visual.colour.map(number).join(" ");
@@ -65,9 +65,9 @@ fn cylinder(radius: f64, length: f64) -> String {
 
 fn write_joint(joint: &Joint, to: &mut String) -> std::fmt::Result {
     let (kind, rpy, axis, limit) = match joint.motion {
-        Motion::Fixed(rpy) => ("fixed", rpy, None, None),
-        Motion::Slide(axis, limit) => ("prismatic", [0.0; 3], Some(axis), Some(limit)),
-        Motion::Turn(axis, limit) => ("continuous", [0.0; 3], Some(axis), Some(limit)),
+        JointMotion::Fixed(rpy) => ("fixed", rpy, None, None),
+        JointMotion::Slide(axis, limit) => ("prismatic", [0.0; 3], Some(axis), Some(limit)),
+        JointMotion::Turn(axis, limit) => ("continuous", [0.0; 3], Some(axis), Some(limit)),
     };
     writeln!(to, "  <joint name=\"{}\" type=\"{kind}\">", escaped(&joint.name))?;
     writeln!(to, "    <parent link=\"{}\"/><child link=\"{}\"/>", escaped(&joint.parent), escaped(&joint.child))?;

@@ -163,10 +163,10 @@ fn stop_of(watch: &Watch, alarm: u16, is_cause: impl Fn(&MachineIo) -> bool) -> 
     loop {
         match watch.next() {
             MachineMessage::Io { tick, published_ns, io } if cause.is_none() && is_cause(&io) => {
-                cause = Some((tick, published_ns))
+                cause = Some((tick, published_ns));
             }
             MachineMessage::Joints { tick, published_ns, velocity } => {
-                ticks.push(Tick { number: tick, published_ns, velocity })
+                ticks.push(Tick { number: tick, published_ns, velocity });
             }
             MachineMessage::Stream { stream, .. } => {
                 disturbed |= stream.alarms.iter().any(|number| *number != alarm);

@@ -4,7 +4,7 @@
 mod go_between;
 use crate::support;
 
-use camwright_machine_check::{CheckError, Checked, Moving, Settings, Verdict, check};
+use camwright_machine_check::{CheckError, Checked, ClauseVerdict, Moving, Settings, check};
 use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
@@ -61,7 +61,7 @@ fn best_of(pace: &str, broken: &[u8], attempt: impl Fn() -> Checked) -> Checked 
     let attempts = if pace == "realtime" { ATTEMPTS } else { 1 };
     let mut checked = attempt();
     for _ in 1..attempts {
-        if checked.report.clauses(Verdict::Broken) == broken {
+        if checked.report.clauses(ClauseVerdict::Broken) == broken {
             break;
         }
         println!("once more, after:\n{}\n", checked.report);
@@ -116,9 +116,13 @@ fn the_simulated_machine_keeps_its_contract() {
                 });
                 println!("{name} at pace {pace}, {joint}\n{report}\n");
                 assert!(!interrupted);
-                assert_eq!(report.clauses(Verdict::Broken), Vec::<u8>::new(), "{name} at pace {pace}:\n{report}");
+                assert_eq!(report.clauses(ClauseVerdict::Broken), Vec::<u8>::new(), "{name} at pace {pace}:\n{report}");
                 for clause in wanted {
-                    assert_eq!(report.verdict(*clause), Verdict::Kept, "M{clause} of {name} at pace {pace}:\n{report}");
+                    assert_eq!(
+                        report.verdict(*clause),
+                        ClauseVerdict::Kept,
+                        "M{clause} of {name} at pace {pace}:\n{report}"
+                    );
                 }
             });
         }
@@ -144,7 +148,11 @@ fn each_is_reported(faults: &[(Fault, u8)], pace: &str, moving: Option<(&str, f6
                         machine.stop();
                         checked
                     });
-                    assert_eq!(report.clauses(Verdict::Broken), [*clause], "{fault:?} breaks M{clause}:\n{report}");
+                    assert_eq!(
+                        report.clauses(ClauseVerdict::Broken),
+                        [*clause],
+                        "{fault:?} breaks M{clause}:\n{report}"
+                    );
                 });
             }
         });
@@ -184,7 +192,7 @@ fn each_wrong_message_is_reported_by_its_clause_alone() {
     let machine = machine(&domain, "/sound", "cam_grinder", "realtime", &[]);
     let between = GoBetween::start(&domain, none.0);
     let Checked { report, .. } = checked(&domain, "/broken", None);
-    assert_eq!(report.clauses(Verdict::Broken), Vec::<u8>::new(), "{report}");
+    assert_eq!(report.clauses(ClauseVerdict::Broken), Vec::<u8>::new(), "{report}");
     between.stop();
     machine.stop();
     each_is_reported(faults, "realtime", None, 7);

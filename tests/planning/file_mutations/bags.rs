@@ -2,7 +2,7 @@
 
 use super::mutate;
 use super::random::Random;
-use camwright_bag::{Bag, BagWriter, Message, Outcome, Topic, WriterOptions};
+use camwright_bag::{Bag, BagWriter, Message, RecordingOutcome, Topic, WriterOptions};
 use std::fs;
 use std::path::Path;
 
@@ -102,7 +102,7 @@ impl BagSeed {
             let time = message.log_time_ns.saturating_add(later);
             writer.write(ids[message.topic], time, message.publish_time_ns, &data).expect("room");
         }
-        writer.close(Outcome::Complete, 0).expect("closed");
+        writer.close(RecordingOutcome::Complete, 0).expect("closed");
     }
 }
 

@@ -1,7 +1,7 @@
 //! From the middle: every keyframe begins a run that is the same to the bit, and none is trusted.
 
 use crate::changed_bag::{Original, as_it_was};
-use camwright_analysis::rerun::{Verdict, Window, rerun, within};
+use camwright_analysis::rerun::{ReplayVerdict, Window, rerun, within};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use std::path::Path;
 
@@ -9,7 +9,7 @@ fn from_tick(tick: u64) -> Window {
     Window { from_tick: Some(tick), to_tick: None }
 }
 
-pub(super) fn all(path: &Path, original: &Original, whole: &Verdict) {
+pub(super) fn all(path: &Path, original: &Original, whole: &ReplayVerdict) {
     let heads = original.keyframes();
     assert_eq!(whole.keyframes, heads.len(), "{}", whole.to_text());
     every_keyframe_begins_the_same_run(path, &heads, whole);
@@ -19,7 +19,7 @@ pub(super) fn all(path: &Path, original: &Original, whole: &Verdict) {
     no_keyframe_is_trusted(original, &heads);
 }
 
-fn every_keyframe_begins_the_same_run(path: &Path, heads: &[MachineKeyframe], whole: &Verdict) {
+fn every_keyframe_begins_the_same_run(path: &Path, heads: &[MachineKeyframe], whole: &ReplayVerdict) {
     assert!(heads.len() > 8, "{} keyframes", heads.len());
     let during_jobs = heads.iter().filter(|head| head.job_tick > 0).count();
     assert!(during_jobs > 3, "{during_jobs} of {} keyframes in jobs", heads.len());

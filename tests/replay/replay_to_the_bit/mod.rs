@@ -6,7 +6,7 @@ use crate::changed_bag;
 mod keyframes;
 use crate::support;
 
-use camwright_analysis::rerun::{Verdict, rerun};
+use camwright_analysis::rerun::{ReplayVerdict, rerun};
 use camwright_msgs::Action;
 use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
 use camwright_msgs::camwright_msgs::action::{
@@ -142,7 +142,7 @@ fn eventful_run(folder: &Folder) -> PathBuf {
     bag
 }
 
-fn replayed(bag: &Path) -> Verdict {
+fn replayed(bag: &Path) -> ReplayVerdict {
     let verdict = rerun(bag).unwrap_or_else(|error| panic!("{}: {error}", bag.display()));
     println!("{}: {}", bag.display(), verdict.to_text());
     verdict

@@ -22,13 +22,13 @@ use core::f64::consts::{FRAC_PI_2, PI};
 /// A follower on its base circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mount {
-    pub(super) kind: Kind,
+    pub(super) kind: MountKind,
     lead_rad: f64,
     lead: (f64, f64),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind {
+pub(super) enum MountKind {
     SlidingTip { height_mm: f64, offset_mm: f64, radius_mm: f64 },
     SlidingFace { base_radius_mm: f64 },
     SwingingTip { swing: Swing, arm_mm: f64, radius_mm: f64 },
@@ -63,7 +63,7 @@ impl Mount {
             Follower::Mushroom { radius_mm } => {
                 sliding_tip(base_radius_mm, positive("radius of the face", radius_mm)?, 0.0)?
             }
-            Follower::Flat => Kind::SlidingFace { base_radius_mm },
+            Follower::Flat => MountKind::SlidingFace { base_radius_mm },
             Follower::OscillatingRoller { radius_mm, arm_mm, pivot } => {
                 positive_roller(radius_mm)?;
                 swinging_tip(base_radius_mm, radius_mm, positive("arm", arm_mm)?, &pivot)?
@@ -83,23 +83,23 @@ impl Mount {
     /// Contact and its rates at a lift.
     pub(crate) fn frame(&self, lift: &Sample) -> LocalFrame {
         match &self.kind {
-            Kind::SlidingTip { height_mm, offset_mm, radius_mm } => {
+            MountKind::SlidingTip { height_mm, offset_mm, radius_mm } => {
                 let along = [height_mm + lift.value, lift.first, lift.second];
                 LocalFrame::from_tip(&Trace { along, across: [*offset_mm, 0.0, 0.0] }, *radius_mm)
             }
-            Kind::SlidingFace { base_radius_mm } => LocalFrame::from_face(&Face {
+            MountKind::SlidingFace { base_radius_mm } => LocalFrame::from_face(&Face {
                 normal: (1.0, 0.0),
                 turning: [1.0, 0.0],
                 support: [base_radius_mm + lift.value, lift.first, lift.second],
             }),
-            Kind::SwingingTip { swing, arm_mm, radius_mm } => {
+            MountKind::SwingingTip { swing, arm_mm, radius_mm } => {
                 let ([psi, psi1, psi2], (a, side)) = (swing.angle(lift), (arm_mm, swing.sense * arm_mm));
                 let (sin, cos) = (libm::sin(psi), libm::cos(psi));
                 let along = [swing.pivot_mm - a * cos, a * sin * psi1, a * (cos * psi1 * psi1 + sin * psi2)];
                 let across = [side * sin, side * cos * psi1, side * (cos * psi2 - sin * psi1 * psi1)];
                 LocalFrame::from_tip(&Trace { along, across }, *radius_mm)
             }
-            Kind::SwingingFace { swing, face_offset_mm } => {
+            MountKind::SwingingFace { swing, face_offset_mm } => {
                 let ([psi, psi1, psi2], c) = (swing.angle(lift), swing.pivot_mm);
                 let (sin, cos) = (libm::sin(psi), libm::cos(psi));
                 LocalFrame::from_face(&Face {
@@ -126,12 +126,12 @@ impl Mount {
     /// (of a tip) moves with growing lift.
     pub(crate) fn pressure_angle(&self, lift: &Sample, frame: &LocalFrame) -> f64 {
         let (along, across) = match &self.kind {
-            Kind::SlidingTip { .. } | Kind::SlidingFace { .. } => (1.0, 0.0),
-            Kind::SwingingTip { swing, .. } => {
+            MountKind::SlidingTip { .. } | MountKind::SlidingFace { .. } => (1.0, 0.0),
+            MountKind::SwingingTip { swing, .. } => {
                 let psi = swing.angle(lift)[0];
                 (libm::sin(psi), swing.sense * libm::cos(psi))
             }
-            Kind::SwingingFace { swing, .. } => {
+            MountKind::SwingingFace { swing, .. } => {
                 (swing.sense * frame.across, -swing.sense * (frame.along - swing.pivot_mm))
             }
         };
@@ -144,9 +144,9 @@ impl Mount {
     /// Travel of the contact (of a face) or trace point (of a tip) per lift (mm per mm, or mm per degree for an angular lift).
     pub(crate) fn travel_per_lift(&self, frame: &LocalFrame) -> f64 {
         match &self.kind {
-            Kind::SlidingTip { .. } | Kind::SlidingFace { .. } => 1.0,
-            Kind::SwingingTip { swing, arm_mm, .. } => arm_mm * swing.rad_per_lift,
-            Kind::SwingingFace { swing, .. } => {
+            MountKind::SlidingTip { .. } | MountKind::SlidingFace { .. } => 1.0,
+            MountKind::SwingingTip { swing, arm_mm, .. } => arm_mm * swing.rad_per_lift,
+            MountKind::SwingingFace { swing, .. } => {
                 libm::hypot(frame.along - swing.pivot_mm, frame.across) * swing.rad_per_lift
             }
         }
@@ -156,7 +156,7 @@ impl Mount {
     /// perpendicular, positive along the arm. `None` for a roller or knife edge.
     pub(crate) fn contact_on_face_mm(&self, follower: &Follower, lift: &Sample, frame: &LocalFrame) -> Option<f64> {
         match (&self.kind, follower) {
-            (Kind::SwingingFace { swing, .. }, _) => {
+            (MountKind::SwingingFace { swing, .. }, _) => {
                 let psi = swing.angle(lift)[0];
                 Some((swing.pivot_mm - frame.along) * libm::cos(psi) + swing.sense * frame.across * libm::sin(psi))
             }
@@ -172,7 +172,7 @@ impl Mount {
 
     /// Returns whether a flat face touches: it needs a convex contour.
     pub(crate) fn is_face(&self) -> bool {
-        matches!(self.kind, Kind::SlidingFace { .. } | Kind::SwingingFace { .. })
+        matches!(self.kind, MountKind::SlidingFace { .. } | MountKind::SwingingFace { .. })
     }
 
     /// Sees to it that a lift does not swing the arm past where it still lifts.
@@ -188,8 +188,8 @@ impl Mount {
 
     fn swing(&self) -> Option<&Swing> {
         match &self.kind {
-            Kind::SlidingTip { .. } | Kind::SlidingFace { .. } => None,
-            Kind::SwingingTip { swing, .. } | Kind::SwingingFace { swing, .. } => Some(swing),
+            MountKind::SlidingTip { .. } | MountKind::SlidingFace { .. } => None,
+            MountKind::SwingingTip { swing, .. } | MountKind::SwingingFace { swing, .. } => Some(swing),
         }
     }
 }
@@ -225,16 +225,16 @@ fn positive_roller(radius_mm: f64) -> Result<(), FollowerError> {
 }
 
 /// Height d₀ of the trace point at lift 0: √(prime radius² − offset²).
-fn sliding_tip(base_radius_mm: f64, radius_mm: f64, offset_mm: f64) -> Result<Kind, FollowerError> {
+fn sliding_tip(base_radius_mm: f64, radius_mm: f64, offset_mm: f64) -> Result<MountKind, FollowerError> {
     let prime_radius_mm = base_radius_mm + radius_mm;
     if !offset_mm.is_finite() || offset_mm.abs() >= prime_radius_mm {
         return Err(FollowerError::OffsetTooLarge { offset_mm, prime_radius_mm });
     }
     let height_mm = libm::sqrt((prime_radius_mm - offset_mm) * (prime_radius_mm + offset_mm));
-    Ok(Kind::SlidingTip { height_mm, offset_mm, radius_mm })
+    Ok(MountKind::SlidingTip { height_mm, offset_mm, radius_mm })
 }
 
-fn swinging_tip(base_radius_mm: f64, radius_mm: f64, arm_mm: f64, pivot: &Pivot) -> Result<Kind, FollowerError> {
+fn swinging_tip(base_radius_mm: f64, radius_mm: f64, arm_mm: f64, pivot: &Pivot) -> Result<MountKind, FollowerError> {
     let pivot_mm = positive("distance of the pivot", pivot.distance_mm)?;
     let prime_radius_mm = base_radius_mm + radius_mm;
     let (least_mm, most_mm) = ((arm_mm - pivot_mm).abs(), arm_mm + pivot_mm);
@@ -244,15 +244,15 @@ fn swinging_tip(base_radius_mm: f64, radius_mm: f64, arm_mm: f64, pivot: &Pivot)
     // Half the angle from the half perimeter: well conditioned where the cosine is near ±1.
     let (p, a, c) = (prime_radius_mm, arm_mm, pivot_mm);
     let rest_rad = 2.0 * libm::atan2(libm::sqrt((p + a - c) * (p - a + c)), libm::sqrt((a + c - p) * (a + c + p)));
-    Ok(Kind::SwingingTip { swing: Swing::new(pivot, rest_rad, PI)?, arm_mm, radius_mm })
+    Ok(MountKind::SwingingTip { swing: Swing::new(pivot, rest_rad, PI)?, arm_mm, radius_mm })
 }
 
-fn swinging_face(base_radius_mm: f64, face_offset_mm: f64, pivot: &Pivot) -> Result<Kind, FollowerError> {
+fn swinging_face(base_radius_mm: f64, face_offset_mm: f64, pivot: &Pivot) -> Result<MountKind, FollowerError> {
     let pivot_mm = positive("distance of the pivot", pivot.distance_mm)?;
     let (least_mm, most_mm) = (base_radius_mm - pivot_mm, base_radius_mm + pivot_mm);
     if !face_offset_mm.is_finite() || face_offset_mm <= least_mm || face_offset_mm >= most_mm {
         return Err(FollowerError::FaceOutOfReach { face_offset_mm, pivot_mm, base_radius_mm, least_mm, most_mm });
     }
     let rest_rad = libm::asin((base_radius_mm - face_offset_mm) / pivot_mm);
-    Ok(Kind::SwingingFace { swing: Swing::new(pivot, rest_rad, FRAC_PI_2)?, face_offset_mm })
+    Ok(MountKind::SwingingFace { swing: Swing::new(pivot, rest_rad, FRAC_PI_2)?, face_offset_mm })
 }

@@ -12,7 +12,7 @@
 //!
 //! With u = (cos φ, sin φ), n̂ = (−sin φ, cos φ) and A = c u, each condition is linear in cos φ and sin φ.
 
-use super::mount::{Kind, Mount};
+use super::mount::{Mount, MountKind};
 use nalgebra::Vector2;
 
 /// Distance between a follower and a piece of a contour, as a function of the cam angle φ: 0 at contact.
@@ -39,17 +39,17 @@ impl Mount {
     /// The condition under which the follower touches a piece of a contour.
     pub(crate) fn miss(&self, point: Vector2<f64>, normal: Vector2<f64>) -> ContactMiss {
         match &self.kind {
-            Kind::SlidingTip { offset_mm, radius_mm, .. } => {
+            MountKind::SlidingTip { offset_mm, radius_mm, .. } => {
                 let centre = point + *radius_mm * normal;
                 ContactMiss { constant: -offset_mm, cos: centre.y, sin: -centre.x }
             }
-            Kind::SwingingTip { swing, arm_mm, radius_mm } => {
+            MountKind::SwingingTip { swing, arm_mm, radius_mm } => {
                 let (centre, c, a) = (point + *radius_mm * normal, swing.pivot_mm, arm_mm);
                 let constant = (centre.norm_squared() + (c - a) * (c + a)) / (2.0 * a);
                 ContactMiss { constant, cos: -c * centre.x / a, sin: -c * centre.y / a }
             }
-            Kind::SlidingFace { .. } => ContactMiss { constant: 0.0, cos: normal.y, sin: -normal.x },
-            Kind::SwingingFace { swing, face_offset_mm } => ContactMiss {
+            MountKind::SlidingFace { .. } => ContactMiss { constant: 0.0, cos: normal.y, sin: -normal.x },
+            MountKind::SwingingFace { swing, face_offset_mm } => ContactMiss {
                 constant: point.dot(&normal) - face_offset_mm,
                 cos: -swing.pivot_mm * normal.x,
                 sin: -swing.pivot_mm * normal.y,
@@ -62,18 +62,18 @@ impl Mount {
     pub(crate) fn lift_on(&self, point: (f64, f64), normal: (f64, f64)) -> Option<f64> {
         let ((along, across), (normal_along, normal_across)) = (point, normal);
         let (psi, swing) = match &self.kind {
-            Kind::SlidingTip { height_mm, radius_mm, .. } => {
+            MountKind::SlidingTip { height_mm, radius_mm, .. } => {
                 let centre = along + radius_mm * normal_along;
                 return (centre > 0.0).then_some(centre - height_mm);
             }
-            Kind::SlidingFace { base_radius_mm } => {
+            MountKind::SlidingFace { base_radius_mm } => {
                 return (normal_along > 0.0).then_some(along - base_radius_mm);
             }
-            Kind::SwingingTip { swing, radius_mm, .. } => {
+            MountKind::SwingingTip { swing, radius_mm, .. } => {
                 let (x, y) = (along + radius_mm * normal_along, across + radius_mm * normal_across);
                 (libm::atan2(swing.sense * y, swing.pivot_mm - x), swing)
             }
-            Kind::SwingingFace { swing, .. } => (libm::atan2(normal_along, swing.sense * normal_across), swing),
+            MountKind::SwingingFace { swing, .. } => (libm::atan2(normal_along, swing.sense * normal_across), swing),
         };
         let least_rad = swing.bound_rad - core::f64::consts::PI;
         (psi > least_rad && psi < swing.bound_rad).then_some((psi - swing.rest_rad) / swing.rad_per_lift)

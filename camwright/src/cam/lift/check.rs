@@ -2,7 +2,7 @@
 
 use super::declaration::{LiftDeclaration, LiftForm, LiftRow, mm_from_units};
 use super::error::LiftError;
-use super::outliers::{Deviation, deviations};
+use super::outliers::{RowDeviation, deviations};
 use super::row_spacing::{Placement, place};
 use super::table::LiftTable;
 use super::warning::{self, LiftWarning};
@@ -160,10 +160,10 @@ pub(super) fn values(
     let back = usize::from(declaration.form == LiftForm::Increments);
     for deviation in deviations(&read, closed, digits) {
         findings.push(match deviation {
-            Deviation::Row { at, off, bound } => {
+            RowDeviation::Row { at, off, bound } => {
                 LiftError::Outlier { line: lines[at], off_mm: off * digit_mm, bound_mm: bound * digit_mm }
             }
-            Deviation::Jump { at, height, bound } => LiftError::Step {
+            RowDeviation::Jump { at, height, bound } => LiftError::Step {
                 line: lines[(at + lines.len() - back) % lines.len()],
                 jump_mm: height * digit_mm,
                 bound_mm: bound * digit_mm,

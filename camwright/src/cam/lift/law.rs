@@ -1,7 +1,7 @@
 //! The lift law: lift and its derivatives at any cam angle, with what it was made from.
 
 use super::program::{MotionProgram, ProgramError};
-use super::reading::{Reading, TableReading};
+use super::reading::{TableMethod, TableReading};
 use super::table::LiftTable;
 use crate::math::extremum::smallest_over_turn;
 use crate::math::periodic_cubic::PeriodicCubic;
@@ -68,7 +68,7 @@ pub enum LiftLawError {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Shape {
+enum LawShape {
     Spline(PeriodicSpline),
     Cubic(PeriodicCubic),
     Program(MotionProgram),
@@ -79,7 +79,7 @@ enum Shape {
 /// Lift over the cam angle, periodic over one turn: s (mm) and its derivatives (mm/rad, …).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiftLaw {
-    shape: Shape,
+    shape: LawShape,
     max_lift_mm: f64,
     reading: Option<TableReading>,
 }
@@ -102,32 +102,32 @@ impl LiftLaw {
     /// # Errors
     /// If evaluation of the result at every point does not confirm it.
     pub fn from_table(table: &LiftTable) -> Result<Self, LiftLawError> {
-        Self::read_table(table, Reading::Smoothest)
+        Self::read_table(table, TableMethod::Smoothest)
     }
 
     /// A table read in a way of one's choice.
     ///
     /// # Errors
     /// If evaluation of the result at every point does not confirm it; a smoothing tolerance below half a digit.
-    pub fn read_table(table: &LiftTable, reading: Reading) -> Result<Self, LiftLawError> {
+    pub fn read_table(table: &LiftTable, reading: TableMethod) -> Result<Self, LiftLawError> {
         let half_digit_mm = 0.5 * table.resolution_mm();
         let within_mm = match reading {
-            Reading::Smoothest => half_digit_mm,
-            Reading::CubicSpline => {
+            TableMethod::Smoothest => half_digit_mm,
+            TableMethod::CubicSpline => {
                 let spline = PeriodicCubic::interpolate(table.lifts_mm()).ok_or(TubeError::NotFinite { index: 0 })?;
-                let mut law = Self::new(Shape::Cubic(spline), f64::INFINITY)?;
+                let mut law = Self::new(LawShape::Cubic(spline), f64::INFINITY)?;
                 law.reading = Some(TableReading::measure(&law, table, reading, 0.0));
                 return Ok(law);
             }
-            Reading::SmoothWithin { tolerance_mm } if tolerance_mm.is_finite() && tolerance_mm >= half_digit_mm => {
+            TableMethod::SmoothWithin { tolerance_mm } if tolerance_mm.is_finite() && tolerance_mm >= half_digit_mm => {
                 tolerance_mm
             }
-            Reading::SmoothWithin { tolerance_mm } => {
+            TableMethod::SmoothWithin { tolerance_mm } => {
                 return Err(LiftLawError::ToleranceTooSmall { tolerance_mm, half_digit_mm });
             }
         };
         let tube = smoothest_within(&table.lifts_mm(), within_mm)?;
-        let mut law = Self::new(Shape::Spline(tube.spline), f64::INFINITY)?;
+        let mut law = Self::new(LawShape::Spline(tube.spline), f64::INFINITY)?;
         law.reading = Some(TableReading {
             max_deviation_mm: tube.max_deviation,
             relative_gap: tube.relative_gap,
@@ -142,7 +142,7 @@ impl LiftLaw {
     /// # Errors
     /// A blend that falls below the base circle between its ends.
     pub fn from_program(program: MotionProgram) -> Result<Self, LiftLawError> {
-        Self::new(Shape::Program(program), BELOW_BASE_MM)
+        Self::new(LawShape::Program(program), BELOW_BASE_MM)
     }
 
     /// A formula of period 2π, sampled so densely that the spline between the samples is right to 1e-10 mm.
@@ -168,7 +168,7 @@ impl LiftLaw {
                 .map(|angle| (spline.sample(angle).value - formula(angle)).abs())
                 .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
             if error_mm <= SAMPLED_ERROR_MM {
-                return Self::new(Shape::Spline(spline), below_base_mm);
+                return Self::new(LawShape::Spline(spline), below_base_mm);
             }
             if 2 * knots > SAMPLED_KNOTS.1 {
                 return Err(LiftLawError::Unresolved { knots, error_mm, bound_mm: SAMPLED_ERROR_MM });
@@ -183,7 +183,7 @@ impl LiftLaw {
     /// Numbers that are not finite, a negative eccentricity.
     pub fn eccentric_flat(eccentricity_mm: f64, nose_rad: f64) -> Result<Self, LiftLawError> {
         finite_eccentric(eccentricity_mm, nose_rad)?;
-        Self::new(Shape::EccentricFlat { eccentricity_mm, nose_rad }, BELOW_BASE_MM)
+        Self::new(LawShape::EccentricFlat { eccentricity_mm, nose_rad }, BELOW_BASE_MM)
     }
 
     /// Motion of a roller on the cam's centre line on a disc: s = e cos γ + √(p² − e² sin² γ) − (p − e), γ = φ − nose,
@@ -197,10 +197,10 @@ impl LiftLaw {
             let (what, bound) = ("the pitch radius (mm)", "larger than the eccentricity");
             return Err(LiftLawError::BadNumber { what, value: pitch_radius_mm, bound });
         }
-        Self::new(Shape::EccentricRound { eccentricity_mm, pitch_radius_mm, nose_rad }, BELOW_BASE_MM)
+        Self::new(LawShape::EccentricRound { eccentricity_mm, pitch_radius_mm, nose_rad }, BELOW_BASE_MM)
     }
 
-    fn new(shape: Shape, below_base_mm: f64) -> Result<Self, LiftLawError> {
+    fn new(shape: LawShape, below_base_mm: f64) -> Result<Self, LiftLawError> {
         let mut law = Self { shape, max_lift_mm: 0.0, reading: None };
         let min = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
         if min.value.is_nan() || min.value < -below_base_mm {
@@ -215,14 +215,14 @@ impl LiftLaw {
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {
         match &self.shape {
-            Shape::Spline(spline) => spline.sample(angle_rad),
-            Shape::Cubic(spline) => spline.sample(angle_rad),
-            Shape::Program(program) => program.sample(angle_rad),
-            Shape::EccentricFlat { eccentricity_mm: e, nose_rad } => {
+            LawShape::Spline(spline) => spline.sample(angle_rad),
+            LawShape::Cubic(spline) => spline.sample(angle_rad),
+            LawShape::Program(program) => program.sample(angle_rad),
+            LawShape::EccentricFlat { eccentricity_mm: e, nose_rad } => {
                 let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
                 Sample { value: e * (1.0 + cos), first: -e * sin, second: -e * cos, third: e * sin }
             }
-            Shape::EccentricRound { eccentricity_mm: e, pitch_radius_mm: p, nose_rad } => {
+            LawShape::EccentricRound { eccentricity_mm: e, pitch_radius_mm: p, nose_rad } => {
                 let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
                 let root = libm::sqrt(p * p - e * e * sin * sin);
                 // With q = root²: q' = −2e² sin cos, q'' = −2e²(cos² − sin²), q''' = 8e² sin cos.
@@ -263,7 +263,7 @@ impl LiftLaw {
     #[must_use]
     pub fn spline(&self) -> Option<&PeriodicSpline> {
         match &self.shape {
-            Shape::Spline(spline) => Some(spline),
+            LawShape::Spline(spline) => Some(spline),
             _ => None,
         }
     }
@@ -272,8 +272,8 @@ impl LiftLaw {
     #[must_use]
     pub fn breaks(&self) -> Vec<f64> {
         match &self.shape {
-            Shape::Program(program) => program.joints().collect(),
-            Shape::Cubic(spline) => {
+            LawShape::Program(program) => program.joints().collect(),
+            LawShape::Cubic(spline) => {
                 (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
             }
             _ => Vec::new(),
@@ -285,8 +285,8 @@ impl LiftLaw {
     pub fn grid(&self) -> usize {
         const LEAST: usize = 7200;
         match &self.shape {
-            Shape::Spline(spline) => (2 * spline.coefficients().len()).max(LEAST),
-            Shape::Cubic(spline) => (2 * spline.knots()).max(LEAST),
+            LawShape::Spline(spline) => (2 * spline.coefficients().len()).max(LEAST),
+            LawShape::Cubic(spline) => (2 * spline.knots()).max(LEAST),
             _ => LEAST,
         }
     }
@@ -306,7 +306,7 @@ fn finite_eccentric(eccentricity_mm: f64, nose_rad: f64) -> Result<(), LiftLawEr
 
 impl TableReading {
     /// Measures a law against the points of its table; solver's figures are added by who has them.
-    fn measure(law: &LiftLaw, table: &LiftTable, reading: Reading, allowed_mm: f64) -> Self {
+    fn measure(law: &LiftLaw, table: &LiftTable, reading: TableMethod, allowed_mm: f64) -> Self {
         let (mut max_deviation_mm, mut max_deviation_rad, mut squares) = (0.0, 0.0, 0.0);
         for block in 0..table.blocks() {
             let angle = block as f64 * table.block_rad();
@@ -335,8 +335,8 @@ impl TableReading {
 ///
 /// # Errors
 /// A table that cannot be read one of the ways.
-pub fn alternatives(table: &LiftTable, chosen: Reading) -> Result<Vec<TableReading>, LiftLawError> {
-    [Reading::Smoothest, Reading::CubicSpline]
+pub fn alternatives(table: &LiftTable, chosen: TableMethod) -> Result<Vec<TableReading>, LiftLawError> {
+    [TableMethod::Smoothest, TableMethod::CubicSpline]
         .into_iter()
         .filter(|reading| *reading != chosen)
         .filter_map(|reading| LiftLaw::read_table(table, reading).map(|law| law.reading()).transpose())

@@ -23,6 +23,6 @@ pub use declaration::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow}
 pub use error::LiftError;
 pub use law::{LiftLaw, LiftLawError};
 pub use program::{MotionProgram, MotionSegment, ProgramError};
-pub use reading::{Reading, TableReading};
+pub use reading::{TableMethod, TableReading};
 pub use table::LiftTable;
 pub use warning::LiftWarning;

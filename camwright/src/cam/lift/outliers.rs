@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 /// Something off the trend, in units of the last digit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Deviation {
+pub(super) enum RowDeviation {
     Row {
         at: usize,
         /// Deviation.
@@ -49,7 +49,7 @@ const SIGMA_PER_MAD: f64 = 1.4826;
 
 /// Deviations from the trend in a sequence of slots, `closed` if the last is followed by the first; `digits` is the
 /// resolution in units of the last digit.
-pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Vec<Deviation> {
+pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Vec<RowDeviation> {
     let mut found = Vec::new();
     if lifts.len() < super::table::LiftTable::MIN_BLOCKS {
         return found;
@@ -156,7 +156,7 @@ impl Series {
     }
 
     /// Reports the deviation, and repairs it for the next pass.
-    fn remove(&mut self, worst: Worst) -> Deviation {
+    fn remove(&mut self, worst: Worst) -> RowDeviation {
         let Worst { at, off, bound } = worst;
         let trend = self.off_trend();
         let beside = |offset| self.index(at, offset).map_or(f64::NAN, |index| trend[index]);
@@ -167,11 +167,11 @@ impl Series {
                 if before.abs() > after.abs() { (Some(at), 2.0 * off) } else { (self.index(at, 1), -2.0 * off) };
             if let Some(jump) = jump {
                 self.cut[jump] = true;
-                return Deviation::Jump { at: jump, height, bound: 2.0 * bound };
+                return RowDeviation::Jump { at: jump, height, bound: 2.0 * bound };
             }
         }
         self.values[at] -= off;
-        Deviation::Row { at, off, bound }
+        RowDeviation::Row { at, off, bound }
     }
 }
 
@@ -192,7 +192,7 @@ mod tests {
             lifts[at] = lifts[at].map(|lift| lift - 40);
             let found = deviations(&lifts, true, 1.0);
             assert!(
-                matches!(found[..], [Deviation::Row { at: slot, off, .. }] if slot == at && (off + 40.0).abs() < 2.0),
+                matches!(found[..], [RowDeviation::Row { at: slot, off, .. }] if slot == at && (off + 40.0).abs() < 2.0),
                 "{at}: {found:?}"
             );
         }
@@ -203,9 +203,9 @@ mod tests {
         let mut lifts = wave(360);
         lifts[100..200].iter_mut().for_each(|lift| *lift = lift.map(|lift| lift + 40));
         let mut found = deviations(&lifts, true, 1.0);
-        found.sort_by_key(|found| if let Deviation::Jump { at, .. } = found { *at } else { 0 });
+        found.sort_by_key(|found| if let RowDeviation::Jump { at, .. } = found { *at } else { 0 });
         assert!(
-            matches!(found[..], [Deviation::Jump { at: 100, height: up, .. }, Deviation::Jump { at: 200, height: down, .. }]
+            matches!(found[..], [RowDeviation::Jump { at: 100, height: up, .. }, RowDeviation::Jump { at: 200, height: down, .. }]
                 if (up - 40.0).abs() < 2.0 && (down + 40.0).abs() < 2.0),
             "{found:?}"
         );
@@ -216,7 +216,7 @@ mod tests {
     fn gaps_are_gone_round() {
         let mut lifts = wave(360);
         (lifts[50], lifts[53]) = (None, lifts[53].map(|lift| lift + 30));
-        assert!(matches!(deviations(&lifts, true, 1.0)[..], [Deviation::Row { at: 53, .. }]));
+        assert!(matches!(deviations(&lifts, true, 1.0)[..], [RowDeviation::Row { at: 53, .. }]));
         assert_eq!(deviations(&wave(360)[20..120], false, 1.0), []);
     }
 }

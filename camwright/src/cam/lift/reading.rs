@@ -2,7 +2,7 @@
 
 /// Method that turns a table into a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Reading {
+pub enum TableMethod {
     /// The smoothest periodic curve within half a digit of every point: a quintic spline, jerk continuous.
     #[default]
     Smoothest,
@@ -16,14 +16,14 @@ pub enum Reading {
     },
 }
 
-impl Reading {
+impl TableMethod {
     /// Name in job files and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Reading::Smoothest => "smoothest",
-            Reading::CubicSpline => "cubic_spline",
-            Reading::SmoothWithin { .. } => "smooth_within",
+            TableMethod::Smoothest => "smoothest",
+            TableMethod::CubicSpline => "cubic_spline",
+            TableMethod::SmoothWithin { .. } => "smooth_within",
         }
     }
 }
@@ -32,7 +32,7 @@ impl Reading {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableReading {
     /// Method.
-    pub reading: Reading,
+    pub reading: TableMethod,
     /// Half the table's resolution (mm).
     pub half_digit_mm: f64,
     /// Tolerance of a point (mm): half a digit, or the tolerance of the job; 0 for the cubic spline.

@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 
 /// Radii at equal steps of a turn and at increasing z.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
+pub struct SurfaceGrid {
     /// Azimuths of the columns (rad): equal steps of a turn, from anywhere; one more that closes the turn is allowed, and must have the
     /// radii of the first.
     pub azimuths_rad: Vec<f64>,
@@ -21,7 +21,7 @@ pub struct Grid {
     pub radii_mm: Vec<f64>,
 }
 
-impl Grid {
+impl SurfaceGrid {
     /// A grid of what a function says.
     #[must_use]
     pub fn sampled(angles: u32, z_mm: Vec<f64>, radius: impl Fn(f64, f64) -> f64) -> Self {
@@ -60,7 +60,7 @@ pub(super) struct GridSpline {
 }
 
 impl GridSpline {
-    pub(super) fn new(grid: &Grid) -> Result<Self, SurfaceError> {
+    pub(super) fn new(grid: &SurfaceGrid) -> Result<Self, SurfaceError> {
         let (columns, rows) = (grid.azimuths_rad.len(), grid.z_mm.len());
         let wanted = columns.saturating_mul(rows);
         if grid.radii_mm.len() != wanted {
@@ -166,7 +166,7 @@ impl GridSpline {
     }
 }
 
-fn check_radii(grid: &Grid) -> Result<(), SurfaceError> {
+fn check_radii(grid: &SurfaceGrid) -> Result<(), SurfaceError> {
     let columns = grid.azimuths_rad.len();
     let bad = |radius: &f64| !(*radius > 0.0 && *radius <= LARGEST_MM);
     if let Some(index) = grid.radii_mm.iter().position(bad) {
@@ -189,7 +189,7 @@ fn check_z(z_mm: &[f64]) -> Result<(), SurfaceError> {
 }
 
 /// Columns without one that closes the turn.
-fn columns_of_a_turn(grid: &Grid) -> Result<usize, SurfaceError> {
+fn columns_of_a_turn(grid: &SurfaceGrid) -> Result<usize, SurfaceError> {
     let columns = grid.azimuths_rad.len();
     let first = grid.azimuths_rad[0];
     let span = grid.azimuths_rad[columns - 1] - first;

@@ -5,7 +5,7 @@
 //! corners. Radii are interpolated straight over azimuth and z within each triangle, taken at the nodes of a grid as fine as the mesh, and
 //! what the corners then lie off the grid's spline is added in the same way until they lie on it.
 
-use super::grid::Grid;
+use super::grid::SurfaceGrid;
 use super::{Surface, SurfaceError, SurfaceKey};
 use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
@@ -93,7 +93,7 @@ pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), Surf
         shares.iter().map(node).collect()
     };
     let mut off: Vec<[f64; 3]> = faces.iter().map(|face| face.map(|corner| corner.radius_mm)).collect();
-    let mut grid = Grid { azimuths_rad, z_mm, radii_mm: vec![0.0; angles * rows] };
+    let mut grid = SurfaceGrid { azimuths_rad, z_mm, radii_mm: vec![0.0; angles * rows] };
     let mut best: Option<(Surface, f64, MeshVertex)> = None;
     for _ in 0..ROUNDS {
         for (radius, more) in grid.radii_mm.iter_mut().zip(spread(&off)) {

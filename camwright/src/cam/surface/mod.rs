@@ -24,7 +24,7 @@ pub use key::SurfaceKey;
 use crate::math::jet::Jet;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use cams::{CamAlong, CamStack};
-use grid::{Grid, GridSpline};
+use grid::{GridSpline, SurfaceGrid};
 use solid::Solid;
 use thiserror::Error;
 
@@ -229,7 +229,7 @@ pub struct SurfaceBounds {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Shape {
+enum SurfaceShape {
     Solid(Solid),
     Grid(GridSpline),
     Cams(CamStack),
@@ -238,7 +238,7 @@ enum Shape {
 /// The surface of a part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    shape: Shape,
+    shape: SurfaceShape,
     from_mm: f64,
     to_mm: f64,
 }
@@ -256,17 +256,17 @@ impl Surface {
     /// Ends that are not in order; a formula with numbers out of range, or one that reaches the axis.
     pub fn solid(solid: Solid, from_mm: f64, to_mm: f64) -> Result<Self, SurfaceError> {
         solid.check()?;
-        Self::checked(Shape::Solid(solid), from_mm, to_mm)
+        Self::checked(SurfaceShape::Solid(solid), from_mm, to_mm)
     }
 
     /// The C² surface through radii on a grid.
     ///
     /// # Errors
-    /// See [`Grid`]; a spline between the radii that reaches the axis.
-    pub fn grid(grid: &Grid) -> Result<Self, SurfaceError> {
+    /// See [`SurfaceGrid`]; a spline between the radii that reaches the axis.
+    pub fn grid(grid: &SurfaceGrid) -> Result<Self, SurfaceError> {
         let spline = GridSpline::new(grid)?;
         let (from_mm, to_mm) = spline.ends_mm();
-        Self::checked(Shape::Grid(spline), from_mm, to_mm)
+        Self::checked(SurfaceShape::Grid(spline), from_mm, to_mm)
     }
 
     /// Cams along z.
@@ -276,10 +276,10 @@ impl Surface {
     pub fn cams(cams: &[CamAlong<'_>]) -> Result<Self, SurfaceError> {
         let stack = CamStack::new(cams)?;
         let (from_mm, to_mm) = stack.ends_mm();
-        Self::checked(Shape::Cams(stack), from_mm, to_mm)
+        Self::checked(SurfaceShape::Cams(stack), from_mm, to_mm)
     }
 
-    fn checked(shape: Shape, from_mm: f64, to_mm: f64) -> Result<Self, SurfaceError> {
+    fn checked(shape: SurfaceShape, from_mm: f64, to_mm: f64) -> Result<Self, SurfaceError> {
         for (what, value) in [(SurfaceKey::Begin, from_mm), (SurfaceKey::End, to_mm)] {
             if !value.is_finite() || value.abs() > LONGEST_MM {
                 return Err(SurfaceError::BadNumber { what, value, allowed: "within ±1e5 mm" });
@@ -320,9 +320,9 @@ impl Surface {
     #[inline]
     pub fn point(&self, azimuth_rad: f64, z_mm: f64) -> SurfacePoint {
         match &self.shape {
-            Shape::Solid(solid) => solid.jet(azimuth_rad, z_mm).into(),
-            Shape::Grid(spline) => spline.point(azimuth_rad, z_mm),
-            Shape::Cams(stack) => stack.point(azimuth_rad, z_mm),
+            SurfaceShape::Solid(solid) => solid.jet(azimuth_rad, z_mm).into(),
+            SurfaceShape::Grid(spline) => spline.point(azimuth_rad, z_mm),
+            SurfaceShape::Cams(stack) => stack.point(azimuth_rad, z_mm),
         }
     }
 
@@ -385,10 +385,10 @@ impl Surface {
     /// Azimuths and rows on which every feature of the surface is seen, as many as that may be.
     pub(crate) fn looked_at(&self) -> (u32, u32) {
         let (angles, rows) = match &self.shape {
-            Shape::Solid(solid) => (solid.grid(), BOUNDS_GRID.1),
+            SurfaceShape::Solid(solid) => (solid.grid(), BOUNDS_GRID.1),
             // Its own azimuths hold all the data; they may be many.
-            Shape::Grid(spline) => return spline.fine_grid(),
-            Shape::Cams(stack) => stack.fine_grid(),
+            SurfaceShape::Grid(spline) => return spline.fine_grid(),
+            SurfaceShape::Cams(stack) => stack.fine_grid(),
         };
         (angles.max(BOUNDS_GRID.0), rows.max(BOUNDS_GRID.1))
     }

@@ -1,4 +1,4 @@
-use super::{Command, Mode, Refused, State, Unit};
+use super::{Command, CommandRefused, Mode, State, Unit};
 use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
@@ -71,7 +71,8 @@ fn every_command_in_every_state_follows_the_table_or_is_refused_with_a_reason() 
                     assert_eq!(unit.state(), state, "nothing changes");
                     let text = refused.to_string();
                     assert!(text.starts_with(&format!("{command} is not taken in state {state}; ")), "{text}");
-                    let (Refused::State { .. }, true) = (refused, text.contains("it takes") || by_itself > 0) else {
+                    let (CommandRefused::State { .. }, true) = (refused, text.contains("it takes") || by_itself > 0)
+                    else {
                         panic!("{text}");
                     };
                 }
@@ -110,7 +111,9 @@ fn start_is_for_modes_that_produce_and_modes_change_at_rest() {
             let mut unit = unit;
             let is_taken = unit.command(command, 0.0);
             match (command, mode) {
-                (Command::Start, Mode::Manual | Mode::SetUp) => assert_eq!(is_taken, Err(Refused::Mode { mode })),
+                (Command::Start, Mode::Manual | Mode::SetUp) => {
+                    assert_eq!(is_taken, Err(CommandRefused::Mode { mode }))
+                }
                 _ => assert_eq!(is_taken.is_ok(), State::Idle.commanded(command).is_some(), "{command} in {mode}"),
             }
         }

@@ -1,7 +1,7 @@
 //! Sampling grid of a travel: dense enough that linear interpolation between two points errs by a small share of the
 //! tolerance.
 
-use super::{ChainError, Request};
+use super::{ChainError, ChainRequest};
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 
@@ -24,7 +24,7 @@ const LOOKS: (u32, f64) = (8, 1.25);
 const LEAST: f64 = 2.0;
 
 /// The places with the travels at them.
-pub(super) struct Grid {
+pub(super) struct SampleGrid {
     /// Turned angles (rad), growing, from the beginning of the way to its end.
     pub angles_rad: Vec<f64>,
     /// Positions of every axis there (mm).
@@ -32,7 +32,7 @@ pub(super) struct Grid {
 }
 
 /// Checks that the span is valid and that something travels over it.
-pub(super) fn check_span(request: &Request<'_>) -> Result<(), ChainError> {
+pub(super) fn check_span(request: &ChainRequest<'_>) -> Result<(), ChainError> {
     let way_rad = request.to_rad - request.from_rad;
     if way_rad > 0.0 && way_rad <= f64::from(MAX_TURNS) * TURN_RAD && !request.travels.is_empty() {
         return Ok(());
@@ -45,9 +45,9 @@ pub(super) fn check_span(request: &Request<'_>) -> Result<(), ChainError> {
     })
 }
 
-impl Grid {
+impl SampleGrid {
     /// The places for a request, so many times finer than a chain needs.
-    pub(super) fn new(request: &Request<'_>, finer: u32) -> Result<Self, ChainError> {
+    pub(super) fn new(request: &ChainRequest<'_>, finer: u32) -> Result<Self, ChainError> {
         check_span(request)?;
         let usable_mm = request.tolerance_mm - request.rounding_mm;
         if !(usable_mm > 0.0 && usable_mm.is_finite() && request.rounding_mm >= 0.0) {
@@ -81,7 +81,7 @@ impl Grid {
     }
 
     /// Largest second derivative of any axis in a cell that begins so far on the way (mm/rad²).
-    fn largest_second(request: &Request<'_>, begins_rad: f64, cell_rad: f64) -> Result<f64, ChainError> {
+    fn largest_second(request: &ChainRequest<'_>, begins_rad: f64, cell_rad: f64) -> Result<f64, ChainError> {
         let mut largest = 0.0_f64;
         for look in 0..=LOOKS.0 {
             let angle_rad = request.from_rad + begins_rad + cell_rad * f64::from(look) / f64::from(LOOKS.0);
@@ -97,7 +97,7 @@ impl Grid {
     }
 
     /// The travels at evenly spread places of every cell.
-    fn at(request: &Request<'_>, cell_rad: f64, steps: &[u64]) -> Result<Self, ChainError> {
+    fn at(request: &ChainRequest<'_>, cell_rad: f64, steps: &[u64]) -> Result<Self, ChainError> {
         let mut angles_rad = Vec::new();
         for (cell, count) in steps.iter().enumerate() {
             let begins_rad = request.from_rad + cell as f64 * cell_rad;
@@ -116,7 +116,7 @@ impl Grid {
     }
 
     /// Half width at the grid points (mm) that keeps a chain within the tolerance between the points and after rounding.
-    pub(super) fn half_width_mm(&self, request: &Request<'_>) -> f64 {
+    pub(super) fn half_width_mm(&self, request: &ChainRequest<'_>) -> f64 {
         (1.0 - SHARE) * (request.tolerance_mm - request.rounding_mm)
     }
 }

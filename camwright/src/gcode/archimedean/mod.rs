@@ -12,7 +12,7 @@ mod tunnel;
 use crate::math::hermite::Sample;
 use crate::math::units::deg_from_rad;
 use alloc::vec::Vec;
-use grid::Grid;
+use grid::SampleGrid;
 use thiserror::Error;
 
 /// Motion of one axis over the turned angle (mm over rad).
@@ -31,7 +31,7 @@ pub enum Knots {
 /// A travel to be cut into pieces.
 #[derive(Clone, Copy)]
 #[allow(missing_debug_implementations, reason = "travels are functions")]
-pub struct Request<'a> {
+pub struct ChainRequest<'a> {
     /// Axes that move, all in the same blocks.
     pub travels: &'a [Travelling<'a>],
     /// Angle at which the chain begins (rad); its first knot lies on the curve.
@@ -102,7 +102,7 @@ pub struct Chain {
 
 /// Deviation of a chain from the travel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Deviation {
+pub struct ChainDeviation {
     /// Largest distance along an axis between chain and travel (mm).
     pub error_mm: f64,
     /// The axis, by its place in the request.
@@ -124,8 +124,8 @@ impl Chain {
     ///
     /// # Errors
     /// A tolerance that rounding uses up, no way to go, a travel that is not finite, one that would take too many points to look at.
-    pub fn new(request: &Request<'_>) -> Result<Self, ChainError> {
-        let grid = Grid::new(request, 1)?;
+    pub fn new(request: &ChainRequest<'_>) -> Result<Self, ChainError> {
+        let grid = SampleGrid::new(request, 1)?;
         let half_width_mm = grid.half_width_mm(request);
         let free = match (request.knots, &grid.values[..]) {
             (Knots::Free, [values]) => tunnel::fewest_evenly(&grid.angles_rad, values, half_width_mm),
@@ -153,9 +153,9 @@ impl Chain {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn judge(&self, request: &Request<'_>) -> Result<Deviation, ChainError> {
-        let grid = Grid::new(request, JUDGED_FINER)?;
-        let mut found = Deviation::default();
+    pub fn judge(&self, request: &ChainRequest<'_>) -> Result<ChainDeviation, ChainError> {
+        let grid = SampleGrid::new(request, JUDGED_FINER)?;
+        let mut found = ChainDeviation::default();
         for (axis, values) in grid.values.iter().enumerate() {
             let mut piece = 0;
             for (angle_rad, value_mm) in grid.angles_rad.iter().zip(values) {
@@ -185,7 +185,7 @@ impl Chain {
 ///
 /// # Errors
 /// As [`Chain::new`].
-pub fn theoretical_pieces(request: &Request<'_>) -> Result<f64, ChainError> {
+pub fn theoretical_pieces(request: &ChainRequest<'_>) -> Result<f64, ChainError> {
     const PARTS: u32 = 36_000;
     grid::check_span(request)?;
     let step = (request.to_rad - request.from_rad) / f64::from(PARTS);

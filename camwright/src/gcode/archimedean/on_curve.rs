@@ -1,7 +1,7 @@
 //! Chains whose knots lie on the curve: from every knot as far as one straight piece can go.
 
 use super::Chain;
-use super::grid::Grid;
+use super::grid::SampleGrid;
 use alloc::vec::Vec;
 
 /// Slopes that a line from a knot may have to pass every place so far.
@@ -12,7 +12,7 @@ struct Cone {
 }
 
 /// From every knot the farthest place of the grid that all axes reach in one piece.
-pub(super) fn farthest(grid: &Grid, half_width_mm: f64) -> Chain {
+pub(super) fn farthest(grid: &SampleGrid, half_width_mm: f64) -> Chain {
     let places = grid.angles_rad.len();
     let mut knots = alloc::vec![0];
     let mut from = 0;
@@ -25,7 +25,7 @@ pub(super) fn farthest(grid: &Grid, half_width_mm: f64) -> Chain {
 }
 
 /// The farthest place that one piece from a place reaches with all axes within the tolerance; at least the next.
-fn reach(grid: &Grid, from: usize, half_width_mm: f64) -> usize {
+fn reach(grid: &SampleGrid, from: usize, half_width_mm: f64) -> usize {
     let mut cones = alloc::vec![Cone { min: f64::NEG_INFINITY, max: f64::INFINITY }; grid.values.len()];
     let mut farthest = from + 1;
     for to in from + 1..grid.angles_rad.len() {

@@ -10,14 +10,14 @@
 use alloc::vec::Vec;
 
 /// Knots: angles, and positions at them.
-pub(super) type Knots = (Vec<f64>, Vec<f64>);
+pub(super) type TunnelKnots = (Vec<f64>, Vec<f64>);
 
 /// Halvings in search of the narrowest tunnel that takes no more pieces.
 const HALVINGS: u32 = 12;
 
 /// The fewest pieces through a tunnel of a half width, in the narrowest tunnel that takes no more of them: so their errors are even.
 /// `None` if the tunnel is so narrow that rounding leaves no line through it.
-pub(super) fn fewest_evenly(angles: &[f64], values: &[f64], half_width: f64) -> Option<Knots> {
+pub(super) fn fewest_evenly(angles: &[f64], values: &[f64], half_width: f64) -> Option<TunnelKnots> {
     let mut best = fewest(angles, values, half_width)?;
     let (mut too_narrow, mut wide_enough) = (0.0, half_width);
     for _ in 0..HALVINGS {
@@ -195,7 +195,7 @@ impl Tunnel<'_> {
 }
 
 /// The fewest pieces through a tunnel of a half width, from the first value to the last; `None` where rounding stops it.
-fn fewest(angles: &[f64], values: &[f64], half_width: f64) -> Option<Knots> {
+fn fewest(angles: &[f64], values: &[f64], half_width: f64) -> Option<TunnelKnots> {
     let last = angles.len() - 1;
     let slope = |i: usize| (values[i + 1] - values[i]) / (angles[i + 1] - angles[i]);
     // No line of a tunnel is steeper than from wall to wall between two gates.

@@ -1,9 +1,9 @@
 //! Comparison of a program that was read back with the paths it was made for.
 
 use super::turn::SubprogramMotion;
-use super::{PostError, PostedProgram, ProgramRequest};
+use super::{PostError, PostRequest, PostedProgram};
 use crate::gcode::NcAxis;
-use crate::gcode::archimedean::{Chain, Knots, Request, Travelling};
+use crate::gcode::archimedean::{Chain, ChainRequest, Knots, Travelling};
 use crate::math::units::um_from_mm;
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
@@ -41,7 +41,7 @@ pub struct ProgramComparison {
 /// # Errors
 /// Another number of runs than of calls; a rapid that moves C, or an axis beside the infeed, while the cutter is not clear.
 pub fn compare(
-    request: &ProgramRequest<'_>,
+    request: &PostRequest<'_>,
     posted: &PostedProgram,
     moves: &[ProgramRun],
 ) -> Result<ProgramComparison, PostError> {
@@ -70,7 +70,7 @@ pub fn compare(
         let (Some(from), Some(to)) = (ideal.stretches().first().copied(), ideal.stretches().last().copied()) else {
             continue;
         };
-        let judged = chain.judge(&Request {
+        let judged = chain.judge(&ChainRequest {
             travels: &travels,
             from_rad: from.0,
             to_rad: to.1,
@@ -113,7 +113,7 @@ fn runs(moves: &[ProgramRun]) -> Vec<&[ProgramRun]> {
 }
 
 /// Rapids in which anything but the infeed axis moves must be clear of the part.
-fn check_rapids(request: &ProgramRequest<'_>, posted: &PostedProgram, moves: &[ProgramRun]) -> Result<(), PostError> {
+fn check_rapids(request: &PostRequest<'_>, posted: &PostedProgram, moves: &[ProgramRun]) -> Result<(), PostError> {
     /// Rounding of what is read.
     const SAME: f64 = 1e-3;
     let mut call = 0;

@@ -1,6 +1,6 @@
 //! Why there is no program.
 
-use super::{FeatureRequest, PassRequest, ProgramRequest, TurnSpeed};
+use super::{FeatureRequest, PassRequest, PostRequest, ProgramTurnSpeed};
 use crate::gcode::archimedean::ChainError;
 use crate::gcode::{FormatError, RaisedFeed};
 use crate::math::units::TURN_RAD;
@@ -101,7 +101,7 @@ impl PostError {
 }
 
 /// Refuses numbers that make no program.
-pub(super) fn check(request: &ProgramRequest<'_>) -> Result<(), PostError> {
+pub(super) fn check(request: &PostRequest<'_>) -> Result<(), PostError> {
     let control = &request.control;
     let positive =
         |what: &str, value: f64| bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0");
@@ -173,9 +173,9 @@ fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
         )?;
     }
     let speeds = match pass.speed {
-        TurnSpeed::WorkSpeed(speed) => alloc::vec![speed],
-        TurnSpeed::AlongPath { feed_mm_s, most_rad_s } => alloc::vec![feed_mm_s, most_rad_s],
-        TurnSpeed::Law(_) => alloc::vec![],
+        ProgramTurnSpeed::WorkSpeed(speed) => alloc::vec![speed],
+        ProgramTurnSpeed::AlongPath { feed_mm_s, most_rad_s } => alloc::vec![feed_mm_s, most_rad_s],
+        ProgramTurnSpeed::Law(_) => alloc::vec![],
     };
     speeds.into_iter().try_for_each(|speed| {
         bad_unless(speed.is_finite() && speed > 0.0, "the speed (rad/s of C or mm/s)", speed, "it must be above 0")

@@ -14,9 +14,9 @@ mod turn;
 pub use compare::{ProgramComparison, ProgramRun, compare};
 pub use error::PostError;
 
-use crate::gcode::archimedean::{Deviation, Knots};
+use crate::gcode::archimedean::{ChainDeviation, Knots};
 use crate::gcode::{
-    Block, Call, Dialect, Direction, Format, NcAxis, Program, Step, Subprogram, Target, Tool, raised_feeds,
+    Block, Call, Dialect, Direction, NcAxis, NumberFormat, Program, Step, Subprogram, Target, Tool, raised_feeds,
 };
 use crate::math::units::TURN_RAD;
 use crate::toolpath::cutter_path::{CarriageAxis, CutterPath};
@@ -39,7 +39,7 @@ const MAX_NAME: usize = 20;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
     pub dialect: Dialect,
-    pub format: Format,
+    pub format: NumberFormat,
     /// Blocks that it reads in a second for as long as it takes.
     pub most_blocks_s: f64,
     /// Path tolerance between two blocks (mm); `None`: four times the tolerance of each pass.
@@ -51,7 +51,7 @@ pub struct Control {
 /// Speed of C.
 #[derive(Clone, Copy)]
 #[allow(missing_debug_implementations, reason = "a law is a function")]
-pub enum TurnSpeed<'a> {
+pub enum ProgramTurnSpeed<'a> {
     /// At one speed (rad/s).
     WorkSpeed(f64),
     /// The cutter's centre runs along its path at one speed.
@@ -79,7 +79,7 @@ pub struct PassRequest<'a> {
     /// Permitted positions of the knots.
     pub knots: Knots,
     /// Speed of C.
-    pub speed: TurnSpeed<'a>,
+    pub speed: ProgramTurnSpeed<'a>,
     /// Turns at full depth in every call.
     pub turns: u32,
 }
@@ -117,7 +117,7 @@ pub struct FeatureRequest<'a> {
 /// Input of a program.
 #[derive(Clone)]
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
-pub struct ProgramRequest<'a> {
+pub struct PostRequest<'a> {
     pub name: String,
     /// Its number; subprograms have those that follow.
     pub number: u32,
@@ -145,7 +145,7 @@ pub struct PostedTurn {
     /// The tolerance that was used (mm).
     pub tolerance_mm: f64,
     /// Deviation of the programmed pieces from the path, with leads, and the steps of their slopes.
-    pub deviation: Deviation,
+    pub deviation: ChainDeviation,
     /// Pieces of a turn at full depth, without leads.
     pub pieces_of_turn: usize,
     /// Theoretical number of pieces.
@@ -181,7 +181,7 @@ pub struct PostedProgram {
 ///
 /// # Errors
 /// What the control cannot run or the path does not give, with how much of it is allowed.
-pub fn post(request: &ProgramRequest<'_>) -> Result<PostedProgram, PostError> {
+pub fn post(request: &PostRequest<'_>) -> Result<PostedProgram, PostError> {
     error::check(request)?;
     let mut posted = PostedProgram { program: empty(request), turns: Vec::new(), calls: Vec::new(), feed_time_s: 0.0 };
     let mut c_end = 0_i64;
@@ -201,7 +201,7 @@ pub fn post(request: &ProgramRequest<'_>) -> Result<PostedProgram, PostError> {
 }
 
 /// The program before its first cam: the cutter changed, turning, coolant on.
-fn empty(request: &ProgramRequest<'_>) -> Program {
+fn empty(request: &PostRequest<'_>) -> Program {
     let control = &request.control;
     let mut main = alloc::vec![Step::Block(Block::ToolChange(request.tool.number))];
     if let Some((direction, rpm)) = request.spindle {
@@ -223,7 +223,7 @@ fn empty(request: &ProgramRequest<'_>) -> Program {
 
 impl PostedProgram {
     /// The infeed axis clear of everything that is made along it.
-    fn rise_clear(&mut self, request: &ProgramRequest<'_>, of: &FeatureRequest<'_>) -> Result<(), PostError> {
+    fn rise_clear(&mut self, request: &PostRequest<'_>, of: &FeatureRequest<'_>) -> Result<(), PostError> {
         let along = request.features.iter().filter(|other| other.path.infeed == of.path.infeed);
         let clear_mm = along.map(|other| other.clear_mm).fold(f64::NEG_INFINITY, f64::max);
         let axis = NcAxis::from(of.path.infeed);
@@ -238,7 +238,7 @@ impl PostedProgram {
 
     /// Sets the path tolerance of a pass if the request has none: a multiple of the deviation of its pieces. Without it no axis could pass a
     /// corner.
-    fn round_off(&mut self, request: &ProgramRequest<'_>, turn: usize) -> Result<(), PostError> {
+    fn round_off(&mut self, request: &PostRequest<'_>, turn: usize) -> Result<(), PostError> {
         if request.control.path_tolerance_mm.is_none() {
             let count = request.control.format.count(NcAxis::Z, ROUNDED_OFF * self.turns[turn].tolerance_mm)?.max(1);
             let block = Step::Block(Block::PathTolerance(count));
@@ -251,7 +251,7 @@ impl PostedProgram {
     }
 
     /// The subprogram of a pass.
-    fn add_turn(&mut self, request: &ProgramRequest<'_>, (feature, pass): (usize, usize)) -> Result<usize, PostError> {
+    fn add_turn(&mut self, request: &PostRequest<'_>, (feature, pass): (usize, usize)) -> Result<usize, PostError> {
         let (of, of_pass) = (&request.features[feature], &request.features[feature].passes[pass]);
         let turn = SubprogramMotion::new(&request.control, of, of_pass);
         let pieces = Pieces::fitting(&turn, &request.control, of, of_pass)?;
@@ -285,7 +285,7 @@ impl PostedProgram {
     /// A call of a turn, C being where it is (increments); returns where C is then.
     fn call(
         &mut self,
-        request: &ProgramRequest<'_>,
+        request: &PostRequest<'_>,
         of: &FeatureRequest<'_>,
         turn: usize,
         leaves_mm: f64,
@@ -311,7 +311,7 @@ impl PostedProgram {
     }
 
     /// Ends the program after the last cam: everything off, C back at zero.
-    fn finish(&mut self, request: &ProgramRequest<'_>) -> Result<(), PostError> {
+    fn finish(&mut self, request: &PostRequest<'_>) -> Result<(), PostError> {
         let main = &mut self.program.main;
         if request.coolant {
             main.push(Step::Block(Block::Coolant(false)));

@@ -2,8 +2,8 @@
 
 use super::turn::SubprogramMotion;
 use super::{Control, FeatureRequest, PassRequest, PostError, PostedTurn};
-use crate::gcode::archimedean::{Chain, Deviation, Request, Travelling, theoretical_pieces};
-use crate::gcode::{Block, Dialect, Format, MIN_RATE_MM_MIN, NcAxis, Target};
+use crate::gcode::archimedean::{Chain, ChainDeviation, ChainRequest, Travelling, theoretical_pieces};
+use crate::gcode::{Block, Dialect, MIN_RATE_MM_MIN, NcAxis, NumberFormat, Target};
 use crate::math::units::{rpm_from_rad_s, um_from_mm};
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
@@ -55,13 +55,13 @@ pub(super) struct Pieces {
     stretches: Vec<BlockRun>,
     times_s: Vec<f64>,
     tolerance_mm: f64,
-    deviation: Deviation,
+    deviation: ChainDeviation,
     velocity_step_mm_s: f64,
     pieces_of_turn: usize,
     lengthened: usize,
     theoretical: f64,
     blocks_s: f64,
-    format: Format,
+    format: NumberFormat,
 }
 
 impl Pieces {
@@ -119,7 +119,7 @@ impl Pieces {
             stretches: Vec::new(),
             times_s: Vec::new(),
             tolerance_mm,
-            deviation: Deviation::default(),
+            deviation: ChainDeviation::default(),
             velocity_step_mm_s: 0.0,
             pieces_of_turn: 0,
             lengthened: 0,
@@ -140,7 +140,8 @@ impl Pieces {
                 })
                 .collect();
             let travels: Vec<Travelling<'_>> = travels.iter().map(|travel| travel as Travelling<'_>).collect();
-            let request = Request { travels: &travels, from_rad, to_rad, tolerance_mm, rounding_mm, knots: pass.knots };
+            let request =
+                ChainRequest { travels: &travels, from_rad, to_rad, tolerance_mm, rounding_mm, knots: pass.knots };
             pieces.add_stretch(turn, &Chain::new(&request)?, moving)?;
             if !leading {
                 pieces.theoretical = theoretical_pieces(&request)?;
@@ -342,7 +343,7 @@ impl Pieces {
 
     /// Judges what will be driven, in increments, against the path.
     fn judge(&mut self, turn: &SubprogramMotion<'_>, pass: &PassRequest<'_>) -> Result<(), PostError> {
-        let mut worst = Deviation::default();
+        let mut worst = ChainDeviation::default();
         for (stretch, (from_rad, to_rad)) in self.stretches.iter().zip(turn.stretches()) {
             let travels: Vec<_> = stretch
                 .moving
@@ -353,7 +354,7 @@ impl Pieces {
                 })
                 .collect();
             let travels: Vec<Travelling<'_>> = travels.iter().map(|travel| travel as Travelling<'_>).collect();
-            let request = Request {
+            let request = ChainRequest {
                 travels: &travels,
                 from_rad,
                 to_rad,
@@ -396,7 +397,7 @@ impl Pieces {
     }
 
     /// To the beginning: everything but the infeed axis, then that.
-    pub(super) fn approach(&self, turn: &SubprogramMotion<'_>, format: Format) -> Result<Vec<Block>, PostError> {
+    pub(super) fn approach(&self, turn: &SubprogramMotion<'_>, format: NumberFormat) -> Result<Vec<Block>, PostError> {
         let Some(first) = self.knots.first() else { return Ok(Vec::new()) };
         let (mut beside, mut towards) = (Target::default().with(NcAxis::C, first.c), Target::default());
         for (index, axis) in self.axes.iter().enumerate() {

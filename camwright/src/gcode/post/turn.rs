@@ -1,6 +1,6 @@
 //! Motion of the axes over the angle of a call: lead-in, cut at full depth, lead-out.
 
-use super::{Control, FeatureRequest, PassRequest, TurnSpeed};
+use super::{Control, FeatureRequest, PassRequest, ProgramTurnSpeed};
 use crate::math::hermite::Sample;
 use crate::math::units::TURN_RAD;
 use crate::toolpath::cutter_path::{CarriageAxis, CutterPath};
@@ -17,7 +17,7 @@ pub(super) struct SubprogramMotion<'a> {
     lead_rad: f64,
     leaves_turning: bool,
     sense: f64,
-    speed: TurnSpeed<'a>,
+    speed: ProgramTurnSpeed<'a>,
     /// Angle at which full depth ends (rad).
     pub(super) full_rad: f64,
 }
@@ -99,9 +99,9 @@ impl<'a> SubprogramMotion<'a> {
     /// Speed of C (rad/s).
     pub(super) fn speed_rad_s(&self, u_rad: f64) -> f64 {
         match self.speed {
-            TurnSpeed::WorkSpeed(speed) => speed,
-            TurnSpeed::Law(law) => law(u_rad),
-            TurnSpeed::AlongPath { feed_mm_s, most_rad_s } => {
+            ProgramTurnSpeed::WorkSpeed(speed) => speed,
+            ProgramTurnSpeed::Law(law) => law(u_rad),
+            ProgramTurnSpeed::AlongPath { feed_mm_s, most_rad_s } => {
                 // The cutter's centre round the axis, and the travels beside it. Y is small against the radius.
                 let radius = self.at(CarriageAxis::X, u_rad).value;
                 let travels = self.path.travels.iter().map(|travel| self.at(travel.axis, u_rad).first);
@@ -113,7 +113,7 @@ impl<'a> SubprogramMotion<'a> {
 
     /// Time from an angle to a later one (s): Simpson's rule where the speed varies.
     pub(super) fn time_s(&self, from_rad: f64, to_rad: f64) -> f64 {
-        if let TurnSpeed::WorkSpeed(speed) = self.speed {
+        if let ProgramTurnSpeed::WorkSpeed(speed) = self.speed {
             return (to_rad - from_rad) / speed;
         }
         let way = to_rad - from_rad;

@@ -1,7 +1,7 @@
 //! The words of one block, sorted into what excludes each other.
 
 use super::number::Fixed;
-use super::words::{Cursor, Parameters, Word};
+use super::words::{LineCursor, Word, WordParameters};
 use super::{Dialect, ReadFault};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -34,7 +34,7 @@ const GROUPS: usize = Group::End as usize + 1;
 
 /// A block, taken apart. Words are taken out of it as they are understood, so that what is left was not.
 #[derive(Debug, Default)]
-pub(super) struct Block {
+pub(super) struct ReadBlock {
     groups: [Option<u32>; GROUPS],
     letters: [Option<(Fixed, bool)>; 26],
     /// A word of several letters, of which there is at most one, with its values.
@@ -46,8 +46,12 @@ pub(super) struct Block {
 /// Ten times the number of a G word: some have a place behind the point.
 pub(super) type Code = u32;
 
-impl Block {
-    pub(super) fn new(dialect: Dialect, cursor: &mut Cursor<'_>, parameters: &Parameters) -> Result<Self, ReadFault> {
+impl ReadBlock {
+    pub(super) fn new(
+        dialect: Dialect,
+        cursor: &mut LineCursor<'_>,
+        parameters: &WordParameters,
+    ) -> Result<Self, ReadFault> {
         let mut block = Self::default();
         let mut first = true;
         while let Some(word) = cursor.word(parameters)? {

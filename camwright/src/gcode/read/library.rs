@@ -1,6 +1,6 @@
 //! Index of the programs in the files, built before anything is executed.
 
-use super::words::Cursor;
+use super::words::LineCursor;
 use super::{Dialect, LONGEST_LINE, ProgramFile, ReadError, ReadFault, words};
 use alloc::collections::BTreeMap;
 use alloc::format;
@@ -31,7 +31,7 @@ pub(super) struct Stored {
 
 /// All programs: the main program first.
 #[derive(Debug)]
-pub(super) struct Library<'a> {
+pub(super) struct SubprogramLibrary<'a> {
     pub(super) files: &'a [ProgramFile],
     pub(super) programs: Vec<Stored>,
     names: BTreeMap<String, usize>,
@@ -62,7 +62,7 @@ pub(super) fn line_at(
 }
 
 /// The name in angle brackets behind an O, and what is said of it.
-pub(super) fn o_word<'a>(cursor: &mut Cursor<'a>) -> Result<(String, OWord), ReadFault> {
+pub(super) fn o_word<'a>(cursor: &mut LineCursor<'a>) -> Result<(String, OWord), ReadFault> {
     let fault = cursor.no_word();
     let is_o = cursor.skip_if(b'O') || cursor.skip_if(b'o');
     if !is_o || !cursor.skip_if(b'<') {
@@ -102,7 +102,7 @@ struct Finder<'a> {
     over: bool,
 }
 
-impl<'a> Library<'a> {
+impl<'a> SubprogramLibrary<'a> {
     pub(super) fn new(dialect: Dialect, files: &'a [ProgramFile]) -> Result<Self, ReadError> {
         let mut programs = Vec::new();
         for (file, ProgramFile { name: file_name, .. }) in files.iter().enumerate() {
@@ -181,7 +181,7 @@ impl Finder<'_> {
 
     fn only_comment(&self, line: &str) -> Result<(), ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
-        if text.trim().is_empty() { Ok(()) } else { Err(Cursor::new(self.dialect, &text).no_word()) }
+        if text.trim().is_empty() { Ok(()) } else { Err(LineCursor::new(self.dialect, &text).no_word()) }
     }
 
     /// `%` begins and ends a codec.
@@ -221,7 +221,7 @@ impl Finder<'_> {
     /// `o<name> sub` to `o<name> endsub`.
     fn o_line(&mut self, line: &str, here: SourcePosition, next: SourcePosition) -> Result<(), ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
-        let mut cursor = Cursor::new(self.dialect, &text);
+        let mut cursor = LineCursor::new(self.dialect, &text);
         let (name, keyword) = o_word(&mut cursor)?;
         let refused = |why| Err(ReadFault::Refused { word: format!("o<{name}>"), why });
         match keyword {
@@ -251,7 +251,7 @@ impl Finder<'_> {
         let text = words::without_comments(self.dialect, line)?;
         let digits = text.trim().trim_start_matches(['O', 'o']);
         let number = digits.parse::<u32>().ok().filter(|number| digits.len() <= 8 && *number > 0);
-        let Some(number) = number else { return Err(Cursor::new(self.dialect, &text).no_word()) };
+        let Some(number) = number else { return Err(LineCursor::new(self.dialect, &text).no_word()) };
         self.store(number.to_string(), next, Vec::new());
         self.open = true;
         Ok(())
@@ -260,7 +260,7 @@ impl Finder<'_> {
     /// `PROC NAME(REAL A, REAL B)` begins a subprogram; comments may stand before it.
     fn proc_line(&mut self, line: &str, next: SourcePosition) -> Result<(), ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
-        let mut cursor = Cursor::new(self.dialect, &text);
+        let mut cursor = LineCursor::new(self.dialect, &text);
         if cursor.peek().is_none() {
             return Ok(());
         }
@@ -317,7 +317,7 @@ impl Finder<'_> {
 
 /// Returns whether a line declares a subprogram with `EXTERN`; the subprogram must exist with the same number of
 /// parameters.
-pub(super) fn declares(library: &Library<'_>, cursor: &mut Cursor<'_>) -> Result<bool, ReadFault> {
+pub(super) fn declares(library: &SubprogramLibrary<'_>, cursor: &mut LineCursor<'_>) -> Result<bool, ReadFault> {
     let fault = cursor.no_word();
     let line = cursor.rest;
     if !cursor.name().eq_ignore_ascii_case("EXTERN") {

@@ -11,15 +11,15 @@ mod words;
 
 pub use error::{ReadError, ReadFault};
 
-use super::{Dialect, Done, Motion, ProgramFile, SubprogramCall, XValues};
+use super::{Dialect, Done, ProgramFile, ProgramMotion, SubprogramCall, XValues};
 use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
-use block::Block;
-use library::{Library, OWord, SourcePosition, error as error_at, line_at};
+use block::ReadBlock;
+use library::{OWord, SourcePosition, SubprogramLibrary, error as error_at, line_at};
 use number::Fixed;
 use state::{Flow, ModalState};
-use words::{Cursor, Parameters};
+use words::{LineCursor, WordParameters};
 
 /// Most text that is read (bytes).
 pub const MAX_TEXT_BYTES: usize = 512 << 20;
@@ -36,21 +36,21 @@ const MAX_PARAMETERS: usize = 8;
 ///
 /// # Errors
 /// The first thing that is not understood, or must not be, with its file and line.
-pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Result<Motion, ReadError> {
+pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Result<ProgramMotion, ReadError> {
     let begin = SourcePosition { file: 0, at: 0, line: 1 };
     let bytes = files.iter().fold(0, |sum: usize, file| sum.saturating_add(file.text.len()));
     if bytes > MAX_TEXT_BYTES {
         return Err(error_at(files, begin, ReadFault::TooMuchText { bytes }));
     }
-    let library = Library::new(dialect, files)?;
+    let library = SubprogramLibrary::new(dialect, files)?;
     let Some(main) = library.programs.first() else { return Err(error_at(files, begin, ReadFault::NoProgram)) };
     let subprograms = library.programs[1..].iter().map(|program| program.name.clone()).collect();
-    let mut run = Run {
+    let mut run = ProgramReader {
         dialect,
         library: &library,
         state: ModalState::new(dialect, x_values),
-        motion: Motion { subprograms, ..Motion::default() },
-        stack: vec![CallFrame { program: 0, place: main.start, parameters: Parameters::default(), call: None }],
+        motion: ProgramMotion { subprograms, ..ProgramMotion::default() },
+        stack: vec![CallFrame { program: 0, place: main.start, parameters: WordParameters::default(), call: None }],
         called: vec![false; library.programs.len()],
         blocks: 0,
         here: main.start,
@@ -66,15 +66,15 @@ pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Resul
 struct CallFrame {
     program: usize,
     place: SourcePosition,
-    parameters: Parameters,
+    parameters: WordParameters,
     call: Option<u32>,
 }
 
-struct Run<'a> {
+struct ProgramReader<'a> {
     dialect: Dialect,
-    library: &'a Library<'a>,
+    library: &'a SubprogramLibrary<'a>,
     state: ModalState,
-    motion: Motion,
+    motion: ProgramMotion,
     stack: Vec<CallFrame>,
     called: Vec<bool>,
     blocks: u32,
@@ -82,7 +82,7 @@ struct Run<'a> {
     here: SourcePosition,
 }
 
-impl<'a> Run<'a> {
+impl<'a> ProgramReader<'a> {
     fn execute(&mut self) -> Result<(), ReadFault> {
         while let Some(flow) = self.next_line()? {
             match flow {
@@ -156,7 +156,7 @@ impl<'a> Run<'a> {
 
     fn line(&mut self, line: &'a str) -> Result<Flow, ReadFault> {
         let text = words::without_comments(self.dialect, line)?;
-        let mut cursor = Cursor::new(self.dialect, &text);
+        let mut cursor = LineCursor::new(self.dialect, &text);
         let Some(first) = cursor.peek() else { return Ok(Flow::Next) };
         if first == b'/' {
             let why = "a switch at the machine decides if it is executed";
@@ -170,7 +170,7 @@ impl<'a> Run<'a> {
         if self.dialect == Dialect::Siemens && library::declares(library, &mut cursor)? {
             return Ok(Flow::Next);
         }
-        let mut block = Block::new(self.dialect, &mut cursor, &frame.parameters)?;
+        let mut block = ReadBlock::new(self.dialect, &mut cursor, &frame.parameters)?;
         #[allow(clippy::cast_possible_truncation, reason = "no more files than lines, which are counted in 32 bits")]
         let (file, line, call) = (self.here.file as u32, self.here.line, frame.call);
         let done = &mut self.motion.done;
@@ -203,7 +203,7 @@ impl<'a> Run<'a> {
         let (call, subprogram, file) = (self.motion.calls.len() as u32, index as u32 - 1, self.here.file as u32);
         self.motion.calls.push(SubprogramCall { subprogram, file, line: self.here.line, by });
         self.called[index] = true;
-        let parameters = Parameters { names: program.parameters.clone(), values };
+        let parameters = WordParameters { names: program.parameters.clone(), values };
         self.stack.push(CallFrame { program: index, place: program.start, parameters, call: Some(call) });
         Ok(())
     }
@@ -212,7 +212,7 @@ impl<'a> Run<'a> {
     fn nothing_follows(&mut self) -> Result<(), ReadFault> {
         while let Some(line) = self.take_line()? {
             let text = words::without_comments(self.dialect, line)?;
-            let mut cursor = Cursor::new(self.dialect, &text);
+            let mut cursor = LineCursor::new(self.dialect, &text);
             if cursor.peek().is_none() {
                 continue;
             }
@@ -228,7 +228,11 @@ impl<'a> Run<'a> {
 }
 
 /// A line with an O word: a subprogram is passed over where it stands, and called where it is called.
-fn o_line(library: &Library<'_>, frame: &mut CallFrame, cursor: &mut Cursor<'_>) -> Result<Flow, ReadFault> {
+fn o_line(
+    library: &SubprogramLibrary<'_>,
+    frame: &mut CallFrame,
+    cursor: &mut LineCursor<'_>,
+) -> Result<Flow, ReadFault> {
     let (name, keyword) = library::o_word(cursor)?;
     match keyword {
         OWord::Sub => {

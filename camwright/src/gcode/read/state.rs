@@ -1,9 +1,9 @@
 //! Modal state between blocks, and execution of a block.
 
-use super::block::{Block, Group, word};
+use super::block::{Group, ReadBlock, word};
 use super::number::Fixed;
 use super::{Dialect, ReadFault};
-use crate::gcode::{Action, Direction, NcAxis, Pose, XValues};
+use crate::gcode::{Direction, MotionAction, NcAxis, ProgramPose, XValues};
 use crate::math::units::rad_from_deg;
 use alloc::format;
 use alloc::string::String;
@@ -34,7 +34,7 @@ pub(super) struct ModalState {
     inverse_time: bool,
     diameter: bool,
     shift: [Fixed; 4],
-    pose: Pose,
+    pose: ProgramPose,
     speed: Option<Fixed>,
     selected: Option<u32>,
     mounted: Option<u32>,
@@ -60,7 +60,7 @@ impl ModalState {
             inverse_time: false,
             diameter: x_values == XValues::Diameter,
             shift: [Fixed::ZERO; 4],
-            pose: Pose::default(),
+            pose: ProgramPose::default(),
             speed: None,
             selected: None,
             mounted: None,
@@ -68,7 +68,11 @@ impl ModalState {
     }
 
     /// Executes a block in the order that controls use, independent of the order of its words.
-    pub(super) fn execute(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<Flow, ReadFault> {
+    pub(super) fn execute(
+        &mut self,
+        block: &mut ReadBlock,
+        done: &mut impl FnMut(MotionAction),
+    ) -> Result<Flow, ReadFault> {
         self.modes(block);
         self.tool_and_spindle(block, done)?;
         self.path(block, done)?;
@@ -100,7 +104,7 @@ impl ModalState {
         }
     }
 
-    fn modes(&mut self, block: &mut Block) {
+    fn modes(&mut self, block: &mut ReadBlock) {
         if let Some(code) = block.take_code(Group::FeedMode) {
             self.inverse_time = code == 930;
         }
@@ -115,7 +119,11 @@ impl ModalState {
         }
     }
 
-    fn tool_and_spindle(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<(), ReadFault> {
+    fn tool_and_spindle(
+        &mut self,
+        block: &mut ReadBlock,
+        done: &mut impl FnMut(MotionAction),
+    ) -> Result<(), ReadFault> {
         if let Some(speed) = block.value(b'S') {
             if !speed.is_positive() {
                 return Err(refuse(format!("S{speed}"), "a spindle speed must be positive"));
@@ -126,25 +134,25 @@ impl ModalState {
         if block.take_code(Group::ToolChange).is_some() {
             let tool = self.selected.ok_or_else(|| needs("M6", "a tool: T before it or in the same block"))?;
             self.mounted = Some(tool);
-            done(Action::ToolChange(tool));
+            done(MotionAction::ToolChange(tool));
         }
         match block.take_code(Group::Spindle) {
-            Some(50) => done(Action::SpindleOff),
+            Some(50) => done(MotionAction::SpindleOff),
             Some(code) => {
                 let speed =
                     self.speed.ok_or_else(|| needs(&word('M', code), "a speed: S before it or in the same block"))?;
                 let direction = if code == 30 { Direction::Clockwise } else { Direction::Counterclockwise };
-                done(Action::SpindleOn { direction, rpm: speed.value() });
+                done(MotionAction::SpindleOn { direction, rpm: speed.value() });
             }
             None => {}
         }
         if let Some(code) = block.take_code(Group::Coolant) {
-            done(Action::Coolant(code == 80));
+            done(MotionAction::Coolant(code == 80));
         }
         self.tool_length(block)
     }
 
-    fn tool_length(&self, block: &mut Block) -> Result<(), ReadFault> {
+    fn tool_length(&self, block: &mut ReadBlock) -> Result<(), ReadFault> {
         if self.dialect == Dialect::Siemens {
             block.whole(b'D', 1, 1)?;
         }
@@ -159,7 +167,7 @@ impl ModalState {
         }
     }
 
-    fn path(&self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<(), ReadFault> {
+    fn path(&self, block: &mut ReadBlock, done: &mut impl FnMut(MotionAction)) -> Result<(), ReadFault> {
         if block.take_code(Group::Path).is_none() {
             return Ok(());
         }
@@ -175,20 +183,20 @@ impl ModalState {
         if tolerance.is_some_and(|tolerance| !tolerance.is_positive()) {
             return Err(refuse("the path tolerance", "it must be positive"));
         }
-        done(Action::PathTolerance(tolerance.map(Fixed::value)));
+        done(MotionAction::PathTolerance(tolerance.map(Fixed::value)));
         Ok(())
     }
 
     /// Executes the non-modal code of a block.
-    fn once(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<Flow, ReadFault> {
+    fn once(&mut self, block: &mut ReadBlock, done: &mut impl FnMut(MotionAction)) -> Result<Flow, ReadFault> {
         match block.take_code(Group::Once) {
-            Some(40) => done(Action::Dwell(self.pause_s(block)?)),
+            Some(40) => done(MotionAction::Dwell(self.pause_s(block)?)),
             Some(520) if !self.take_shifts(block)? => return Err(needs("G52", "an axis")),
             Some(921) => self.shift = [Fixed::ZERO; 4],
             Some(51) => {
                 let on = block.whole(b'Q', 0, 1)?.ok_or_else(|| needs("G5.1", "Q0 or Q1"))?;
                 if on == 1 {
-                    done(Action::PathTolerance(None));
+                    done(MotionAction::PathTolerance(None));
                 }
             }
             Some(650) => {
@@ -206,7 +214,7 @@ impl ModalState {
         Ok(Flow::Next)
     }
 
-    fn pause_s(&self, block: &mut Block) -> Result<f64, ReadFault> {
+    fn pause_s(&self, block: &mut ReadBlock) -> Result<f64, ReadFault> {
         let pause = match self.dialect {
             Dialect::LinuxCnc => block.value(b'P'),
             Dialect::Fanuc => block.pointed(self.dialect, b'X')?,
@@ -219,7 +227,7 @@ impl ModalState {
     }
 
     /// Shifts of the axes that a block names; whether there were any.
-    fn take_shifts(&mut self, block: &mut Block) -> Result<bool, ReadFault> {
+    fn take_shifts(&mut self, block: &mut ReadBlock) -> Result<bool, ReadFault> {
         let mut any = false;
         for (axis, letter) in AXES {
             let Some(shift) = block.pointed(self.dialect, letter)? else { continue };
@@ -238,7 +246,7 @@ impl ModalState {
     }
 
     /// Words of several letters.
-    fn named(&mut self, block: &mut Block, name: String, values: Vec<Fixed>) -> Result<Flow, ReadFault> {
+    fn named(&mut self, block: &mut ReadBlock, name: String, values: Vec<Fixed>) -> Result<Flow, ReadFault> {
         match name.as_str() {
             "TRANS" => {
                 self.shift = [Fixed::ZERO; 4];
@@ -254,7 +262,7 @@ impl ModalState {
         if values.is_empty() { Ok(Flow::Next) } else { Err(ReadFault::UnknownWord { word: name }) }
     }
 
-    fn travel(&mut self, block: &mut Block, done: &mut impl FnMut(Action)) -> Result<(), ReadFault> {
+    fn travel(&mut self, block: &mut ReadBlock, done: &mut impl FnMut(MotionAction)) -> Result<(), ReadFault> {
         let stated = block.take_code(Group::Motion);
         match stated {
             Some(0) => self.motion = Some(MotionMode::Rapid),
@@ -281,15 +289,15 @@ impl ModalState {
             return Err(needs("a motion", "metric and absolute coordinates, stated before it"));
         }
         let action = match self.motion.ok_or_else(|| needs("a target", "G0 or G1"))? {
-            MotionMode::Rapid => Action::Rapid(pose),
-            MotionMode::Feed => Action::Feed { pose, time_s: self.time_s(block)? },
+            MotionMode::Rapid => MotionAction::Rapid(pose),
+            MotionMode::Feed => MotionAction::Feed { pose, time_s: self.time_s(block)? },
         };
         self.pose = pose;
         done(action);
         Ok(())
     }
 
-    fn time_s(&self, block: &mut Block) -> Result<f64, ReadFault> {
+    fn time_s(&self, block: &mut ReadBlock) -> Result<f64, ReadFault> {
         if !self.inverse_time {
             let why = "what a feed in mm/min means for C differs from control to control; G93 is needed";
             return Err(refuse("G1", why));

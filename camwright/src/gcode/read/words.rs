@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 
 /// Arguments of the running subprogram.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Parameters {
+pub(super) struct WordParameters {
     /// Names, where the dialect names them; in others they are numbered from 1.
     pub(super) names: Vec<String>,
     pub(super) values: Vec<Fixed>,
@@ -72,12 +72,12 @@ fn check_passive(dialect: Dialect, comment: &str) -> Result<(), ReadFault> {
 
 /// Takes a line apart, word by word.
 #[derive(Debug)]
-pub(super) struct Cursor<'a> {
+pub(super) struct LineCursor<'a> {
     pub(super) rest: &'a str,
     dialect: Dialect,
 }
 
-impl<'a> Cursor<'a> {
+impl<'a> LineCursor<'a> {
     pub(super) const fn new(dialect: Dialect, line: &'a str) -> Self {
         Self { rest: line, dialect }
     }
@@ -120,7 +120,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word; `None` at the end of the line.
-    pub(super) fn word(&mut self, parameters: &Parameters) -> Result<Option<Word<'a>>, ReadFault> {
+    pub(super) fn word(&mut self, parameters: &WordParameters) -> Result<Option<Word<'a>>, ReadFault> {
         let Some(first) = self.peek() else { return Ok(None) };
         if !(first.is_ascii_alphabetic() || first == b'_' && self.dialect == Dialect::Siemens) {
             return Err(self.no_word());
@@ -136,7 +136,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A word of SINUMERIK: a name, perhaps with a value or with values in brackets.
-    fn long_word(&mut self, parameters: &Parameters) -> Result<Word<'a>, ReadFault> {
+    fn long_word(&mut self, parameters: &WordParameters) -> Result<Word<'a>, ReadFault> {
         let name = self.name();
         if self.skip_if(b'=') {
             let (value, _) = self.value(parameters)?;
@@ -161,7 +161,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A number, or what a parameter means.
-    pub(super) fn value(&mut self, parameters: &Parameters) -> Result<(Fixed, bool), ReadFault> {
+    pub(super) fn value(&mut self, parameters: &WordParameters) -> Result<(Fixed, bool), ReadFault> {
         match self.peek() {
             Some(b'#') if self.dialect != Dialect::Siemens => {
                 self.rest = &self.rest[1..];

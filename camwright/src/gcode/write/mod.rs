@@ -4,7 +4,7 @@ mod section;
 mod words;
 
 use super::dialect::{Dialect, MAX_TOOL, ProgramFile, TEXT_LENGTH};
-use super::fitted::{self, Names};
+use super::fitted::{self, ProgramNames};
 use super::{Block, NcAxis, Program, Step, WriteError, XValues};
 use alloc::format;
 use alloc::string::String;
@@ -24,7 +24,7 @@ impl Dialect {
 /// All files, that with the main program first.
 fn files(dialect: Dialect, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
     check_tools(program)?;
-    let names = Names::new(dialect, program)?;
+    let names = ProgramNames::new(dialect, program)?;
     let head = head(dialect, program)?;
     let main = main(dialect, program, &names)?;
     let mut subprograms = Vec::new();
@@ -73,7 +73,7 @@ fn head(dialect: Dialect, program: &Program) -> Result<String, WriteError> {
     Ok(head)
 }
 
-fn main(dialect: Dialect, program: &Program, names: &Names) -> Result<String, WriteError> {
+fn main(dialect: Dialect, program: &Program, names: &ProgramNames) -> Result<String, WriteError> {
     let mut section = Section::new(dialect, program, None);
     words::push_start(dialect, program, names, &mut section.text);
     for step in &program.main {
@@ -97,7 +97,7 @@ fn has_tolerance(program: &Program) -> bool {
     blocks.any(|block| matches!(block, Block::PathTolerance(_)))
 }
 
-fn subprogram(dialect: Dialect, program: &Program, names: &Names, index: usize) -> Result<String, WriteError> {
+fn subprogram(dialect: Dialect, program: &Program, names: &ProgramNames, index: usize) -> Result<String, WriteError> {
     let sub = &program.subprograms[index];
     let axis = sub.offset_axis.map(NcAxis::from);
     let mut section = Section::new(dialect, program, Some(sub));

@@ -3,7 +3,7 @@
 use super::words;
 use crate::gcode::dialect::{Dialect, MAX_DWELL_MS, MAX_RPM, MAX_TOOL, Rules};
 use crate::gcode::driven::shift_of;
-use crate::gcode::fitted::{self, Names};
+use crate::gcode::fitted::{self, ProgramNames};
 use crate::gcode::{Block, BlockLocation, Call, Direction, NcAxis, Program, Subprogram, Target, WriteError};
 use alloc::format;
 use alloc::string::String;
@@ -179,7 +179,7 @@ impl<'a> Section<'a> {
         Ok(())
     }
 
-    pub(super) fn call(&mut self, call: &Call, names: &Names) -> Result<(), WriteError> {
+    pub(super) fn call(&mut self, call: &Call, names: &ProgramNames) -> Result<(), WriteError> {
         self.end_feeding();
         let count = self.program.subprograms.len();
         let Some(sub) = self.program.subprograms.get(call.subprogram) else {

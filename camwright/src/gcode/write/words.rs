@@ -1,8 +1,8 @@
 //! Words in which the dialects differ.
 
 use crate::gcode::dialect::{Dialect, ProgramFile};
-use crate::gcode::fitted::Names;
-use crate::gcode::{Call, Format, NcAxis, Program, Subprogram, XValues};
+use crate::gcode::fitted::ProgramNames;
+use crate::gcode::{Call, NcAxis, NumberFormat, Program, Subprogram, XValues};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -43,7 +43,7 @@ pub(super) fn about_machine(dialect: Dialect, x_values: XValues) -> Vec<&'static
 }
 
 /// A safe state to begin in: metric, absolute, no compensation, no cycle, no shift that somebody left.
-pub(super) fn push_start(dialect: Dialect, program: &Program, names: &Names, to: &mut String) {
+pub(super) fn push_start(dialect: Dialect, program: &Program, names: &ProgramNames, to: &mut String) {
     let x_values = program.format.x_values();
     match dialect {
         Dialect::LinuxCnc => {
@@ -144,7 +144,7 @@ pub(super) fn push_shift(dialect: Dialect, to: &mut String, axis: Option<NcAxis>
     }
 }
 
-pub(super) fn push_no_shift(dialect: Dialect, to: &mut String, axis: Option<NcAxis>, format: Format) {
+pub(super) fn push_no_shift(dialect: Dialect, to: &mut String, axis: Option<NcAxis>, format: NumberFormat) {
     match dialect {
         Dialect::LinuxCnc | Dialect::Fanuc => {
             let zero = |axis: NcAxis| format!(" {}{}", axis.letter(), decimal(0, format.decimals(axis)));
@@ -157,8 +157,8 @@ pub(super) fn push_no_shift(dialect: Dialect, to: &mut String, axis: Option<NcAx
 pub(super) fn push_call(
     dialect: Dialect,
     to: &mut String,
-    format: Format,
-    names: &Names,
+    format: NumberFormat,
+    names: &ProgramNames,
     call: &Call,
     sub: &Subprogram,
 ) {
@@ -185,7 +185,7 @@ pub(super) fn push_call(
 pub(super) fn files(
     dialect: Dialect,
     program: &Program,
-    names: &Names,
+    names: &ProgramNames,
     head: &str,
     main: String,
     subprograms: Vec<String>,

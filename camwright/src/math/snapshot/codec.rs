@@ -46,7 +46,7 @@ pub enum SnapshotError {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
+enum CodecStep {
     Field(&'static str),
     Item(usize),
 }
@@ -54,7 +54,7 @@ enum Step {
 /// Path of the current field in the state, for example `axes[1].servo.error`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FieldPath {
-    steps: [Step; DEPTH],
+    steps: [CodecStep; DEPTH],
     depth: usize,
 }
 
@@ -62,9 +62,9 @@ impl fmt::Display for FieldPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, step) in self.steps.iter().take(self.depth).enumerate() {
             match step {
-                Step::Field(name) if index == 0 => write!(f, "{name}")?,
-                Step::Field(name) => write!(f, ".{name}")?,
-                Step::Item(item) => write!(f, "[{item}]")?,
+                CodecStep::Field(name) if index == 0 => write!(f, "{name}")?,
+                CodecStep::Field(name) => write!(f, ".{name}")?,
+                CodecStep::Item(item) => write!(f, "[{item}]")?,
             }
         }
         Ok(())
@@ -72,7 +72,7 @@ impl fmt::Display for FieldPath {
 }
 
 #[derive(Debug)]
-enum Mode<'a> {
+enum CodecMode<'a> {
     Measuring,
     Writing(&'a mut [u8]),
     Reading(&'a [u8]),
@@ -82,38 +82,38 @@ enum Mode<'a> {
 /// Codec that writes, reads, compares or measures a state.
 #[derive(Debug)]
 pub struct SnapshotCodec<'a> {
-    mode: Mode<'a>,
+    mode: CodecMode<'a>,
     octets: usize,
     place: FieldPath,
 }
 
 impl<'a> SnapshotCodec<'a> {
-    fn new(mode: Mode<'a>) -> Self {
-        Self { mode, octets: 0, place: FieldPath { steps: [Step::Item(0); DEPTH], depth: 0 } }
+    fn new(mode: CodecMode<'a>) -> Self {
+        Self { mode, octets: 0, place: FieldPath { steps: [CodecStep::Item(0); DEPTH], depth: 0 } }
     }
 
     /// Counts the octets that a state takes.
     #[must_use]
     pub fn measuring() -> Self {
-        Self::new(Mode::Measuring)
+        Self::new(CodecMode::Measuring)
     }
 
     /// Writes a state into this room.
     #[must_use]
     pub fn writing(room: &'a mut [u8]) -> Self {
-        Self::new(Mode::Writing(room))
+        Self::new(CodecMode::Writing(room))
     }
 
     /// Takes a state up from these octets.
     #[must_use]
     pub fn reading(octets: &'a [u8]) -> Self {
-        Self::new(Mode::Reading(octets))
+        Self::new(CodecMode::Reading(octets))
     }
 
     /// Compares a state with these octets, and leaves it as it is.
     #[must_use]
     pub fn comparing(octets: &'a [u8]) -> Self {
-        Self::new(Mode::Comparing(octets))
+        Self::new(CodecMode::Comparing(octets))
     }
 
     #[must_use]
@@ -130,18 +130,18 @@ impl<'a> SnapshotCodec<'a> {
     /// Returns whether values come from the codec.
     #[must_use]
     pub fn is_reading(&self) -> bool {
-        matches!(self.mode, Mode::Reading(_))
+        matches!(self.mode, CodecMode::Reading(_))
     }
 
     pub(super) fn is_comparing(&self) -> bool {
-        matches!(self.mode, Mode::Comparing(_))
+        matches!(self.mode, CodecMode::Comparing(_))
     }
 
     /// Octets that are still to be read or compared; as many as can be where nothing is.
     pub(super) fn left(&self) -> usize {
         match &self.mode {
-            Mode::Measuring | Mode::Writing(_) => usize::MAX,
-            Mode::Reading(octets) | Mode::Comparing(octets) => octets.len().saturating_sub(self.octets),
+            CodecMode::Measuring | CodecMode::Writing(_) => usize::MAX,
+            CodecMode::Reading(octets) | CodecMode::Comparing(octets) => octets.len().saturating_sub(self.octets),
         }
     }
 
@@ -165,7 +165,7 @@ impl<'a> SnapshotCodec<'a> {
         name: &'static str,
         walk: impl FnOnce(&mut Self) -> Result<R, SnapshotError>,
     ) -> Result<R, SnapshotError> {
-        self.step(Step::Field(name), walk)
+        self.step(CodecStep::Field(name), walk)
     }
 
     /// Walks through an item of a list.
@@ -177,12 +177,12 @@ impl<'a> SnapshotCodec<'a> {
         index: usize,
         walk: impl FnOnce(&mut Self) -> Result<R, SnapshotError>,
     ) -> Result<R, SnapshotError> {
-        self.step(Step::Item(index), walk)
+        self.step(CodecStep::Item(index), walk)
     }
 
     fn step<R>(
         &mut self,
-        step: Step,
+        step: CodecStep,
         walk: impl FnOnce(&mut Self) -> Result<R, SnapshotError>,
     ) -> Result<R, SnapshotError> {
         let depth = self.place.depth;
@@ -199,12 +199,12 @@ impl<'a> SnapshotCodec<'a> {
     pub(super) fn word<const N: usize>(&mut self, own: [u8; N]) -> Result<[u8; N], SnapshotError> {
         let (from, to) = (self.octets, self.octets.saturating_add(N));
         let word = match &mut self.mode {
-            Mode::Measuring => own,
-            Mode::Writing(room) => {
+            CodecMode::Measuring => own,
+            CodecMode::Writing(room) => {
                 room.get_mut(from..to).ok_or(SnapshotError::NoRoom)?.copy_from_slice(&own);
                 own
             }
-            Mode::Reading(octets) | Mode::Comparing(octets) => {
+            CodecMode::Reading(octets) | CodecMode::Comparing(octets) => {
                 let there = octets.get(from..to).ok_or(SnapshotError::Ended)?;
                 <[u8; N]>::try_from(there).map_err(|_| SnapshotError::Ended)?
             }
@@ -217,14 +217,14 @@ impl<'a> SnapshotCodec<'a> {
     pub(super) fn put_numbers(&mut self, own: &[f64]) -> Result<bool, SnapshotError> {
         let (from, to) = (self.octets, self.octets.saturating_add(size_of_val(own)));
         match &mut self.mode {
-            Mode::Measuring => {}
-            Mode::Writing(room) => {
+            CodecMode::Measuring => {}
+            CodecMode::Writing(room) => {
                 let room = room.get_mut(from..to).ok_or(SnapshotError::NoRoom)?;
                 for (octets, number) in room.as_chunks_mut().0.iter_mut().zip(own) {
                     *octets = number.to_le_bytes();
                 }
             }
-            Mode::Reading(_) | Mode::Comparing(_) => return Ok(false),
+            CodecMode::Reading(_) | CodecMode::Comparing(_) => return Ok(false),
         }
         self.octets = to;
         Ok(true)

@@ -1,7 +1,7 @@
 //! Bounds that limit C, and their positions: every bound of a turn as a share of the value allowed for planning.
 
 use super::process::{Cutting, largest_speed_rad_s};
-use super::{PATH_SHARE, Quantity, VARYING_X_SHARE};
+use super::{LimitedQuantity, PATH_SHARE, VARYING_X_SHARE};
 use crate::job::grinding::SpeedLaw;
 use crate::machine::description::{Axis, MotionLimits};
 use crate::math::hermite::Sample;
@@ -17,7 +17,7 @@ pub const ACTIVE_SHARE: f64 = 0.95;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
     /// A limit of an axis.
-    Limit(Axis, Quantity),
+    Limit(Axis, LimitedQuantity),
     /// Process bound of the speed law: footprint speed, removal rate, power or temperature.
     Process,
     /// The work speed of the pass; of a law that lets it vary the largest.
@@ -30,12 +30,12 @@ impl Bound {
     pub const ALL: [Bound; 9] = [
         Bound::WorkSpeed,
         Bound::Process,
-        Bound::Limit(Axis::C, Quantity::Velocity),
-        Bound::Limit(Axis::C, Quantity::Acceleration),
-        Bound::Limit(Axis::C, Quantity::Jerk),
-        Bound::Limit(Axis::X, Quantity::Velocity),
-        Bound::Limit(Axis::X, Quantity::Acceleration),
-        Bound::Limit(Axis::X, Quantity::Jerk),
+        Bound::Limit(Axis::C, LimitedQuantity::Velocity),
+        Bound::Limit(Axis::C, LimitedQuantity::Acceleration),
+        Bound::Limit(Axis::C, LimitedQuantity::Jerk),
+        Bound::Limit(Axis::X, LimitedQuantity::Velocity),
+        Bound::Limit(Axis::X, LimitedQuantity::Acceleration),
+        Bound::Limit(Axis::X, LimitedQuantity::Jerk),
         Bound::WheelPower,
     ];
 }
@@ -113,10 +113,10 @@ impl TurnBounds<'_> {
     pub fn uses(&self, c: Sample) -> [f64; 9] {
         let [of_c, of_x] = self.allowed();
         let x = self.x_in_time(c);
-        let in_time = |quantity: Quantity, sample: Sample| match quantity {
-            Quantity::Velocity => sample.first.abs(),
-            Quantity::Acceleration => sample.second.abs(),
-            Quantity::Jerk => sample.third.abs(),
+        let in_time = |quantity: LimitedQuantity, sample: Sample| match quantity {
+            LimitedQuantity::Velocity => sample.first.abs(),
+            LimitedQuantity::Acceleration => sample.second.abs(),
+            LimitedQuantity::Jerk => sample.third.abs(),
         };
         Bound::ALL.map(|bound| match bound {
             Bound::Limit(Axis::C, quantity) => in_time(quantity, c) / quantity.limit(&of_c),

@@ -1,7 +1,7 @@
 //! The fastest turn without limits of jerk and of X acceleration: every plan is slower, so its time is a lower bound, and
 //! where it is slow a plan needs its knots.
 
-use super::square_speed::{Knots, to_f64};
+use super::square_speed::{SpeedKnots, to_f64};
 use crate::machine::description::MotionLimits;
 use crate::math::units::{TURN_RAD, wrap_turn};
 use alloc::vec::Vec;
@@ -66,7 +66,7 @@ impl Envelope {
     }
 
     /// Knots that take equal times at this speed, and are never farther apart than `widest_rad`.
-    pub(super) fn knots(&self, step_s: f64, widest_rad: f64) -> Knots {
+    pub(super) fn knots(&self, step_s: f64, widest_rad: f64) -> SpeedKnots {
         let count = self.square.len();
         let d = spacing(count);
         let weight = |z: f64| 1.0 / (step_s * libm::sqrt(z)) + 1.0 / widest_rad;
@@ -92,7 +92,7 @@ impl Envelope {
             let within = (wanted - sums[cell]) / (sums[cell + 1] - sums[cell]);
             at.push((to_f64(cell) + within) * d);
         }
-        Knots::new(at)
+        SpeedKnots::new(at)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Why there is no speed plan, in sentences.
 
-use super::{LimitUse, Quantity, TurnError, figures};
+use super::{LimitUse, LimitedQuantity, TurnError, figures};
 use crate::math::units::TURN_RAD;
 use crate::motion::point_to_point::PointToPointError;
 use alloc::string::String;
@@ -111,8 +111,10 @@ fn rpm(rad_s: f64) -> String {
 
 fn reserve(worst: LimitUse) -> &'static str {
     match worst.quantity {
-        Quantity::Velocity => "",
-        Quantity::Acceleration | Quantity::Jerk => " (5 % of the axis limit is kept for a stop on the path)",
+        LimitedQuantity::Velocity => "",
+        LimitedQuantity::Acceleration | LimitedQuantity::Jerk => {
+            " (5 % of the axis limit is kept for a stop on the path)"
+        }
     }
 }
 

@@ -9,32 +9,33 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum LimitedQuantity {
     Velocity,
     Acceleration,
     Jerk,
 }
 
-impl Quantity {
+impl LimitedQuantity {
     /// In the order of derivatives.
-    pub const ALL: [Quantity; 3] = [Quantity::Velocity, Quantity::Acceleration, Quantity::Jerk];
+    pub const ALL: [LimitedQuantity; 3] =
+        [LimitedQuantity::Velocity, LimitedQuantity::Acceleration, LimitedQuantity::Jerk];
 
     /// The limit of this quantity.
     #[must_use]
     pub const fn limit(self, limits: &MotionLimits) -> f64 {
         match self {
-            Quantity::Velocity => limits.velocity,
-            Quantity::Acceleration => limits.acceleration,
-            Quantity::Jerk => limits.jerk,
+            LimitedQuantity::Velocity => limits.velocity,
+            LimitedQuantity::Acceleration => limits.acceleration,
+            LimitedQuantity::Jerk => limits.jerk,
         }
     }
 
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Quantity::Velocity => "velocity",
-            Quantity::Acceleration => "acceleration",
-            Quantity::Jerk => "jerk",
+            LimitedQuantity::Velocity => "velocity",
+            LimitedQuantity::Acceleration => "acceleration",
+            LimitedQuantity::Jerk => "jerk",
         }
     }
 
@@ -42,12 +43,12 @@ impl Quantity {
     #[must_use]
     pub const fn unit(self, axis: Axis) -> &'static str {
         match (axis, self) {
-            (Axis::C, Quantity::Velocity) => "rad/s",
-            (Axis::C, Quantity::Acceleration) => "rad/s²",
-            (Axis::C, Quantity::Jerk) => "rad/s³",
-            (_, Quantity::Velocity) => "mm/s",
-            (_, Quantity::Acceleration) => "mm/s²",
-            (_, Quantity::Jerk) => "mm/s³",
+            (Axis::C, LimitedQuantity::Velocity) => "rad/s",
+            (Axis::C, LimitedQuantity::Acceleration) => "rad/s²",
+            (Axis::C, LimitedQuantity::Jerk) => "rad/s³",
+            (_, LimitedQuantity::Velocity) => "mm/s",
+            (_, LimitedQuantity::Acceleration) => "mm/s²",
+            (_, LimitedQuantity::Jerk) => "mm/s³",
         }
     }
 }
@@ -56,7 +57,7 @@ impl Quantity {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitUse {
     pub axis: Axis,
-    pub quantity: Quantity,
+    pub quantity: LimitedQuantity,
     /// Largest magnitude met (mm or rad, s).
     pub value: f64,
     /// Most allowed (mm or rad, s).
@@ -134,8 +135,8 @@ fn collect(
 ) -> Vec<LimitUse> {
     let mut uses = Vec::with_capacity(6);
     for (axis, limits, extremes) in [(Axis::C, c, &found[0]), (Axis::X, x, &found[1])] {
-        for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
-            let share = if quantity == Quantity::Velocity { 1.0 } else { path_share };
+        for (quantity, extreme) in LimitedQuantity::ALL.into_iter().zip(extremes) {
+            let share = if quantity == LimitedQuantity::Velocity { 1.0 } else { path_share };
             uses.push(LimitUse {
                 axis,
                 quantity,

@@ -33,7 +33,7 @@ pub use error::SpeedPlanError;
 use error::round_down;
 pub(crate) use fixed_path::{FixedPathRequest, FixedPathSpeed};
 pub use lead::{FlyingStart, LEAD_PATH_SHARE, largest_lead_speed_rad_s, shortest_lead_s};
-pub use limit_use::{LimitUse, Quantity, uses_by_differences};
+pub use limit_use::{LimitUse, LimitedQuantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
 pub use process::{Cutting, largest_speed_rad_s};
 pub use turn_request::{TurnError, TurnRequest};
@@ -165,7 +165,7 @@ impl SpeedPlan {
         match Self::within(request, &request.c, &request.x) {
             // It sits on the limit of a velocity, and the plan's own numbers round to above it.
             Err(SpeedPlanError::Check(found))
-                if found.quantity == Quantity::Velocity && found.ratio() <= 1.0 + VELOCITY_ROUNDING =>
+                if found.quantity == LimitedQuantity::Velocity && found.ratio() <= 1.0 + VELOCITY_ROUNDING =>
             {
                 Self::within(&request.slower(found.ratio() * (1.0 + 1e-9)), &request.c, &request.x)
             }

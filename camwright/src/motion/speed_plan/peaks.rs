@@ -1,7 +1,7 @@
 //! Peaks of the limit utilisation of a turn, between the points on which it was planned.
 
-use super::square_speed::{Knots, SquareSpeed, to_f64};
-use super::table::Table;
+use super::square_speed::{SpeedKnots, SquareSpeed, to_f64};
+use super::table::LimitTable;
 use super::turn_request::TurnRequest;
 use crate::math::hermite::Sample;
 use crate::math::periodic_spline::Weights;
@@ -85,14 +85,14 @@ impl Reach {
 /// Peaks of the limit utilisation for given knots.
 pub(super) struct PeakSearch<'a> {
     request: &'a TurnRequest<'a>,
-    table: &'a Table,
+    table: &'a LimitTable,
     reach: Vec<Reach>,
     /// Weights at the points of an interval of the path.
     weights: Vec<Weights>,
 }
 
 impl<'a> PeakSearch<'a> {
-    pub(super) fn new(request: &'a TurnRequest<'a>, table: &'a Table, knots: &Knots) -> Self {
+    pub(super) fn new(request: &'a TurnRequest<'a>, table: &'a LimitTable, knots: &SpeedKnots) -> Self {
         let per_bound = |angle: f64| request.per_square_bound(angle, request.path.sample(angle));
         let at_knots: Vec<f64> = (0..knots.count()).map(|i| per_bound(knots.at(i))).collect();
         let reach = (0..knots.count()).map(|i| {

@@ -15,7 +15,7 @@ pub(super) struct SquareSample {
 }
 
 /// Weights of the three coefficients that an interval sees.
-pub(super) type Weights = [f64; 3];
+pub(super) type SpeedWeights = [f64; 3];
 
 /// A number of points or knots.
 pub(super) fn to_f64(count: usize) -> f64 {
@@ -24,11 +24,11 @@ pub(super) fn to_f64(count: usize) -> f64 {
 
 /// Knots over one turn: interval i goes from knot i to knot i + 1, the last one to the first again.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Knots {
+pub(super) struct SpeedKnots {
     at: Vec<f64>,
 }
 
-impl Knots {
+impl SpeedKnots {
     /// Increasing angles from 0 on, below a turn; at least five.
     pub(super) fn new(at: Vec<f64>) -> Self {
         debug_assert!(at.len() >= 5 && at[0] >= 0.0 && at.windows(2).all(|pair| pair[0] < pair[1]));
@@ -63,7 +63,7 @@ impl Knots {
     }
 
     /// Weights of the coefficients before, of and after an interval at the share `u` of it: of z, z′ and z″.
-    pub(super) fn weights(&self, interval: usize, u: f64) -> [Weights; 3] {
+    pub(super) fn weights(&self, interval: usize, u: f64) -> [SpeedWeights; 3] {
         let (before, after) = self.beside(interval);
         let (d0, d, d1) = (self.length(before), self.length(interval), self.length(after));
         // Bézier points of the interval: its first knot, its coefficient, its last knot.
@@ -81,17 +81,17 @@ impl Knots {
 /// z over one turn.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SquareSpeed {
-    knots: Knots,
+    knots: SpeedKnots,
     coefficients: Vec<f64>,
 }
 
 impl SquareSpeed {
-    pub(super) fn new(knots: Knots, coefficients: Vec<f64>) -> Self {
+    pub(super) fn new(knots: SpeedKnots, coefficients: Vec<f64>) -> Self {
         debug_assert_eq!(knots.count(), coefficients.len(), "a coefficient per interval");
         Self { knots, coefficients }
     }
 
-    pub(super) fn knots(&self) -> &Knots {
+    pub(super) fn knots(&self) -> &SpeedKnots {
         &self.knots
     }
 
@@ -109,7 +109,7 @@ impl SquareSpeed {
     pub(super) fn within(&self, interval: usize, u: f64) -> SquareSample {
         let (before, after) = self.knots.beside(interval);
         let c = [self.coefficients[before], self.coefficients[interval], self.coefficients[after]];
-        let dot = |w: &Weights| w[0] * c[0] + w[1] * c[1] + w[2] * c[2];
+        let dot = |w: &SpeedWeights| w[0] * c[0] + w[1] * c[1] + w[2] * c[2];
         let [z, first, second] = self.knots.weights(interval, u);
         SquareSample { z: dot(&z), first: dot(&first), second: dot(&second) }
     }

@@ -19,13 +19,13 @@ const MAX_PARTS: f64 = 32.0;
 
 /// The bound of a turn.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(super) struct LimitTable {
     per_bound: Vec<f64>,
     /// Angle and 1/bound² between those points, in the order of angles, where a notch of the bound may have its bottom there.
     notches: Vec<(f64, f64)>,
 }
 
-impl Table {
+impl LimitTable {
     /// # Errors
     /// An angle at which the process allows no speed.
     pub(super) fn new(request: &TurnRequest<'_>) -> Result<Self, TurnError> {

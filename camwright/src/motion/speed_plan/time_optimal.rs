@@ -8,7 +8,7 @@
 
 use super::envelope::Envelope;
 use super::peaks::{PeakSearch, Peaks};
-use super::square_speed::{Knots, SquareSpeed, Weights, to_f64};
+use super::square_speed::{SpeedKnots, SpeedWeights, SquareSpeed, to_f64};
 use super::turn_request::TurnRequest;
 use crate::math::banded::CyclicBand;
 use crate::math::hermite::Sample;
@@ -79,9 +79,9 @@ const LOOSE_X_JERK: f64 = 1.001;
 struct Interval {
     length: f64,
     /// Weights of z at the points; none at the point of those that have another right side.
-    z: [Weights; 4],
+    z: [SpeedWeights; 4],
     /// Weights of the values that are limited, in the order of pairs, factors of `tight` included.
-    values: [Weights; PAIRS],
+    values: [SpeedWeights; PAIRS],
     /// Number of pairs.
     pairs: usize,
     /// 1/bound² at the first two points.
@@ -108,15 +108,15 @@ impl PerLimit {
     }
 }
 
-fn dot(w: &Weights, c: &Weights) -> f64 {
+fn dot(w: &SpeedWeights, c: &SpeedWeights) -> f64 {
     w[0] * c[0] + w[1] * c[1] + w[2] * c[2]
 }
 
-fn times(factor: f64, w: &Weights) -> Weights {
+fn times(factor: f64, w: &SpeedWeights) -> SpeedWeights {
     w.map(|w| factor * w)
 }
 
-fn sum<const N: usize>(all: [Weights; N]) -> Weights {
+fn sum<const N: usize>(all: [SpeedWeights; N]) -> SpeedWeights {
     all.iter().fold([0.0; 3], |sum, w| [sum[0] + w[0], sum[1] + w[1], sum[2] + w[2]])
 }
 
@@ -144,12 +144,17 @@ struct IntervalState {
 
 /// The limits of a turn on given knots.
 pub(super) struct Problem {
-    knots: Knots,
+    knots: SpeedKnots,
     intervals: Vec<Interval>,
 }
 
 impl Problem {
-    pub(super) fn new(request: &TurnRequest<'_>, envelope: &Envelope, between: &PeakSearch<'_>, knots: Knots) -> Self {
+    pub(super) fn new(
+        request: &TurnRequest<'_>,
+        envelope: &Envelope,
+        between: &PeakSearch<'_>,
+        knots: SpeedKnots,
+    ) -> Self {
         let at_knots: Vec<Sample> = (0..knots.count()).map(|i| request.path.sample(knots.at(i))).collect();
         let (c, limits) = (request.c, request.x);
         let intervals = (0..knots.count())
@@ -195,14 +200,14 @@ impl Problem {
         Self { knots, intervals }
     }
 
-    fn around(&self, values: &[f64], interval: usize) -> Weights {
+    fn around(&self, values: &[f64], interval: usize) -> SpeedWeights {
         let (before, after) = self.knots.beside(interval);
         [values[before], values[interval], values[after]]
     }
 
     /// The plan at hand in an interval, without prices, and the room of every limit.
     #[inline]
-    fn rooms(interval: &Interval, c: &Weights) -> (IntervalState, PerLimit) {
+    fn rooms(interval: &Interval, c: &SpeedWeights) -> (IntervalState, PerLimit) {
         let z = [0, 1, 2].map(|k| dot(&interval.z[k], c));
         let per_z = z.map(|z| 1.0 / z);
         let right = per_z.map(|per_z| interval.root * libm::sqrt(per_z));
@@ -414,7 +419,13 @@ fn assemble(interval: &Interval, at: &IntervalState, mu: f64) -> ([f64; 6], [f64
 /// Change of an interval's prices with a step of its coefficients; and the largest rates at which the step uses up margins,
 /// prices, and z, as shares of them.
 #[inline]
-fn follow(interval: &Interval, at: &IntervalState, moved: &Weights, mu: f64, change: &mut PerLimit) -> (f64, f64, f64) {
+fn follow(
+    interval: &Interval,
+    at: &IntervalState,
+    moved: &SpeedWeights,
+    mu: f64,
+    change: &mut PerLimit,
+) -> (f64, f64, f64) {
     let z = [0, 1, 2].map(|k| dot(&interval.z[k], moved));
     let (mut primal, mut dual, mut by_z) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (z, per_z) in z.iter().zip(&at.per_z) {
@@ -482,7 +493,7 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<StepLengths> {
     Some(StepLengths { primal, dual, gap })
 }
 
-fn add(h: &mut [f64; 6], g: &mut [f64; 3], slope: &Weights, weight: f64, pull: f64) {
+fn add(h: &mut [f64; 6], g: &mut [f64; 3], slope: &SpeedWeights, weight: f64, pull: f64) {
     let [a, b, c] = *slope;
     let (wa, wb) = (weight * a, weight * b);
     h[0] += wa * a;

@@ -3,7 +3,7 @@
 use super::envelope::Envelope;
 use super::peaks::{PeakSearch, Peaks, Reach};
 use super::square_speed::{SquareSample, SquareSpeed};
-use super::table::Table;
+use super::table::LimitTable;
 use super::time_optimal::{Problem, SearchStart, solve};
 use super::turn_request::{TurnError, TurnRequest};
 use crate::machine::description::Axis;
@@ -61,7 +61,7 @@ impl TurnSpeed {
                 return Err(TurnError::BadLimit { axis });
             }
         }
-        let table = Table::new(request)?;
+        let table = LimitTable::new(request)?;
         let envelope = Envelope::new(table.per_bounds(), &request.c);
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);

@@ -5,8 +5,8 @@ use super::run_up::run_up;
 use super::square_speed::to_f64;
 use super::turn_speed::TurnSpeed;
 use super::{
-    Candidate, LimitUse, LimitViolation, MAX_CUT_S, MAX_LAW_KNOTS, PATH_SHARE, PLANNING_GRID, Quantity, SpeedRequest,
-    TurnRequest, VARYING_X_SHARE, windows,
+    Candidate, LimitUse, LimitViolation, LimitedQuantity, MAX_CUT_S, MAX_LAW_KNOTS, PATH_SHARE, PLANNING_GRID,
+    SpeedRequest, TurnRequest, VARYING_X_SHARE, windows,
 };
 use crate::math::hermite::{HermiteSpline, Knot, Sample};
 use crate::math::units::TURN_RAD;
@@ -104,7 +104,7 @@ fn exceeded_on_ramps(request: &SpeedRequest<'_>, candidate: &Candidate) -> Optio
     let ramps: Vec<(f64, f64)> = up.into_iter().chain(down).collect();
     let step = request.check_step(candidate.turn_s);
     let uses = request.seen_from_lobe(super::uses_by_differences(&motion, &ramps, step, &request.c, &request.x));
-    let exceeded = uses.into_iter().filter(|found| found.quantity != Quantity::Velocity && found.ratio() > 1.0);
+    let exceeded = uses.into_iter().filter(|found| found.quantity != LimitedQuantity::Velocity && found.ratio() > 1.0);
     exceeded.max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
 }
 

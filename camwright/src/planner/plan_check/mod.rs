@@ -10,9 +10,9 @@ use crate::machine::wheel_state::{mm_from_nm, nm_from_mm};
 use crate::math::differences::largest_derivatives;
 use crate::math::units::TURN_RAD;
 use crate::motion::cut_motion::CutMotion;
-use crate::motion::plan::{AxisTarget, Command, CutSegment, Plan, Segment, SegmentKind};
+use crate::motion::plan::{AxisTarget, CutSegment, Plan, PlanCommand, Segment, SegmentKind};
 use crate::motion::point_to_point::{MoveLaw, PointToPointError};
-use crate::motion::speed_plan::{LimitUse, Quantity, uses_by_differences, windows};
+use crate::motion::speed_plan::{LimitUse, LimitedQuantity, uses_by_differences, windows};
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -216,7 +216,7 @@ impl PlanCheck<'_> {
     fn step(&mut self, segment: &Segment) -> Result<Option<LimitUse>, PlanFault> {
         let moves_c = match &segment.kind {
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
-            SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
+            SegmentKind::Search { axis, .. } | SegmentKind::Command(PlanCommand::SetHome(axis)) => *axis == Axis::C,
             SegmentKind::Home(_) | SegmentKind::Spiral(_) => true,
             SegmentKind::Cut(_) | SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
         };
@@ -238,17 +238,20 @@ impl PlanCheck<'_> {
             SegmentKind::Home(_) => Err(PlanFault::Homing),
             SegmentKind::Cut(cut) => self.cut(cut).map(Some),
             SegmentKind::Spiral(spiral) => self.spiral(spiral).map(Some),
-            SegmentKind::Command(Command::SetHome(axis)) => {
+            SegmentKind::Command(PlanCommand::SetHome(axis)) => {
                 self.at[axis.index()] = 0;
                 Ok(None)
             }
-            SegmentKind::Command(Command::ExpectWheel { radius_nm }) => {
+            SegmentKind::Command(PlanCommand::ExpectWheel { radius_nm }) => {
                 self.wheel_nm = *radius_nm;
                 Ok(None)
             }
-            SegmentKind::Command(Command::Dress { radius_nm }) => self.dress(*radius_nm).map(|()| None),
+            SegmentKind::Command(PlanCommand::Dress { radius_nm }) => self.dress(*radius_nm).map(|()| None),
             SegmentKind::Command(
-                Command::WheelStart | Command::WheelStop | Command::Push { .. } | Command::WatchForce { .. },
+                PlanCommand::WheelStart
+                | PlanCommand::WheelStop
+                | PlanCommand::Push { .. }
+                | PlanCommand::WatchForce { .. },
             )
             | SegmentKind::Dwell
             | SegmentKind::Wait => Ok(None),
@@ -315,7 +318,7 @@ impl PlanCheck<'_> {
                 let per_unit = description.scale.counts_per_unit();
                 let at = |t: f64| law.along(index, law.law().sample(t.max(0.0)).value) / per_unit;
                 let extremes = largest_derivatives(at, -3.0 * step, law.duration_s() + 3.0 * step, step);
-                for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
+                for (quantity, extreme) in LimitedQuantity::ALL.into_iter().zip(extremes) {
                     let allowed = quantity.limit(&description.limits).min(quantity.limit(&target.limits));
                     let (axis, angle_rad) = (target.axis, 0.0);
                     let found =

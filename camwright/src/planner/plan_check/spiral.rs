@@ -7,7 +7,7 @@ use crate::math::hermite::HermiteSpline;
 use crate::math::twofold::Twofold;
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::SpiralSegment;
-use crate::motion::speed_plan::{LimitUse, Quantity};
+use crate::motion::speed_plan::{LimitUse, LimitedQuantity};
 use crate::motion::spiral_motion::{ExactSpiral, SpiralMotion};
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -114,7 +114,7 @@ impl PlanCheck<'_> {
                 // Differences that reach from one stretch into the next are in both.
                 let (from, to) = (stretch.from_s - 3.0 * step, stretch.to_s + 3.0 * step);
                 let extremes = largest_exact_derivatives(at, Twofold::from(from), Twofold::from(to), step);
-                for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
+                for (quantity, extreme) in LimitedQuantity::ALL.into_iter().zip(extremes) {
                     let allowed = quantity.limit(&description.limits);
                     let angle_rad = motion.law.sample(extreme.at).value;
                     let found =

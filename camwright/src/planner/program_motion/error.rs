@@ -2,7 +2,7 @@
 
 use crate::machine::description::Axis;
 use crate::math::units::{deg_from_rad, um_from_mm};
-use crate::motion::speed_plan::{Quantity, figures};
+use crate::motion::speed_plan::{LimitedQuantity, figures};
 use alloc::string::String;
 use thiserror::Error;
 
@@ -65,7 +65,7 @@ pub enum ProgramMotionFault {
     #[error(
         "in {time_s} s {} would go at {} {unit}, {} {unit} are allowed: the block needs {} s",
         axis.joint(), figures(*.speed), figures(*.allowed), figures(.time_s * .speed / .allowed),
-        unit = Quantity::Velocity.unit(*axis)
+        unit = LimitedQuantity::Velocity.unit(*axis)
     )]
     TooFast {
         axis: Axis,
@@ -85,7 +85,7 @@ pub enum ProgramMotionFault {
     )]
     Limit {
         axis: Axis,
-        quantity: Quantity,
+        quantity: LimitedQuantity,
         /// Value (mm or rad, s).
         value: f64,
         /// Most (mm or rad, s).

@@ -21,7 +21,7 @@ mod uses;
 pub use error::{ProgramMotionError, ProgramMotionFault};
 pub use run::RunLaws;
 
-use crate::gcode::{Action, Done, Motion, NcAxis, Pose, ProgramFile};
+use crate::gcode::{Done, MotionAction, NcAxis, ProgramFile, ProgramMotion, ProgramPose};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -58,7 +58,7 @@ pub struct Run {
     pub blocks: usize,
     /// Tolerance for rounding its corners (mm).
     pub tolerance_mm: f64,
-    /// First and last action of the program in it, by index into [`Motion::done`].
+    /// First and last action of the program in it, by index into [`ProgramMotion::done`].
     pub done: (usize, usize),
 }
 
@@ -75,13 +75,13 @@ pub enum ProgramStep {
     Dwell(f64),
 }
 
-/// The steps of a program on a machine whose axes stand at `start` (counts), with the place of each among [`Motion::done`]. `files` are those
+/// The steps of a program on a machine whose axes stand at `start` (counts), with the place of each among [`ProgramMotion::done`]. `files` are those
 /// that were read, for their names.
 ///
 /// # Errors
 /// The first thing that the machine does not do, with file and line.
 pub fn program_steps(
-    motion: &Motion,
+    motion: &ProgramMotion,
     files: &[ProgramFile],
     setup: &ProgramSetup,
     machine: &MachineDescription,
@@ -149,7 +149,7 @@ impl ProgramSetup {
     }
 
     /// Position of the machine's axis (mm or rad) for a pose of the program; `None` if the program has not set it.
-    fn position(&self, axis: Axis, pose: &Pose, machine: &MachineDescription) -> Option<f64> {
+    fn position(&self, axis: Axis, pose: &ProgramPose, machine: &MachineDescription) -> Option<f64> {
         match axis {
             Axis::C => pose.position(NcAxis::C),
             Axis::X if machine.is_lathe() || self.x_of_edge => pose.position(NcAxis::X),
@@ -180,11 +180,11 @@ type Fault = (usize, ProgramMotionFault);
 impl ProgramWalk<'_> {
     fn check_move(&mut self, index: usize, done: &Done) -> Result<(), Fault> {
         match done.action {
-            Action::Rapid(pose) => {
+            MotionAction::Rapid(pose) => {
                 self.end_run()?;
                 self.rapid(index, &pose).map_err(|fault| (index, fault))
             }
-            Action::Feed { pose, time_s } => {
+            MotionAction::Feed { pose, time_s } => {
                 if self.feeds.is_empty() {
                     self.from = Axis::ALL.map(|axis| self.machine.axis(axis).scale.position(self.at[axis.index()]));
                     self.run_tolerance_mm = self.tolerance_mm;
@@ -195,10 +195,10 @@ impl ProgramWalk<'_> {
                 self.feeds.push(FeedBlock { to, time_s, done: index });
                 Ok(())
             }
-            Action::Dwell(time_s) => self.order(index, ProgramStep::Dwell(time_s)),
-            Action::SpindleOn { .. } => self.order(index, ProgramStep::Cutter(true)),
-            Action::SpindleOff => self.order(index, ProgramStep::Cutter(false)),
-            Action::ToolChange(wanted) => {
+            MotionAction::Dwell(time_s) => self.order(index, ProgramStep::Dwell(time_s)),
+            MotionAction::SpindleOn { .. } => self.order(index, ProgramStep::Cutter(true)),
+            MotionAction::SpindleOff => self.order(index, ProgramStep::Cutter(false)),
+            MotionAction::ToolChange(wanted) => {
                 self.end_run()?;
                 match self.tool.replace(wanted) {
                     Some(mounted) if mounted != wanted => {
@@ -207,12 +207,12 @@ impl ProgramWalk<'_> {
                     _ => Ok(()),
                 }
             }
-            Action::PathTolerance(tolerance_mm) => {
+            MotionAction::PathTolerance(tolerance_mm) => {
                 self.tolerance_mm = tolerance_mm.unwrap_or(self.setup.path_tolerance_mm);
                 self.run_tolerance_mm = self.run_tolerance_mm.min(self.tolerance_mm);
                 Ok(())
             }
-            Action::Coolant(_) => Ok(()),
+            MotionAction::Coolant(_) => Ok(()),
         }
     }
 
@@ -223,7 +223,7 @@ impl ProgramWalk<'_> {
     }
 
     /// Targets of the axes that the program has named (rad, mm).
-    fn targets(&self, pose: &Pose) -> Result<[Option<f64>; AXIS_COUNT], ProgramMotionFault> {
+    fn targets(&self, pose: &ProgramPose) -> Result<[Option<f64>; AXIS_COUNT], ProgramMotionFault> {
         if let Some(position_mm) = pose.position(NcAxis::Y) {
             return Err(ProgramMotionFault::NoY { position_mm });
         }
@@ -239,7 +239,7 @@ impl ProgramWalk<'_> {
         Ok(targets)
     }
 
-    fn rapid(&mut self, index: usize, pose: &Pose) -> Result<(), ProgramMotionFault> {
+    fn rapid(&mut self, index: usize, pose: &ProgramPose) -> Result<(), ProgramMotionFault> {
         let mut moves = Vec::new();
         for (axis, target) in Axis::ALL.into_iter().zip(self.targets(pose)?) {
             let Some(counts) = target.map(|position| self.machine.axis(axis).scale.counts(position)) else { continue };

@@ -5,7 +5,7 @@
 
 use crate::machine::description::{AXIS_COUNT, Axis, MotionLimits};
 use crate::math::hermite::Knot;
-use crate::motion::speed_plan::Quantity;
+use crate::motion::speed_plan::LimitedQuantity;
 use alloc::vec::Vec;
 
 /// Parts into which a stretch is cut in which C's speed changes: the bounds are nearer by as much.
@@ -15,7 +15,7 @@ const PARTS: u32 = 8;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Use {
     pub(super) axis: Axis,
-    pub(super) quantity: Quantity,
+    pub(super) quantity: LimitedQuantity,
     pub(super) value: f64,
     pub(super) allowed: f64,
     /// Angle since the start (rad).
@@ -112,7 +112,7 @@ impl HeadstockUse {
 pub(super) fn worst_use(turning: &HeadstockUse, slides: &[Slide; 2], limits: &[MotionLimits; AXIS_COUNT]) -> Use {
     let mut worst = Use {
         axis: Axis::C,
-        quantity: Quantity::Velocity,
+        quantity: LimitedQuantity::Velocity,
         value: turning.fastest_rad_s(),
         allowed: limits[Axis::C.index()].velocity,
         at_rad: 0.0,
@@ -121,7 +121,7 @@ pub(super) fn worst_use(turning: &HeadstockUse, slides: &[Slide; 2], limits: &[M
     // A sum of averages may round a digit above it.
     worst.value = worst.value.min(worst.allowed);
     let mut take = |axis: Axis, values: [f64; 3], at_rad: f64, ramps: bool| {
-        for (quantity, value) in Quantity::ALL.into_iter().zip(values) {
+        for (quantity, value) in LimitedQuantity::ALL.into_iter().zip(values) {
             let allowed = quantity.limit(&limits[axis.index()]);
             if value / allowed > worst.ratio() {
                 worst = Use { axis, quantity, value, allowed, at_rad, ramps };

@@ -3,7 +3,7 @@
 use super::*;
 use crate::machine::fixture::Dresser;
 use crate::machine::wheel_state::WheelNow;
-use crate::motion::plan::{Command, Half};
+use crate::motion::plan::{Half, PlanCommand};
 
 fn with_dresser() -> MachineDescription {
     let mut machine = machine();
@@ -48,7 +48,7 @@ fn a_dress_now_leaves_the_wheel_dressed_and_no_part_made() {
     let seconds = (result.last_tick - result.first_tick) as f64 * 1e-3;
     assert!((seconds - plan.duration_s).abs() < 0.1 + 2.0, "{seconds} s, predicted {} s", plan.duration_s);
     // The plan names the wheel: another one stops the machine before anything moves.
-    assert!(matches!(plan.segments[0].kind, SegmentKind::Command(Command::ExpectWheel { radius_nm: 59_500_000 })));
+    assert!(matches!(plan.segments[0].kind, SegmentKind::Command(PlanCommand::ExpectWheel { radius_nm: 59_500_000 })));
 }
 
 #[test]

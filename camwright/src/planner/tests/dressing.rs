@@ -5,7 +5,7 @@ use crate::cam::form::Form;
 use crate::job::dressing::{DressReason, DressingSpec};
 use crate::machine::fixture::Dresser;
 use crate::machine::wheel_state::mm_from_nm;
-use crate::motion::plan::Command;
+use crate::motion::plan::PlanCommand;
 
 fn with_dresser() -> MachineDescription {
     let mut machine = machine();
@@ -153,10 +153,10 @@ fn the_steps_of_a_dress_are_whole() {
     let machine = with_dresser();
     let planned = plan_on(&dressed(), &machine);
     let segments = &planned.plan.segments;
-    assert!(matches!(segments[0].kind, SegmentKind::Command(Command::ExpectWheel { radius_nm: 60_000_000 })));
+    assert!(matches!(segments[0].kind, SegmentKind::Command(PlanCommand::ExpectWheel { radius_nm: 60_000_000 })));
     let steps: Vec<&SegmentKind> = segments.iter().filter(|s| s.phase == Phase::Dress).map(|s| &s.kind).collect();
     assert_eq!(steps.len(), 9);
-    assert!(matches!(steps[4], SegmentKind::Command(Command::Dress { radius_nm: 58_000_000 })), "{:?}", steps[4]);
+    assert!(matches!(steps[4], SegmentKind::Command(PlanCommand::Dress { radius_nm: 58_000_000 })), "{:?}", steps[4]);
     let first = segments.iter().position(|s| s.phase == Phase::Dress).expect("a dress");
     assert_eq!((segments[first - 1].lobe, segments[first + 9].lobe), (Some(1), Some(2)));
     assert_eq!(segments[first - 1].phase, Phase::Retract);
@@ -185,11 +185,12 @@ fn the_walk_sees_a_path_that_is_kept_over_a_dress_and_a_dress_elsewhere() {
         }
     });
     assert!(text.contains("it uses path 0 again, which was used before the wheel was dressed"), "{text}");
-    let at = good.segments.iter().position(|s| matches!(s.kind, SegmentKind::Command(Command::Dress { .. })));
+    let at = good.segments.iter().position(|s| matches!(s.kind, SegmentKind::Command(PlanCommand::Dress { .. })));
     let at = at.expect("a dress");
     let text = broken(&|plan| plan.segments.swap(at, at - 1));
     assert!(text.contains("where no dresser is"), "{text}");
-    let text = broken(&|plan| plan.segments[at].kind = SegmentKind::Command(Command::Dress { radius_nm: 39_000_000 }));
+    let text =
+        broken(&|plan| plan.segments[at].kind = SegmentKind::Command(PlanCommand::Dress { radius_nm: 39_000_000 }));
     assert!(text.contains("the wheel is dressed to 39 mm; it must have at least 40 mm and less than 60 mm"), "{text}");
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use crate::cam::form::Form;
 use crate::interpolator::Outcome;
 use crate::job::grinding::JobError;
-use crate::motion::plan::{Command, Segment};
+use crate::motion::plan::{PlanCommand, Segment};
 use crate::planner::deflection::Deflections;
 
 /// A job that sparks out until the force differs by so much over a turn at most (N), in so many turns at most.
@@ -72,7 +72,7 @@ fn without_a_steady_force_every_turn_is_turned() {
     let predicted = Deflections::from_lobe(&planned.plan, 0, job.stock_mm, &law).expect("it is cut");
     assert_eq!(predicted.turns, cut.turns);
     let watches = |plan: &Plan| {
-        let is = |segment: &&Segment| matches!(segment.kind, SegmentKind::Command(Command::WatchForce { .. }));
+        let is = |segment: &&Segment| matches!(segment.kind, SegmentKind::Command(PlanCommand::WatchForce { .. }));
         plan.segments.iter().filter(is).count()
     };
     assert_eq!(watches(&planned.plan), 1, "once for all lobes");

@@ -15,18 +15,18 @@ fn at_a_removal_rate(job: JobSpec, removal_rate_mm2_s: f64) -> JobSpec {
 }
 
 /// Setpoints and table of a run, tick by tick.
-struct Run {
+struct SimulatedRun {
     setpoints: Vec<Setpoint>,
     ticks: Simulated,
 }
 
-fn run(planned: &PlannedJob, machine: &MachineDescription) -> Run {
+fn run(planned: &PlannedJob, machine: &MachineDescription) -> SimulatedRun {
     let mut setpoints = Vec::new();
     let ticks = simulated(planned.plan.clone(), machine, |setpoint, _| setpoints.push(*setpoint));
-    Run { setpoints, ticks }
+    SimulatedRun { setpoints, ticks }
 }
 
-impl Run {
+impl SimulatedRun {
     fn duration_s(&self, machine: &MachineDescription) -> f64 {
         let ticks = (self.ticks.last_tick - self.ticks.first_tick) as f64;
         ticks * machine.cycle_time_s()

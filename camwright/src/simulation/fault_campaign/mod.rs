@@ -82,7 +82,7 @@ struct CampaignTarget<'a> {
 
 /// Result of one case.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub struct CaseResult {
     pub alarm: Alarm,
     /// Ticks from the fault to the alarm, and from there to rest.
     pub ticks: (u64, u64),
@@ -100,7 +100,7 @@ pub struct Finding {
 
 /// Why a case failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Failure {
+pub enum CaseFailure {
     /// The job went on to its end.
     #[error("no alarm")]
     NoAlarm,
@@ -121,7 +121,7 @@ pub enum Failure {
     #[error(
         "alarm {}: cut {:.4} mm below the design, the bound is {:.4} mm", .0.alarm.kind.entry().number, .0.deepest_mm, .0.bound_mm
     )]
-    TooDeep(Box<Finding>),
+    TooDeep(Box<CaseResult>),
 }
 
 impl<'a> Campaign<'a> {
@@ -218,7 +218,7 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// What did not happen as it must.
-    pub fn run_case(&self, frame: &Keyframe, case: &FaultCase) -> Result<Finding, Failure> {
+    pub fn run_case(&self, frame: &Keyframe, case: &FaultCase) -> Result<CaseResult, CaseFailure> {
         let mut cell = frame.cell.clone();
         let mut faults: &[Fault] = core::slice::from_ref(&case.fault);
         let mut detecting_mm = 0.0_f64;
@@ -230,7 +230,7 @@ impl<'a> Campaign<'a> {
                 break (alarm, report);
             }
             if !cell.is_running() && cell.machine().is_at_rest() {
-                return Err(Failure::NoAlarm);
+                return Err(CaseFailure::NoAlarm);
             }
         };
         let tick = report.tick;
@@ -238,7 +238,7 @@ impl<'a> Campaign<'a> {
         let mut stopping_mm = 0.0_f64;
         while !(cell.machine().is_at_rest() && report.motion == MotionState::Fault) {
             if report.tick > tick + REST_TICKS {
-                return Err(Failure::Restless(alarm));
+                return Err(CaseFailure::Restless(alarm));
             }
             report = cell.step(&[]);
             stopping_mm = stopping_mm.max(self.error_mm(self.state(&cell, &report)));
@@ -247,7 +247,7 @@ impl<'a> Campaign<'a> {
         let lag_mm = detecting_mm.max(rising_mm + stopping_mm) - error_mm;
         let rest_tick = report.tick;
         let deepest_mm = self.deepest_mm(&cell);
-        let finding = Finding {
+        let finding = CaseResult {
             alarm,
             ticks: (tick - frame.tick, rest_tick - tick),
             deepest_mm,
@@ -259,20 +259,20 @@ impl<'a> Campaign<'a> {
         let slack_mm = CLEARANCE_SLACK_MM[usize::from(!report.axes[X].is_powered)];
         let clearance_mm = cell.machine().description().retract.clearance_mm - slack_mm;
         if let Some(gap_mm) = finding.gap_mm.filter(|gap| *gap < clearance_mm) {
-            return Err(Failure::AtThePart { alarm, gap_mm });
+            return Err(CaseFailure::AtThePart { alarm, gap_mm });
         }
         self.must_stay(&mut cell, case, alarm)?;
         if finding.deepest_mm > finding.bound_mm {
-            return Err(Failure::TooDeep(Box::new(finding)));
+            return Err(CaseFailure::TooDeep(Box::new(finding)));
         }
         Ok(finding)
     }
 
     /// Nothing moves before a reset, whatever is sent, and nothing moves by the reset.
-    fn must_stay(&self, cell: &mut ClosedLoop, case: &FaultCase, alarm: Alarm) -> Result<(), Failure> {
+    fn must_stay(&self, cell: &mut ClosedLoop, case: &FaultCase, alarm: Alarm) -> Result<(), CaseFailure> {
         let place = cell.machine().truth();
         let moved = |cell: &ClosedLoop| cell.machine().truth() != place;
-        let restarted = |when: &'static str| Failure::Restarted { alarm, when };
+        let restarted = |when: &'static str| CaseFailure::Restarted { alarm, when };
         for _ in 0..QUIET_TICKS {
             let beyond = Setpoint { counts: [1; 3], ..cell.machine().setpoint() };
             let first_tick = cell.machine().tick() + 1;

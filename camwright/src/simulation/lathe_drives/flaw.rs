@@ -1,6 +1,6 @@
 //! Effect of single drive flaws: simulation with each flaw removed.
 
-use super::{DrivesForm, Finding, TurningDrives, TurningDrivesError};
+use super::{DrivesForm, DrivesResult, TurningDrives, TurningDrivesError};
 use crate::machine::description::{Axis, DriveSettings, MachineDescription};
 use alloc::vec::Vec;
 use core::fmt;
@@ -150,13 +150,13 @@ impl TurningDrives<'_> {
     pub fn without_flaws(
         &self,
         machine: &MachineDescription,
-        mut report: impl FnMut(&Finding),
+        mut report: impl FnMut(&DrivesResult),
     ) -> Result<Vec<FlawEffect>, TurningDrivesError> {
         let mut found = Vec::new();
         for of in AxisFlaw::all() {
             let Some(other) = of.left_out_of(machine) else { continue };
             let without = FlawEffect { of, form: self.form(&other)? };
-            report(&Finding::Flaw(without));
+            report(&DrivesResult::Flaw(without));
             found.push(without);
         }
         found.sort_by(|a, b| a.form.beyond_mm.total_cmp(&b.form.beyond_mm));

@@ -1,6 +1,6 @@
 //! The least position loop gain of X with which a part keeps its tolerance.
 
-use super::{DrivesForm, Finding, FlawEffect, TurningDrives, TurningDrivesError};
+use super::{DrivesForm, DrivesResult, FlawEffect, TurningDrives, TurningDrivesError};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::simulation::closed_loop::SimulationError;
 use alloc::format;
@@ -95,7 +95,7 @@ impl TurningDrives<'_> {
     pub fn minimum_gain(
         &self,
         search: &GainSearch,
-        mut report: impl FnMut(&Finding),
+        mut report: impl FnMut(&DrivesResult),
     ) -> Result<MinimumGain, TurningDrivesError> {
         let own = self.machine().axis(Axis::X).drive;
         let most_kv_1_s = self.largest_gain(search)?;
@@ -129,7 +129,7 @@ impl TurningDrives<'_> {
         &self,
         search: &GainSearch,
         tried: Vec<GainTrial>,
-        report: impl FnMut(&Finding),
+        report: impl FnMut(&DrivesResult),
     ) -> Result<MinimumGain, TurningDrivesError> {
         let best =
             tried.iter().copied().reduce(|best, one| if one.beyond_mm() < best.beyond_mm() { one } else { best });
@@ -182,7 +182,7 @@ impl TurningDrives<'_> {
         &self,
         search: &GainSearch,
         kv_1_s: f64,
-        report: &mut impl FnMut(&Finding),
+        report: &mut impl FnMut(&DrivesResult),
     ) -> Result<GainTrial, TurningDrivesError> {
         let machine = self.with_gain(search, kv_1_s);
         let form = match self.form(&machine) {
@@ -192,7 +192,7 @@ impl TurningDrives<'_> {
         };
         let velocity_loop_rad_s = machine.axis(Axis::X).drive.velocity_loop_rad_s;
         let gain = GainTrial { kv_1_s, velocity_loop_rad_s, form };
-        report(&Finding::Gain(gain));
+        report(&DrivesResult::Gain(gain));
         Ok(gain)
     }
 }

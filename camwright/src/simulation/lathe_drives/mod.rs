@@ -111,7 +111,7 @@ impl fmt::Display for Drives {
 
 /// Intermediate result for progress reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Finding {
+pub enum DrivesResult {
     Drives(Drives, DrivesForm),
     /// Result for a gain of X.
     Gain(GainTrial),
@@ -185,12 +185,15 @@ impl<'a> TurningDrives<'a> {
     ///
     /// # Errors
     /// See [`Self::form`].
-    pub fn compare(&self, mut report: impl FnMut(&Finding)) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
+    pub fn compare(
+        &self,
+        mut report: impl FnMut(&DrivesResult),
+    ) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
         let mut found = Vec::new();
         for drives in Drives::ALL {
             let Some(machine) = drives.on(self.machine) else { continue };
             let form = if drives == Drives::Ideal { self.compared(&self.ideal) } else { self.form(&machine)? };
-            report(&Finding::Drives(drives, form));
+            report(&DrivesResult::Drives(drives, form));
             found.push((drives, form));
         }
         Ok(found)

@@ -8,7 +8,7 @@
 //! The path is never cut short: a wheel that stood still while C turns on would go through the flank that comes. An X that
 //! is on its way outwards of the path beside it never lies deeper than the path itself.
 
-use super::workholding::Clearance;
+use super::workholding::PartClearance;
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::Sample;
 use crate::motion::point_to_point::{JerkLaw, solve, stop};
@@ -68,14 +68,14 @@ impl Retract {
     /// Sends X off a part that it is too near to, beside the path or by itself. `since` is the last tick before.
     pub(super) fn begin(
         &mut self,
-        near: Clearance,
+        near: PartClearance,
         beside_path: bool,
         x_axis: &AxisState,
         machine: &MachineDescription,
         since: u64,
     ) {
         let (target, per_mm) = (*x_axis.target(), x_axis.counts_per_unit);
-        let Clearance { off_mm, nearest_mm } = near;
+        let PartClearance { off_mm, nearest_mm } = near;
         let description = &machine.axes[X];
         let soft_max_mm = description.soft_limits.map_or(f64::INFINITY, |(_, max)| max);
         let whole = |mm: f64| libm::round(mm * per_mm) / per_mm;
@@ -135,14 +135,14 @@ impl Retract {
     }
 
     /// X loses its power: ends the retreat, and draws back a wheelhead that is too near to the part.
-    pub(super) fn release(&mut self, near: Option<Clearance>, x_axis: &AxisState, machine: &MachineDescription) {
+    pub(super) fn release(&mut self, near: Option<PartClearance>, x_axis: &AxisState, machine: &MachineDescription) {
         let per_mm = x_axis.counts_per_unit;
         let pull = machine.retract.drawback_mm_s2;
         let description = &machine.axes[X];
         // It stops within what its own speed needs; the soft limit is where the weight rests.
         let most_mm = description.soft_limits.map_or(f64::INFINITY, |(_, max)| max);
         self.retreat = None;
-        self.draw = near.filter(|_| pull > 0.0).map(|Clearance { off_mm, .. }| Draw {
+        self.draw = near.filter(|_| pull > 0.0).map(|PartClearance { off_mm, .. }| Draw {
             pull: pull * per_mm,
             fastest: description.limits.velocity * per_mm,
             end: libm::round(off_mm.min(most_mm) * per_mm),

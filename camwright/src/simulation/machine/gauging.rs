@@ -6,7 +6,7 @@ use crate::machine::description::MachineDescription;
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::AxisState;
 use crate::simulation::fault::GaugeFault;
-use crate::simulation::gauge::Gauge;
+use crate::simulation::gauge::SimulatedGauge;
 use crate::simulation::workpiece::{Deflection, Lobe};
 
 /// Equal readings in a row that are suspicious.
@@ -30,7 +30,7 @@ crate::snapshot!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
 /// A gauge and the watch over it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Gauging {
-    gauge: Option<Gauge>,
+    gauge: Option<SimulatedGauge>,
     gauge_watch: GaugeWatch,
 }
 
@@ -39,7 +39,7 @@ snapshot_groups!(Gauging { keep_gauge(equipment: gauge), keep_watch(fields: gaug
 impl Gauging {
     pub(super) fn new(description: &MachineDescription) -> Self {
         Self {
-            gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
+            gauge: description.gauge.map(|gauge| SimulatedGauge::new(gauge, description.cycle_time_s())),
             gauge_watch: GaugeWatch::default(),
         }
     }

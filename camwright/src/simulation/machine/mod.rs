@@ -42,7 +42,7 @@ use contact::{ContactState, LobeSweep};
 use gauging::Gauging;
 use inputs::{Inputs, ProcessLevels, Sensing};
 use power::Power;
-use stream::Stream;
+use stream::SetpointStream;
 use supervision::Supervision;
 use wheel::GrindingWheel;
 use workholding::Workholding;
@@ -65,7 +65,7 @@ pub struct Machine {
     contact: ContactState,
     wheel: GrindingWheel,
     power: Power,
-    stream: Stream,
+    stream: SetpointStream,
     retract: Retract,
     /// Door, chuck and sensors of a machine that is loaded.
     work_area: Option<WorkArea>,
@@ -97,7 +97,7 @@ impl Machine {
             contact: ContactState::new(&description),
             wheel: GrindingWheel::new(&description),
             power: Power::new(&description.retract),
-            stream: Stream::new(&description, resting_setpoint(&axes)),
+            stream: SetpointStream::new(&description, resting_setpoint(&axes)),
             retract: Retract::default(),
             work_area: description.loading.map(|loading| WorkArea::new(&loading, description.cycle_time_s())),
             lasting,

@@ -1,7 +1,7 @@
 //! Setpoints of the axes in each tick: from the stream, beside it, or from the machine itself; power and reset.
 
-use super::supervision::Mode;
-use super::workholding::Clearance;
+use super::supervision::SetpointSource;
+use super::workholding::PartClearance;
 use super::{Machine, ResetRefused};
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::{AXIS_COUNT, Axis};
@@ -13,8 +13,8 @@ const X: usize = Axis::X as usize;
 impl Machine {
     pub(super) fn advance_setpoint(&mut self, setpoint: Option<&Setpoint>) {
         let mode = self.supervision.mode();
-        if matches!(mode, Mode::Following | Mode::Draining) {
-            if mode == Mode::Draining {
+        if matches!(mode, SetpointSource::Following | SetpointSource::Draining) {
+            if mode == SetpointSource::Draining {
                 self.begin_retreat();
             }
             match setpoint {
@@ -25,27 +25,27 @@ impl Machine {
                     }
                     Some((kind, value, bound)) => {
                         self.raise(kind, value, bound);
-                        self.supervision.enter(Mode::OwnStop);
+                        self.supervision.enter(SetpointSource::OwnStop);
                     }
                 },
                 None if self.stream.moves() => {
-                    if mode == Mode::Following {
+                    if mode == SetpointSource::Following {
                         self.raise(AlarmKind::Underrun, 0.0, 0.0);
                     }
-                    self.supervision.enter(Mode::OwnStop);
+                    self.supervision.enter(SetpointSource::OwnStop);
                 }
                 None => {
                     self.stream.rest();
                     if self.retract.is_active() { self.follow() } else { self.hold() }
                 }
             }
-            if self.supervision.mode() == Mode::Draining {
+            if self.supervision.mode() == SetpointSource::Draining {
                 self.end_draining();
             }
-        } else if mode == Mode::Halted {
+        } else if mode == SetpointSource::Halted {
             self.hold();
         }
-        if self.supervision.mode() == Mode::OwnStop {
+        if self.supervision.mode() == SetpointSource::OwnStop {
             self.stop_by_itself();
         }
     }
@@ -59,7 +59,7 @@ impl Machine {
     }
 
     /// Clearance that the wheel at `x_mm` lacks.
-    fn too_near(&self, x_mm: f64) -> Option<Clearance> {
+    fn too_near(&self, x_mm: f64) -> Option<PartClearance> {
         self.workholding.too_near(x_mm, self.axes[Axis::Z.index()].true_value(), &self.description)
     }
 
@@ -74,7 +74,7 @@ impl Machine {
             return;
         }
         let Some(near) = self.too_near(self.x_target_mm()) else { return };
-        let beside_path = self.supervision.mode() == Mode::Draining;
+        let beside_path = self.supervision.mode() == SetpointSource::Draining;
         self.retract.begin(near, beside_path, &self.axes[X], &self.description, self.tick - 1);
     }
 
@@ -115,7 +115,7 @@ impl Machine {
             self.axes[X].go(AxisSetpoint::resting(end));
         }
         let is_near = retreats && self.too_near(self.x_target_mm()).is_some();
-        self.supervision.enter(if is_near { Mode::OwnStop } else { Mode::Halted });
+        self.supervision.enter(if is_near { SetpointSource::OwnStop } else { SetpointSource::Halted });
     }
 
     /// Every axis decelerates at its limit, X leaves the part first.
@@ -134,7 +134,7 @@ impl Machine {
         }
         if is_over && self.axes.iter().all(|axis| axis.target().velocity == 0.0) {
             self.retract.end();
-            self.supervision.enter(Mode::Halted);
+            self.supervision.enter(SetpointSource::Halted);
         }
     }
 
@@ -149,7 +149,7 @@ impl Machine {
                 }
             }
         }
-        let rests = self.supervision.mode() == Mode::Halted && !self.retract.is_active() && self.is_at_rest();
+        let rests = self.supervision.mode() == SetpointSource::Halted && !self.retract.is_active() && self.is_at_rest();
         if self.power.take_power_off() || (self.supervision.requires_power_off() && rests) {
             self.cut_power();
         }
@@ -158,7 +158,7 @@ impl Machine {
     /// Takes the power from every drive; axes that move brake.
     fn cut_power(&mut self) {
         if self.power.switch_off() {
-            self.supervision.enter(Mode::Halted);
+            self.supervision.enter(SetpointSource::Halted);
             Axis::ALL.into_iter().for_each(|axis| self.release(axis));
         }
     }
@@ -218,14 +218,14 @@ impl Machine {
                 return Err(ResetRefused::Moving(axis));
             }
         }
-        if self.supervision.is_stopping() && self.power.is_on() && self.supervision.mode() != Mode::Halted {
+        if self.supervision.is_stopping() && self.power.is_on() && self.supervision.mode() != SetpointSource::Halted {
             return Err(ResetRefused::Moving(Axis::X));
         }
         self.supervision.clear_alarms();
         self.power.reset();
         self.retract.stop_drawing();
         self.stream.follow(self.setpoint());
-        self.supervision.enter(Mode::Following);
+        self.supervision.enter(SetpointSource::Following);
         Ok(())
     }
 
@@ -238,7 +238,7 @@ impl Machine {
             self.power.switch_on();
             self.stream.follow(self.setpoint());
             if !self.supervision.is_stopping() {
-                self.supervision.enter(Mode::Following);
+                self.supervision.enter(SetpointSource::Following);
             }
         }
     }

@@ -4,7 +4,7 @@ use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{KeyWayProbe, MachineDescription};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::Span;
-use crate::simulation::sensors::Edge;
+use crate::simulation::sensors::InputEdge;
 use crate::simulation::workpiece::{Deflection, Removal};
 
 /// The gap detector: closed while the wheel touches the part.
@@ -87,18 +87,18 @@ impl Keyway {
     }
 
     /// Edges of the switch along a servo step of C, in order.
-    pub(super) fn edges(&self, c: &Span) -> [Option<Edge>; 2] {
+    pub(super) fn edges(&self, c: &Span) -> [Option<InputEdge>; 2] {
         key_way_edges(self.begins, self.ends, self.turn, c.from, c.to)
     }
 }
 
 /// The edges between two positions less than a turn apart, in the order in which they are met.
-fn key_way_edges(begins: f64, ends: f64, turn: f64, from: f64, to: f64) -> [Option<Edge>; 2] {
+fn key_way_edges(begins: f64, ends: f64, turn: f64, from: f64, to: f64) -> [Option<InputEdge>; 2] {
     let upwards = to > from;
     let passed = |mark: f64, rising: bool| {
         let (before, after) = (libm::floor((from - mark) / turn), libm::floor((to - mark) / turn));
         let which = if upwards { after } else { before };
-        (before - after != 0.0).then_some(Edge { rising, position: which * turn + mark })
+        (before - after != 0.0).then_some(InputEdge { rising, position: which * turn + mark })
     };
     let edges = [passed(begins, upwards), passed(ends, !upwards)];
     match edges {
@@ -111,7 +111,7 @@ fn key_way_edges(begins: f64, ends: f64, turn: f64, from: f64, to: f64) -> [Opti
 mod tests {
     use super::*;
 
-    fn edge_positions(edges: [Option<Edge>; 2]) -> alloc::vec::Vec<(bool, f64)> {
+    fn edge_positions(edges: [Option<InputEdge>; 2]) -> alloc::vec::Vec<(bool, f64)> {
         edges.into_iter().flatten().map(|edge| (edge.rising, edge.position)).collect()
     }
 

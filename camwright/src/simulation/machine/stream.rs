@@ -8,15 +8,15 @@ use crate::simulation::plausibility::{Plausibility, PlausibilityFault};
 
 /// The last setpoint of the stream and the check of the next one.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stream {
+pub(super) struct SetpointStream {
     plausibility: Plausibility,
     /// The setpoint of the stream that was followed last, without what an alarm adds to it.
     followed: Setpoint,
 }
 
-snapshot_groups!(Stream { keep_followed(fields: followed) } on { plausibility });
+snapshot_groups!(SetpointStream { keep_followed(fields: followed) } on { plausibility });
 
-impl Stream {
+impl SetpointStream {
     /// A stream that continues from a setpoint.
     pub(super) fn new(description: &MachineDescription, from: Setpoint) -> Self {
         Self { plausibility: Plausibility::new(description), followed: from }

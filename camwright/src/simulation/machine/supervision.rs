@@ -6,7 +6,7 @@ use crate::math::fixed_list::FixedList;
 
 /// Source of the setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(super) enum SetpointSource {
     Following,
     /// The stream until it rests, after an alarm: the tail of the last chunk, beside which the wheel leaves the part.
     Draining,
@@ -16,12 +16,12 @@ pub(super) enum Mode {
     Halted,
 }
 
-crate::snapshot_cases!(Mode { 0 Following, 1 Draining, 2 OwnStop, 3 Halted });
+crate::snapshot_cases!(SetpointSource { 0 Following, 1 Draining, 2 OwnStop, 3 Halted });
 
 /// Alarms and the reaction to them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Supervision {
-    mode: Mode,
+    mode: SetpointSource,
     alarms: FixedList<Alarm, ALARM_KINDS>,
     /// Alarms that no tick has reported yet.
     raised: FixedList<Alarm, ALARM_KINDS>,
@@ -38,7 +38,7 @@ snapshot_groups!(Supervision {
 impl Supervision {
     pub(super) fn new() -> Self {
         Self {
-            mode: Mode::Following,
+            mode: SetpointSource::Following,
             alarms: FixedList::new(),
             raised: FixedList::new(),
             kill_due: [false; AXIS_COUNT],
@@ -61,8 +61,8 @@ impl Supervision {
         }
         if matches!(kind, AlarmKind::Overtravel(_)) {
             self.stop_unless_halted();
-        } else if self.mode == Mode::Following {
-            self.mode = Mode::Draining;
+        } else if self.mode == SetpointSource::Following {
+            self.mode = SetpointSource::Draining;
         }
     }
 
@@ -92,17 +92,17 @@ impl Supervision {
         core::mem::take(&mut self.kill_due[axis.index()])
     }
 
-    pub(super) fn mode(&self) -> Mode {
+    pub(super) fn mode(&self) -> SetpointSource {
         self.mode
     }
 
-    pub(super) fn enter(&mut self, mode: Mode) {
+    pub(super) fn enter(&mut self, mode: SetpointSource) {
         self.mode = mode;
     }
 
     pub(super) fn stop_unless_halted(&mut self) {
-        if self.mode != Mode::Halted {
-            self.mode = Mode::OwnStop;
+        if self.mode != SetpointSource::Halted {
+            self.mode = SetpointSource::OwnStop;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Guards: nothing moves with an open door, an open chuck or somebody inside, and nothing opens while something moves.
 
 use super::Machine;
-use super::supervision::Mode;
+use super::supervision::SetpointSource;
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
@@ -90,7 +90,7 @@ impl Machine {
     /// A motion that begins in spite of a hindrance is refused before anything has moved. One that is under way already ends on its
     /// path, beside which the wheel leaves the part.
     pub(super) fn hinders(&self, setpoint: &Setpoint) -> Option<AlarmKind> {
-        let hindrance = self.hindrance().filter(|_| self.supervision.mode() == Mode::Following)?;
+        let hindrance = self.hindrance().filter(|_| self.supervision.mode() == SetpointSource::Following)?;
         self.stream.moves_to(setpoint).then(|| hindrance.alarm())
     }
 

@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 
 /// Clearance that a tool near the part lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Clearance {
+pub(super) struct PartClearance {
     /// Position of X at which the tool is off the part (mm).
     pub(super) off_mm: f64,
     /// Position of X at which the tool would touch the part nearest to its axis (mm), at most where X is.
@@ -160,7 +160,7 @@ impl Workholding {
 
     /// Clearance that the wheel, or the insert's centre, lacks with X and Z at these positions; `None` where it is off the part or
     /// nothing is in front of it.
-    pub(super) fn too_near(&self, x_mm: f64, z_mm: f64, description: &MachineDescription) -> Option<Clearance> {
+    pub(super) fn too_near(&self, x_mm: f64, z_mm: f64, description: &MachineDescription) -> Option<PartClearance> {
         let (reach_mm, nearest_mm) = if description.is_lathe() {
             self.turned()?.insert_positions_mm(&description.insert?, z_mm)?
         } else {
@@ -169,7 +169,7 @@ impl Workholding {
             (reach_mm, lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius)))
         };
         let off_mm = reach_mm + description.retract.clearance_mm;
-        (x_mm < off_mm).then_some(Clearance { off_mm, nearest_mm: nearest_mm.min(x_mm) })
+        (x_mm < off_mm).then_some(PartClearance { off_mm, nearest_mm: nearest_mm.min(x_mm) })
     }
 }
 

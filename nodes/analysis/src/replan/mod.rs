@@ -12,7 +12,7 @@ mod outcome;
 mod tests;
 
 pub use archive::{ArchivedJob, archived_jobs, bags_in};
-pub use outcome::{ChangeLine, Outcome, replan};
+pub use outcome::{ChangeLine, ReplanOutcome, replan};
 
 use camwright_bag::progress;
 use camwright_bag::terminal::wrapped;

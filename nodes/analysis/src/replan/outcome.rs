@@ -4,7 +4,7 @@ use super::archive::ArchivedJob;
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
 use camwright::motion::plan::{Plan, Segment};
-use camwright::planner::plan_difference::{Difference, PlanChange, PlanDifference, compare};
+use camwright::planner::plan_difference::{MotionDifference, PlanChange, PlanDifference, compare};
 use camwright_files::convert::machine_now::recorded_machine;
 use camwright_files::convert::plan::{hash_with_version, phase_name, plan_from_pages};
 use camwright_planning::plan_recorded;
@@ -20,7 +20,7 @@ pub struct ChangeLine {
 
 /// Result of replanning a job.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct ReplanOutcome {
     /// Hashes of the plan as it was and as it is.
     pub hashes: [String; 2],
     /// Both plans are the same in every value.
@@ -33,7 +33,7 @@ pub struct Outcome {
     pub within: usize,
 }
 
-impl Outcome {
+impl ReplanOutcome {
     #[must_use]
     pub fn moved(&self) -> bool {
         !self.lines.is_empty()
@@ -44,7 +44,12 @@ impl Outcome {
 ///
 /// # Errors
 /// Why it cannot be planned or compared, as the end of a sentence.
-pub fn replan(job: &ArchivedJob, set: &[String], set_machine: &[String], tolerance_um: f64) -> Result<Outcome, String> {
+pub fn replan(
+    job: &ArchivedJob,
+    set: &[String],
+    set_machine: &[String],
+    tolerance_um: f64,
+) -> Result<ReplanOutcome, String> {
     let message = job.machine.as_ref().ok_or("no machine description is recorded")?;
     let machine = recorded_machine(message, set_machine)?;
     let old = job.plan(&machine)?;
@@ -61,7 +66,7 @@ pub fn replan(job: &ArchivedJob, set: &[String], set_machine: &[String], toleran
     }
     let version = job.pages.iter().flat_map(|page| &page.header).next().map_or("", |header| header.version.as_str());
     let hashes = [job.status.plan_hash.clone(), hash_with_version(prepared.first_pages(), version)];
-    Ok(Outcome { hashes, is_same, duration_s: [old.duration_s, new.duration_s], lines, within })
+    Ok(ReplanOutcome { hashes, is_same, duration_s: [old.duration_s, new.duration_s], lines, within })
 }
 
 fn lines_of(old: &Plan, new: &Plan, difference: &PlanDifference, tolerance_um: f64) -> Vec<ChangeLine> {
@@ -89,7 +94,7 @@ fn name(plan: &Plan, step: usize, segment: &Segment) -> String {
 }
 
 /// Text of a change; `None` within the tolerance.
-fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
+fn text(found: &MotionDifference, tolerance_um: f64) -> Option<String> {
     let at = found.at_rad.map_or_else(String::new, |at| format!(" at {:.2} deg", deg_from_rad(at)));
     let way = |what: &str| {
         let by = um_from_mm(found.by());
@@ -120,7 +125,7 @@ fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
     }
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for ReplanOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [old, new] = &self.hashes;
         match (self.is_same, old == new) {

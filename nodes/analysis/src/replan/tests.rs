@@ -1,7 +1,7 @@
 //! A job planned, archived as messages, and planned again with something changed: what moves is known in closed form.
 
 use super::archive::ArchivedJob;
-use super::outcome::{Outcome, replan};
+use super::outcome::{ReplanOutcome, replan};
 use camwright::machine::persistent_state::PersistentState;
 use camwright_files::convert::machine_description::description_message;
 use camwright_files::locate::locate;
@@ -30,13 +30,13 @@ fn archived(job: &str, set: &[&str]) -> ArchivedJob {
     ArchivedJob { status, machine, files: prepared.files().to_vec(), pages: prepared.first_pages().to_vec() }
 }
 
-fn replanned(job: &ArchivedJob, set: &[&str], tolerance_um: f64) -> Outcome {
+fn replanned(job: &ArchivedJob, set: &[&str], tolerance_um: f64) -> ReplanOutcome {
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     replan(job, &set, &[], tolerance_um).expect("it can be planned again")
 }
 
 /// The texts of what moved in steps of a phase.
-fn moved(outcome: &Outcome, phase: &str) -> Vec<String> {
+fn moved(outcome: &ReplanOutcome, phase: &str) -> Vec<String> {
     let is_of = |line: &&super::ChangeLine| line.step.contains(&format!("({phase}"));
     outcome.lines.iter().filter(is_of).map(|line| line.text.clone()).collect()
 }

@@ -1,6 +1,6 @@
 //! Causes of the worst deviation, in words.
 
-use super::edge::{AxisShare, Split};
+use super::edge::{AxisShare, ErrorSplit};
 use super::lag::{Lag, Residual};
 use super::text::{fixed, signed, um};
 use camwright::machine::description::Axis;
@@ -22,7 +22,11 @@ pub(super) fn causes_of(error_um: f64, sources: &[(f64, &str, &str)]) -> Vec<Str
 }
 
 /// The causes of the worst place, the short answer first.
-pub(super) fn causes_of_turned(part: &TurnedResult, split: Result<&Split, &String>, lag: Option<&Lag>) -> Vec<String> {
+pub(super) fn causes_of_turned(
+    part: &TurnedResult,
+    split: Result<&ErrorSplit, &String>,
+    lag: Option<&Lag>,
+) -> Vec<String> {
     let mut causes = match split {
         Ok(split) => sources(split),
         Err(reason) => vec![format!("Not known: {reason}.")],
@@ -41,7 +45,7 @@ pub(super) fn causes_of_turned(part: &TurnedResult, split: Result<&Split, &Strin
     causes
 }
 
-fn sources(split: &Split) -> Vec<String> {
+fn sources(split: &ErrorSplit) -> Vec<String> {
     let [c, x, z] = split.axes;
     let swings = swings(split);
     let mut sources = vec![
@@ -58,7 +62,7 @@ fn sources(split: &Split) -> Vec<String> {
 }
 
 /// The structure that leaves most towards the error.
-fn swings(split: &Split) -> String {
+fn swings(split: &ErrorSplit) -> String {
     let towards = |axis: &&AxisShare| axis.swing_um * split.error_um.signum();
     let max = split.axes.iter().max_by(|a, b| towards(a).total_cmp(&towards(b)));
     let name = max.map_or("", |axis| name(axis.axis));

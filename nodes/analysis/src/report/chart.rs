@@ -15,7 +15,7 @@ pub(super) struct Curve {
 
 /// A bound, drawn as a line across.
 #[derive(Debug, Clone)]
-pub(super) struct Level {
+pub(super) struct LevelLine {
     pub(super) value: f64,
     pub(super) label: String,
 }
@@ -44,7 +44,7 @@ pub(super) struct Chart {
     pub(super) to: f64,
     pub(super) step: f64,
     pub(super) curves: Vec<Curve>,
-    pub(super) levels: Vec<Level>,
+    pub(super) levels: Vec<LevelLine>,
     /// Half the height of the field that is allowed around 0.
     pub(super) allowed: Option<f64>,
     pub(super) mark: Option<Mark>,

@@ -10,7 +10,7 @@
 //! the design, as the form is judged; together they are the sum to first order, and what is missing from it is in the rest.
 
 use super::lag::{MARGIN_TICKS, swung};
-use super::motion::{Motion, Sample};
+use super::motion::{MotionSample, RecordedMotion};
 use camwright::cam::surface::SurfacePoint;
 use camwright::machine::description::{Axis, InsertDescription, MachineDescription, Structure};
 use camwright::math::units::{TURN_RAD, um_from_mm, wrap_turn};
@@ -162,7 +162,7 @@ pub(super) struct AxisShare {
 
 /// The deviation at a place, by what left it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Split {
+pub(super) struct ErrorSplit {
     /// The tick in which the edge came by, and where the axes were by their encoders (rad, mm along the part).
     pub(super) tick: u64,
     pub(super) position: [f64; 3],
@@ -174,7 +174,7 @@ pub(super) struct Split {
     pub(super) error_um: f64,
 }
 
-impl Split {
+impl ErrorSplit {
     /// Form error by the lags of all axes (µm).
     pub(super) fn lag_um(&self) -> f64 {
         self.axes.iter().map(|axis| axis.lag_um).sum()
@@ -202,8 +202,8 @@ pub(super) struct Tracks {
 impl Tracks {
     /// Builds the tracks of a pass from its ticks; `zero_mm` is the position of the insert along the part with Z at 0.
     pub(super) fn from_recording(
-        motion: &Motion,
-        pass: &[Sample],
+        motion: &RecordedMotion,
+        pass: &[MotionSample],
         behind: [Option<Structure>; 3],
         cycle_s: f64,
         zero_mm: f64,
@@ -230,7 +230,7 @@ impl Tracks {
     ///
     /// # Errors
     /// Why that is not known, as the end of a sentence.
-    pub(super) fn split(&self, edge: CuttingEdge, place: &EdgePosition, error_um: f64) -> Result<Split, String> {
+    pub(super) fn split(&self, edge: CuttingEdge, place: &EdgePosition, error_um: f64) -> Result<ErrorSplit, String> {
         let made = edge.min(place, self.tool.as_ref().unwrap_or(&self.encoders));
         let made = made.ok_or("the insert's edge does not come by there in the recorded ticks of the last pass")?;
         let missing = || String::from("setpoints or samples about the tick that made it are not in the bag");
@@ -270,7 +270,7 @@ impl Tracks {
         let known: f64 = axes.iter().map(|axis| axis.lag_um + axis.swing_um).sum();
         #[allow(clippy::cast_possible_truncation, reason = "a tick of a track")]
         let tick = made.time.round() as u64;
-        Ok(Split { tick, position: encoders, axes, cusp_um, rest_um: error_um - cusp_um - known, error_um })
+        Ok(ErrorSplit { tick, position: encoders, axes, cusp_um, rest_um: error_um - cusp_um - known, error_um })
     }
 }
 
@@ -281,9 +281,9 @@ impl Tracks {
 pub(super) fn worst(
     prepared: &PreparedTurning,
     result: &TurnedResult,
-    motion: &Motion,
-    pass: &[Sample],
-) -> Result<Split, String> {
+    motion: &RecordedMotion,
+    pass: &[MotionSample],
+) -> Result<ErrorSplit, String> {
     let machine: &MachineDescription = &prepared.machine;
     let InsertDescription { radius_mm, height_mm, .. } =
         machine.insert.ok_or("the recorded machine turns with no insert")?;
@@ -298,7 +298,7 @@ pub(super) fn worst(
 }
 
 /// Turns of C from the first sample of a pass to a place of it.
-pub(super) fn turns_since(pass: &[Sample], c_rad: f64) -> Option<f64> {
+pub(super) fn turns_since(pass: &[MotionSample], c_rad: f64) -> Option<f64> {
     Some((c_rad - pass.first()?.position[0]).abs() / TURN_RAD)
 }
 
@@ -331,15 +331,15 @@ mod tests {
             [self.sense * turned, m_from_mm(x), m_from_mm(z)]
         }
 
-        fn split(&self, height_mm: f64, place: &EdgePosition, error_um: f64) -> Split {
+        fn split(&self, height_mm: f64, place: &EdgePosition, error_um: f64) -> ErrorSplit {
             let setpoints: BTreeMap<u64, [f64; 3]> = (0..1300).map(|tick| (u64::from(tick), self.at(tick))).collect();
             let sample = |tick: u32| {
                 let [c, x, z] = self.at(tick);
                 let position = [c + self.off[0], x + m_from_mm(self.off[1]), z + m_from_mm(self.off[2])];
-                Sample { tick: u64::from(tick), position, velocity: [0.0; 3], force_x_n: 0.0 }
+                MotionSample { tick: u64::from(tick), position, velocity: [0.0; 3], force_x_n: 0.0 }
             };
-            let samples: Vec<Sample> = (20..1280).map(sample).collect();
-            let motion = Motion::made_of(&samples, setpoints);
+            let samples: Vec<MotionSample> = (20..1280).map(sample).collect();
+            let motion = RecordedMotion::made_of(&samples, setpoints);
             let tracks = Tracks::from_recording(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
             let edge = CuttingEdge { radius_mm: R, height_mm, sense: self.sense };
             tracks.split(edge, place, error_um).expect("the edge comes by")
@@ -347,7 +347,7 @@ mod tests {
     }
 
     /// C, X, Z, the cusp and the rest are these (µm).
-    fn is(split: &Split, axes: [f64; 3], cusp: f64, within: f64) {
+    fn is(split: &ErrorSplit, axes: [f64; 3], cusp: f64, within: f64) {
         let found = split.axes.map(|axis| axis.lag_um);
         let near = |a: f64, b: f64| (a - b).abs() <= within;
         assert!(found.iter().zip(axes).all(|(a, b)| near(*a, b)), "{split:?}");
@@ -425,10 +425,15 @@ mod tests {
     #[test]
     fn unreached_positions_and_missing_setpoints_are_reported() {
         let pass = SurfacePass { sense: 1.0, x_mm: &|_, _| 20.0 + R, off: [0.0; 3] };
-        let samples: Vec<Sample> = (20..1280_u32)
-            .map(|tick| Sample { tick: u64::from(tick), position: pass.at(tick), velocity: [0.0; 3], force_x_n: 0.0 })
+        let samples: Vec<MotionSample> = (20..1280_u32)
+            .map(|tick| MotionSample {
+                tick: u64::from(tick),
+                position: pass.at(tick),
+                velocity: [0.0; 3],
+                force_x_n: 0.0,
+            })
             .collect();
-        let motion = Motion::made_of(&samples, BTreeMap::new());
+        let motion = RecordedMotion::made_of(&samples, BTreeMap::new());
         let tracks = Tracks::from_recording(&motion, &samples, [None; 3], 1e-3, ZERO_MM).expect("there are ticks");
         let edge = CuttingEdge { radius_mm: R, height_mm: 0.0, sense: 1.0 };
         let split =

@@ -1,25 +1,25 @@
 //! Everything that the sections of the page report.
 
-use super::edge::Split;
+use super::edge::ErrorSplit;
 use super::gather::RecordedRun;
 use super::job_timeline::JobTimeline;
-use super::judge::Verdict;
+use super::judge::ReportVerdict;
 use super::lag::Lag;
-use super::motion::Motion;
+use super::motion::RecordedMotion;
 use camwright_planning::AnyPrepared;
 
 /// Content of the page.
 pub(super) struct Findings<'a> {
     pub(super) recorded: &'a RecordedRun,
     pub(super) story: &'a JobTimeline<'a>,
-    pub(super) motion: Option<&'a Motion>,
+    pub(super) motion: Option<&'a RecordedMotion>,
     /// Errors that the axes leave on each lobe, or on the part.
     pub(super) lags: &'a [Option<Lag>],
     /// Causes of the worst point of a turned part, or the reason why they are unknown. None: no such part was judged.
-    pub(super) split: Option<&'a Result<Split, String>>,
+    pub(super) split: Option<&'a Result<ErrorSplit, String>>,
     /// The executed plan, or the reason why it is unknown.
     pub(super) again: &'a Result<AnyPrepared, String>,
-    pub(super) verdict: &'a Verdict,
+    pub(super) verdict: &'a ReportVerdict,
 }
 
 impl Findings<'_> {

@@ -18,7 +18,7 @@ use std::path::Path;
 
 /// A message with the time at which it was recorded (ns since 1970).
 #[derive(Debug, Clone)]
-pub(super) struct Timed<T> {
+pub(super) struct TimedMessage<T> {
     pub(super) ns: u64,
     pub(super) message: T,
 }
@@ -58,18 +58,18 @@ pub(super) struct RecordedRun {
     /// Name of the cell, with which its topics begin.
     pub(super) prefix: String,
     pub(super) clock: Option<TickClock>,
-    pub(super) machines: Vec<Timed<MachineDescription>>,
-    pub(super) statuses: Vec<Timed<JobStatus>>,
-    pub(super) forms: Vec<Timed<LobeForm>>,
-    pub(super) parts: Vec<Timed<PartLobe>>,
-    pub(super) job_files: Vec<Timed<JobFilePage>>,
-    pub(super) pages: Vec<Timed<PlanPage>>,
-    pub(super) states: Vec<Timed<InterpolatorState>>,
-    pub(super) inputs: Vec<Timed<AppliedInput>>,
+    pub(super) machines: Vec<TimedMessage<MachineDescription>>,
+    pub(super) statuses: Vec<TimedMessage<JobStatus>>,
+    pub(super) forms: Vec<TimedMessage<LobeForm>>,
+    pub(super) parts: Vec<TimedMessage<PartLobe>>,
+    pub(super) job_files: Vec<TimedMessage<JobFilePage>>,
+    pub(super) pages: Vec<TimedMessage<PlanPage>>,
+    pub(super) states: Vec<TimedMessage<InterpolatorState>>,
+    pub(super) inputs: Vec<TimedMessage<AppliedInput>>,
     pub(super) alarms: Vec<AlarmRecord>,
-    pub(super) gauge: Vec<Timed<GaugeReading>>,
-    pub(super) maps: Vec<Timed<FormMap>>,
-    pub(super) surface: Vec<Timed<TurnedPage>>,
+    pub(super) gauge: Vec<TimedMessage<GaugeReading>>,
+    pub(super) maps: Vec<TimedMessage<FormMap>>,
+    pub(super) surface: Vec<TimedMessage<TurnedPage>>,
     pub(super) recorder: Option<RecorderStatus>,
     pub(super) gaps: Vec<MessageGap>,
     /// Messages that could not be understood, by topic, with the first reason.
@@ -172,8 +172,8 @@ impl RecordedRun {
     }
 }
 
-fn push<T: DeserializeOwned>(into: &mut Vec<Timed<T>>, message: &Message) -> Result<(), String> {
-    into.push(Timed { ns: message.log_time_ns, message: message_from_sample(&message.data)? });
+fn push<T: DeserializeOwned>(into: &mut Vec<TimedMessage<T>>, message: &Message) -> Result<(), String> {
+    into.push(TimedMessage { ns: message.log_time_ns, message: message_from_sample(&message.data)? });
     Ok(())
 }
 

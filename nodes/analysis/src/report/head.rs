@@ -5,7 +5,7 @@ use super::columns::Columns;
 use super::findings::Findings;
 use super::judge::{Tone, WorstError};
 use super::lag::Residual;
-use super::part_drawing::Section;
+use super::part_drawing::DrawnSection;
 use super::text::{escape, fixed, signed, um};
 use super::turned;
 use camwright::math::units::{deg_from_rad, wrap_turn};
@@ -101,11 +101,11 @@ fn pictures(out: &mut String, findings: &Findings<'_>, worst: &WorstError) {
 }
 
 /// A lobe as it shall be with what it is off by.
-pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> Section {
+pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> DrawnSection {
     let errors: Vec<f64> = form.form_error.iter().map(|error| um(*error)).collect();
     let outline = findings.story.outlines.iter().find(|part| part.name == form.name);
     let worst = super::judge::farthest_deg(form).zip(errors.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())));
-    Section {
+    DrawnSection {
         radius_mm: form.contour.iter().map(|radius| mm_from_m(*radius)).collect(),
         lowest_um: errors.clone(),
         highest_um: errors,

@@ -1,6 +1,6 @@
 //! The last job of a bag: which plans were its own, when what was done, and what came out.
 
-use super::gather::{RecordedRun, Timed};
+use super::gather::{RecordedRun, TimedMessage};
 use camwright_files::convert::job_files::files_from_pages;
 use camwright_files::recorded_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::{
@@ -118,7 +118,7 @@ impl<'a> JobTimeline<'a> {
 }
 
 /// Time of the last job's request; everything about that job comes later.
-fn begin_ns(statuses: &[Timed<JobStatus>]) -> u64 {
+fn begin_ns(statuses: &[TimedMessage<JobStatus>]) -> u64 {
     let is_asked = |index: usize| {
         let before = index.checked_sub(1).map(|before| statuses[before].message.state);
         statuses[index].message.state == JobStatus::PLANNING && before != Some(JobStatus::PLANNING)
@@ -126,7 +126,7 @@ fn begin_ns(statuses: &[Timed<JobStatus>]) -> u64 {
     (0..statuses.len()).rev().find(|index| is_asked(*index)).map_or(0, |index| statuses[index].ns)
 }
 
-fn ended(statuses: &[Timed<JobStatus>]) -> Vec<EndedJob> {
+fn ended(statuses: &[TimedMessage<JobStatus>]) -> Vec<EndedJob> {
     let is_end = |state: u8| (JobStatus::COMPLETE..=JobStatus::ABORTED).contains(&state);
     let mut ended: Vec<EndedJob> = Vec::new();
     let mut before = JobStatus::IDLE;
@@ -159,7 +159,7 @@ fn plans(recorded: &RecordedRun, from_ns: u64, status: Option<&JobStatus>) -> Ve
 }
 
 fn last_of<'a, T>(
-    messages: &'a [Timed<T>],
+    messages: &'a [TimedMessage<T>],
     from_ns: u64,
     name: impl Fn(&'a T) -> &'a String,
     order: &[String],
@@ -169,7 +169,7 @@ fn last_of<'a, T>(
 }
 
 /// Periods from message to message, with adjacent ones of one kind merged.
-fn stretches(states: &[Timed<InterpolatorState>], plans: &[(String, PlanHeader)]) -> Vec<Period> {
+fn stretches(states: &[TimedMessage<InterpolatorState>], plans: &[(String, PlanHeader)]) -> Vec<Period> {
     let mut stretches: Vec<Period> = Vec::new();
     // The last job's plans may have been driven before, by a part of the same kind: then its own time is the last.
     let mut before: Option<Period> = None;

@@ -1,7 +1,7 @@
 //! Verdict on the part, its worst position and the cause, from the recorded data.
 
 use super::causes::{causes_of, causes_of_turned};
-use super::edge::Split;
+use super::edge::ErrorSplit;
 use super::gather::RecordedRun;
 use super::job_timeline::JobTimeline;
 use super::lag::{Lag, Residual};
@@ -37,7 +37,7 @@ pub(super) struct WorstError {
 
 /// Verdict of the report.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Verdict {
+pub(super) struct ReportVerdict {
     pub(super) tone: Tone,
     pub(super) word: &'static str,
     pub(super) reason: String,
@@ -51,15 +51,15 @@ pub(super) fn judge(
     recorded: &RecordedRun,
     story: &JobTimeline<'_>,
     lags: &[Option<Lag>],
-    split: Option<&Result<Split, String>>,
-) -> Verdict {
+    split: Option<&Result<ErrorSplit, String>>,
+) -> ReportVerdict {
     let Some(status) = story.status else {
         return without_part("NOT JUDGED", "The bag holds no job.".into(), Vec::new());
     };
     let worst = worst(status, story);
     if status.state != JobStatus::COMPLETE {
         let stopped = not_complete(recorded, story, status);
-        return Verdict { worst, ..stopped };
+        return ReportVerdict { worst, ..stopped };
     }
     let Some(worst) = worst else {
         let only_measured = story.plans.iter().any(|(_, header)| header.half == PlanHeader::NO_PART);
@@ -97,7 +97,7 @@ pub(super) fn judge(
         (None, None) => vec!["Not known: the axes' ticks are not in the bag.".to_owned()],
     };
     causes.extend(burnt.filter(|_| bad > 0).map(burnt_text));
-    Verdict { tone, word, reason, worst: Some(worst), causes }
+    ReportVerdict { tone, word, reason, worst: Some(worst), causes }
 }
 
 /// The lobe that burnt most, if one did.
@@ -106,8 +106,8 @@ pub fn burnt(lobes: &[LobeResult]) -> Option<&LobeResult> {
     burns.max_by(|a, b| a.burn_index_max.total_cmp(&b.burn_index_max))
 }
 
-fn without_part(word: &'static str, reason: String, causes: Vec<String>) -> Verdict {
-    Verdict { tone: Tone::Waits, word, reason, worst: None, causes }
+fn without_part(word: &'static str, reason: String, causes: Vec<String>) -> ReportVerdict {
+    ReportVerdict { tone: Tone::Waits, word, reason, worst: None, causes }
 }
 
 fn burnt_text(lobe: &LobeResult) -> String {
@@ -166,7 +166,7 @@ pub(super) fn farthest_deg(form: &LobeForm) -> Option<f64> {
     Some(360.0 * index as f64 / form.form_error.len() as f64)
 }
 
-fn not_complete(recorded: &RecordedRun, story: &JobTimeline<'_>, status: &JobStatus) -> Verdict {
+fn not_complete(recorded: &RecordedRun, story: &JobTimeline<'_>, status: &JobStatus) -> ReportVerdict {
     let begin = story.ticks.map_or(0, |(first, _)| first);
     let stopping = recorded.alarms.iter().map(|record| &record.alarm);
     let first = stopping.filter(|alarm| alarm.severity >= Alarm::STOP && alarm.tick >= begin).min_by_key(|a| a.tick);
@@ -185,7 +185,7 @@ fn not_complete(recorded: &RecordedRun, story: &JobTimeline<'_>, status: &JobSta
         causes.push(status.message.clone());
     }
     causes.push(format!("{done} of {of} lobes or parts were judged."));
-    Verdict { tone: Tone::Wrong, word: "NOT COMPLETE", reason, worst: None, causes }
+    ReportVerdict { tone: Tone::Wrong, word: "NOT COMPLETE", reason, worst: None, causes }
 }
 
 /// Share of each cause in the error at the worst position of a lobe.

@@ -9,7 +9,7 @@
 //! wear, warmth) is not in it.
 
 use super::columns::Columns;
-use super::motion::{Motion, Sample};
+use super::motion::{MotionSample, RecordedMotion};
 use super::text::um;
 use camwright::machine::description::{Axis, MachineDescription, Structure};
 use camwright::math::hermite::{cubic_path, cubic_slope};
@@ -63,9 +63,14 @@ pub(super) struct CutContext<'a> {
 
 impl Lag {
     /// Form error of a cut's samples from `from` on; earlier samples let an oscillation settle.
-    pub(super) fn from_motion(motion: &Motion, cut: &[Sample], from: u64, known: CutContext<'_>) -> Option<Self> {
+    pub(super) fn from_motion(
+        motion: &RecordedMotion,
+        cut: &[MotionSample],
+        from: u64,
+        known: CutContext<'_>,
+    ) -> Option<Self> {
         let path = Path::from_samples(motion, cut)?;
-        let at = |sample: &Sample| [sample.position[0], sample.position[1]];
+        let at = |sample: &MotionSample| [sample.position[0], sample.position[1]];
         let places = cut.iter().filter(|sample| sample.tick >= from).map(at);
         let encoders = Residual::from_path(&path, places, known)?;
         let structures =
@@ -120,7 +125,7 @@ impl Residual {
 }
 
 /// True positions of the loads of C, X and Z at each tick: encoder readings minus the oscillation of the structures, which starts at zero.
-pub(super) fn swung(samples: &[Sample], structures: [Option<Structure>; 3], cycle_s: f64) -> Vec<[f64; 3]> {
+pub(super) fn swung(samples: &[MotionSample], structures: [Option<Structure>; 3], cycle_s: f64) -> Vec<[f64; 3]> {
     let mut places: Vec<[f64; 3]> = samples.iter().map(|sample| sample.position).collect();
     for (axis, structure) in structures.into_iter().enumerate() {
         let Some(Structure { frequency_rad_s: w, damping, .. }) = structure else { continue };
@@ -149,7 +154,7 @@ pub(super) fn swung(samples: &[Sample], structures: [Option<Structure>; 3], cycl
 }
 
 /// Speed of an axis at a sample, by those beside it (way per tick).
-fn speed_at(samples: &[Sample], at: usize, axis: usize) -> f64 {
+fn speed_at(samples: &[MotionSample], at: usize, axis: usize) -> f64 {
     let (before, after) = (&samples[at.saturating_sub(1)], &samples[(at + 1).min(samples.len() - 1)]);
     (after.position[axis] - before.position[axis]) / (after.tick - before.tick).max(1) as f64
 }
@@ -158,7 +163,7 @@ fn speed_at(samples: &[Sample], at: usize, axis: usize) -> f64 {
 struct Path(Vec<(f64, f64)>);
 
 impl Path {
-    fn from_samples(motion: &Motion, samples: &[Sample]) -> Option<Self> {
+    fn from_samples(motion: &RecordedMotion, samples: &[MotionSample]) -> Option<Self> {
         let (first, last) = (samples.first()?.tick, samples.last()?.tick);
         let range = first.saturating_sub(MARGIN_TICKS)..=last.saturating_add(MARGIN_TICKS);
         let setpoints: Vec<(u64, [f64; 3])> =
@@ -208,10 +213,10 @@ mod tests {
             |c: f64| eccentric * c.cos() + ((radius + wheel).powi(2) - (eccentric * c.sin()).powi(2)).sqrt() - wheel;
         let setpoints: BTreeMap<u64, [f64; 3]> =
             (0..2000_u32).map(|i| (u64::from(i), [f64::from(i) * 0.004, x(f64::from(i) * 0.004), 0.0])).collect();
-        let samples: Vec<Sample> = (200..1700_u32)
+        let samples: Vec<MotionSample> = (200..1700_u32)
             .map(|i| {
                 let c = f64::from(i) * 0.004;
-                Sample {
+                MotionSample {
                     tick: u64::from(i),
                     position: [c, x(c) + 2e-6, 0.0],
                     velocity: [4.0, 0.0, 0.0],
@@ -219,7 +224,7 @@ mod tests {
                 }
             })
             .collect();
-        let motion = Motion::made_of(&samples, setpoints);
+        let motion = RecordedMotion::made_of(&samples, setpoints);
         let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel) };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         assert!(lag.tool.is_none(), "nothing is known of a structure");
@@ -244,15 +249,15 @@ mod tests {
         let x = |tick: u32| if (100..=900).contains(&tick) { 0.02 } else { 0.031 };
         let setpoints: BTreeMap<u64, [f64; 3]> =
             (0..1000).map(|tick| (u64::from(tick), [c(tick), x(tick), 0.0])).collect();
-        let samples: Vec<Sample> = (90..=910)
-            .map(|tick| Sample {
+        let samples: Vec<MotionSample> = (90..=910)
+            .map(|tick| MotionSample {
                 tick: u64::from(tick),
                 position: [c(tick) + 1e-4, 0.02 + 3e-6, 0.0],
                 velocity: [0.0; 3],
                 force_x_n: 0.0,
             })
             .collect();
-        let motion = Motion::made_of(&samples, setpoints);
+        let motion = RecordedMotion::made_of(&samples, setpoints);
         let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         let Residual { lowest_um, highest_um, .. } = lag.encoders;
@@ -263,11 +268,11 @@ mod tests {
     #[test]
     fn what_a_slide_carries_hangs_back_by_its_acceleration() {
         let (acceleration, w) = (3.0_f64, 110.0 * camwright::math::units::TURN_RAD);
-        let samples: Vec<Sample> = (0..1000_u32)
+        let samples: Vec<MotionSample> = (0..1000_u32)
             .map(|i| {
                 let t = f64::from(i) * 1e-3;
                 let place = 0.5 * acceleration * t * t;
-                Sample {
+                MotionSample {
                     tick: u64::from(i),
                     position: [0.0, place, 0.0],
                     velocity: [0.0, acceleration * t, 0.0],

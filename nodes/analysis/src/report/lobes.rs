@@ -1,10 +1,10 @@
 //! Every lobe: how it came out, and what was done over its last turns.
 
-use super::chart::{Chart, Curve, Level};
+use super::chart::{Chart, Curve, LevelLine};
 use super::columns::Columns;
 use super::findings::Findings;
 use super::head::{COLUMNS, error_chart, section};
-use super::motion::Sample;
+use super::motion::MotionSample;
 use super::table::table as html_table;
 use super::text::{escape, fixed, signed, um};
 use camwright::math::units::{deg_from_rad, rad_from_deg, rpm_from_rad_s, wrap_turn};
@@ -99,29 +99,29 @@ pub(super) fn figures(out: &mut String, findings: &Findings<'_>) {
 }
 
 /// Azimuth on the part that the wheel's line is at (deg).
-fn azimuth(findings: &Findings<'_>, sample: &Sample) -> f64 {
+fn azimuth(findings: &Findings<'_>, sample: &MotionSample) -> f64 {
     deg_from_rad(wrap_turn(findings.sense() * sample.position[0]))
 }
 
 fn turn_curve_of(
     findings: &Findings<'_>,
-    turn: &[Sample],
+    turn: &[MotionSample],
     class: &'static str,
     name: &str,
-    of: impl Fn(&Sample) -> f64,
+    of: impl Fn(&MotionSample) -> f64,
 ) -> Curve {
     let points = turn.iter().map(|sample| (azimuth(findings, sample), of(sample)));
     Curve { class, name: name.to_owned(), points: Columns::from_points(0.0, 360.0, COLUMNS, points).points() }
 }
 
-fn last_turn<'a>(findings: &Findings<'a>, lobe: usize) -> &'a [Sample] {
+fn last_turn<'a>(findings: &Findings<'a>, lobe: usize) -> &'a [MotionSample] {
     match (findings.motion, findings.story.last_cut(lobe)) {
         (Some(motion), Some(cut)) => motion.last_turn(cut),
         _ => &[],
     }
 }
 
-fn infeed_turn<'a>(findings: &Findings<'a>, lobe: usize) -> &'a [Sample] {
+fn infeed_turn<'a>(findings: &Findings<'a>, lobe: usize) -> &'a [MotionSample] {
     match (findings.motion, findings.story.first_infeed(lobe)) {
         (Some(motion), Some(cut)) => motion.last_turn(cut),
         _ => &[],
@@ -138,7 +138,7 @@ fn path_chart(findings: &Findings<'_>, lobe: usize) -> Chart {
 }
 
 fn speed_chart(findings: &Findings<'_>, lobe: usize) -> Chart {
-    let rpm = |sample: &Sample| rpm_from_rad_s(sample.velocity[0]);
+    let rpm = |sample: &MotionSample| rpm_from_rad_s(sample.velocity[0]);
     let mut curves =
         vec![turn_curve_of(findings, infeed_turn(findings, lobe), "is", "measured, last turn with infeed", rpm)];
     if let Some(points) = planned_turn(findings, lobe, |point| point.c_rpm) {
@@ -173,7 +173,7 @@ fn removal_chart(findings: &Findings<'_>, lobe: usize, planned: Option<&Summary>
 }
 
 fn force_chart(findings: &Findings<'_>, lobe: usize) -> Chart {
-    let force = |sample: &Sample| sample.force_x_n;
+    let force = |sample: &MotionSample| sample.force_x_n;
     let with = turn_curve_of(findings, infeed_turn(findings, lobe), "is", "last turn with infeed", force);
     let last = turn_curve_of(findings, last_turn(findings, lobe), "other", "last turn of all", force);
     let title =
@@ -202,7 +202,7 @@ fn cut_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 3] {
     };
     let burn = Chart {
         curves: curve(of(outline.map(|part| &part.burn_index)), largest),
-        levels: vec![Level { value: 1.0, label: "burns above".into() }],
+        levels: vec![LevelLine { value: 1.0, label: "burns above".into() }],
         has_zero: true,
         ..Chart::over_azimuth("Burn index")
     };

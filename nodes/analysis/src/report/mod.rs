@@ -39,14 +39,14 @@ mod tests;
 use camwright::machine::description::MachineDescription;
 use camwright_bag::Bag;
 use camwright_planning::AnyPrepared;
-use edge::Split;
+use edge::ErrorSplit;
 pub use error::ReportError;
 use findings::Findings;
 use gather::RecordedRun;
 use job_timeline::JobTimeline;
 pub use judge::{BURNT, burnt};
 use lag::Lag;
-use motion::Motion;
+use motion::RecordedMotion;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -71,7 +71,7 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
         .map(|(from, to)| (from.saturating_sub(margin), to.saturating_add(margin)))
         .collect();
     let motion = match story.ticks {
-        Some(ticks) => Motion::from_recorded(&bag, &recorded, ticks, &windows)?,
+        Some(ticks) => RecordedMotion::from_recorded(&bag, &recorded, ticks, &windows)?,
         None => None,
     };
     let described = replan::described(&story);
@@ -96,7 +96,7 @@ fn lag_of(
     recorded: &RecordedRun,
     story: &JobTimeline<'_>,
     description: Option<&MachineDescription>,
-    motion: &Motion,
+    motion: &RecordedMotion,
     cut: (u64, u64),
 ) -> Option<Lag> {
     let machine = story.machine?;
@@ -115,9 +115,9 @@ fn lag_of(
 fn split_of(
     story: &JobTimeline<'_>,
     again: &Result<AnyPrepared, String>,
-    motion: Option<&Motion>,
+    motion: Option<&RecordedMotion>,
     pass: Option<(u64, u64)>,
-) -> Option<Result<Split, String>> {
+) -> Option<Result<ErrorSplit, String>> {
     let result = story.status?.turned.first()?;
     Some(match (again, motion.zip(pass)) {
         (_, None) => Err("the axes' ticks are not in the bag".into()),

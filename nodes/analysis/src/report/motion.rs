@@ -17,7 +17,7 @@ const TIME_COLUMNS: usize = 480;
 
 /// The axes at a tick, in the order C, X, Z (rad, m).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sample {
+pub(super) struct MotionSample {
     pub(super) tick: u64,
     pub(super) position: [f64; 3],
     pub(super) velocity: [f64; 3],
@@ -27,8 +27,8 @@ pub(super) struct Sample {
 
 /// Motion read from the ticks.
 #[derive(Debug)]
-pub(super) struct Motion {
-    pub(super) samples: Vec<Sample>,
+pub(super) struct RecordedMotion {
+    pub(super) samples: Vec<MotionSample>,
     /// Setpoints within the windows (rad, m).
     pub(super) setpoints: BTreeMap<u64, [f64; 3]>,
     /// Over the time since the job's first tick (s).
@@ -40,7 +40,7 @@ pub(super) struct Motion {
     pub(super) missing: u64,
 }
 
-impl Motion {
+impl RecordedMotion {
     /// Reads the job's ticks; `windows` are first and last ticks of what is kept as it is.
     pub(super) fn from_recorded(
         bag: &Bag,
@@ -105,7 +105,7 @@ impl Motion {
 
     /// Some ticks and nothing else.
     #[cfg(test)]
-    pub(super) fn made_of(samples: &[Sample], setpoints: BTreeMap<u64, [f64; 3]>) -> Self {
+    pub(super) fn made_of(samples: &[MotionSample], setpoints: BTreeMap<u64, [f64; 3]>) -> Self {
         let columns = || Columns::new(0.0, 2.0, 10);
         Self {
             samples: samples.to_vec(),
@@ -119,14 +119,14 @@ impl Motion {
     }
 
     /// The samples of some ticks.
-    pub(super) fn within(&self, (from, to): (u64, u64)) -> &[Sample] {
+    pub(super) fn within(&self, (from, to): (u64, u64)) -> &[MotionSample] {
         let start = self.samples.partition_point(|sample| sample.tick < from);
         let end = self.samples.partition_point(|sample| sample.tick <= to);
         &self.samples[start..end.max(start)]
     }
 
     /// The last whole turn of C within some ticks.
-    pub(super) fn last_turn(&self, within: (u64, u64)) -> &[Sample] {
+    pub(super) fn last_turn(&self, within: (u64, u64)) -> &[MotionSample] {
         let samples = self.within(within);
         let Some(last) = samples.last() else { return samples };
         let turn = camwright::math::units::TURN_RAD;
@@ -136,7 +136,7 @@ impl Motion {
 }
 
 /// A sample and its stamp (ns), with the joints where a machine of ours has them.
-fn sample(data: &[u8]) -> Option<(i64, Sample)> {
+fn sample(data: &[u8]) -> Option<(i64, MotionSample)> {
     let state: JointState = message_from_sample(data).ok()?;
     let at = |joint: &str| state.name.iter().position(|name| name == joint);
     let places = [at("c_axis")?, at("x_axis")?, at("z_axis")?];
@@ -147,7 +147,7 @@ fn sample(data: &[u8]) -> Option<(i64, Sample)> {
         }
         Some(found)
     };
-    let sample = Sample {
+    let sample = MotionSample {
         tick: 0,
         position: of(&state.position)?,
         velocity: of(&state.velocity)?,

@@ -17,7 +17,7 @@ const FARTHEST: f64 = 46.0;
 
 /// A section, over equal azimuths from where C is 0.
 #[derive(Debug, Clone)]
-pub(super) struct Section {
+pub(super) struct DrawnSection {
     /// The design, or what stands for its shape (mm).
     pub(super) radius_mm: Vec<f64>,
     /// Minimum and maximum error at each azimuth (µm); equal if a single value is recorded.
@@ -32,7 +32,7 @@ pub(super) struct Section {
 }
 
 /// A closed line through the design's points, shifted along their normals.
-struct Outline {
+struct ShiftedOutline {
     points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
     /// Position of the axis: the drawing's middle is the part's.
@@ -41,7 +41,7 @@ struct Outline {
     per_mm: f64,
 }
 
-impl Outline {
+impl ShiftedOutline {
     fn from_radii(radius_mm: &[f64]) -> Self {
         let count = radius_mm.len();
         let point = |(index, radius): (usize, &f64)| {
@@ -79,7 +79,7 @@ impl Outline {
     }
 }
 
-impl Section {
+impl DrawnSection {
     /// The drawing; empty where nothing was recorded to draw.
     pub(super) fn svg(&self) -> String {
         let count = self.radius_mm.len();
@@ -89,7 +89,7 @@ impl Section {
         let errors = self.lowest_um.iter().chain(&self.highest_um).map(|um| um.abs());
         let largest = errors.fold(self.allowed_um, f64::max);
         let scale = (ALLOWED / self.allowed_um.max(1e-9)).min(FARTHEST / largest.max(1e-9));
-        let outline = Outline::from_radii(&self.radius_mm);
+        let outline = ShiftedOutline::from_radii(&self.radius_mm);
         let mut out = format!(
             "<svg class=\"part\" viewBox=\"-{HALF:.0} -{HALF:.0} {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">",
             2.0 * HALF,
@@ -131,7 +131,7 @@ impl Section {
         out
     }
 
-    fn marks(&self, out: &mut String, outline: &Outline, scale: f64) {
+    fn marks(&self, out: &mut String, outline: &ShiftedOutline, scale: f64) {
         let count = outline.points.len();
         let at = |azimuth_deg: f64| {
             #[allow(clippy::cast_possible_truncation, reason = "some hundred azimuths")]
@@ -206,7 +206,7 @@ mod tests {
     fn errors_are_drawn_outwards_and_in_the_size_of_what_is_allowed() {
         let mut off = vec![0.0; 360];
         off[0] = 5.0;
-        let section = Section {
+        let section = DrawnSection {
             radius_mm: vec![20.0; 360],
             lowest_um: off.clone(),
             highest_um: off,
@@ -221,7 +221,7 @@ mod tests {
             "{svg}"
         );
         assert!(svg.contains("errors drawn × 480"), "{svg}");
-        let empty = Section { radius_mm: Vec::new(), ..section };
+        let empty = DrawnSection { radius_mm: Vec::new(), ..section };
         assert!(empty.svg().contains("not recorded"));
     }
 }

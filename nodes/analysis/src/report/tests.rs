@@ -3,7 +3,7 @@
 use super::*;
 use byteorder::LittleEndian;
 use camwright_bag::qos::{Durability, Reliability};
-use camwright_bag::{BagWriter, Outcome, Preset, QosProfile, Topic, WriterOptions};
+use camwright_bag::{BagWriter, Preset, QosProfile, RecordingOutcome, Topic, WriterOptions};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms, PartLobe, TurnedResult,
 };
@@ -42,7 +42,7 @@ fn bag(dir: &TempDir, messages: impl FnOnce(&mut BagWriter)) -> PathBuf {
     let options = WriterOptions { preset: Preset::Default, ..WriterOptions::default() };
     let mut writer = BagWriter::create(&path, &options).expect("the directory is free");
     messages(&mut writer);
-    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
     path
 }
 

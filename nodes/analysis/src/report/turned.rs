@@ -4,7 +4,7 @@ use super::chart::{Chart, Curve, Mark};
 use super::columns::Columns;
 use super::findings::Findings;
 use super::judge::WorstError;
-use super::part_drawing::Section;
+use super::part_drawing::DrawnSection;
 use super::table::table;
 use super::text::{escape, fixed, signed, um};
 use super::turned_cause;
@@ -138,7 +138,7 @@ fn last_pass(findings: &Findings<'_>) -> (Chart, Chart) {
     let first = samples.first().map_or(0.0, |sample| sample.position[0]);
     let turns = |c: f64| deg_from_rad(c - first) / 360.0;
     let to = samples.last().map_or(1.0, |sample| turns(sample.position[0])).max(1e-6);
-    let curve = |name: &str, of: &dyn Fn(&super::motion::Sample) -> f64| {
+    let curve = |name: &str, of: &dyn Fn(&super::motion::MotionSample) -> f64| {
         let points = samples.iter().map(|sample| (turns(sample.position[0]), of(sample)));
         vec![Curve { class: "is", name: name.into(), points: Columns::from_points(0.0, to, COLUMNS, points).points() }]
     };
@@ -163,7 +163,7 @@ fn last_pass(findings: &Findings<'_>) -> (Chart, Chart) {
 }
 
 /// The section in which the part is worst, as a drawing and as a curve.
-pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Option<(Section, Chart)> {
+pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Option<(DrawnSection, Chart)> {
     let part = findings.story.status?.turned.first()?;
     let map = last_map(findings)?;
     let (round, along) = (map.azimuths as usize, map.columns as usize);
@@ -192,7 +192,7 @@ pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Opti
         across: "azimuth on the part from its key-way (°)",
         ..Chart::over_azimuth(format!("Form error round the part near z {z} mm (µm), tolerance shaded"))
     };
-    let section = Section {
+    let section = DrawnSection {
         radius_mm,
         lowest_um: lowest,
         highest_um: highest,

@@ -1,6 +1,6 @@
 //! The worst deviation of a turned part by its causes, as a table.
 
-use super::edge::{AxisShare, Split, turns_since};
+use super::edge::{AxisShare, ErrorSplit, turns_since};
 use super::findings::Findings;
 use super::table::table;
 use super::text::{escape, fixed, signed};
@@ -70,7 +70,7 @@ fn cusp_name(findings: &Findings<'_>) -> String {
 }
 
 /// Which tick made the place, and how the figures are found.
-fn made(findings: &Findings<'_>, split: &Split) -> String {
+fn made(findings: &Findings<'_>, split: &ErrorSplit) -> String {
     let pass = findings.motion.zip(findings.story.last_cut(0)).map_or(&[][..], |(motion, pass)| motion.within(pass));
     let [c, x, z] = split.position;
     let turn = turns_since(pass, c)

@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Kind of two differing values.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values {
+pub enum DifferingValues {
     /// Numbers of an axis or another quantity, with their unit.
     Numbers { old: f64, new: f64, unit: &'static str },
     /// Whole numbers, as counts, with the size of one, where it has one (m or rad).
@@ -21,39 +21,39 @@ pub enum Values {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Difference {
+pub struct ReplayDifference {
     /// The tick it is at.
     pub tick: u64,
     pub field: String,
-    pub values: Values,
+    pub values: DifferingValues,
 }
 
-impl Difference {
+impl ReplayDifference {
     pub(super) fn texts(tick: u64, field: impl Into<String>, old: impl Into<String>, new: impl Into<String>) -> Self {
-        Self { tick, field: field.into(), values: Values::Texts { old: old.into(), new: new.into() } }
+        Self { tick, field: field.into(), values: DifferingValues::Texts { old: old.into(), new: new.into() } }
     }
 
     /// Two numbers, if they differ in a bit.
     pub(super) fn from_numbers(tick: u64, field: &str, old: f64, new: f64, unit: &'static str) -> Option<Self> {
         let differs = old.to_bits() != new.to_bits();
-        differs.then(|| Self { tick, field: field.to_owned(), values: Values::Numbers { old, new, unit } })
+        differs.then(|| Self { tick, field: field.to_owned(), values: DifferingValues::Numbers { old, new, unit } })
     }
 
     /// Two counts of an axis, if they differ.
     pub(super) fn from_counts(tick: u64, field: &str, old: i64, new: i64, size: Option<(Axis, f64)>) -> Option<Self> {
-        (old != new).then(|| Self { tick, field: field.to_owned(), values: Values::Counts { old, new, size } })
+        (old != new).then(|| Self { tick, field: field.to_owned(), values: DifferingValues::Counts { old, new, size } })
     }
 }
 
-impl fmt::Display for Difference {
+impl fmt::Display for ReplayDifference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "tick {}: {}: ", self.tick, self.field)?;
         match &self.values {
-            Values::Numbers { old, new, unit } => {
+            DifferingValues::Numbers { old, new, unit } => {
                 write!(f, "recorded {old:?} {unit}, computed {new:?} {unit}, ")?;
                 by(f, new - old, unit)
             }
-            Values::Counts { old, new, size } => {
+            DifferingValues::Counts { old, new, size } => {
                 write!(f, "recorded {old}, computed {new}, ")?;
                 let off = new.wrapping_sub(*old) as f64;
                 match size {
@@ -61,7 +61,7 @@ impl fmt::Display for Difference {
                     None => write!(f, "{off:+} of difference"),
                 }
             }
-            Values::Texts { old, new } => write!(f, "recorded {old}, computed {new}"),
+            DifferingValues::Texts { old, new } => write!(f, "recorded {old}, computed {new}"),
         }
     }
 }
@@ -81,13 +81,17 @@ mod tests {
 
     #[test]
     fn a_difference_reports_tick_field_both_values_and_size() {
-        let counts = Difference::from_counts(1234, "setpoint of x_axis", 100, 103, Some((Axis::X, 1e-8)));
+        let counts = ReplayDifference::from_counts(1234, "setpoint of x_axis", 100, 103, Some((Axis::X, 1e-8)));
         let text = counts.expect("they differ").to_string();
         assert_eq!(text, "tick 1234: setpoint of x_axis: recorded 100, computed 103, +0.030000 um of difference");
-        let numbers = Difference::from_numbers(7, "position of z_axis", 0.1, 0.1 + 1e-9, "m").expect("they differ");
+        let numbers =
+            ReplayDifference::from_numbers(7, "position of z_axis", 0.1, 0.1 + 1e-9, "m").expect("they differ");
         assert!(numbers.to_string().ends_with(" m, +0.001000 um of difference"), "{numbers}");
-        assert_eq!(Difference::from_numbers(7, "effort of z_axis", 2.0, 2.0, "N"), None);
-        assert!(Difference::from_numbers(7, "effort of z_axis", 0.0, -0.0, "N").is_some(), "they differ in a bit");
-        assert_eq!(Difference::from_numbers(7, "gauge", f64::NAN, f64::NAN, "m"), None, "the same bits");
+        assert_eq!(ReplayDifference::from_numbers(7, "effort of z_axis", 2.0, 2.0, "N"), None);
+        assert!(
+            ReplayDifference::from_numbers(7, "effort of z_axis", 0.0, -0.0, "N").is_some(),
+            "they differ in a bit"
+        );
+        assert_eq!(ReplayDifference::from_numbers(7, "gauge", f64::NAN, f64::NAN, "m"), None, "the same bits");
     }
 }

@@ -1,7 +1,7 @@
 //! Keyframes of a bag: where a run can be computed from the middle, and what the machine's state is held against on its way.
 
 use super::error::RerunError;
-use super::topics::{Topics, read};
+use super::topics::{ReplayTopics, read};
 use camwright_bag::Bag;
 use camwright_files::convert::keyframes::check;
 use camwright_machine_cycle::keyframes::FORM as KEYFRAME_FORM;
@@ -33,7 +33,7 @@ pub(super) fn last_before(heads: &[MachineKeyframe], tick: u64) -> Result<&Machi
 ///
 /// # Errors
 /// A bag that cannot be read, a keyframe that is not as it was made.
-pub(super) fn state(bag: &Bag, topics: &Topics, head: &MachineKeyframe) -> Result<Vec<u8>, RerunError> {
+pub(super) fn state(bag: &Bag, topics: &ReplayTopics, head: &MachineKeyframe) -> Result<Vec<u8>, RerunError> {
     let mut messages = bag.messages();
     let mut state: Vec<u8> = Vec::new();
     while let Some(message) = messages.next_message()? {

@@ -1,6 +1,6 @@
 //! Replay of the machine: it receives the recorded inputs at the same ticks, and must give the same outputs.
 
-use super::difference::Difference;
+use super::difference::ReplayDifference;
 use super::error::RerunError;
 use super::keyframes;
 use super::outputs::{Output, difference};
@@ -102,7 +102,7 @@ impl<'a> MachineRun<'a> {
     ///
     /// # Errors
     /// The first difference.
-    pub(super) fn compare_output(&mut self, tick: u64, output: Output) -> Result<(), Box<Difference>> {
+    pub(super) fn compare_output(&mut self, tick: u64, output: Output) -> Result<(), Box<ReplayDifference>> {
         if tick <= self.begun || tick > self.recorded.last_tick {
             return Ok(());
         }
@@ -115,14 +115,14 @@ impl<'a> MachineRun<'a> {
     ///
     /// # Errors
     /// The first difference.
-    pub(super) fn finish(&mut self) -> Result<(), Box<Difference>> {
+    pub(super) fn finish(&mut self) -> Result<(), Box<ReplayDifference>> {
         self.work(true)?;
         self.run_to(self.recorded.last_tick, true)?;
         // Inputs of after the last tick that the recorder heard of changed nothing that it knows.
         Ok(())
     }
 
-    fn work(&mut self, is_all_in_sight: bool) -> Result<(), Box<Difference>> {
+    fn work(&mut self, is_all_in_sight: bool) -> Result<(), Box<ReplayDifference>> {
         while let Some((tick, _)) = self.waiting.front() {
             let tick = *tick;
             if !self.run_to(tick, is_all_in_sight)? {
@@ -142,13 +142,13 @@ impl<'a> MachineRun<'a> {
     }
 
     /// Runs up to a tick; false: a chunk is not in sight yet without which it cannot.
-    fn run_to(&mut self, tick: u64, is_all_in_sight: bool) -> Result<bool, Box<Difference>> {
+    fn run_to(&mut self, tick: u64, is_all_in_sight: bool) -> Result<bool, Box<ReplayDifference>> {
         while self.tick < tick {
             if !self.apply_inputs(is_all_in_sight)? {
                 return Ok(false);
             }
             let Some(ticked) = self.machine.tick() else {
-                return Err(Difference::texts(self.tick + 1, "the machine", "a tick", "none").into());
+                return Err(ReplayDifference::texts(self.tick + 1, "the machine", "a tick", "none").into());
             };
             self.tick = ticked.report.tick;
             if self.kept.len() == KEPT {
@@ -162,7 +162,7 @@ impl<'a> MachineRun<'a> {
     }
 
     /// The machine's state, against the keyframe of the same tick.
-    fn compare_state(&mut self) -> Result<(), Box<Difference>> {
+    fn compare_state(&mut self) -> Result<(), Box<ReplayDifference>> {
         let Some((head, rest)) = self.to_come.split_first().filter(|(head, _)| head.tick <= self.tick) else {
             return Ok(());
         };
@@ -172,7 +172,7 @@ impl<'a> MachineRun<'a> {
             return Ok(());
         }
         let field = "state of the machine";
-        let failed = |reason: String| Box::new(Difference::texts(head.tick, field, "a keyframe", reason));
+        let failed = |reason: String| Box::new(ReplayDifference::texts(head.tick, field, "a keyframe", reason));
         let state = self.machine.state().map_err(failed)?;
         if check(head, &state) != head.check {
             let recorded = keyframes::state(self.bag, &self.recorded.topics, head);
@@ -185,7 +185,7 @@ impl<'a> MachineRun<'a> {
     }
 
     /// Gives the machine what it was given before the next tick.
-    fn apply_inputs(&mut self, is_all_in_sight: bool) -> Result<bool, Box<Difference>> {
+    fn apply_inputs(&mut self, is_all_in_sight: bool) -> Result<bool, Box<ReplayDifference>> {
         let recorded = self.recorded;
         while let Some(input) = recorded.machine_inputs.get(self.next).filter(|input| input.tick <= self.tick) {
             if input.kind == MachineInput::DIGEST {
@@ -201,21 +201,21 @@ impl<'a> MachineRun<'a> {
             self.next += 1;
             let chunks = &mut self.chunks;
             let outcome = self.machine.apply(input, |first, digest| chunk(chunks, first, digest));
-            outcome.map_err(|reason| Difference::texts(input.tick, kind_name(input.kind), "an input", reason))?;
+            outcome.map_err(|reason| ReplayDifference::texts(input.tick, kind_name(input.kind), "an input", reason))?;
         }
         Ok(true)
     }
 
     /// Compares a recorded digest with that of the same tick.
-    fn compare_digest(&mut self, input: &MachineInput) -> Result<(), Box<Difference>> {
+    fn compare_digest(&mut self, input: &MachineInput) -> Result<(), Box<ReplayDifference>> {
         let field = "digest of all that the machine put out";
         let text = |ticks: u64, digest: u64| format!("{digest:016x} after {ticks} ticks of a job");
         let Some(pending) = self.pending_digests.pop_front() else {
-            return Err(Difference::texts(input.tick, field, text(input.number, input.digest), "none").into());
+            return Err(ReplayDifference::texts(input.tick, field, text(input.number, input.digest), "none").into());
         };
         if (pending.job_ticks, pending.digest) != (input.number, input.digest) {
             let (old, new) = (text(input.number, input.digest), text(pending.job_ticks, pending.digest));
-            return Err(Difference::texts(pending.tick, field, old, new).into());
+            return Err(ReplayDifference::texts(pending.tick, field, old, new).into());
         }
         self.last_digest = pending.digest;
         self.digests.push(pending);

@@ -17,7 +17,7 @@ mod recorded;
 mod topics;
 mod window;
 
-pub use difference::{Difference, Values};
+pub use difference::{DifferingValues, ReplayDifference};
 pub use error::RerunError;
 pub use window::Window;
 
@@ -45,7 +45,7 @@ const CANNOT: u8 = 1;
 
 /// Result of recomputing a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct ReplayVerdict {
     /// Version of the program that recorded it, if the bag says so.
     pub recorded_by: Option<String>,
     /// The tick of the keyframe that it began from; 0: from the beginning.
@@ -53,7 +53,7 @@ pub struct Verdict {
     /// Inputs that are not as they were recorded, by their ticks.
     pub changed: Vec<(u64, String)>,
     /// The first difference, in the order of ticks; of interpolator and machine at most one each.
-    pub differences: Vec<Difference>,
+    pub differences: Vec<ReplayDifference>,
     /// Ticks of the machine that were computed.
     pub ticks: u64,
     /// Setpoints that were computed and compared.
@@ -72,7 +72,7 @@ pub struct Verdict {
     pub seconds: (f64, f64),
 }
 
-impl Verdict {
+impl ReplayVerdict {
     /// The run is the same.
     #[must_use]
     pub fn is_identical(&self) -> bool {
@@ -146,7 +146,7 @@ pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
 ///
 /// # Errors
 /// A bag that cannot be read, or that does not hold what it takes.
-pub fn rerun(path: &Path) -> Result<Verdict, RerunError> {
+pub fn rerun(path: &Path) -> Result<ReplayVerdict, RerunError> {
     within(path, Window::default())
 }
 
@@ -154,7 +154,7 @@ pub fn rerun(path: &Path) -> Result<Verdict, RerunError> {
 ///
 /// # Errors
 /// As for [`again`]; no keyframe to begin from.
-pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
+pub fn within(path: &Path, window: Window) -> Result<ReplayVerdict, RerunError> {
     let begun = Instant::now();
     let bag = Bag::open(path)?;
     let recorded = RecordedInputs::from_bag(&bag, window)?;
@@ -164,7 +164,7 @@ pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
     let lost = bag.custom_data().get("camwright.lost_total").and_then(|text| text.parse().ok());
     let cycle_s = recorded.machine.cycle_time_s();
     let seconds = (machine.ticks() as f64 * cycle_s, begun.elapsed().as_secs_f64());
-    Ok(Verdict {
+    Ok(ReplayVerdict {
         recorded_by: recorded.machine_inputs.first().and_then(version_of),
         begun: recorded.start.as_ref().map_or(0, |start| start.tick),
         changed: recorded.changed(),
@@ -186,9 +186,9 @@ fn compare(
     recorded: &RecordedInputs,
     interpolator: &mut InterpolatorReplay<'_>,
     machine: &mut MachineRun<'_>,
-) -> Result<Vec<Difference>, RerunError> {
+) -> Result<Vec<ReplayDifference>, RerunError> {
     let topics = &recorded.topics;
-    let (mut of_interpolator, mut of_machine): (Option<Difference>, Option<Difference>) = (None, None);
+    let (mut of_interpolator, mut of_machine): (Option<ReplayDifference>, Option<ReplayDifference>) = (None, None);
     let has_inputs = topics.interpolator_inputs.is_some();
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message()? {
@@ -234,7 +234,7 @@ fn compare(
     if of_machine.is_none() {
         of_machine = machine.finish().err().map(|found| *found);
     }
-    let mut differences: Vec<Difference> = of_interpolator.into_iter().chain(of_machine).collect();
+    let mut differences: Vec<ReplayDifference> = of_interpolator.into_iter().chain(of_machine).collect();
     differences.sort_by_key(|difference| difference.tick);
     Ok(differences)
 }

@@ -1,6 +1,6 @@
 //! The interpolator again: every chunk of setpoints that was sent is computed from the inputs as they were applied.
 
-use super::difference::Difference;
+use super::difference::ReplayDifference;
 use super::recorded::RecordedInputs;
 use camwright::interpolator::{AppliedInput as Applied, Interpolator, Request, TickInputs};
 use camwright::machine::description::Axis;
@@ -46,10 +46,10 @@ impl<'a> InterpolatorReplay<'a> {
     ///
     /// # Errors
     /// Where it is another.
-    pub(super) fn chunk(&mut self, message: &JointTrajectory) -> Result<(), Box<Difference>> {
+    pub(super) fn chunk(&mut self, message: &JointTrajectory) -> Result<(), Box<ReplayDifference>> {
         let (machine, clock) = (&self.recorded.machine, self.recorded.clock);
         let sent = chunk_from_trajectory(message, machine, clock).map_err(|error| {
-            Difference::texts(self.next_tick.unwrap_or(0), "setpoints", error.to_string(), "a chunk")
+            ReplayDifference::texts(self.next_tick.unwrap_or(0), "setpoints", error.to_string(), "a chunk")
         })?;
         self.begin(&sent)?;
         // From the middle: what comes of a motion that began before is taken as it was sent.
@@ -60,7 +60,7 @@ impl<'a> InterpolatorReplay<'a> {
             let expected = self.next_tick.map_or_else(|| "no motion".to_owned(), |tick| format!("tick {tick}"));
             let field = "first tick of a chunk";
             let found = format!("tick {}", sent.first_tick);
-            return Err(Difference::texts(sent.first_tick, field, found, expected).into());
+            return Err(ReplayDifference::texts(sent.first_tick, field, found, expected).into());
         }
         let mut chunk = ChunkBuffer { first_tick: sent.first_tick, is_final: sent.is_final, ..ChunkBuffer::default() };
         for tick in (sent.first_tick..).take(sent.dense.len()) {
@@ -79,18 +79,18 @@ impl<'a> InterpolatorReplay<'a> {
         self.compare(&chunk, message)?;
         if chunk.tail.len() != sent.tail.len() {
             let count = |chunk: &ChunkBuffer| format!("{} points", chunk.tail.len());
-            return Err(Difference::texts(last_tick, "stop after the chunk", count(&sent), count(&chunk)).into());
+            return Err(ReplayDifference::texts(last_tick, "stop after the chunk", count(&sent), count(&chunk)).into());
         }
         Ok(())
     }
 
     /// Begins the motion that a chunk begins. What was applied since the last chunk of the one before it led to no setpoint that was sent.
-    fn begin(&mut self, sent: &ChunkBuffer) -> Result<(), Box<Difference>> {
+    fn begin(&mut self, sent: &ChunkBuffer) -> Result<(), Box<ReplayDifference>> {
         let (inputs, tick) = (&self.recorded.interpolator_inputs, sent.first_tick);
         // One that an alarm ended before anything was sent is passed over.
         let mut to_come = self.starts.iter().enumerate().skip(self.motions_begun);
         let Some((place, &at)) = to_come.find(|(_, at)| inputs[**at].tick == tick) else { return Ok(()) };
-        let unreadable = |reason: String| Box::new(Difference::texts(tick, "START", "a motion", reason));
+        let unreadable = |reason: String| Box::new(ReplayDifference::texts(tick, "START", "a motion", reason));
         let (rest, record) = StartRecord::from_text(&inputs[at].content).map_err(unreadable)?.parts();
         // A motion that an alarm ended may have been sent beyond the first tick of the next, which begins where the axes rest.
         let may_go_on = self.next_tick == Some(tick) || (self.next_tick.is_none() && self.recorded.start.is_some());
@@ -116,7 +116,7 @@ impl<'a> InterpolatorReplay<'a> {
     }
 
     /// One tick, with the inputs that it applied.
-    fn tick(&mut self, tick: u64) -> Result<camwright::machine::setpoint::Setpoint, Box<Difference>> {
+    fn tick(&mut self, tick: u64) -> Result<camwright::machine::setpoint::Setpoint, Box<ReplayDifference>> {
         let mut given: Vec<Applied> = Vec::new();
         let mut requests: Vec<Request> = Vec::new();
         while let Some(message) = self.recorded.interpolator_inputs.get(self.next).filter(|input| input.tick <= tick) {
@@ -126,7 +126,7 @@ impl<'a> InterpolatorReplay<'a> {
             }
             self.next += 1;
             let name = kind_name(message.kind);
-            let unreadable = |reason: String| Box::new(Difference::texts(tick, name, "an input", reason));
+            let unreadable = |reason: String| Box::new(ReplayDifference::texts(tick, name, "an input", reason));
             if message.tick < tick {
                 return Err(unreadable(format!("it is of tick {}, which has passed", message.tick)));
             }
@@ -149,7 +149,7 @@ impl<'a> InterpolatorReplay<'a> {
         // Those that it was given are those that it applied, in their order.
         if out.applied.iter().ne(given.iter()) {
             let (old, new) = (format!("{given:?}"), format!("{:?}", out.applied.to_vec()));
-            return Err(Difference::texts(tick, "inputs applied", old, new).into());
+            return Err(ReplayDifference::texts(tick, "inputs applied", old, new).into());
         }
         drop(self.interpolator.take_finished());
         self.next_tick = Some(tick + 1);
@@ -157,7 +157,7 @@ impl<'a> InterpolatorReplay<'a> {
     }
 
     /// Compares what was computed so far with what was sent, as it travelled.
-    fn compare(&self, chunk: &ChunkBuffer, sent: &JointTrajectory) -> Result<(), Box<Difference>> {
+    fn compare(&self, chunk: &ChunkBuffer, sent: &JointTrajectory) -> Result<(), Box<ReplayDifference>> {
         let computed = trajectory_from_chunk(chunk, &self.recorded.machine, self.recorded.clock);
         let dense = chunk.dense.len();
         for (index, (old, new)) in sent.points.iter().zip(&computed.points).enumerate() {
@@ -176,10 +176,10 @@ impl<'a> InterpolatorReplay<'a> {
         what: &str,
         old: &JointTrajectoryPoint,
         new: &JointTrajectoryPoint,
-    ) -> Option<Difference> {
+    ) -> Option<ReplayDifference> {
         if old.time_from_start != new.time_from_start {
             let (old, new) = (format!("{:?}", old.time_from_start), format!("{:?}", new.time_from_start));
-            return Some(Difference::texts(tick, format!("{what}: time"), old, new));
+            return Some(ReplayDifference::texts(tick, format!("{what}: time"), old, new));
         }
         let kinds = [
             ("position", &old.positions, &new.positions, ["rad", "m"]),
@@ -191,7 +191,7 @@ impl<'a> InterpolatorReplay<'a> {
                 let unit = units[usize::from(*axis != Axis::C)];
                 let field = || format!("{what}: {kind} of {}", axis.joint());
                 if old.to_bits() != new.to_bits() {
-                    return Difference::from_numbers(tick, &field(), *old, *new, unit);
+                    return ReplayDifference::from_numbers(tick, &field(), *old, *new, unit);
                 }
             }
         }

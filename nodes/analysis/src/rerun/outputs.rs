@@ -1,6 +1,6 @@
 //! Recorded outputs of a tick, compared with the replayed ones.
 
-use super::difference::Difference;
+use super::difference::ReplayDifference;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::gauge::readings;
@@ -35,7 +35,7 @@ pub(super) fn difference(
     ticked: &TickOutput,
     machine: &MachineDescription,
     clock: TickClock,
-) -> Option<Difference> {
+) -> Option<ReplayDifference> {
     let report = &ticked.report;
     match output {
         Output::Joints(message) => joints(message, report, machine),
@@ -46,7 +46,7 @@ pub(super) fn difference(
     }
 }
 
-fn joints(old: &JointState, report: &TickReport, machine: &MachineDescription) -> Option<Difference> {
+fn joints(old: &JointState, report: &TickReport, machine: &MachineDescription) -> Option<ReplayDifference> {
     let new = joint_values(machine, report);
     let kinds = [
         ("position", &old.position, &new.position, ["rad", "m"]),
@@ -56,28 +56,28 @@ fn joints(old: &JointState, report: &TickReport, machine: &MachineDescription) -
     for (kind, old_values, new_values, units) in kinds {
         if old_values.len() != new_values.len() {
             let count = |values: &[f64]| format!("{} values", values.len());
-            return Some(Difference::texts(report.tick, kind, count(old_values), count(new_values)));
+            return Some(ReplayDifference::texts(report.tick, kind, count(old_values), count(new_values)));
         }
         let differs = old_values.iter().zip(new_values).position(|(old, new)| old.to_bits() != new.to_bits());
         if let Some(index) = differs {
             let joint = old.name.get(index).map_or("a joint", String::as_str);
             let is_linear = Axis::from_joint(joint).is_some_and(|axis| axis != Axis::C);
             let (field, unit) = (format!("{kind} of {joint}"), units[usize::from(is_linear)]);
-            return Difference::from_numbers(report.tick, &field, old_values[index], new_values[index], unit);
+            return ReplayDifference::from_numbers(report.tick, &field, old_values[index], new_values[index], unit);
         }
     }
     None
 }
 
-fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription) -> Option<Difference> {
+fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription) -> Option<ReplayDifference> {
     let tick = report.tick;
     if [old.setpoint_counts.len(), old.actual_counts.len(), old.actual_velocities.len()] != [AXIS_COUNT; 3] {
-        return Some(Difference::texts(tick, "machine/stream", "another number of axes", "three axes"));
+        return Some(ReplayDifference::texts(tick, "machine/stream", "another number of axes", "three axes"));
     }
     for axis in Axis::ALL {
         let (i, own) = (axis.index(), &report.axes[axis.index()]);
         let counts = |what: &str, old: i64, new: i64| {
-            Difference::from_counts(
+            ReplayDifference::from_counts(
                 tick,
                 &format!("{what} of {} (counts)", axis.joint()),
                 old,
@@ -91,7 +91,7 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
             .or_else(|| counts("actual position", old.actual_counts[i], own.counts))
             .or_else(|| {
                 let field = format!("measured velocity of {}", axis.joint());
-                Difference::from_numbers(tick, &field, old.actual_velocities[i], speed, unit)
+                ReplayDifference::from_numbers(tick, &field, old.actual_velocities[i], speed, unit)
             });
         if found.is_some() {
             return found;
@@ -101,21 +101,22 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
     let of_tick = old.latches.iter().filter(|latch| latch.tick == tick);
     let new: Vec<_> = report.latches.iter().filter(|l| l.tick == tick).map(|l| latch_message(l, machine)).collect();
     let old: Vec<_> = of_tick.cloned().collect();
-    (!old.is_empty() && old != new).then(|| Difference::texts(tick, "latches", format!("{old:?}"), format!("{new:?}")))
+    (!old.is_empty() && old != new)
+        .then(|| ReplayDifference::texts(tick, "latches", format!("{old:?}"), format!("{new:?}")))
 }
 
 /// Motion state and alarms in the stream.
-fn states(old: &MachineStream, ticked: &TickOutput) -> Option<Difference> {
+fn states(old: &MachineStream, ticked: &TickOutput) -> Option<ReplayDifference> {
     let (tick, motion) = (ticked.report.tick, motion_number(ticked.report.motion));
-    let counts = Difference::from_counts(tick, "motion", old.motion.into(), motion.into(), None);
+    let counts = ReplayDifference::from_counts(tick, "motion", old.motion.into(), motion.into(), None);
     counts.or_else(|| {
         let new = ticked.alarms.numbers();
         let differs = old.alarms != new;
-        differs.then(|| Difference::texts(tick, "active alarms", format!("{:?}", old.alarms), format!("{new:?}")))
+        differs.then(|| ReplayDifference::texts(tick, "active alarms", format!("{:?}", old.alarms), format!("{new:?}")))
     })
 }
 
-fn alarms(old: &MachineAlarms, ticked: &TickOutput, clock: TickClock) -> Option<Difference> {
+fn alarms(old: &MachineAlarms, ticked: &TickOutput, clock: TickClock) -> Option<ReplayDifference> {
     let new = ticked.alarms.messages(clock);
     let text = |alarm: Option<&Alarm>| {
         alarm.map_or_else(|| "none".to_owned(), |a| format!("alarm {} of tick {}: {}", a.number, a.tick, a.text))
@@ -123,21 +124,22 @@ fn alarms(old: &MachineAlarms, ticked: &TickOutput, clock: TickClock) -> Option<
     let count = old.alarms.len().max(new.len());
     let differs = (0..count).find(|place| old.alarms.get(*place) != new.get(*place))?;
     let (old, new) = (text(old.alarms.get(differs)), text(new.get(differs)));
-    Some(Difference::texts(ticked.report.tick, "machine/alarms", old, new))
+    Some(ReplayDifference::texts(ticked.report.tick, "machine/alarms", old, new))
 }
 
-fn io(old: &MachineIo, report: &TickReport, machine: &MachineDescription) -> Option<Difference> {
+fn io(old: &MachineIo, report: &TickReport, machine: &MachineDescription) -> Option<ReplayDifference> {
     let new = io_message(&report.io, machine);
     let old = MachineIo { stamp: new.stamp.clone(), tick: new.tick, ..old.clone() };
-    (old != new).then(|| Difference::texts(report.tick, "machine/io", format!("{old:?}"), format!("{new:?}")))
+    (old != new).then(|| ReplayDifference::texts(report.tick, "machine/io", format!("{old:?}"), format!("{new:?}")))
 }
 
-fn gauge(old: &GaugeReading, report: &TickReport, machine: &MachineDescription) -> Option<Difference> {
+fn gauge(old: &GaugeReading, report: &TickReport, machine: &MachineDescription) -> Option<ReplayDifference> {
     let mut all = readings(machine, report);
     let Some(new) = all.find(|new| new.gauge_angle.to_bits() == old.gauge_angle.to_bits()) else {
-        return Some(Difference::texts(report.tick, "machine/gauge", "a reading", "none"));
+        return Some(ReplayDifference::texts(report.tick, "machine/gauge", "a reading", "none"));
     };
-    let number = |field: &str, old: f64, new: f64, unit| Difference::from_numbers(report.tick, field, old, new, unit);
+    let number =
+        |field: &str, old: f64, new: f64, unit| ReplayDifference::from_numbers(report.tick, field, old, new, unit);
     number("reading of the gauge", old.reading, new.reading, "m")
         .or_else(|| number("spindle angle of the gauge's reading", old.spindle_angle, new.spindle_angle, "rad"))
         .or_else(|| number("wheel position of the gauge's reading", old.wheel_position, new.wheel_position, "m"))

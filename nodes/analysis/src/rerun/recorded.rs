@@ -2,7 +2,7 @@
 
 use super::error::RerunError;
 use super::keyframes;
-use super::topics::{Topics, read};
+use super::topics::{ReplayTopics, read};
 use super::window::Window;
 use camwright::machine::description::MachineDescription;
 use camwright::motion::plan::Plan;
@@ -26,7 +26,7 @@ const MAX_LEAP_TICKS: u64 = 1_000_000;
 /// Recorded run.
 #[derive(Debug)]
 pub(super) struct RecordedInputs {
-    pub(super) topics: Topics,
+    pub(super) topics: ReplayTopics,
     pub(super) machine: MachineDescription,
     pub(super) clock: TickClock,
     pub(super) machine_inputs: Vec<MachineInput>,
@@ -46,7 +46,7 @@ impl RecordedInputs {
     /// # Errors
     /// A bag that cannot be read, or in which something is missing without which the run cannot be computed.
     pub(super) fn from_bag(bag: &Bag, window: Window) -> Result<Self, RerunError> {
-        let topics = Topics::find(bag)?;
+        let topics = ReplayTopics::find(bag)?;
         let mut description: Option<DescriptionMessage> = None;
         let mut machine_inputs: Vec<MachineInput> = Vec::new();
         let mut interpolator_inputs: Vec<AppliedInput> = Vec::new();

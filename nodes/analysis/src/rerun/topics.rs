@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 /// Topics of a cell, by their indices in the bag.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Topics {
+pub(super) struct ReplayTopics {
     pub(super) machine_inputs: Option<usize>,
     pub(super) interpolator_inputs: Option<usize>,
     pub(super) setpoints: Option<usize>,
@@ -31,7 +31,7 @@ pub(super) fn read<T: DeserializeOwned>(bag: &Bag, message: &Message) -> Result<
     })
 }
 
-impl Topics {
+impl ReplayTopics {
     pub(super) fn find(bag: &Bag) -> Result<Self, RerunError> {
         let of_type = |name: &'static str| bag.topics().iter().enumerate().filter(move |(_, t)| t.type_name == name);
         let mut inputs = of_type(MachineInput::TYPE_NAME);

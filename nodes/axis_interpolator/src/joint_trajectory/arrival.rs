@@ -12,7 +12,7 @@ use camwright_files::convert::time::TickClock;
 use camwright_ros::GoalDecider;
 
 #[derive(Debug)]
-pub(crate) struct Arrival {
+pub(crate) struct TrajectoryArrival {
     pub(super) wanted: RequestedTrajectory,
     /// Who decides on the goal; `None` for a trajectory of the topic.
     pub(super) decider: Option<GoalDecider>,
@@ -22,7 +22,7 @@ pub(crate) struct Arrival {
 
 /// Next step of an arrival once the engine has looked ahead.
 #[derive(Debug)]
-pub(crate) enum Step {
+pub(crate) enum ArrivalStep {
     /// Sends a message to the engine; the arrival continues to wait.
     Tell(ToEngine),
     /// It waits until the trajectory before it is over.
@@ -31,19 +31,24 @@ pub(crate) enum Step {
     Refuse(String),
 }
 
-impl Arrival {
+impl TrajectoryArrival {
     /// Next step, after the engine has forecast the position of the axes.
-    pub(crate) fn next(&self, foresight: &MotionForecast, clock: TickClock, machine: &MachineDescription) -> Step {
+    pub(crate) fn next(
+        &self,
+        foresight: &MotionForecast,
+        clock: TickClock,
+        machine: &MachineDescription,
+    ) -> ArrivalStep {
         match foresight {
-            MotionForecast::Over => Step::Wait,
+            MotionForecast::Over => ArrivalStep::Wait,
             MotionForecast::Disturbed => {
-                Step::Refuse("the trajectory in execution is held; release the hold or cancel it first".into())
+                ArrivalStep::Refuse("the trajectory in execution is held; release the hold or cancel it first".into())
             }
             MotionForecast::At(tick, start) => {
                 let record = self.wanted.record(*tick, clock, start, None);
                 match record.and_then(|record| PreparedMotion::new(record, None, machine)) {
-                    Ok(made) => Step::Tell(ToEngine::Splice(made)),
-                    Err(reason) => Step::Refuse(reason),
+                    Ok(made) => ArrivalStep::Tell(ToEngine::Splice(made)),
+                    Err(reason) => ArrivalStep::Refuse(reason),
                 }
             }
         }

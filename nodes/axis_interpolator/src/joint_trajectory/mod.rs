@@ -10,15 +10,15 @@ mod wanted;
 use super::engine_messages::{PreparedMotion, ToEngine};
 use super::goals::{Goal, by};
 use super::{Shared, lock};
-use arrival::Arrival;
+use arrival::TrajectoryArrival;
 use camwright::interpolator::Request;
-use camwright::interpolator::trajectory::Start;
+use camwright::interpolator::trajectory::TrajectoryStart;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::control_msgs::msg::SpeedScalingFactor;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use camwright_ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Guid, Qos, RosError, Subscription};
-use settings::Settings;
+use settings::TrajectorySettings;
 use std::sync::Arc;
 use wanted::RequestedTrajectory;
 
@@ -36,7 +36,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
             Err(reason) => GoalDecision::Reject(reason),
             Ok(wanted) if self.0.is_following() => {
                 let (decider, decision) = GoalDecision::later();
-                self.0.arrive(Arrival { wanted, decider: Some(decider), name: OF_A_GOAL.into() });
+                self.0.arrive(TrajectoryArrival { wanted, decider: Some(decider), name: OF_A_GOAL.into() });
                 decision
             }
             Ok(wanted) => match self.0.obstacle().map_or_else(|| self.0.motion_from_rest(&wanted).map(drop), Err) {
@@ -111,7 +111,7 @@ impl Shared {
         let machine = self.machine().ok_or("no message from the machine yet")?;
         RequestedTrajectory::from_goal(
             goal,
-            &Settings::from_parameters(self.node.parameters()),
+            &TrajectorySettings::from_parameters(self.node.parameters()),
             &machine,
             self.machine_time_ns(),
         )
@@ -119,11 +119,11 @@ impl Shared {
 
     fn accept_from_topic(&self, message: &JointTrajectory, writer: &Guid) -> Result<(), String> {
         let machine = self.machine().ok_or("no message from the machine yet")?;
-        let settings = Settings::from_parameters(self.node.parameters());
+        let settings = TrajectorySettings::from_parameters(self.node.parameters());
         let wanted = RequestedTrajectory::from_trajectory(message, &settings, &machine, self.machine_time_ns())?;
         let name = by(OF_THE_TOPIC, &self.node.who(writer));
         if self.is_following() {
-            self.arrive(Arrival { wanted, decider: None, name });
+            self.arrive(TrajectoryArrival { wanted, decider: None, name });
             return Ok(());
         }
         if let Some(reason) = self.obstacle() {
@@ -151,7 +151,7 @@ impl Shared {
     }
 
     /// A trajectory arrives while another has command.
-    fn arrive(&self, arrival: Arrival) {
+    fn arrive(&self, arrival: TrajectoryArrival) {
         let mut place = lock(&self.arrival);
         let refused = match (place.is_some(), self.clock()) {
             (true, _) => Some((arrival, "another trajectory is about to begin")),
@@ -202,11 +202,11 @@ impl Shared {
                     self.warn_of_refusal(&reason);
                 }
             }
-            (None, Arrival { decider: Some(decider), wanted, .. }) => match self.motion_from_rest(&wanted) {
+            (None, TrajectoryArrival { decider: Some(decider), wanted, .. }) => match self.motion_from_rest(&wanted) {
                 Ok(_) => decider.accept(),
                 Err(reason) => decider.reject(&reason),
             },
-            (None, Arrival { decider: None, wanted, name }) => {
+            (None, TrajectoryArrival { decider: None, wanted, name }) => {
                 if let Err(reason) = self.begin_from_topic(&wanted, name) {
                     self.warn_of_refusal(&reason);
                 }
@@ -227,12 +227,12 @@ impl Shared {
     }
 
     /// Rest position of the axes (mm or rad).
-    fn rest(&self, machine: &MachineDescription) -> Start {
+    fn rest(&self, machine: &MachineDescription) -> TrajectoryStart {
         let counts = *lock(&self.rest_counts);
         let mut rest = [0.0; AXIS_COUNT];
         for axis in Axis::ALL {
             rest[axis.index()] = machine.axis(axis).scale.position(counts[axis.index()]);
         }
-        Start::at_rest(rest)
+        TrajectoryStart::at_rest(rest)
     }
 }

@@ -54,7 +54,7 @@ pub(crate) fn parameters() -> Vec<Parameter> {
 
 /// Present values of the parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Settings {
+pub(super) struct TrajectorySettings {
     pub(super) allow_partial: bool,
     /// Tolerances of a goal that names none.
     pub(super) path: [Tolerance; AXIS_COUNT],
@@ -64,7 +64,7 @@ pub(super) struct Settings {
     pub(super) start: StartTolerance,
 }
 
-impl Settings {
+impl TrajectorySettings {
     pub(super) fn from_parameters(parameters: &Parameters) -> Self {
         let some = |value: f64| (value > 0.0).then_some(value);
         let of_axis = |axis: Axis, what: &str| {

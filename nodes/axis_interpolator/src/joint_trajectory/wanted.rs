@@ -1,10 +1,10 @@
 //! Requested joint trajectory with its tolerances, read and checked by the rules of
 //! `control_msgs/action/FollowJointTrajectory`.
 
-use super::settings::Settings;
+use super::settings::TrajectorySettings;
 use camwright::interpolator::join::StartTolerance;
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
-use camwright::interpolator::trajectory::{Start, TrajectoryPoint};
+use camwright::interpolator::trajectory::{TrajectoryPoint, TrajectoryStart};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright_files::convert::core_from_si;
 use camwright_files::convert::motion_record::MotionRecord;
@@ -28,7 +28,7 @@ impl RequestedTrajectory {
     /// Reads a goal of `~/follow_joint_trajectory`; `now_ns` is the time of the machine.
     pub(super) fn from_goal(
         goal: &FollowJointTrajectoryGoal,
-        settings: &Settings,
+        settings: &TrajectorySettings,
         machine: &MachineDescription,
         now_ns: i64,
     ) -> Result<Self, String> {
@@ -57,7 +57,7 @@ impl RequestedTrajectory {
     /// Reads a trajectory without tolerances of its own.
     pub(super) fn from_trajectory(
         message: &JointTrajectory,
-        settings: &Settings,
+        settings: &TrajectorySettings,
         machine: &MachineDescription,
         now_ns: i64,
     ) -> Result<Self, String> {
@@ -118,7 +118,7 @@ impl RequestedTrajectory {
         &self,
         tick: u64,
         clock: TickClock,
-        start: &Start,
+        start: &TrajectoryStart,
         starts_at: Option<u64>,
     ) -> Result<MotionRecord, String> {
         let late_s = self.stamp_ns.map_or(0.0, |stamp_ns| seconds(clock.ns(tick).saturating_sub(stamp_ns)));

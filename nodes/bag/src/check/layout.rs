@@ -18,7 +18,7 @@ const HEAD: u64 = 9;
 const MAGIC: u64 = 8;
 
 /// A chunk as it stands in the file.
-struct Chunk {
+struct ChunkExtent {
     /// Length of its record with its head (B).
     length: u64,
     header: ChunkHeader,
@@ -45,7 +45,7 @@ struct LastChunk {
 /// Kinds and offsets of the records of a file.
 #[derive(Default)]
 struct Layout {
-    chunks: BTreeMap<u64, Chunk>,
+    chunks: BTreeMap<u64, ChunkExtent>,
     /// Length and name of metadata records.
     metadata: BTreeMap<u64, (u64, String)>,
     /// Messages that stand outside of chunks.
@@ -107,7 +107,7 @@ impl Layout {
         if opcode == op::CHUNK {
             self.settle(last);
             last.at = Some(at);
-            self.chunks.insert(at, Chunk::from_body(body, &mut last.messages)?);
+            self.chunks.insert(at, ChunkExtent::from_body(body, &mut last.messages)?);
             return Ok(());
         }
         if opcode == op::MESSAGE {
@@ -247,7 +247,7 @@ impl Layout {
     }
 }
 
-impl Chunk {
+impl ChunkExtent {
     /// Reads a chunk, and its messages into `messages`.
     fn from_body(body: &[u8], messages: &mut Entries) -> Result<Self, String> {
         let Ok(Record::Chunk { header, .. }) = mcap::parse_record(op::CHUNK, body) else {

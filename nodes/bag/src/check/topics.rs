@@ -6,7 +6,7 @@ use std::rc::Rc;
 use mcap::records::{Channel as ChannelRecord, MessageHeader, SchemaHeader, Statistics};
 
 use super::report::{FindingCount, Report};
-use crate::definition::Definition;
+use crate::definition::TypeDefinition;
 use crate::qos::{self, Durability};
 use crate::sequence_check::{Numbers, SequenceCheck};
 use crate::values::{self, Value};
@@ -21,7 +21,7 @@ pub(super) struct TopicCheck {
     pub(super) type_name: String,
     pub(super) hash: String,
     is_latched: bool,
-    definition: Option<Rc<Definition>>,
+    definition: Option<Rc<TypeDefinition>>,
     numbers: Numbers,
     /// The largest number before this file, and whether it came again in it.
     before: u32,
@@ -141,14 +141,14 @@ struct Channel {
 struct Schema {
     name: String,
     text: String,
-    definition: Option<Rc<Definition>>,
+    definition: Option<Rc<TypeDefinition>>,
     /// True if the text has the fields of the known type with this name, and that type's hash.
     known: Option<(bool, &'static str)>,
 }
 
 impl Schema {
     fn read(name: String, text: String) -> (Self, Option<String>) {
-        let parse = |text: &str| Definition::parse(&name, text);
+        let parse = |text: &str| TypeDefinition::parse(&name, text);
         let (definition, reason) = match parse(&text) {
             Ok(definition) => (Some(Rc::new(definition)), None),
             Err(reason) => (None, Some(reason)),

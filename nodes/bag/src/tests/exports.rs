@@ -26,7 +26,7 @@ fn a_table_has_a_line_for_each_message_and_a_column_for_each_value() {
     writer.write(points, 3, 4, &point).expect("it is open");
     writer.write(riddle, 5, 5, &string_cdr("x")).expect("it is open");
     writer.write(torn, 6, 6, &[0, 1, 0, 0, 9, 0, 0, 0]).expect("it is open");
-    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
     let into = dir.path().join("csv");
     let bag = Bag::open(&path).expect("it was closed");
     let exported = to_tables(&bag, &into, TableFormat::Csv, 64).expect("there is room");

@@ -55,7 +55,7 @@ fn write_bag(path: &Path, preset: Preset, count: u64) -> BagMetadata {
             writer.flush().expect("the disk has room");
         }
     }
-    writer.close(Outcome::Complete, 0).expect("the disk has room")
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room")
 }
 
 fn read_all(bag: &Bag) -> Vec<Message> {
@@ -128,7 +128,7 @@ fn equal_and_backward_log_times_are_moved_behind_the_message_before() {
     let times: Vec<u64> =
         [0, 0, 5, 5, 5, 3, 10].iter().map(|&t| writer.write(id, t, t, &string_cdr("x")).expect("it is open")).collect();
     assert_eq!(times, [1, 2, 5, 6, 7, 8, 10]);
-    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
     assert_eq!(check(&path).expect("there is a bag").findings, []);
 }
 
@@ -147,7 +147,7 @@ fn a_bag_without_messages_is_a_bag() {
     let dir = TempDir::new().expect("a temporary directory");
     let path = dir.path().join("run");
     let writer = BagWriter::create(&path, &WriterOptions::default()).expect("the directory is free");
-    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
     assert_eq!(check(&path).expect("there is a bag").findings, []);
     assert_eq!(info::BagInfo::read(&path).expect("there is a bag").message_count, 0);
 }
@@ -236,7 +236,7 @@ fn a_recording_writes_all_that_it_was_given() {
     for i in 0..20_000_u64 {
         assert!(recording.record(&a, 1_000_000 + i, i, string_cdr("x")));
     }
-    let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
+    let (metadata, counts) = recording.stop(RecordingOutcome::Complete).expect("the disk has room");
     assert_eq!(metadata.message_count, 20_000);
     assert_eq!((counts.received, counts.written, counts.dropped, counts.queued_bytes), (20_000, 20_000, 0, 0));
     assert_eq!(check(&path).expect("there is a bag").findings, []);
@@ -257,7 +257,7 @@ fn what_the_queue_cannot_take_is_counted_and_a_fast_topic_leaves_room_for_a_rare
             assert!(recording.record(&rare, i + 1, i, small.clone()), "a rare message was pushed out");
         }
     }
-    let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
+    let (metadata, counts) = recording.stop(RecordingOutcome::Complete).expect("the disk has room");
     assert_eq!(counts.received, 20_200);
     assert_eq!(counts.received, counts.written + counts.dropped);
     assert_eq!(metadata.message_count, counts.written);
@@ -287,7 +287,7 @@ fn while_the_disk_stands_still_rare_topics_have_room_and_every_drop_is_counted_w
     assert!(recording.report_missed(2) && !recording.report_missed(1));
     recording.withdraw_missed();
     drop(disk);
-    let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
+    let (metadata, counts) = recording.stop(RecordingOutcome::Complete).expect("the disk has room");
     let reported: Vec<(u64, u64, u64)> = counts.topics.iter().map(|t| (t.received, t.written, t.dropped)).collect();
     assert_eq!(reported, [(2000, 512, 1488), (2000, 256, 1744), (2000, 4, 1996), (4, 4, 0)]);
     assert_eq!((counts.dropped, counts.queue_full, counts.missed), (5228, 5228, 2));

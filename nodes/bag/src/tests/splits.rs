@@ -3,7 +3,7 @@
 use super::*;
 use crate::SnapshotOptions;
 use crate::recover::recover;
-use crate::writer::{REPEATED, Split};
+use crate::writer::{REPEATED, SplitLimits};
 
 const SECOND: u64 = 1_000_000_000;
 const START: u64 = 1_760_000_000 * SECOND;
@@ -16,7 +16,10 @@ fn latched(name: &str) -> Topic {
 }
 
 fn split_by(bytes: Option<u64>, seconds: Option<u64>) -> WriterOptions {
-    WriterOptions { split: Split { bytes, duration: seconds.map(Duration::from_secs) }, ..WriterOptions::default() }
+    WriterOptions {
+        split: SplitLimits { bytes, duration: seconds.map(Duration::from_secs) },
+        ..WriterOptions::default()
+    }
 }
 
 /// A page every ten seconds on a latched topic, a sample ten times a second, for 60 s; with the files split by `options`.
@@ -33,7 +36,7 @@ fn write_files(path: &Path, options: &WriterOptions) -> BagMetadata {
         writer.flush().expect("the disk has room");
     }
     assert_eq!((writer.written(pages), writer.written(samples)), (6, 600));
-    writer.close(Outcome::Complete, 0).expect("the disk has room")
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room")
 }
 
 fn files_of(metadata: &BagMetadata) -> Vec<(&str, u64)> {
@@ -91,7 +94,7 @@ fn a_bag_is_split_by_size_and_by_request_and_never_into_files_of_repetitions_alo
     }
     writer.split().expect("the disk has room");
     assert_eq!(writer.take_splits().last(), Some(&("tiny_4.mcap".to_owned(), "tiny_5.mcap".to_owned())));
-    let metadata = writer.close(Outcome::Complete, 0).expect("the disk has room");
+    let metadata = writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
     assert_eq!(files_of(&metadata).iter().map(|file| file.1).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 5]);
     assert_eq!(check(&path).expect("there is a bag").findings, []);
 }
@@ -143,7 +146,7 @@ fn a_number_that_comes_again_in_a_first_file_and_a_gap_between_files_are_found()
         let message = Message { topic: 0, sequence, log_time_ns, publish_time_ns, data: string_cdr("x") };
         writer.copy(id, &message).expect("it is open");
     }
-    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
     let text = check(&path).expect("there is a bag").to_text();
     assert!(text.contains("topic /a: 1 messages have a number that was there before"), "{text}");
 }
@@ -176,7 +179,7 @@ fn snapshots_write_the_last_seconds_and_latched_messages() {
     send(100, 105);
     assert_eq!(snapshot(), Ok(5), "what was written is not written again");
     send(105, 110);
-    let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
+    let (metadata, counts) = recording.stop(RecordingOutcome::Complete).expect("the disk has room");
     assert_eq!((counts.received, counts.written, counts.passed, counts.dropped), (111, 27, 84, 0));
     assert_eq!((counts.files, counts.repeated), (3, 2));
     assert_eq!(files_of(&metadata), [("run_0.mcap", 22), ("run_1.mcap", 1 + 5), ("run_2.mcap", 1)]);
@@ -199,5 +202,5 @@ fn a_recording_does_not_begin_with_less_room_than_it_is_to_leave_and_ends_before
     assert!(!path.exists(), "nothing is left behind");
     let recording = Recording::start(&path, &options(1)).expect("a byte is free");
     assert!(recording.counts().free_bytes > 0);
-    recording.stop(Outcome::Complete).expect("the disk has room");
+    recording.stop(RecordingOutcome::Complete).expect("the disk has room");
 }

@@ -3,7 +3,7 @@
 use super::output::say;
 use camwright::machine::description::Axis;
 use camwright_files::convert::si_from_file;
-use camwright_machine_check::{CheckError, Moving, Settings, Verdict, check};
+use camwright_machine_check::{CheckError, ClauseVerdict, Moving, Settings, check};
 use camwright_ros::{RosArgs, RosLayer, Shutdown};
 use clap::Args;
 use std::process::ExitCode;
@@ -81,7 +81,7 @@ pub(super) fn main(args: &CheckMachineArgs, ros_args: &RosArgs) -> ExitCode {
     } else {
         print(&checked.report.to_string());
     }
-    match (checked.interrupted, checked.report.clauses(Verdict::Broken).is_empty()) {
+    match (checked.interrupted, checked.report.clauses(ClauseVerdict::Broken).is_empty()) {
         (true, _) => ExitCode::from(130),
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::from(1),

@@ -3,7 +3,7 @@
 use super::output::{say, wrapped};
 use camwright::math::units::{TURN_RAD, mm_from_um, um_from_mm};
 use camwright::simulation::lathe_drives::{
-    Drives, DrivesForm, FeedForward, Finding, GainSearch, GainTrial, MinimumGain, TurningDrives,
+    Drives, DrivesForm, DrivesResult, FeedForward, GainSearch, GainTrial, MinimumGain, TurningDrives,
 };
 use camwright_files::any_job::{self, AnyJob};
 use camwright_planning::{self as planning, PreparedTurning};
@@ -70,7 +70,7 @@ fn drives(args: &DrivesArgs) -> Result<(String, Value), String> {
     let mut simulated = 0;
     let mut text =
         format!("{}\n{:<40} {:>11} {:>11} {:>11}\n", prepared.summary(), "drives", "highest", "lowest", "excess");
-    let mut record = |text: &mut String, finding: &Finding| {
+    let mut record = |text: &mut String, finding: &DrivesResult| {
         simulated += 1;
         let _reader_is_gone = write!(io::stderr(), "\r{simulated} simulations done");
         *text += &finding_text(finding);
@@ -125,14 +125,16 @@ fn loop_text(tried: &GainTrial) -> String {
     format!("Kv {:.1} 1/s, velocity loop {velocity}", tried.kv_1_s)
 }
 
-fn finding_text(finding: &Finding) -> String {
+fn finding_text(finding: &DrivesResult) -> String {
     match finding {
-        Finding::Drives(drives, form) => format!("{:<40} {}\n", drives.to_string(), form_text(form)),
-        Finding::Gain(tried) => {
+        DrivesResult::Drives(drives, form) => format!("{:<40} {}\n", drives.to_string(), form_text(form)),
+        DrivesResult::Gain(tried) => {
             let form = tried.form.as_ref().map_or_else(|| "the machine stops with an alarm".into(), form_text);
             format!("{:<40} {form}\n", loop_text(tried))
         }
-        Finding::Flaw(without) => format!("{:<40} {}\n", format!("without {}", without.of), form_text(&without.form)),
+        DrivesResult::Flaw(without) => {
+            format!("{:<40} {}\n", format!("without {}", without.of), form_text(&without.form))
+        }
     }
 }
 

@@ -308,7 +308,8 @@ fn run_job(
     shutdown: &Shutdown,
 ) -> Result<Finished, NodeError> {
     let command = TakeOptions::new("camwright run").for_cell();
-    let command = HeldCommand::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
+    let command =
+        HeldCommand::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
     let socket = serve_operators(client, ros_args);
     if request.args.find_phase {
         let found = client.find_phase(&request.job, &request.args.set)?;

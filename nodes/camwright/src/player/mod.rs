@@ -24,7 +24,7 @@ use indicatif::ProgressBar;
 use camwright_bag::progress;
 use camwright_bag::{Bag, BagError};
 use camwright_ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
-use camwright_run_logger::{Filter, Selection, regex};
+use camwright_run_logger::{Selection, TopicFilter, regex};
 use playback::{Outlets, PlaybackRequest, Player, Track};
 use services::PlayerCommand;
 
@@ -207,7 +207,7 @@ impl ReplayArgs {
     fn selection(&self) -> Result<Selection, ReplayError> {
         let filter = |names: &[String], text: &str| {
             let regex = regex(text).map_err(|reason| ReplayError::Regex { reason })?;
-            Ok::<_, ReplayError>(Filter { names: names.to_vec(), regex, types: Vec::new() })
+            Ok::<_, ReplayError>(TopicFilter { names: names.to_vec(), regex, types: Vec::new() })
         };
         let mut exclude = filter(&self.exclude, &self.exclude_regex)?;
         if self.clock.is_some() {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 /// The bag's time as it is played: at a rate, or standing still. It is computed from the last change of either and never summed up, so that
 /// a long playback does not drift.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pace {
+pub(super) struct PlaybackPace {
     rate: f64,
     /// Bag time (ns since 1970) at the last change.
     from_ns: u64,
@@ -13,7 +13,7 @@ pub(super) struct Pace {
     since: Option<Instant>,
 }
 
-impl Pace {
+impl PlaybackPace {
     /// Stands still at a moment of the bag.
     pub(super) fn new(from_ns: u64, rate: f64) -> Self {
         Self { rate, from_ns, since: None }
@@ -83,7 +83,7 @@ mod tests {
     fn twice_the_rate_is_half_the_time_and_pauses_do_not_count() {
         let start = Instant::now();
         let after = |seconds| start + Duration::from_secs(seconds);
-        let mut pace = Pace::new(BEGIN, 2.0);
+        let mut pace = PlaybackPace::new(BEGIN, 2.0);
         assert!(pace.is_paused() && pace.due(BEGIN).is_none());
         pace.resume(after(1));
         assert_eq!((pace.at(start), pace.at(after(3))), (BEGIN, BEGIN + 4 * SECOND));
@@ -102,10 +102,10 @@ mod tests {
 
     #[test]
     fn no_rate_and_no_time_overflows() {
-        let mut pace = Pace::new(0, 1e-300);
+        let mut pace = PlaybackPace::new(0, 1e-300);
         pace.resume(Instant::now());
         assert!(pace.due(u64::MAX).is_some_and(|due| due > Instant::now()));
-        let mut pace = Pace::new(u64::MAX - 1, 1e300);
+        let mut pace = PlaybackPace::new(u64::MAX - 1, 1e300);
         pace.resume(Instant::now());
         assert_eq!(pace.at(Instant::now() + Duration::from_secs(1)), u64::MAX);
     }

@@ -12,7 +12,7 @@ use camwright_msgs::rosgraph_msgs::msg::Clock;
 use indicatif::ProgressBar;
 
 use super::PlaybackSummary;
-use super::pace::Pace;
+use super::pace::PlaybackPace;
 use super::services::PlayerCommand;
 use camwright_bag::{Bag, BagError, Message, Messages};
 use camwright_ros::{Publisher, RawPublisher, from_time, to_time};
@@ -63,7 +63,7 @@ pub(super) struct Player<'a> {
     outlets: Outlets,
     orders: mpsc::Receiver<PlayerCommand>,
     wish: PlaybackRequest,
-    pace: Pace,
+    pace: PlaybackPace,
     /// None: the playback is over, or was stopped.
     messages: Option<Messages<'a>>,
     next: Option<Message>,
@@ -86,7 +86,7 @@ impl<'a> Player<'a> {
             outlets,
             orders,
             wish,
-            pace: Pace::new(wish.span.0, wish.rate),
+            pace: PlaybackPace::new(wish.span.0, wish.rate),
             messages: None,
             next: None,
             file: 0,
@@ -321,7 +321,7 @@ impl<'a> Player<'a> {
             (until_ns > 0).then_some(until_ns),
         ];
         self.wish.span = (start_ns, bounds.into_iter().flatten().fold(last_ns, u64::min));
-        self.pace = Pace::new(start_ns, self.pace.rate());
+        self.pace = PlaybackPace::new(start_ns, self.pace.rate());
         self.begin(start_ns)?;
         self.pace.resume(Instant::now());
         Ok(())

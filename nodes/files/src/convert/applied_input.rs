@@ -3,7 +3,7 @@
 use crate::convert::machine_report::{input_name, input_named};
 use crate::digest;
 use crate::record_text::record_text;
-use camwright::interpolator::quantity::Quantity;
+use camwright::interpolator::quantity::MotionQuantity;
 use camwright::interpolator::tolerance::{MotionPhase, ToleranceViolation};
 use camwright::interpolator::{AppliedInput as Applied, Request};
 use camwright::machine::description::{Axis, MachineDescription};
@@ -11,7 +11,8 @@ use camwright::machine::setpoint::Latch;
 use camwright_msgs::camwright_msgs::msg::AppliedInput;
 use serde::{Deserialize, Serialize};
 
-const QUANTITIES: [Quantity; 4] = [Quantity::Position, Quantity::Velocity, Quantity::Acceleration, Quantity::Jerk];
+const QUANTITIES: [MotionQuantity; 4] =
+    [MotionQuantity::Position, MotionQuantity::Velocity, MotionQuantity::Acceleration, MotionQuantity::Jerk];
 
 /// A broken tolerance; numbers in the core's units.
 #[derive(Debug, Serialize, Deserialize)]
@@ -136,7 +137,7 @@ mod tests {
         let latch = |input: Input, rising| Latch { tick: 77, input, rising, axis: input.axis(), counts: -123_456_789 };
         let broken = ToleranceViolation {
             axis: Axis::X,
-            quantity: Quantity::Velocity,
+            quantity: MotionQuantity::Velocity,
             error: -0.1 - f64::EPSILON,
             allowed: 1.0 / 3.0,
             stretch: MotionPhase::Goal,

@@ -9,7 +9,7 @@ use camwright::interpolator::join::StartTolerance;
 use camwright::interpolator::manual::{Jog, JogRequest};
 use camwright::interpolator::setup::{self, MoveTo, Probe, ProbeRequest};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
-use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
+use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{Motion, Prepared, RestState};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::motion::plan::Plan;
@@ -111,7 +111,7 @@ impl MotionRecord {
     pub fn trajectory(
         joints: &[Axis],
         points: &[TrajectoryPoint],
-        start: &Start,
+        start: &TrajectoryStart,
         (tolerances, start_tolerance): (&FollowingTolerances, &StartTolerance),
         starts_at: Option<u64>,
     ) -> Self {
@@ -216,7 +216,8 @@ impl TrajectoryRecord {
             accelerations: point.accelerations.clone(),
         });
         let points: Vec<TrajectoryPoint> = points.collect();
-        let start = Start { position: self.position, velocity: self.velocity, acceleration: self.acceleration };
+        let start =
+            TrajectoryStart { position: self.position, velocity: self.velocity, acceleration: self.acceleration };
         let tolerance = |of: &[Option<f64>; 3]| Tolerance { position: of[0], velocity: of[1], acceleration: of[2] };
         let tolerances = FollowingTolerances {
             path: self.path.each_ref().map(tolerance),
@@ -322,7 +323,8 @@ mod tests {
                 accelerations: Vec::new(),
             };
             let points = [point(self), point(self)];
-            let start = Start { position: self.numbers(), velocity: self.numbers(), acceleration: self.numbers() };
+            let start =
+                TrajectoryStart { position: self.numbers(), velocity: self.numbers(), acceleration: self.numbers() };
             let mut tolerances = FollowingTolerances::default();
             tolerances.path[1].position = Some(self.number());
             tolerances.goal_time_ticks = Some(self.next());

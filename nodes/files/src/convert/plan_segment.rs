@@ -3,7 +3,7 @@
 use super::plan_splines::SplineIds;
 use super::{m_from_mm, si_from_core};
 use camwright::machine::description::{Axis, MotionLimits};
-use camwright::motion::plan::{AxisTarget, Command, CutSegment, Segment, SegmentKind, SpiralSegment};
+use camwright::motion::plan::{AxisTarget, CutSegment, PlanCommand, Segment, SegmentKind, SpiralSegment};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, PlanSegment};
 
 /// A step as a message.
@@ -90,15 +90,15 @@ fn spiral_to(base: PlanSegment, ids: SplineIds, spiral: &SpiralSegment) -> PlanS
     }
 }
 
-fn command_to(base: PlanSegment, command: &Command) -> PlanSegment {
+fn command_to(base: PlanSegment, command: &PlanCommand) -> PlanSegment {
     let (command, target, target_counts) = match command {
-        Command::SetHome(axis) => (MachineCommand::SET_HOME, axis.joint(), vec![]),
-        Command::WheelStart => (MachineCommand::WHEEL_START, "", vec![]),
-        Command::WheelStop => (MachineCommand::WHEEL_STOP, "", vec![]),
-        Command::ExpectWheel { radius_nm } => (MachineCommand::EXPECT_WHEEL, "", vec![*radius_nm]),
-        Command::Dress { radius_nm } => (MachineCommand::DRESS, "", vec![*radius_nm]),
-        Command::Push { most_n } => (MachineCommand::PUSH, "", vec![*most_n]),
-        Command::WatchForce { most_n } => (MachineCommand::WATCH_FORCE, "", vec![*most_n]),
+        PlanCommand::SetHome(axis) => (MachineCommand::SET_HOME, axis.joint(), vec![]),
+        PlanCommand::WheelStart => (MachineCommand::WHEEL_START, "", vec![]),
+        PlanCommand::WheelStop => (MachineCommand::WHEEL_STOP, "", vec![]),
+        PlanCommand::ExpectWheel { radius_nm } => (MachineCommand::EXPECT_WHEEL, "", vec![*radius_nm]),
+        PlanCommand::Dress { radius_nm } => (MachineCommand::DRESS, "", vec![*radius_nm]),
+        PlanCommand::Push { most_n } => (MachineCommand::PUSH, "", vec![*most_n]),
+        PlanCommand::WatchForce { most_n } => (MachineCommand::WATCH_FORCE, "", vec![*most_n]),
     };
     PlanSegment { kind: PlanSegment::COMMAND, command, target: target.to_owned(), target_counts, ..base }
 }

@@ -4,7 +4,7 @@ use super::phase::phase_from;
 use super::plan_splines::SplineIndices;
 use super::{core_from_si, mm_from_m};
 use camwright::machine::description::{Axis, MachineDescription, MotionLimits};
-use camwright::motion::plan::{AxisTarget, Command, CutSegment, Plan, Segment, SegmentKind, SpiralSegment};
+use camwright::motion::plan::{AxisTarget, CutSegment, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, PlanSegment, PlanSpline};
 
 /// The step that a message means; `splines` are those of the plan's pages.
@@ -99,19 +99,19 @@ impl SegmentReader<'_> {
         })
     }
 
-    fn command(&self) -> Result<Command, String> {
+    fn command(&self) -> Result<PlanCommand, String> {
         Ok(match self.message.command {
             MachineCommand::SET_HOME => {
                 let joint = &self.message.target;
                 let axis = Axis::from_joint(joint).ok_or_else(|| format!("there is no joint {joint:?} to home"))?;
-                Command::SetHome(axis)
+                PlanCommand::SetHome(axis)
             }
-            MachineCommand::WHEEL_START => Command::WheelStart,
-            MachineCommand::WHEEL_STOP => Command::WheelStop,
-            MachineCommand::EXPECT_WHEEL => Command::ExpectWheel { radius_nm: radius_nm(self.target(0)?)? },
-            MachineCommand::DRESS => Command::Dress { radius_nm: radius_nm(self.target(0)?)? },
-            MachineCommand::PUSH => Command::Push { most_n: force_n(self.target(0)?)? },
-            MachineCommand::WATCH_FORCE => Command::WatchForce { most_n: force_n(self.target(0)?)? },
+            MachineCommand::WHEEL_START => PlanCommand::WheelStart,
+            MachineCommand::WHEEL_STOP => PlanCommand::WheelStop,
+            MachineCommand::EXPECT_WHEEL => PlanCommand::ExpectWheel { radius_nm: radius_nm(self.target(0)?)? },
+            MachineCommand::DRESS => PlanCommand::Dress { radius_nm: radius_nm(self.target(0)?)? },
+            MachineCommand::PUSH => PlanCommand::Push { most_n: force_n(self.target(0)?)? },
+            MachineCommand::WATCH_FORCE => PlanCommand::WatchForce { most_n: force_n(self.target(0)?)? },
             other => return Err(format!("its command is {other}")),
         })
     }

@@ -3,7 +3,7 @@
 use super::Shared;
 use super::controller::{CellController, Reason, SuspensionCause};
 use super::devices::DeviceRequest;
-use super::run::{PartsRun, Phase};
+use super::run::{PartPhase, PartsRun};
 use crate::settings;
 use camwright::cell::packml::{Command, Mode};
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
@@ -134,7 +134,7 @@ impl CellController {
         };
         let loads = is_automatic && self.area.is_some();
         let (job, overrides) = shared.wanted(&request.job, &request.overrides);
-        Ok(PartsRun { job, overrides, wanted, done: 0, loads, phase: Phase::Part })
+        Ok(PartsRun { job, overrides, wanted, done: 0, loads, phase: PartPhase::Part })
     }
 
     pub(super) fn select(&mut self, shared: &Shared, mode: u8, responder: Responder<SetCellMode>) {

@@ -2,11 +2,12 @@
 
 use super::controller::{CellController, Reason, SuspensionCause};
 use super::devices::DeviceRequest;
-use super::run::Phase;
+use super::run::PartPhase;
 use super::{Shared, lock};
 use crate::settings;
 use camwright::cell::loading::{
-    Goal, Handshake, LoaderState, LoadingCommand, LoadingInputs, Progress, Request, Step, Timeouts, Wait,
+    Handshake, HandshakeGoal, HandshakeProgress, HandshakeRequest, HandshakeStep, LoaderState, LoadingCommand,
+    LoadingInputs, Timeouts, Wait,
 };
 use camwright::cell::packml::{Command, State};
 use camwright::simulation::work_area::ActuatorPosition;
@@ -87,20 +88,20 @@ impl CellController {
             return;
         };
         let wants = match run.phase {
-            Phase::Part => Goal::RawPart,
-            Phase::Empty => Goal::Empty,
-            Phase::Begin => return self.begin_part(shared),
-            Phase::Job => return,
-            Phase::End => {
+            PartPhase::Part => HandshakeGoal::RawPart,
+            PartPhase::Empty => HandshakeGoal::Empty,
+            PartPhase::Begin => return self.begin_part(shared),
+            PartPhase::Job => return,
+            PartPhase::End => {
                 self.substate = format!("run ended: {run}");
                 self.run = None;
                 return self.complete(shared);
             }
         };
         let present = self.area.as_ref().is_some_and(|area| area.part_present);
-        let request = Request::for_goal(wants, present, self.is_machined);
-        if !run.loads || request == Request::None {
-            run.phase = if wants == Goal::RawPart { Phase::Begin } else { Phase::End };
+        let request = HandshakeRequest::for_goal(wants, present, self.is_machined);
+        if !run.loads || request == HandshakeRequest::None {
+            run.phase = if wants == HandshakeGoal::RawPart { PartPhase::Begin } else { PartPhase::End };
             return self.produce(shared);
         }
         self.handshake = Some(Handshake::begin(request, Self::timeouts(shared), self.now_s()));
@@ -114,7 +115,7 @@ impl CellController {
             return;
         }
         if let Some(run) = &mut self.run {
-            run.phase = Phase::Job;
+            run.phase = PartPhase::Job;
             shared.cell.wants_part.store(true, Ordering::Release);
             shared.run_part(run.job.clone(), run.overrides.clone());
         }
@@ -141,7 +142,7 @@ impl CellController {
         };
         let request = handshake.request();
         match handshake.advance(&seen) {
-            Progress::Going(order) => {
+            HandshakeProgress::Going(order) => {
                 let step = handshake.step();
                 match order {
                     Some(LoadingCommand::OpenDoor) => self.devices.ask(DeviceRequest::Door(true)),
@@ -153,7 +154,7 @@ impl CellController {
                     self.substate = format!("{}, {}", request.name(), step.name());
                 }
             }
-            Progress::Waiting(wait) => {
+            HandshakeProgress::Waiting(wait) => {
                 let fault = self.loader.as_ref().map_or("", |(loader, _)| loader.fault.as_str());
                 self.substate = match wait {
                     Wait::Silent => "waiting for the loader: no message on loader/state".to_owned(),
@@ -162,15 +163,15 @@ impl CellController {
                 };
                 self.reason = Reason::new(self.substate.clone());
             }
-            Progress::Done => {
+            HandshakeProgress::Done => {
                 self.handshake = None;
                 if let Some(run) = &mut self.run {
-                    run.phase = if run.phase == Phase::Part { Phase::Begin } else { Phase::End };
+                    run.phase = if run.phase == PartPhase::Part { PartPhase::Begin } else { PartPhase::End };
                 }
                 self.reason = Reason::default();
                 self.command(shared, Command::Unsuspend);
             }
-            Progress::Failed(failure) => {
+            HandshakeProgress::Failed(failure) => {
                 self.reason = Reason {
                     text: failure.to_string(),
                     alarm: 0,
@@ -180,7 +181,7 @@ impl CellController {
                 shared.node.logger().warn(&format!("the cell is held: {failure}"));
                 self.command(shared, Command::Hold);
             }
-            Progress::Uncleared => {
+            HandshakeProgress::Uncleared => {
                 self.reason = Reason {
                     text: "the loader entered the work area without permission".into(),
                     alarm: 0,
@@ -214,9 +215,9 @@ impl CellController {
         if let Some(good) = is_good(status) {
             self.devices.judge(good);
         }
-        if let Some(run) = self.run.as_mut().filter(|run| run.phase == Phase::Job) {
+        if let Some(run) = self.run.as_mut().filter(|run| run.phase == PartPhase::Job) {
             run.done = run.done.saturating_add(1);
-            run.phase = if run.wanted > 0 && run.done >= run.wanted { Phase::Empty } else { Phase::Part };
+            run.phase = if run.wanted > 0 && run.done >= run.wanted { PartPhase::Empty } else { PartPhase::Part };
             self.parts = (run.wanted, run.done);
         }
         self.settle(shared);
@@ -225,7 +226,7 @@ impl CellController {
     /// A part of the run could not be begun: somebody has to look.
     pub(super) fn part_refused(&mut self, shared: &Shared, reason: &str) {
         let Some(run) = &mut self.run else { return };
-        run.phase = Phase::Begin;
+        run.phase = PartPhase::Begin;
         self.reason = Reason {
             text: format!("the job of the next part is refused: {reason}"),
             alarm: 0,
@@ -275,7 +276,7 @@ impl CellController {
 
     /// The step of the handshake for people.
     pub(super) fn step(&self) -> &'static str {
-        self.handshake.as_ref().map(Handshake::step).map_or("", Step::name)
+        self.handshake.as_ref().map(Handshake::step).map_or("", HandshakeStep::name)
     }
 
     /// Holder of command of the cell; empty: none.

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Next need of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Phase {
+pub(super) enum PartPhase {
     /// A raw part in the chuck.
     Part,
     Begin,
@@ -23,7 +23,7 @@ pub(super) struct PartsRun {
     pub(super) done: u32,
     /// A robot puts the parts in.
     pub(super) loads: bool,
-    pub(super) phase: Phase,
+    pub(super) phase: PartPhase,
 }
 
 impl fmt::Display for PartsRun {

@@ -1,13 +1,18 @@
 //! M20 and M21: the order of commands, and inputs that are asked for.
 
-use super::super::report::Report;
-use super::Bench;
+use super::super::report::ClauseReport;
+use super::ClauseBench;
 use super::drive::Drive;
 use super::test_motion::EarlyEnd;
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 
 /// Checks that the first command of a motion was acknowledged and executed.
-pub(super) fn acknowledged(bench: &Bench<'_>, drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
+pub(super) fn acknowledged(
+    bench: &ClauseBench<'_>,
+    drive: &Drive<'_>,
+    during: &[MachineStream],
+    report: &mut ClauseReport,
+) {
     let (input, is_closed) = &bench.input;
     report.kept(20, "the first command of a motion was acknowledged with commands_received 1");
     if !is_closed {
@@ -32,18 +37,18 @@ pub(super) fn acknowledged(bench: &Bench<'_>, drive: &Drive<'_>, during: &[Machi
 }
 
 /// A command whose number is not the next one.
-pub(super) fn gap(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+pub(super) fn gap(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     out_of_order(bench, report, "a command with sequence 3 after 1", 82, |news| (3, news.credit_tick))
 }
 
 /// A command whose tick has been executed.
-pub(super) fn late(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+pub(super) fn late(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     out_of_order(bench, report, "a command for an executed tick", 81, |news| (2, news.tick.saturating_sub(2)))
 }
 
 fn out_of_order(
-    bench: &Bench<'_>,
-    report: &mut Report,
+    bench: &ClauseBench<'_>,
+    report: &mut ClauseReport,
     what: &str,
     number: u16,
     order: impl Fn(&MachineStream) -> (u32, u64),

@@ -1,9 +1,9 @@
 //! A travel on its way: chunks up to the credit, each with its stop.
 
 use super::super::observed::Observed;
-use super::super::report::Report;
+use super::super::report::ClauseReport;
 use super::test_motion::{EarlyEnd, PATIENCE, TestMotion};
-use super::travel::{Point, TestTravel};
+use super::travel::{TestTravel, TravelPoint};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineStream};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 
@@ -66,7 +66,7 @@ impl<'a> Drive<'a> {
     /// The chunk of some points, with the stop that follows, or without if they are the last.
     pub(super) fn chunk(&self, from: u64, to: u64) -> JointTrajectory {
         let last = self.travel.ticks;
-        let mut points: Vec<(u64, Point)> = (from..=to).map(|k| (k - from, self.travel.point(k))).collect();
+        let mut points: Vec<(u64, TravelPoint)> = (from..=to).map(|k| (k - from, self.travel.point(k))).collect();
         let middle = u64::midpoint(to, last);
         let tail = [middle, last].into_iter().filter(|k| *k > to + 1 && to < last);
         let mut tail: Vec<u64> = tail.collect();
@@ -117,7 +117,7 @@ impl<'a> Drive<'a> {
 
     /// Checks the machine's interpretation of the setpoints, tick by tick: exactly the sent values, and within a count between
     /// sparse points.
-    pub(super) fn judge(&self, observed: &Observed, report: &mut Report) {
+    pub(super) fn judge(&self, observed: &Observed, report: &mut ClauseReport) {
         let (before, before_stop) = (report.evidence(10), report.evidence(31));
         let dense = self.tick(self.sent);
         let (mut exact, mut between) = (0, 0);

@@ -8,7 +8,7 @@ mod test_motion;
 mod travel;
 
 use super::observed::{DescriptionFacts, Observed, Observer};
-use super::report::Report;
+use super::report::ClauseReport;
 use super::{Moving, ProgressSink};
 use camwright_msgs::camwright_msgs::msg::{MachineDescription, MachineIo, MachineStream};
 use camwright_ros::{Node, RosArgs, Shutdown};
@@ -25,7 +25,7 @@ const INPUTS: Duration = Duration::from_secs(5);
 const OWN_ALARMS: [u16; 7] = [1, 80, 81, 82, 83, 84, 85];
 
 /// Context of the tests.
-pub(super) struct Bench<'a> {
+pub(super) struct ClauseBench<'a> {
     hand: &'a TestMotion<'a>,
     description: &'a MachineDescription,
     axis: usize,
@@ -38,7 +38,7 @@ pub(super) struct Bench<'a> {
     args: &'a RosArgs,
 }
 
-impl Bench<'_> {
+impl ClauseBench<'_> {
     /// A travel to the other of both ends.
     fn travel(&self) -> TestTravel {
         let from = self.hand.news().setpoint_counts;
@@ -114,7 +114,7 @@ pub(super) fn run(
     (node, args, shutdown): (&Node, &RosArgs, &Shutdown),
     (ears, facts, description): (&Observer, &DescriptionFacts, &MachineDescription),
     (axis, home, away): (usize, i64, i64),
-    report: &mut Report,
+    report: &mut ClauseReport,
     report_progress: ProgressSink<'_>,
 ) -> bool {
     if facts.delay < MIN_DELAY {
@@ -133,7 +133,7 @@ pub(super) fn run(
         hand.wait_observed(INPUTS, |observed| !observed.io.is_empty());
     }
     let (input, is_realtime) = ears.read(|observed| (input(observed), is_realtime(observed)));
-    let bench = Bench { hand: &hand, description, axis, home, away, input, is_realtime, args };
+    let bench = ClauseBench { hand: &hand, description, axis, home, away, input, is_realtime, args };
     let done = sequence(&bench, report, report_progress);
     let left = leave(&bench, report);
     let is_interrupted = ended(done, report, report_progress);
@@ -143,7 +143,11 @@ pub(super) fn run(
     is_interrupted
 }
 
-fn sequence(bench: &Bench<'_>, report: &mut Report, report_progress: ProgressSink<'_>) -> Result<(), EarlyEnd> {
+fn sequence(
+    bench: &ClauseBench<'_>,
+    report: &mut ClauseReport,
+    report_progress: ProgressSink<'_>,
+) -> Result<(), EarlyEnd> {
     report_progress("moving: a travel as it should be");
     plain(bench, report)?;
     report_progress("moving: a second sender");
@@ -162,7 +166,7 @@ fn sequence(bench: &Bench<'_>, report: &mut Report, report_progress: ProgressSin
 }
 
 /// Brings the axis back, and clears what this program has raised.
-fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+fn leave(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     bench.hand.rest()?;
     let news = bench.hand.news();
     if news.alarms.iter().any(|number| OWN_ALARMS.contains(number)) {
@@ -178,7 +182,7 @@ fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
 }
 
 /// Reports an early end; returns whether the user requested it.
-fn ended(done: Result<(), EarlyEnd>, report: &mut Report, report_progress: ProgressSink<'_>) -> bool {
+fn ended(done: Result<(), EarlyEnd>, report: &mut ClauseReport, report_progress: ProgressSink<'_>) -> bool {
     match done {
         Ok(()) => false,
         Err(EarlyEnd::Interrupted) => true,
@@ -191,7 +195,7 @@ fn ended(done: Result<(), EarlyEnd>, report: &mut Report, report_progress: Progr
 }
 
 /// A travel with nothing wrong: M8, M10, M11, M14, M20, M21, and that a reset is refused on the way.
-fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+fn plain(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let before = report.evidence(10);
     let begin = hand.ears.read(|observed| observed.streams.len());
@@ -233,7 +237,7 @@ fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
 }
 
 /// M8: pending setpoints are no standstill. M3: the start of a motion is reported at its tick.
-fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
+fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut ClauseReport) {
     let before = report.evidence(8);
     for message in
         during.iter().filter(|message| !message.holder.is_empty() && message.tick < drive.tick(drive.travel.ticks))
@@ -249,7 +253,7 @@ fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
 }
 
 /// M14: who has command, from the first chunk to the last.
-fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
+fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut ClauseReport) {
     let before = report.evidence(14);
     let (first, last) = (drive.first_tick, drive.tick(drive.travel.ticks));
     for message in
@@ -265,7 +269,7 @@ fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut
 }
 
 /// M14: chunks of another sender. They say what was sent anyway, so nothing happens if they are taken.
-fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+fn foreign(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let stranger = TestMotion::stranger(bench.args)?;
     let mut drive = Drive::begin(hand, bench.travel(), None)?;

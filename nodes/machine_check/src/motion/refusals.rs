@@ -1,9 +1,9 @@
 //! M13 and M33: chunks that are refused while nothing moves, and the stop by software.
 
-use super::super::report::Report;
-use super::Bench;
+use super::super::report::ClauseReport;
+use super::ClauseBench;
 use super::test_motion::EarlyEnd;
-use super::travel::{Point, TestTravel};
+use super::travel::{TestTravel, TravelPoint};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 
@@ -11,14 +11,14 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 const POINTS: u64 = 4;
 
 /// Each chunk that must be refused, at rest. All but the jump ask for what is there already; the jump is a few µm.
-pub(super) fn run(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+pub(super) fn run(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     let news = bench.hand.news();
     let resting =
         TestTravel::new(bench.hand.facts, bench.axis, &bench.description.axes[bench.axis], &news.setpoint_counts, 0);
-    let points: Vec<(u64, Point)> = (0..POINTS).map(|tick| (tick, resting.point(0))).collect();
+    let points: Vec<(u64, TravelPoint)> = (0..POINTS).map(|tick| (tick, resting.point(0))).collect();
     let ahead = |news: &MachineStream| news.tick + (bench.hand.facts.delay * 6 / 10).max(1);
     let chunk =
-        |first: u64, points: &[(u64, Point)]| resting.chunk(bench.hand.facts, bench.hand.epoch_ns, first, points);
+        |first: u64, points: &[(u64, TravelPoint)]| resting.chunk(bench.hand.facts, bench.hand.epoch_ns, first, points);
     let late = |news: &MachineStream| chunk(news.tick.saturating_sub(1), &points);
     let beyond = |news: &MachineStream| chunk(news.credit_tick + bench.hand.facts.delay, &points);
     let turned = |news: &MachineStream| {
@@ -44,7 +44,7 @@ pub(super) fn run(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd
 }
 
 /// Points that jump by four times what is allowed; none where that is more than the consent to move.
-fn jumps(bench: &Bench<'_>, points: &[(u64, Point)]) -> Option<Vec<(u64, Point)>> {
+fn jumps(bench: &ClauseBench<'_>, points: &[(u64, TravelPoint)]) -> Option<Vec<(u64, TravelPoint)>> {
     let limits = &bench.description.axes[bench.axis];
     let cycle_s = bench.hand.facts.cycle_s();
     #[allow(clippy::cast_possible_truncation, reason = "the cast saturates, and is then too much")]
@@ -63,7 +63,7 @@ fn jumps(bench: &Bench<'_>, points: &[(u64, Point)]) -> Option<Vec<(u64, Point)>
     Some(points)
 }
 
-fn brakes(bench: &Bench<'_>, points: &[(u64, Point)]) -> Vec<(u64, Point)> {
+fn brakes(bench: &ClauseBench<'_>, points: &[(u64, TravelPoint)]) -> Vec<(u64, TravelPoint)> {
     let mut points = points.to_vec();
     points[1].1.acceleration = 1.5 * bench.description.axes[bench.axis].max_acceleration;
     points
@@ -71,8 +71,8 @@ fn brakes(bench: &Bench<'_>, points: &[(u64, Point)]) -> Vec<(u64, Point)> {
 
 /// A chunk is refused as a whole, with alarm 84, and another one while that is active with none.
 fn refused(
-    bench: &Bench<'_>,
-    report: &mut Report,
+    bench: &ClauseBench<'_>,
+    report: &mut ClauseReport,
     what: &str,
     chunk: impl Fn(&MachineStream) -> JointTrajectory,
 ) -> Result<(), EarlyEnd> {
@@ -104,7 +104,7 @@ fn refused(
 }
 
 /// M33: a stop that needs a release and a reset.
-pub(super) fn estop(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+pub(super) fn estop(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     hand.go_on()?;
     let before = report.evidence(33);

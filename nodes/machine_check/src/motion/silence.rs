@@ -1,12 +1,12 @@
 //! M11, M12 and M31: setpoints that do not come, and those that come with some missing.
 
-use super::super::report::Report;
-use super::Bench;
+use super::super::report::ClauseReport;
+use super::ClauseBench;
 use super::drive::{Drive, stops};
 use super::test_motion::{EarlyEnd, PATIENCE};
 
 /// The sender falls silent in the middle of a travel.
-pub(super) fn silence(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+pub(super) fn silence(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     if !bench.is_realtime {
         report.not_seen(12, "at pace fast the machine waits for setpoints");
         report.not_seen(31, "at pace fast the machine waits for setpoints");
@@ -54,7 +54,7 @@ pub(super) fn silence(bench: &Bench<'_>, report: &mut Report) -> Result<(), Earl
 }
 
 /// A reset starts nothing.
-fn stays(bench: &Bench<'_>, report: &mut Report) {
+fn stays(bench: &ClauseBench<'_>, report: &mut ClauseReport) {
     let there = bench.hand.news().setpoint_counts;
     if bench.hand.happens(|news| news.setpoint_counts != there || stops(news)) {
         report.broken(30, format!("after a reset setpoints leave {there:?}"));
@@ -64,7 +64,7 @@ fn stays(bench: &Bench<'_>, report: &mut Report) {
 }
 
 /// A chunk that begins later than one tick after what was sent.
-pub(super) fn lost(bench: &Bench<'_>, report: &mut Report) -> Result<(), EarlyEnd> {
+pub(super) fn lost(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), EarlyEnd> {
     let hand = bench.hand;
     let mut drive = Drive::begin(hand, bench.travel(), None)?;
     drive.on(drive.travel.ticks / 2)?;

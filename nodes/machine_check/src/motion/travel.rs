@@ -26,7 +26,7 @@ pub(super) struct TestTravel {
 
 /// A point: positions of all axes (counts), velocity and acceleration of the one that moves (m, rad, s).
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(super) struct TravelPoint {
     pub(super) counts: Vec<i64>,
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
@@ -48,7 +48,7 @@ impl TestTravel {
     }
 
     /// The point of the tick `k`; rest before the first and after the last.
-    pub(super) fn point(&self, k: u64) -> Point {
+    pub(super) fn point(&self, k: u64) -> TravelPoint {
         let u = k.min(self.ticks) as f64 / self.ticks as f64;
         let seconds = self.ticks as f64 * self.cycle_s;
         let distance = self.by as f64 / self.per_unit[self.axis];
@@ -57,7 +57,11 @@ impl TestTravel {
         let bend = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);
         let mut counts = self.from.clone();
         counts[self.axis] += (self.by as f64 * along).round() as i64;
-        Point { counts, velocity: distance * slope / seconds, acceleration: distance * bend / (seconds * seconds) }
+        TravelPoint {
+            counts,
+            velocity: distance * slope / seconds,
+            acceleration: distance * bend / (seconds * seconds),
+        }
     }
 
     /// End position (counts).
@@ -66,7 +70,7 @@ impl TestTravel {
     }
 
     /// A point as a message has it.
-    fn message(&self, point: &Point, ticks: u64, facts: &DescriptionFacts) -> JointTrajectoryPoint {
+    fn message(&self, point: &TravelPoint, ticks: u64, facts: &DescriptionFacts) -> JointTrajectoryPoint {
         let only = |value: f64| (0..self.from.len()).map(|axis| if axis == self.axis { value } else { 0.0 }).collect();
         let positions = point.counts.iter().zip(&self.per_unit).map(|(counts, scale)| *counts as f64 / scale).collect();
         let ns = i64::try_from(ticks).unwrap_or(i64::MAX).saturating_mul(facts.cycle_ns);
@@ -86,7 +90,7 @@ impl TestTravel {
         facts: &DescriptionFacts,
         epoch_ns: i64,
         first_tick: u64,
-        points: &[(u64, Point)],
+        points: &[(u64, TravelPoint)],
     ) -> JointTrajectory {
         let points = points.iter().map(|(after, point)| self.message(point, *after, facts)).collect();
         let mut chunk = JointTrajectory { joint_names: facts.joints.clone(), points, ..JointTrajectory::default() };
@@ -119,10 +123,10 @@ mod tests {
         let limits =
             AxisDescription { max_velocity: 0.2, max_acceleration: 2.0, max_jerk: 50.0, ..AxisDescription::default() };
         let travel = TestTravel::new(&facts, 1, &limits, &[7, -300], 5_000_000);
-        let points: Vec<Point> = (0..=travel.ticks).map(|k| travel.point(k)).collect();
+        let points: Vec<TravelPoint> = (0..=travel.ticks).map(|k| travel.point(k)).collect();
         assert_eq!(points[0].counts, [7, -300]);
         assert_eq!(travel.end(), [7, 4_999_700]);
-        let largest = |of: fn(&Point) -> f64| points.iter().map(|point| of(point).abs()).fold(0.0, f64::max);
+        let largest = |of: fn(&TravelPoint) -> f64| points.iter().map(|point| of(point).abs()).fold(0.0, f64::max);
         assert!(largest(|point| point.velocity) <= 0.1 && largest(|point| point.acceleration) <= 1.0);
         for pair in points.windows(2) {
             let moved = (pair[1].counts[1] - pair[0].counts[1]) as f64 / 1e8;

@@ -4,7 +4,7 @@ use super::super::lobes::blank_outline_mm;
 use super::super::turn::LobeTurn;
 use super::super::turn_summary::arcs;
 use super::chart::SMALL;
-use super::sheet::{Cut, Sheet, colour};
+use super::sheet::{DrawnPass, Sheet, colour};
 use crate::chart::{Frame, round_step};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
 use crate::summary::PassSummary;
@@ -33,14 +33,14 @@ const CENTRES: Pen = Pen::solid(Colour(0, 114, 178), 0.3);
 const METAL: Colour = Colour(240, 240, 236);
 
 /// A plane of the part on the paper: mm of the part, y up, turned.
-pub(super) struct View {
+pub(super) struct PartView {
     pub(super) frame: Frame,
     pub(super) centre: Point,
     pub(super) scale: f64,
     pub(super) turn_rad: f64,
 }
 
-impl View {
+impl PartView {
     pub(super) fn at(&self, [x, y]: Point) -> Point {
         let (sin, cos) = self.turn_rad.sin_cos();
         let (right, up) = (x * cos - y * sin, x * sin + y * cos);
@@ -121,7 +121,7 @@ pub(super) fn drawing(sheet: &Sheet<'_>) -> Drawing {
     };
     let outline: Vec<Point> = turn().map(point).collect();
     let last = sheet.summary.passes.len().saturating_sub(1);
-    let cut = LobeTurn::new(sheet.prepared, sheet.index, last).map(|turn| Cut {
+    let cut = LobeTurn::new(sheet.prepared, sheet.index, last).map(|turn| DrawnPass {
         arcs: arcs(&turn.points),
         turn,
         summary: &sheet.summary.passes[last],
@@ -136,7 +136,7 @@ pub(super) fn drawing(sheet: &Sheet<'_>) -> Drawing {
     drawing
 }
 
-fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: &[Point], cut: Option<&Cut<'_>>) {
+fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: &[Point], cut: Option<&DrawnPass<'_>>) {
     let blank = blank_outline_mm(&lobe.design, sheet.prepared.job.spec.stock_mm);
     let reach = blank.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
     // The middle of the part's own extent, so that a high lobe fills the frame.
@@ -151,7 +151,7 @@ fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: 
         LARGE.left + 0.5 * LARGE.width - scale * 0.5 * (left + right),
         LARGE.top + 0.5 * LARGE.height + scale * 0.5 * (low + high),
     ];
-    let view = View { frame: LARGE, centre, scale, turn_rad: 0.0 };
+    let view = PartView { frame: LARGE, centre, scale, turn_rad: 0.0 };
     for index in 0..WHEELS {
         let theta = f64::from(index) * TURN_RAD / f64::from(WHEELS);
         view.circle(drawing, wheel_centre(lobe, theta), lobe.tool_path.wheel_radius_mm(), HINT);
@@ -218,8 +218,8 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe, outline: &[Point]) {
     let scale = ((frame.width - 19.0) / (left + right)).min((frame.height - 16.0) / (2.0 * up));
     let middle = [frame.left + 0.5 * frame.width - 4.5, frame.top + 0.5 * frame.height + 3.0];
     let centre = [middle[0] + 0.5 * scale * (left - right), middle[1]];
-    let view = View { frame, centre, scale, turn_rad: -lobe.start_rad };
-    let straight = View { turn_rad: 0.0, frame, centre, scale };
+    let view = PartView { frame, centre, scale, turn_rad: -lobe.start_rad };
+    let straight = PartView { turn_rad: 0.0, frame, centre, scale };
     view.area(drawing, outline, METAL);
     straight.line(drawing, [[-1.03 * left, 0.0], [1.02 * right, 0.0]].into_iter(), AXIS);
     for (x, reach) in [(0.0, 0.35 * up), (start, 0.3 * wheel_mm)] {

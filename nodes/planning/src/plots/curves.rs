@@ -1,14 +1,14 @@
 //! Curves over one turn of C.
 
-use super::super::turn::TurnPoint;
+use super::super::turn::LobeTurnPoint;
 use super::chart::{CURVE_MM, Chart, SMALL};
-use super::sheet::{Cut, ROOM, Sheet, colour};
+use super::sheet::{DrawnPass, ROOM, Sheet, colour};
 use crate::chart::{Frame, Scale, round_step};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use camwright::machine::description::{Axis, MotionLimits};
 use camwright::math::hermite::Sample;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
-use camwright::motion::speed_plan::Quantity;
+use camwright::motion::speed_plan::LimitedQuantity;
 
 /// Gap between two charts on a sheet (mm).
 const BETWEEN_MM: f64 = 5.0;
@@ -78,7 +78,7 @@ pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
 }
 
 /// Speed, acceleration and jerk of C.
-pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
+pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     let shows = format!(
         "C axis over one turn of {:.3} s: speed, acceleration and jerk; colours show the limit of the speed",
         cut.turn.turn_s
@@ -86,7 +86,7 @@ pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
     let mut drawing = sheet.begin(Some(&cut.summary.name), &shows);
     let rpm = 60.0 / TURN_RAD;
     let bounds = &cut.turn.bounds;
-    let speed = Motion {
+    let speed = AxisDerivative {
         label: "speed (rpm)",
         unit: "rpm",
         factor: rpm,
@@ -105,7 +105,7 @@ pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
     chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
     chart.curve(&mut drawing, law.iter().copied(), LAW);
     speed.curve(&mut drawing, cut, &chart);
-    let of: [fn(&TurnPoint) -> f64; 2] = [|point| point.c.second, |point| point.c.third];
+    let of: [fn(&LobeTurnPoint) -> f64; 2] = [|point| point.c.second, |point| point.c.third];
     higher(&mut drawing, cut, Axis::C, &bounds.c, of);
     cut.band(&mut drawing, band_frame(ROOM.width));
     let mut first = limit_lines(cut);
@@ -117,14 +117,14 @@ pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
 }
 
 /// Speed, acceleration and jerk of X.
-pub(super) fn x_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
+pub(super) fn x_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     let shows = format!(
         "X axis over one turn of {:.3} s with infeed: speed, acceleration and jerk; colours show the limit of the speed of C",
         cut.turn.turn_s
     );
     let mut drawing = sheet.begin(Some(&cut.summary.name), &shows);
     let limits = cut.turn.bounds.x;
-    let speed = Motion {
+    let speed = AxisDerivative {
         label: "speed (mm/s)",
         unit: "mm/s",
         factor: 1.0,
@@ -135,14 +135,14 @@ pub(super) fn x_axis(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
     let chart = speed.draw(&mut drawing, cut, 0);
     chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
     speed.curve(&mut drawing, cut, &chart);
-    let of: [fn(&TurnPoint) -> f64; 2] = [|point| point.x.second, |point| point.x.third];
+    let of: [fn(&LobeTurnPoint) -> f64; 2] = [|point| point.x.second, |point| point.x.third];
     higher(&mut drawing, cut, Axis::X, &limits, of);
     cut.band(&mut drawing, band_frame(ROOM.width));
     cut.legend(&mut drawing, &limit_lines(cut));
     drawing
 }
 
-fn limit_lines(cut: &Cut<'_>) -> Vec<(String, Pen)> {
+fn limit_lines(cut: &DrawnPass<'_>) -> Vec<(String, Pen)> {
     if cut.turn.bounds.varies() {
         vec![("limit".into(), LIMIT), ("planning uses".into(), ALLOWED)]
     } else {
@@ -151,12 +151,18 @@ fn limit_lines(cut: &Cut<'_>) -> Vec<(String, Pen)> {
 }
 
 /// Acceleration and jerk of an axis.
-fn higher(drawing: &mut Drawing, cut: &Cut<'_>, axis: Axis, limits: &MotionLimits, of: [fn(&TurnPoint) -> f64; 2]) {
+fn higher(
+    drawing: &mut Drawing,
+    cut: &DrawnPass<'_>,
+    axis: Axis,
+    limits: &MotionLimits,
+    of: [fn(&LobeTurnPoint) -> f64; 2],
+) {
     let allowed = cut.turn.allowed()[usize::from(axis != Axis::C)];
-    let quantities = [Quantity::Acceleration, Quantity::Jerk];
+    let quantities = [LimitedQuantity::Acceleration, LimitedQuantity::Jerk];
     for (row, (quantity, of)) in (1_u8..).zip(quantities.into_iter().zip(of)) {
         let unit = quantity.unit(axis);
-        let motion = Motion {
+        let motion = AxisDerivative {
             label: &format!("{} ({unit})", quantity.name()),
             unit,
             factor: 1.0,
@@ -170,22 +176,23 @@ fn higher(drawing: &mut Drawing, cut: &Cut<'_>, axis: Axis, limits: &MotionLimit
 }
 
 /// One derivative of an axis.
-struct Motion<'a> {
+struct AxisDerivative<'a> {
     label: &'a str,
     unit: &'a str,
     /// From the plan's unit to the chart's.
     factor: f64,
-    of: fn(&TurnPoint) -> f64,
+    of: fn(&LobeTurnPoint) -> f64,
     limit: f64,
     /// Planning limit, if it is lower.
     allowed: Option<f64>,
 }
 
-impl Motion<'_> {
-    fn draw(&self, drawing: &mut Drawing, cut: &Cut<'_>, row: u8) -> Chart {
+impl AxisDerivative<'_> {
+    fn draw(&self, drawing: &mut Drawing, cut: &DrawnPass<'_>, row: u8) -> Chart {
         // Digits of a constant speed are no motion.
         let tiny = 1e-9 * self.limit;
-        let value = |point: &TurnPoint| self.factor * Some((self.of)(point)).filter(|v| v.abs() > tiny).unwrap_or(0.0);
+        let value =
+            |point: &LobeTurnPoint| self.factor * Some((self.of)(point)).filter(|v| v.abs() > tiny).unwrap_or(0.0);
         let values = || cut.turn.points.iter().map(value);
         let limit = self.factor * self.limit;
         let used = values().map(f64::abs).fold(0.0, f64::max) / limit;
@@ -213,12 +220,12 @@ impl Motion<'_> {
     }
 
     /// The curve in the colours of what sets the speed.
-    fn curve(&self, drawing: &mut Drawing, cut: &Cut<'_>, chart: &Chart) {
+    fn curve(&self, drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &Chart) {
         coloured(drawing, cut, chart, |point| self.factor * (self.of)(point));
     }
 }
 
-fn coloured(drawing: &mut Drawing, cut: &Cut<'_>, chart: &Chart, of: impl Fn(&TurnPoint) -> f64) {
+fn coloured(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &Chart, of: impl Fn(&LobeTurnPoint) -> f64) {
     let points = &cut.turn.points;
     for arc in &cut.arcs {
         for stretch in cut.stretches(*arc) {
@@ -229,7 +236,7 @@ fn coloured(drawing: &mut Drawing, cut: &Cut<'_>, chart: &Chart, of: impl Fn(&Tu
 }
 
 /// The specific removal rate with its bound, the one speed that peaks as high, and how long which rate lasts.
-pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
+pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     let turn = &cut.turn;
     let constant_s = turn.constant_speed_turn_s();
     let varies = turn.bounds.varies();
@@ -269,7 +276,7 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
 }
 
 /// Shares of the turn's time beside the chart, on its scale.
-fn histogram(drawing: &mut Drawing, cut: &Cut<'_>, chart: &Chart) {
+fn histogram(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &Chart) {
     let classes = &cut.summary.removal_classes;
     let left = chart.0.frame.right() + 8.0;
     let frame = Frame { left, width: ROOM.right() - left, ..chart.0.frame };

@@ -22,7 +22,7 @@ use super::summary::LobeSummary;
 use super::turn::LobeTurn;
 use super::turn_summary::arcs;
 use crate::drawing::Plot;
-use sheet::{Cut, Sheet};
+use sheet::{DrawnPass, Sheet};
 
 /// All drawings of a lobe.
 pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary) -> Vec<Plot> {
@@ -33,7 +33,7 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
     ];
     for (pass, of_pass) in summary.passes.iter().enumerate() {
         let Some(turn) = LobeTurn::new(prepared, index, pass) else { continue };
-        let cut = Cut { arcs: arcs(&turn.points), turn, summary: of_pass };
+        let cut = DrawnPass { arcs: arcs(&turn.points), turn, summary: of_pass };
         let drawings = [
             ("c_axis", curves::c_axis(&sheet, &cut)),
             ("x_axis", curves::x_axis(&sheet, &cut)),

@@ -1,12 +1,12 @@
 //! Drawings of `camwright post`: the cutter along its path, and the segments of its program.
 
 use super::chart::{CURVE_MM, Chart, SMALL};
-use super::contour::View;
+use super::contour::PartView;
 use super::curves::{ALLOWED, frame};
 use super::sheet::{PAPER, ROOM, legend_entry, sheet};
 use crate::chart::Scale;
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
-use crate::program::request::{Outline, Plane, ToPost, error_mm};
+use crate::program::request::{Plane, ProgramOutline, ToPost, error_mm};
 use camwright::gcode::post::{PostedProgram, PostedTurn};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
 use camwright::toolpath::cutter_path::CarriageAxis;
@@ -67,7 +67,7 @@ fn begin(to_post: &ToPost<'_>, turn: &PostedTurn, shows: &str) -> Drawing {
 
 /// Position of a cutter's centre on a sheet, from the programmed values.
 struct CutterCentres<'a> {
-    outline: &'a Outline,
+    outline: &'a ProgramOutline,
     axes: Vec<CarriageAxis>,
     sense: f64,
 }
@@ -88,7 +88,7 @@ impl CutterCentres<'_> {
 }
 
 /// The shape with the cutter along its path; segments in turn in three colours.
-fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &Outline) -> Drawing {
+fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &ProgramOutline) -> Drawing {
     let shows = match outline.plane {
         Plane::Across => "shape, cutter every 10° and the segments of its path, seen from +Z",
         Plane::Developed { .. } => {
@@ -155,12 +155,12 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
 }
 
 /// Reach of shape and path from the axis (mm).
-fn reach(outline: &Outline, centres: &[Point]) -> f64 {
+fn reach(outline: &ProgramOutline, centres: &[Point]) -> f64 {
     outline.closed.iter().flatten().chain(centres).map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max)
 }
 
 /// A view in which the shape and the cutters have room.
-fn view(outline: &Outline, centres: &[Point]) -> View {
+fn view(outline: &ProgramOutline, centres: &[Point]) -> PartView {
     let all = outline.closed.iter().flatten().copied();
     let cutters = centres.iter().flat_map(|[x, y]| {
         let r = outline.cutter_mm;
@@ -179,7 +179,7 @@ fn view(outline: &Outline, centres: &[Point]) -> View {
     let scale = (ROOM.width / (high[0] - low[0] + room)).min(ROOM.height / (high[1] - low[1] + room));
     let middle = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
     let centre = [ROOM.left + 0.5 * ROOM.width - scale * middle[0], ROOM.top + 0.5 * ROOM.height + scale * middle[1]];
-    View { frame: ROOM, centre, scale, turn_rad: 0.0 }
+    PartView { frame: ROOM, centre, scale, turn_rad: 0.0 }
 }
 
 /// Travels over a turn at full depth with their knots, slopes of the segments, and what they are off.

@@ -8,7 +8,7 @@ use crate::summary::{LobeSummary, PassSummary};
 use crate::turn::LobeTurn;
 use crate::turn_summary::{Arc, bound_name};
 use camwright::machine::description::Axis;
-use camwright::motion::speed_plan::{Bound, Quantity};
+use camwright::motion::speed_plan::{Bound, LimitedQuantity};
 
 /// Paper: A4, broadside (mm).
 pub(super) const PAPER: (f64, f64) = (297.0, 210.0);
@@ -28,7 +28,7 @@ pub(super) struct Sheet<'a> {
 }
 
 /// A pass over the lobe.
-pub(super) struct Cut<'a> {
+pub(super) struct DrawnPass<'a> {
     pub(super) turn: LobeTurn<'a>,
     pub(super) arcs: Vec<Arc>,
     pub(super) summary: &'a PassSummary,
@@ -80,7 +80,7 @@ impl Sheet<'_> {
     }
 }
 
-impl Cut<'_> {
+impl DrawnPass<'_> {
     /// Points of an arc as indices into the turn, cut where the turn begins; the last is the first of the next arc.
     pub(super) fn stretches(&self, arc: Arc) -> Vec<std::ops::RangeInclusive<usize>> {
         let count = self.turn.points.len();
@@ -143,11 +143,11 @@ pub(super) const fn colour(bound: Option<Bound>) -> Colour {
         Some(Bound::WorkSpeed) => Colour(60, 60, 60),
         Some(Bound::WheelPower) => Colour(148, 0, 60),
         Some(Bound::Process) => Colour(0, 114, 178),
-        Some(Bound::Limit(Axis::C, Quantity::Velocity)) => Colour(86, 180, 233),
-        Some(Bound::Limit(Axis::C, Quantity::Acceleration)) => Colour(230, 159, 0),
-        Some(Bound::Limit(Axis::C, Quantity::Jerk)) => Colour(213, 94, 0),
-        Some(Bound::Limit(_, Quantity::Velocity)) => Colour(140, 110, 40),
-        Some(Bound::Limit(_, Quantity::Acceleration)) => Colour(0, 158, 115),
-        Some(Bound::Limit(_, Quantity::Jerk)) => Colour(204, 121, 167),
+        Some(Bound::Limit(Axis::C, LimitedQuantity::Velocity)) => Colour(86, 180, 233),
+        Some(Bound::Limit(Axis::C, LimitedQuantity::Acceleration)) => Colour(230, 159, 0),
+        Some(Bound::Limit(Axis::C, LimitedQuantity::Jerk)) => Colour(213, 94, 0),
+        Some(Bound::Limit(_, LimitedQuantity::Velocity)) => Colour(140, 110, 40),
+        Some(Bound::Limit(_, LimitedQuantity::Acceleration)) => Colour(0, 158, 115),
+        Some(Bound::Limit(_, LimitedQuantity::Jerk)) => Colour(204, 121, 167),
     }
 }

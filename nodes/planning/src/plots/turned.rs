@@ -7,7 +7,7 @@
 //! | `clearance` | the angles between insert and surface over a turn, with what is asked of them |
 
 use super::chart::{CURVE_MM, Chart, SMALL};
-use super::contour::View;
+use super::contour::PartView;
 use super::curves::{ALLOWED, LIMIT, frame};
 use super::sheet::{ROOM, legend_entry, sheet};
 use crate::chart::Scale;
@@ -19,7 +19,7 @@ use crate::turning::walk::{PassPoint, points};
 use camwright::machine::description::Axis;
 use camwright::math::units::{TURN_RAD, rad_from_deg, rpm_from_rad_s};
 use camwright::motion::point_to_point::MOVE_SHARE;
-use camwright::motion::speed_plan::Quantity;
+use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::PlannedPass;
 use camwright::toolpath::insert_clearance::beside_centre;
 use camwright::toolpath::rake_section::RakeSection;
@@ -88,7 +88,7 @@ impl Turned<'_> {
             ROOM.left + 0.5 * ROOM.width - scale * 0.5 * (left + right),
             ROOM.top + 0.5 * ROOM.height + scale * 0.5 * (low + high),
         ];
-        let view = View { frame: ROOM, centre, scale, turn_rad: 0.0 };
+        let view = PartView { frame: ROOM, centre, scale, turn_rad: 0.0 };
         let line = |drawing: &mut Drawing, points: Vec<Point>, pen: Pen| view.line(drawing, points.into_iter(), pen);
         if let Ok(section) = RakeSection::new(&spec.surface, plane_mm, from, to) {
             for deg in (0..360_u16).step_by(usize::from(SECTIONS_DEG)).rev() {
@@ -144,8 +144,10 @@ impl Turned<'_> {
         let allowed = limits.with_share(MOVE_SHARE);
         let of: [fn(&PassPoint) -> f64; 3] = [|point| point.x.first, |point| point.x.second, |point| point.x.third];
         let used = |point: &PassPoint| {
-            let shares =
-                Quantity::ALL.into_iter().zip(of).map(|(quantity, of)| of(point).abs() / quantity.limit(&allowed));
+            let shares = LimitedQuantity::ALL
+                .into_iter()
+                .zip(of)
+                .map(|(quantity, of)| of(point).abs() / quantity.limit(&allowed));
             shares.fold(0.0, f64::max)
         };
         let worst = points(self.pass)
@@ -183,7 +185,7 @@ impl Turned<'_> {
             chart.curve(&mut drawing, values.into_iter(), CURVE);
         };
         chart(0, "X (mm)", "", turn.iter().map(|point| (deg(point), point.x.value)).collect(), None);
-        for (row, (quantity, of)) in (1_u8..).zip(Quantity::ALL.into_iter().zip(of)) {
+        for (row, (quantity, of)) in (1_u8..).zip(LimitedQuantity::ALL.into_iter().zip(of)) {
             let values = turn.iter().map(|point| (deg(point), of(point))).collect();
             chart(
                 row,

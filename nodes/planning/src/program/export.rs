@@ -16,7 +16,7 @@ use super::request::ToPost;
 use super::summary::{self, ProgramSummary};
 use super::{ground, milled};
 use camwright::gcode::post::{PostError, PostedTurn, ProgramComparison, ProgramRun, compare, post};
-use camwright::gcode::{Action, NcAxis, Pose, ProgramFile, read};
+use camwright::gcode::{MotionAction, NcAxis, ProgramFile, ProgramPose, read};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::any_job::{self, AnyJob};
 use camwright_files::milling_file::MilledJob;
@@ -190,10 +190,10 @@ fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Resul
     let control = &to_post.request.control;
     let motion = read(control.dialect, control.format.x_values(), &files)
         .map_err(|error| to_post.document.error("nc", format!("the written program cannot be read back: {error}")))?;
-    let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
+    let place = |pose: ProgramPose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
     let ran = motion.done.iter().filter_map(|done| match done.action {
-        Action::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
-        Action::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
+        MotionAction::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
+        MotionAction::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
         _ => None,
     });
     Ok(ran.collect())

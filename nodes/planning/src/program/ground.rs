@@ -1,8 +1,8 @@
 //! The program of a grinding job: every lobe by passes of whole turns, each a little deeper, then some that take nothing.
 
 use super::super::PreparedJob;
-use super::request::{Outline, Plane, ToPost};
-use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use super::request::{Plane, ProgramOutline, ToPost};
+use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, PostRequest, ProgramTurnSpeed};
 use camwright::gcode::{Direction, Tool};
 use camwright::job::grinding::PassSpec;
 use camwright::math::units::{TURN_RAD, rpm_from_rad_s};
@@ -40,10 +40,10 @@ impl Speed {
         Self::Law(Box::new(move |u_rad| plan.speed_in_turn_rad_s(u_rad - start_rad)))
     }
 
-    fn turn(&self) -> TurnSpeed<'_> {
+    fn turn(&self) -> ProgramTurnSpeed<'_> {
         match self {
-            Self::Constant(speed) => TurnSpeed::WorkSpeed(*speed),
-            Self::Law(law) => TurnSpeed::Law(law.as_ref()),
+            Self::Constant(speed) => ProgramTurnSpeed::WorkSpeed(*speed),
+            Self::Law(law) => ProgramTurnSpeed::Law(law.as_ref()),
         }
     }
 }
@@ -79,7 +79,7 @@ pub(super) fn with_request<R>(
     }
     let radius_mm = prepared.wheel_radius_mm;
     let rim_m_s = prepared.machine.wheel.surface_speed_m_s;
-    let request = ProgramRequest {
+    let request = PostRequest {
         name: spec.name.clone(),
         number: settings.program_number,
         header: Vec::new(),
@@ -94,7 +94,7 @@ pub(super) fn with_request<R>(
             let point = lobe.design.contour.point(f64::from(i) * TURN_RAD / f64::from(OUTLINE_POINTS));
             [point.x, point.y]
         });
-        Outline {
+        ProgramOutline {
             closed: vec![points.collect()],
             cutter_mm: radius_mm,
             edge_mm: if settings.x_of_edge { radius_mm } else { 0.0 },

@@ -1,8 +1,8 @@
 //! The program of a milling job: pass by pass, every cam with a turn of its own, every wall of a groove step by step down.
 
-use super::request::{Outline, Plane, ToPost};
+use super::request::{Plane, ProgramOutline, ToPost};
 use camwright::cam::contour::Contour;
-use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, PostRequest, ProgramTurnSpeed};
 use camwright::gcode::{Direction, Tool};
 use camwright::job::milling::{CutsWith, GrooveKind, MilledCam, MilledGroove, MillingJob, MillingPass};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm};
@@ -27,7 +27,7 @@ struct MilledToolPath {
     lead: Lead,
     leaves_mm: Vec<f64>,
     pass: usize,
-    outline: Outline,
+    outline: ProgramOutline,
 }
 
 /// Makes the request of a milling job and hands it on.
@@ -53,7 +53,7 @@ pub(super) fn with_request<R>(
     #[allow(clippy::cast_possible_truncation, reason = "a spindle's speed")]
     let rpm = rpm_from_rad_s(tool.spindle_speed_rad_s).clamp(1.0, 99_999.0).round() as u32;
     let text = if tool.text.is_empty() { format!("mill radius {:.3} mm", tool.radius_mm) } else { tool.text.clone() };
-    let request = ProgramRequest {
+    let request = PostRequest {
         name: spec.name.clone(),
         number: settings.program_number,
         header: Vec::new(),
@@ -89,7 +89,7 @@ fn feature<'a>(made: &'a MilledToolPath, spec: &MillingJob, settings: &NcSetting
             tolerance_mm: pass.tolerance_mm,
             widest_tolerance_mm: settings.widest_tolerance_mm.max(pass.tolerance_mm),
             knots: settings.knots,
-            speed: TurnSpeed::WorkSpeed(pass.work_speed_rad_s),
+            speed: ProgramTurnSpeed::WorkSpeed(pass.work_speed_rad_s),
             turns: pass.turns,
         }],
     }
@@ -146,7 +146,7 @@ fn from_cam(
         lead: Lead { height_mm: clear_mm - low_mm, angle_rad: settings.lead_rad, leaves_turning: true },
         leaves_mm: vec![0.0],
         pass: index,
-        outline: Outline {
+        outline: ProgramOutline {
             closed: vec![outline(|angle| cam.contour.point(angle).into())],
             cutter_mm: if periphery { spec.tool.radius_mm } else { 0.0 },
             edge_mm,
@@ -182,7 +182,8 @@ fn from_groove(
                     })
                 };
                 let closed = vec![wall(2.0 * walls.roller_radius_mm()), wall(0.0)];
-                let outline = Outline { closed, cutter_mm: spec.tool.radius_mm, edge_mm: 0.0, plane: Plane::Across };
+                let outline =
+                    ProgramOutline { closed, cutter_mm: spec.tool.radius_mm, edge_mm: 0.0, plane: Plane::Across };
                 (vec![(CarriageAxis::Z, top_mm - depth_mm)], top_mm + spec.clearance_mm, outline)
             }
             GrooveKind::Barrel { groove: walls, z_mm, y_axis } => {
@@ -217,7 +218,7 @@ fn in_letters(name: &str) -> String {
 }
 
 /// The walls of a groove round a cylinder, rolled off at its mean radius.
-fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> Outline {
+fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> ProgramOutline {
     let (mean_mm, roller_mm) = (walls.mean_radius_mm(), walls.roller_radius_mm());
     let wall = |side: f64| {
         outline(|angle| {
@@ -227,7 +228,7 @@ fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> Outline {
         })
     };
     let closed = Wall::BOTH.iter().map(|side| wall(side.side())).collect();
-    Outline { closed, cutter_mm, edge_mm: 0.0, plane: Plane::Developed { radius_mm: mean_mm } }
+    ProgramOutline { closed, cutter_mm, edge_mm: 0.0, plane: Plane::Developed { radius_mm: mean_mm } }
 }
 
 /// Note on the error that a mill smaller than the roller leaves on a wall of a groove round a cylinder.

@@ -1,14 +1,14 @@
 //! A program to be posted, and the shapes that its drawings show.
 
 use crate::chart::Point;
-use camwright::gcode::post::{PostedTurn, ProgramRequest};
+use camwright::gcode::post::{PostRequest, PostedTurn};
 use camwright_files::nc_file::NcSettings;
 use camwright_files::yaml::Document;
 
 /// A program to be posted, with its names and notes.
 pub(crate) struct ToPost<'a> {
     /// Shapes, tool, control and tolerances.
-    pub(crate) request: ProgramRequest<'a>,
+    pub(crate) request: PostRequest<'a>,
     pub(crate) settings: NcSettings,
     /// The job file, for messages that point into it.
     pub(crate) document: &'a Document,
@@ -17,14 +17,14 @@ pub(crate) struct ToPost<'a> {
     /// Hash of the job, 64 hexadecimal digits.
     pub(crate) job_hash: &'a str,
     /// Shapes to draw, one for each feature.
-    pub(crate) outlines: Vec<Outline>,
+    pub(crate) outlines: Vec<ProgramOutline>,
     /// Notes for users, in sentences.
     pub(crate) notes: Vec<String>,
 }
 
 /// A shape, in mm of the part's frame.
 #[derive(Debug, Clone)]
-pub(crate) struct Outline {
+pub(crate) struct ProgramOutline {
     /// Closed lines; material is inside of the first.
     pub closed: Vec<Vec<Point>>,
     /// Radius of the cutter (mm).

@@ -8,7 +8,7 @@ use camwright::machine::description::{Axis, InsertDescription};
 use camwright::math::hermite::Sample;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
 use camwright::motion::point_to_point::MOVE_SHARE;
-use camwright::motion::speed_plan::Quantity;
+use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::PlannedPass;
 use camwright::toolpath::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
 use camwright::toolpath::insert_path::{BoundShare, Feed};
@@ -327,7 +327,7 @@ fn limits(prepared: &PreparedTurning, pass: &PlannedPass) -> Vec<TurnedLimitSumm
     let mut summaries = Vec::new();
     for (axis, max) in Axis::ALL.into_iter().zip(max) {
         let allowed = prepared.machine.axis(axis).limits.with_share(MOVE_SHARE);
-        for (quantity, (value, turned_rad, z_mm)) in Quantity::ALL.into_iter().zip(max) {
+        for (quantity, (value, turned_rad, z_mm)) in LimitedQuantity::ALL.into_iter().zip(max) {
             let allowed = quantity.limit(&allowed);
             summaries.push(TurnedLimitSummary {
                 axis: axis.joint(),

@@ -41,11 +41,11 @@ pub(super) struct Label(usize);
 enum Instruction {
     Plain { code: u16, k: u32 },
     Go(Label),
-    If { code: u16, k: u32, then: Target, otherwise: Target },
+    If { code: u16, k: u32, then: JumpTarget, otherwise: JumpTarget },
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Target {
+enum JumpTarget {
     Next,
     Label(Label),
 }
@@ -79,28 +79,33 @@ impl Assembler {
 
     /// Jumps if the condition holds, or goes on.
     pub(super) fn jump_if(&mut self, code: u16, k: u32, then: Label) {
-        self.instructions.push(Instruction::If { code, k, then: Target::Label(then), otherwise: Target::Next });
+        self.instructions.push(Instruction::If { code, k, then: JumpTarget::Label(then), otherwise: JumpTarget::Next });
     }
 
     /// Jumps unless the condition holds.
     pub(super) fn jump_unless(&mut self, code: u16, k: u32, otherwise: Label) {
-        self.instructions.push(Instruction::If { code, k, then: Target::Next, otherwise: Target::Label(otherwise) });
+        self.instructions.push(Instruction::If {
+            code,
+            k,
+            then: JumpTarget::Next,
+            otherwise: JumpTarget::Label(otherwise),
+        });
     }
 
     /// The program with its jumps resolved; `None` if a label is missing, lies behind, or a conditional jump is too long (255).
-    pub(super) fn finish(self) -> Option<Vec<Step>> {
+    pub(super) fn finish(self) -> Option<Vec<FilterStep>> {
         let distance = |at: usize, label: Label| self.places.get(&label)?.checked_sub(at + 1);
-        let short = |at: usize, target: Target| match target {
-            Target::Next => Some(0),
-            Target::Label(label) => u8::try_from(distance(at, label)?).ok(),
+        let short = |at: usize, target: JumpTarget| match target {
+            JumpTarget::Next => Some(0),
+            JumpTarget::Label(label) => u8::try_from(distance(at, label)?).ok(),
         };
         let resolve = |(at, instruction): (usize, &Instruction)| match *instruction {
-            Instruction::Plain { code, k } => Some(Step { code, jt: 0, jf: 0, k }),
+            Instruction::Plain { code, k } => Some(FilterStep { code, jt: 0, jf: 0, k }),
             Instruction::Go(label) => {
-                Some(Step { code: code::GO, jt: 0, jf: 0, k: u32::try_from(distance(at, label)?).ok()? })
+                Some(FilterStep { code: code::GO, jt: 0, jf: 0, k: u32::try_from(distance(at, label)?).ok()? })
             }
             Instruction::If { code, k, then, otherwise } => {
-                Some(Step { code, jt: short(at, then)?, jf: short(at, otherwise)?, k })
+                Some(FilterStep { code, jt: short(at, then)?, jf: short(at, otherwise)?, k })
             }
         };
         self.instructions.iter().enumerate().map(resolve).collect()
@@ -109,15 +114,15 @@ impl Assembler {
 
 /// One instruction as the kernel reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Step {
+pub(super) struct FilterStep {
     pub(super) code: u16,
     pub(super) jt: u8,
     pub(super) jf: u8,
     pub(super) k: u32,
 }
 
-impl From<Step> for SockFilter {
-    fn from(step: Step) -> Self {
+impl From<FilterStep> for SockFilter {
+    fn from(step: FilterStep) -> Self {
         SockFilter::new(step.code, step.jt, step.jf, step.k)
     }
 }

@@ -13,7 +13,7 @@ use nix::sys::socket::{ControlMessage, MsgFlags};
 use rustix::net::{AddressFamily, RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SocketFlags, SocketType};
 use socket2::{SockFilter, SockRef};
 
-use super::assembler::Step;
+use super::assembler::FilterStep;
 
 /// A socket's number in the kernel.
 pub(super) type Inode = u64;
@@ -87,7 +87,7 @@ impl UdpSocket {
     ///
     /// # Errors
     /// The kernel refuses the filter.
-    pub(super) fn filter(&self, program: &[Step]) -> io::Result<()> {
+    pub(super) fn filter(&self, program: &[FilterStep]) -> io::Result<()> {
         let program: Vec<SockFilter> = program.iter().copied().map(SockFilter::from).collect();
         SockRef::from(&self.fd).attach_filter(&program)?;
         let mut octet = [0_u8; 1];

@@ -10,14 +10,14 @@ use socket2::{SockFilter, SockRef};
 use super::rtps_filter::{FilterExtent, Sources, reading};
 
 /// A pair of sockets with a filter between them.
-struct Gate {
+struct FilteredPair {
     from: UdpSocket,
     to: UdpSocket,
 }
 
 const HEADER: [u8; 20] = *b"RTPS\x02\x03\x01\x0fabcdefghijkl";
 
-impl Gate {
+impl FilteredPair {
     fn new(sources: Sources, walk: FilterExtent) -> Self {
         let program = reading(sources, walk, None).expect("all jumps have targets");
         assert!(program.len() <= 4096, "{} instructions", program.len());
@@ -27,7 +27,7 @@ impl Gate {
         to.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
         let from = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
         from.connect(to.local_addr().expect("bound")).expect("UDP connects");
-        Gate { from, to }
+        FilteredPair { from, to }
     }
 
     /// Returns whether a message passes. A message without submessages, which always passes, follows it.
@@ -145,7 +145,7 @@ fn datagrams_that_bring_rustdds_down_are_dropped_and_honest_ones_pass() {
     ];
     for walk in [FilterExtent::LONG, FilterExtent::SHORT] {
         for sources in [Sources::ThisHost, Sources::Anybody] {
-            let gate = Gate::new(sources, walk);
+            let gate = FilteredPair::new(sources, walk);
             for bad in &dropped {
                 assert!(!gate.passes(&message(std::slice::from_ref(bad))), "{walk:?} passes {bad:02x?}");
                 assert!(
@@ -226,7 +226,7 @@ fn expected(message: &[u8]) -> bool {
 
 #[test]
 fn the_kernel_decides_as_the_rules_do() {
-    let gate = Gate::new(Sources::ThisHost, FilterExtent::LONG);
+    let gate = FilteredPair::new(Sources::ThisHost, FilterExtent::LONG);
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = move |below: usize| {
         state ^= state << 13;

@@ -44,16 +44,16 @@ const TOO_LONG: i32 = 22;
 
 /// The participants a node knows, and its sockets.
 #[derive(Debug)]
-pub(crate) struct Gate {
+pub(crate) struct ParticipantGate {
     readers: Arc<Vec<UdpSocket>>,
     sources: Sources,
     present: BTreeSet<Prefix>,
     closed: Option<Instant>,
 }
 
-impl Gate {
+impl ParticipantGate {
     pub(super) fn new(readers: &Arc<Vec<UdpSocket>>, sources: Sources) -> Self {
-        Gate { readers: Arc::clone(readers), sources, present: BTreeSet::new(), closed: None }
+        ParticipantGate { readers: Arc::clone(readers), sources, present: BTreeSet::new(), closed: None }
     }
 
     /// Takes what discovery reports of participants. `admitted` are those that are heard if the gate closes; returns a sentence if it does.
@@ -136,7 +136,7 @@ mod tests {
         to.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
         let std::net::SocketAddr::V4(address) = to.local_addr().expect("bound") else { panic!("IPv4") };
         let readers = Arc::new(UdpSocket::bound_to(address, &BTreeSet::new()).expect("/proc is mounted"));
-        let mut gate = Gate::new(&readers, Sources::ThisHost);
+        let mut gate = ParticipantGate::new(&readers, Sources::ThisHost);
         gate.attach(None).expect("the kernel takes the filter");
         let message = |prefix: Prefix| [&b"RTPS\x02\x03\x01\x0f"[..], &prefix].concat();
         let (friends, stranger): (BTreeSet<Prefix>, Prefix) = ((1..=60).map(|friend| [friend; 12]).collect(), [99; 12]);

@@ -16,7 +16,7 @@ use rustdds::{DomainParticipant, DomainParticipantBuilder};
 
 use super::{
     descriptors::{self, Inode, UdpSocket},
-    gate::{self, Gate},
+    gate::{self, ParticipantGate},
     rtps_filter::{self, Sources},
     vitals::{Vitals, threads},
 };
@@ -32,7 +32,7 @@ const READERS_WITHOUT_MULTICAST: usize = 2;
 pub(crate) struct WatchedParticipant {
     pub(crate) participant: DomainParticipant,
     pub(crate) vitals: Vitals,
-    pub(crate) gate: Gate,
+    pub(crate) gate: ParticipantGate,
 }
 
 /// Sockets of the participant under construction.
@@ -87,7 +87,7 @@ pub(crate) fn build(domain_id: u16, range: DiscoveryRange) -> Result<WatchedPart
     }
     let threads = threads().map_err(system)?.difference(&threads_before).copied().collect();
     let readers = Arc::new(readers);
-    let gate = Gate::new(&readers, sources(range));
+    let gate = ParticipantGate::new(&readers, sources(range));
     Ok(WatchedParticipant { participant, vitals: Vitals { threads, readers }, gate })
 }
 

@@ -17,7 +17,7 @@
 //! comes from another host, whose datagrams are short. On this host it passes, since a busy `RustDDS` writer packs a thousand samples into one;
 //! the watchdog and the limit of memory then remain.
 
-use super::assembler::{Assembler, Label, Step, code::*};
+use super::assembler::{Assembler, FilterStep, Label, code::*};
 
 /// Ancillary data of the kernel (`SKF_AD_OFF`): packet type and interface.
 const PACKET_TYPE: u32 = 0xffff_f004;
@@ -83,7 +83,7 @@ impl FilterExtent {
 }
 
 /// The program for a socket that reads. With `admitted`, other participants are not heard.
-pub(super) fn reading(sources: Sources, walk: FilterExtent, admitted: Option<&[[u8; 12]]>) -> Option<Vec<Step>> {
+pub(super) fn reading(sources: Sources, walk: FilterExtent, admitted: Option<&[[u8; 12]]>) -> Option<Vec<FilterStep>> {
     let mut a = Assembler::default();
     if sources == Sources::ThisHost {
         drop_other_hosts(&mut a);
@@ -122,8 +122,8 @@ pub(super) fn reading(sources: Sources, walk: FilterExtent, admitted: Option<&[[
 }
 
 /// The program for a socket that only sends.
-pub(super) fn deaf() -> Vec<Step> {
-    vec![Step { code: RETURN, jt: 0, jf: 0, k: DROP }]
+pub(super) fn deaf() -> Vec<FilterStep> {
+    vec![FilterStep { code: RETURN, jt: 0, jf: 0, k: DROP }]
 }
 
 /// Goes on for datagrams of this host alone.

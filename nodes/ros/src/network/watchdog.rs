@@ -16,39 +16,39 @@ const PERIOD: Duration = Duration::from_millis(500);
 const STANDSTILL: Duration = Duration::from_secs(10);
 
 /// Receiver of the alarm text.
-type Alarm = Box<dyn Fn(&str) + Send>;
+type AlarmCallback = Box<dyn Fn(&str) + Send>;
 
 struct WatchedLoop {
     id: u64,
     vitals: Vitals,
     /// The oldest unread datagram of each socket, and since when.
     unread: Vec<Option<(Vec<u8>, Instant)>>,
-    alarm: Alarm,
+    alarm: AlarmCallback,
 }
 
 #[derive(Default)]
-struct Watched {
+struct WatchedLoops {
     patients: Vec<WatchedLoop>,
     next_id: u64,
 }
 
-static WARD: Mutex<Watched> = Mutex::new(Watched { patients: Vec::new(), next_id: 0 });
+static WARD: Mutex<WatchedLoops> = Mutex::new(WatchedLoops { patients: Vec::new(), next_id: 0 });
 static ADMITTED: Condvar = Condvar::new();
 
-fn ward() -> MutexGuard<'static, Watched> {
+fn ward() -> MutexGuard<'static, WatchedLoops> {
     WARD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Keeps a participant under watch until it is dropped, which must happen before the participant is.
 #[derive(Debug)]
 #[must_use = "dropping it ends the watch"]
-pub(crate) struct Watch(u64);
+pub(crate) struct ParticipantWatch(u64);
 
 /// Watches a participant; `alarm` is called once, with the reason.
 ///
 /// # Errors
 /// The operating system refuses a thread.
-pub(crate) fn watch(vitals: Vitals, alarm: impl Fn(&str) + Send + 'static) -> std::io::Result<Watch> {
+pub(crate) fn watch(vitals: Vitals, alarm: impl Fn(&str) + Send + 'static) -> std::io::Result<ParticipantWatch> {
     static STARTED: Once = Once::new();
     let mut started = Ok(());
     STARTED.call_once(|| {
@@ -62,10 +62,10 @@ pub(crate) fn watch(vitals: Vitals, alarm: impl Fn(&str) + Send + 'static) -> st
     ward.patients.push(WatchedLoop { id, vitals, unread, alarm: Box::new(alarm) });
     drop(ward);
     ADMITTED.notify_one();
-    Ok(Watch(id))
+    Ok(ParticipantWatch(id))
 }
 
-impl Drop for Watch {
+impl Drop for ParticipantWatch {
     fn drop(&mut self) {
         ward().patients.retain(|patient| patient.id != self.0);
     }
