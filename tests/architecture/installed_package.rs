@@ -47,7 +47,7 @@ fn launched(
 #[test]
 fn the_package_runs_from_where_it_is_installed() {
     let Some(env) = peer_env() else { return };
-    let (domain, folder) = (Domain::take(), Folder::new("installed-package"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("installed-package"));
     let prefix = install(env, &domain, &folder);
     let share = prefix.join("share/camwright");
     // What ros2 pkg, ros2 run and ros2 launch look for.
@@ -120,7 +120,7 @@ fn the_package_runs_from_where_it_is_installed() {
 #[test]
 fn the_launch_file_passes_its_arguments() {
     let Some(env) = peer_env() else { return };
-    let (domain, folder) = (Domain::take(), Folder::new("launch-file"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("launch-file"));
     let prefix = install(env, &domain, &folder);
     let named = |arguments: &[&str]| -> Vec<(String, String)> {
         let processes = launched(env, &domain, &prefix, arguments).expect("the launch file is read");

@@ -69,7 +69,7 @@ impl Rclpy {
 #[test]
 fn every_message_means_the_same_to_rclpy_and_to_us_both_ways() {
     let Some(env) = peer_env() else { return };
-    let mut process = Guarded::start("wire.py", &mut env.python("wire.py", &Domain::take()));
+    let mut process = Guarded::start("wire.py", &mut env.python("wire.py", &Domain::reserve()));
     let stdin = process.take_stdin();
     let mut rclpy = Rclpy { process, stdin };
     let mut wrong = Vec::new();

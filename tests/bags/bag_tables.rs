@@ -97,7 +97,7 @@ fn stdout_of(output: &Output) -> &[u8] {
 #[test]
 fn every_value_of_the_tables_is_that_of_the_bag_and_has_its_type() {
     let Some(env) = peer_env() else { return };
-    let (domain, at) = (Domain::take(), directory("values"));
+    let (domain, at) = (Domain::reserve(), directory("values"));
     make(&at.join("RUN"));
     export(&at, "csv");
     export(&at, "parquet");
@@ -130,7 +130,7 @@ fn every_value_of_the_tables_is_that_of_the_bag_and_has_its_type() {
 #[test]
 fn the_documented_lines_of_python_run() {
     let Some(env) = peer_env() else { return };
-    let (domain, at) = (Domain::take(), directory("documented"));
+    let (domain, at) = (Domain::reserve(), directory("documented"));
     make(&at.join("RUN"));
     export(&at, "csv");
     export(&at, "parquet");

@@ -132,7 +132,7 @@ fn at(second: u64) -> SeekRequest {
 
 #[test]
 fn a_paused_player_steps_bursts_seeks_and_resumes() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("player-services");
     let bag = directory.join("run");
     write_bag(&bag);
@@ -167,7 +167,7 @@ fn a_paused_player_steps_bursts_seeks_and_resumes() {
 
 #[test]
 fn a_player_that_stays_plays_the_span_it_is_asked_for_and_pauses_and_stops() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("player-stays");
     let bag = directory.join("run");
     write_bag(&bag);

@@ -32,7 +32,7 @@ fn texts(bag: &Bag, topic: &str) -> Vec<String> {
 
 #[test]
 fn a_recording_splits_on_request_and_publishes_the_event() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("split");
     let bag = directory.join("run");
     let mut cell = RecorderUnderTest::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
@@ -92,7 +92,7 @@ fn a_recording_splits_on_request_and_publishes_the_event() {
 
 #[test]
 fn where_only_snapshots_are_written_an_alarm_asks_for_one_and_so_may_anybody() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("snapshot");
     let bag = directory.join("run");
     let bag_dir = format!("bag_dir:={}", bag.display());
@@ -140,7 +140,7 @@ fn where_only_snapshots_are_written_an_alarm_asks_for_one_and_so_may_anybody() {
 
 #[test]
 fn old_runs_make_room_and_a_recording_that_writes_all_takes_no_snapshot() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("retention");
     for number in 1..=3 {
         let bag = directory.join(format!("run{number}"));
@@ -163,7 +163,7 @@ fn old_runs_make_room_and_a_recording_that_writes_all_takes_no_snapshot() {
 /// The file of an installed package defines its types; an unknown type is reported once, and the rest is recorded.
 #[test]
 fn a_type_is_known_from_the_package_that_is_installed() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("installed");
     let package = directory.join("prefix/share/shop_msgs/msg");
     std::fs::create_dir_all(&package).expect("it is ours");
@@ -211,7 +211,7 @@ fn a_type_is_known_from_the_package_that_is_installed() {
 #[test]
 fn a_type_is_known_from_the_node_that_publishes_it() {
     let Some(peers) = support::peer_env() else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("asked");
     let bag = directory.join("run");
     let bag_dir = format!("bag_dir:={}", bag.display());

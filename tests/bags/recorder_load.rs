@@ -30,7 +30,7 @@ use support::{Domain, Folder, PATIENCE, peer_env, repository};
 /// Records a load of Cyclone DDS; what was lost, when all else adds up. None where the peers are to be skipped.
 fn record(name: &str, is_reliable: bool, per_second: u64, seconds: u64) -> Option<ReportedLosses> {
     let env = peer_env()?;
-    let (domain, folder) = (Domain::take(), Folder::new(name));
+    let (domain, folder) = (Domain::reserve(), Folder::new(name));
     let load = Load { stack: Stack::Cyclone, is_reliable, octets: 200, per_second, seconds };
     let recorder = RunLoggerProcess::start(&domain, &folder.join("run"), &[TOPIC]);
     let mut publisher = Publisher::start(load, Some(env), &domain);
@@ -113,7 +113,7 @@ impl Traffic {
 #[test]
 fn memory_stays_flat_while_the_bag_grows() {
     let seconds: u32 = std::env::var("CAMWRIGHT_SOAK_S").ok().and_then(|text| text.parse().ok()).unwrap_or(24);
-    let (domain, folder) = (Domain::take(), Folder::new("memory"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("memory"));
     let names = Traffic::TOPICS.map(|(name, ..)| name);
     let recorder =
         RunLoggerProcess::start(&domain, &folder.join("run"), &[names[0], names[1], "/run_logger/status", "/rosout"]);
@@ -197,7 +197,7 @@ fn publish_until(recorder: &RunLoggerProcess, text: &str, condition: impl Fn(&Ru
 
 #[test]
 fn sigterm_leaves_a_whole_bag_and_exit_code_0() {
-    let (domain, folder) = (Domain::take(), Folder::new("sigterm"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("sigterm"));
     let recorder = RunLoggerProcess::start(&domain, &folder.join("run"), &[TOPIC]);
     publish_until(&recorder, "as ever", |recorder| recorder.counts().written > 100);
     let RunLoggerProcess { bag, mut process, .. } = recorder;
@@ -215,7 +215,7 @@ const ON_A_SMALL_DISK: &str = "mount -t tmpfs -o size=12m tmpfs \"$DISK\" || exi
 
 #[test]
 fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_code_1() {
-    let (domain, folder) = (Domain::take(), Folder::new("full-disk"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("full-disk"));
     let (disk, bag) = (folder.join("disk"), folder.join("copy"));
     std::fs::create_dir_all(&disk).expect("the folder is ours");
     let can_mount = ["--user", "--map-root-user", "--mount", "sh", "-c", "mount -t tmpfs tmpfs \"$0\""];

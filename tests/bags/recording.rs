@@ -47,7 +47,7 @@ fn joint_state(tick: u32) -> JointState {
 
 #[test]
 fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("round-trip");
     let bag = directory.join("run");
     let mut cell = RecorderUnderTest::new(
@@ -89,7 +89,7 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
 
     // Played to a graph in which nobody else publishes, to a listener that was there and to one that comes late.
     drop(cell);
-    let other = Domain::take();
+    let other = Domain::reserve();
     let listener = Node::new(NodeOptions::new("listener", &args(&other, &[]))).expect("it joins");
     let _spinning = listener.spin_in_thread().expect("there are threads");
     let received = Arc::<Mutex<Vec<JointState>>>::default();
@@ -144,7 +144,7 @@ fn judge(bag: &Path, domain: &Domain, joint_states: usize) {
 /// Acceptance 4 of the main job: every tick is in its bag, and others read every message.
 #[test]
 fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("main-job");
     let bag = directory.join("run");
     let output = Command::new(env!("CARGO_BIN_EXE_camwright"))
@@ -186,7 +186,7 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
 
 #[test]
 fn the_machine_hears_how_far_its_joint_states_are_in_the_bag() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("credit");
     let bag = directory.join("run");
     let recorder = ["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "credit_ticks:=50"];
@@ -223,7 +223,7 @@ fn the_machine_hears_how_far_its_joint_states_are_in_the_bag() {
 
 #[test]
 fn a_paused_recorder_writes_nothing_until_resumed() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("pause");
     let bag = directory.join("run");
     let mut cell = RecorderUnderTest::new(
@@ -267,7 +267,7 @@ fn a_paused_recorder_writes_nothing_until_resumed() {
 
 #[test]
 fn a_recorder_by_itself_records_and_ctrl_c_closes_the_bag_and_ends_with_zero() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("ctrl-c");
     let bag = directory.join("run");
     let mut command = Command::new(env!("CARGO_BIN_EXE_run_logger"));
@@ -295,7 +295,7 @@ fn a_recorder_by_itself_records_and_ctrl_c_closes_the_bag_and_ends_with_zero() {
 /// With `/clock` the bag has the times of the recording, and messages before its first one wait for it.
 #[test]
 fn with_simulated_time_the_bag_has_the_times_of_the_clock() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("clock");
     let bag = directory.join("run");
     let recorder = ["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "use_sim_time:=true"];
@@ -331,7 +331,7 @@ fn with_simulated_time_the_bag_has_the_times_of_the_clock() {
 #[test]
 fn an_rclpy_subscriber_hears_a_bag_that_is_played() {
     let Some(peers) = support::peer_env() else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let directory = directory("rclpy");
     let bag = directory.join("run");
     let mut cell = RecorderUnderTest::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
@@ -346,7 +346,7 @@ fn an_rclpy_subscriber_hears_a_bag_that_is_played() {
     cell.end();
     drop(cell);
 
-    let other = Domain::take();
+    let other = Domain::reserve();
     let mut peer = Peer::start(peers, &other, "listener");
     peer.ask(
         "subscribe",

@@ -30,7 +30,7 @@ fn forms_um(lobes: &Value, key: &str) -> Vec<f64> {
 
 #[test]
 fn parts_teach_the_next_one_over_a_restart_until_they_are_forgotten() {
-    let (domain, folder) = (Domain::take(), Folder::new("batch-learns"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("batch-learns"));
     const LEARN: [&str; 2] = ["--set", "form_compensation={}"];
     let both = report(&run(&domain, &folder, "both", &[&LEARN[..], &["--parts", "2"]].concat()));
     let batch = &both["batch"];
@@ -71,7 +71,7 @@ fn parts_teach_the_next_one_over_a_restart_until_they_are_forgotten() {
 
 #[test]
 fn a_job_that_does_not_learn_has_nothing_to_forget_and_keeps_nothing() {
-    let (domain, folder) = (Domain::take(), Folder::new("batch-plain"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("batch-plain"));
     let refused = run(&domain, &folder, "refused", &["--forget-learned"]);
     assert!(!refused.status.success());
     let stderr = String::from_utf8_lossy(&refused.stderr).into_owned();

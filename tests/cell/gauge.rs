@@ -13,7 +13,7 @@ use support::{Domain, Folder};
 #[test]
 fn a_gauge_reads_the_diameters_of_what_passed_the_wheel() {
     let folder = Folder::new("gauge");
-    let (domain, bag) = (Domain::take(), folder.join("bag"));
+    let (domain, bag) = (Domain::reserve(), folder.join("bag"));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.path()).args(["run", "--json", "--bag"]).arg(&bag);

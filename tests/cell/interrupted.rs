@@ -39,7 +39,7 @@ fn phases_of(node: &Node) -> (mpsc::Receiver<u8>, Subscription) {
 /// At pace realtime, so that the cut is still going on when the signal comes.
 #[test]
 fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let bag = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("interrupted-{}", std::process::id()));
     let _not_there = std::fs::remove_dir_all(&bag);
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
@@ -88,7 +88,7 @@ fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
 /// after a reset.
 #[test]
 fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let start = |binary: &str, parameters: &[&str]| {
         let mut command = Command::new(binary);
         command.env("ROS_DOMAIN_ID", domain.id().to_string()).arg("--ros-args");
@@ -164,7 +164,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
 /// The second machine at pace fast says that it leaves the clock to the first, and takes it over when that is gone.
 #[test]
 fn only_one_of_two_machines_publishes_the_clock() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let _spinning = node.spin_in_thread().expect("a thread");
     let machine = |namespace: &str| {

@@ -23,7 +23,7 @@ const TWO: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 
 
 /// Output of a run of two parts with two of the shipped journals: its report, the finished part, and the halves of its plans in the bag.
 fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec<u8>) {
-    let (domain, bag) = (Domain::take(), folder.join(name));
+    let (domain, bag) = (Domain::reserve(), folder.join(name));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.join(&format!("{name}-state")));

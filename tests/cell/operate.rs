@@ -74,7 +74,7 @@ fn a_cell_is_operated_from_the_command_line() {
     answers(&call(&["reset"]), 0, "alarms reset");
     answers(&call(&["status"]), 0, "override 50 %");
     cell.stop();
-    answers(&camwright(&Domain::take(), runtime.path(), &["hold"]), 3, "no answer within");
+    answers(&camwright(&Domain::reserve(), runtime.path(), &["hold"]), 3, "no answer within");
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn a_part_is_loaded_and_unloaded_by_hand() {
 /// `camwright run` has command; another process of the same user operates its cell, one of another user does not.
 #[test]
 fn processes_of_the_user_that_runs_a_job_operate_its_cell() {
-    let (domain, folder, runtime) = (Domain::take(), Folder::new("operate-run"), Folder::new("operate-user"));
+    let (domain, folder, runtime) = (Domain::reserve(), Folder::new("operate-run"), Folder::new("operate-user"));
     let mut run = Command::new(env!("CARGO_BIN_EXE_camwright"));
     run.current_dir(folder.path()).args(["run", "four_lobe_camshaft", "--pace", "realtime"]);
     run.env("ROS_DOMAIN_ID", domain.id().to_string()).env("XDG_RUNTIME_DIR", runtime.path());

@@ -237,7 +237,7 @@ fn the_page_operates_the_cell_with_its_token() {
 
 #[test]
 fn the_server_gives_what_it_has_and_nothing_else() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let args = RosArgs::default().with_domain_id(domain.id());
     let page = OperatorPage::start(&args, FREE_PORT, false).expect("the page");
     let address = page.address();
@@ -298,7 +298,7 @@ fn the_server_gives_what_it_has_and_nothing_else() {
 /// The command beside a cell: it says where the page is, and a port that is taken is one clear error.
 #[test]
 fn the_command_serves_the_page_until_it_is_interrupted() {
-    let (domain, folder) = (Domain::take(), Folder::new("page-command"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("page-command"));
     let command = |port: u16| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_camwright"));
         command.args(["page", "--port", &port.to_string()]).env("ROS_DOMAIN_ID", domain.id().to_string());

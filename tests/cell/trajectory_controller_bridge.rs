@@ -30,7 +30,7 @@ fn machine() -> machine_file::Machine {
 
 #[test]
 fn a_controller_bridge_meets_its_documented_clauses_and_moves() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let args = RosArgs::default().with_domain_id(domain.id()).with_namespace("/cell");
     let controller = StandIn::start(&args, CONTROLLER);
     let bridge = Bridge::start(&args, machine(), CONTROLLER).expect("a bridge");

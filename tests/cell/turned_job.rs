@@ -26,7 +26,7 @@ const SHORT: [&str; 4] =
     ["turned.to_mm=22", "form_grid.azimuths=180", "finishing.along_z_mm=0.3", "roughing.along_z_mm=0.8"];
 
 fn run(folder: &Folder, bag: &str, more: &[&str]) -> Output {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.path()).args(["run", JOB, "--bag"]).arg(folder.join(bag));

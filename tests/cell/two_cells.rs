@@ -25,7 +25,7 @@ fn cell(domain: &Domain, namespace: &str, bag: &Path) -> Child {
 
 #[test]
 fn two_namespaces_are_two_cells() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let bag = |name: &str| -> PathBuf {
         Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("two-cells-{name}-{}", std::process::id()))
     };

@@ -164,7 +164,7 @@ fn what_stands_in_the_wheels_way_is_named_with_how_much_is_missing() {
 #[test]
 fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
     let folder = Folder::new("wheel-run");
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let run = |name: &str| -> Vec<f64> {
         let bag = folder.join(name);
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));

@@ -99,7 +99,7 @@ fn node_with_a_dying_thread(binary: &str, thread: &str, domain: &Domain, paramet
 /// without the thread that does its work.
 #[test]
 fn a_thread_that_dies_is_reported_and_ends_its_process() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let (sender, levels) = mpsc::channel();
     let on_message = move |array: DiagnosticArray, _: &_| {
@@ -140,7 +140,7 @@ fn a_thread_that_dies_is_reported_and_ends_its_process() {
 
 #[test]
 fn status_without_a_cell_reports_where_it_searched() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.env("ROS_DOMAIN_ID", domain.id().to_string()).args(["status", "--patience", "0.3"]);
     let output = command.output().expect("it runs");

@@ -73,7 +73,7 @@ struct NodeProcesses {
 
 impl NodeProcesses {
     fn start(pace: &'static str) -> Self {
-        let domain = Domain::take();
+        let domain = Domain::reserve();
         let args = RosArgs::default().with_domain_id(domain.id());
         let node = Node::new(NodeOptions::new("operator", &args)).expect("a node");
         let spin = node.spin_in_thread().expect("a thread");

@@ -48,7 +48,7 @@ struct HostedNodes {
 impl HostedNodes {
     fn start(purpose: &str) -> Option<Self> {
         let hosts = Hosts::new(purpose)?;
-        let mut cell = HostedNodes { hosts, domain: Domain::take(), nodes: Vec::new(), bag: fresh_bag(purpose) };
+        let mut cell = HostedNodes { hosts, domain: Domain::reserve(), nodes: Vec::new(), bag: fresh_bag(purpose) };
         for name in NODES {
             let directory = format!("bag_dir:={}", cell.bag.display());
             let (binary, parameters): (&str, &[&str]) = match name {

@@ -12,7 +12,7 @@ use support::{Domain, repository};
 
 /// Values of every parameter of the four nodes, by node and name, in a cell that nobody lets begin.
 fn parameters(file: Option<&str>) -> BTreeMap<(String, String), ParameterValue> {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut words = vec!["--ros-args", "-r", "__ns:=/cell"];
     words.extend(file.iter().flat_map(|file| ["--params-file", file]));
     // The last word counts: no node begins by itself, and nothing is recorded.

@@ -19,7 +19,7 @@ fn camwright(words: &[&str]) -> String {
 
 /// Errors of each file by the validator.
 fn judged(environment: &PeerEnv, schema: &Path, files: &[PathBuf]) -> BTreeMap<String, Vec<String>> {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut command = environment.python("judge_schema.py", &domain);
     let output = command.arg(schema).args(files).output().expect("Python runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -31,7 +31,7 @@ fn fits(output: &Output, code: i32, verdict: &str) {
 
 #[test]
 fn plan_check_and_post_print_the_verdict_first_in_80_columns() {
-    let (folder, domain) = (Folder::new("terminal-plan"), Domain::take());
+    let (folder, domain) = (Folder::new("terminal-plan"), Domain::reserve());
     let call = |words: &[&str]| camwright(&folder, &domain, words);
     for details in [&[][..], &["--details"]] {
         let with = |words: &[&'static str]| [words, details].concat();
@@ -48,7 +48,7 @@ fn plan_check_and_post_print_the_verdict_first_in_80_columns() {
 
 #[test]
 fn a_run_and_its_bag_print_the_verdict_first_in_80_columns_without_log_lines() {
-    let (folder, domain) = (Folder::new("terminal-run"), Domain::take());
+    let (folder, domain) = (Folder::new("terminal-run"), Domain::reserve());
     let call = |words: &[&str]| camwright(&folder, &domain, words);
     let run = |bag: &'static str, more: &[&'static str]| {
         call(&[&["run", "four_lobe_camshaft", "--bag", bag], &SHORT[..], more].concat())
@@ -88,7 +88,7 @@ fn a_run_and_its_bag_print_the_verdict_first_in_80_columns_without_log_lines() {
 /// Every command's help fits 80 columns and ends with an example and the exit codes.
 #[test]
 fn help_fits_80_columns_and_ends_with_an_example_and_the_exit_codes() {
-    let (folder, domain) = (Folder::new("terminal-help"), Domain::take());
+    let (folder, domain) = (Folder::new("terminal-help"), Domain::reserve());
     let help = |words: &[&str]| {
         let output = camwright(&folder, &domain, &[words, &["--help"]].concat());
         fits(&output, 0, "");

@@ -21,7 +21,7 @@ fn camwright(domain: &Domain, folder: &Folder, words: &[&str], out: (&str, &Path
 
 #[test]
 fn a_posted_program_grinds_the_part_and_another_one_moves_nothing() {
-    let (domain, folder) = (Domain::take(), Folder::new("program-in-the-cell"));
+    let (domain, folder) = (Domain::reserve(), Folder::new("program-in-the-cell"));
     let program = |name: &str| format!("program={}", folder.join(name).join("four_lobe_camshaft.ngc").display());
     for (name, set) in [("good", vec![]), ("sharp", vec!["nc.path_tolerance_um=0.5".to_owned()])] {
         let out = folder.join(name);

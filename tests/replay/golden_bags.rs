@@ -125,7 +125,7 @@ fn make(golden: &Golden, reason: &str) {
     }
     let bag = work.join("whole");
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
-    command.current_dir(work.path()).env("ROS_DOMAIN_ID", Domain::take().id().to_string());
+    command.current_dir(work.path()).env("ROS_DOMAIN_ID", Domain::reserve().id().to_string());
     command.env("XDG_STATE_HOME", work.join("state")).args(["run", golden.job, "--bag", "whole"]);
     for over in &set {
         command.args(["--set", over]);

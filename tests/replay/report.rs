@@ -23,7 +23,7 @@ static BROWSER: Mutex<()> = Mutex::new(());
 
 /// Runs a job at pace fast; what it said as JSON, and its bag.
 fn run(folder: &Folder, job: &str, set: &[&str]) -> (Value, PathBuf) {
-    let (domain, bag) = (Domain::take(), folder.join("bag"));
+    let (domain, bag) = (Domain::reserve(), folder.join("bag"));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.path()).args(["run", job, "--json", "--bag"]).arg(&bag);

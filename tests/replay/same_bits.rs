@@ -64,7 +64,7 @@ fn run_of(output: &std::process::Output, bag: PathBuf) -> Run {
 
 /// The job in one process.
 fn in_one_process(name: &str, pace: &str, delays: Option<&str>) -> Samples {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let bag = bag_directory(name);
     let mut command = camwright(&domain);
     command.args(["run", "--json", "--pace", pace, "--bag"]).arg(&bag).args(SHORT);
@@ -76,7 +76,7 @@ fn in_one_process(name: &str, pace: &str, delays: Option<&str>) -> Samples {
 
 /// The job with each node in a process of its own.
 fn in_four_processes(name: &str, pace: &str) -> Samples {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let bag = bag_directory(name);
     let node = |binary: &str, parameters: &[String]| {
         let mut command = Command::new(binary);

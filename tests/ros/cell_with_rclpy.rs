@@ -258,7 +258,7 @@ fn run_a_job(operator: &mut Operator<'_>) {
 #[test]
 fn a_ros_2_user_looks_around_runs_a_job_cancels_another_and_reads_the_bag() {
     let Some(env) = peer_env() else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let bag = fresh_bag("four");
     let mut peer = Peer::start(env, &domain, "operator");
     let cell = Processes::start(&domain, "/cell", &[], &bag);
@@ -294,7 +294,7 @@ fn a_ros_2_user_looks_around_runs_a_job_cancels_another_and_reads_the_bag() {
 
 /// An rclpy subscriber receives the messages when the bag is played.
 fn hear_the_bag(env: &PeerEnv, bag: &Path, expected: u64, topics: &[&str]) {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut peer = Peer::start(env, &domain, "listener");
     let [joints, description] = topics else { panic!("two topics") };
     peer.ask(

@@ -65,7 +65,7 @@ impl User {
 
 #[test]
 fn the_example_publishes_serves_homes_and_stops() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let args = RosArgs::default().with_domain_id(domain.id());
     let (example, _spin) = example::start(&args).expect("the example starts");
     let client = Node::new(NodeOptions::new("client", &args)).expect("a node");

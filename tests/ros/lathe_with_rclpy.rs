@@ -56,7 +56,7 @@ fn look_at_the_preview(preview: &Value) {
 #[test]
 fn a_ros_2_user_turns_a_part_that_is_not_round_and_reads_its_form() {
     let Some(env) = peer_env() else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let bag = fresh_bag("lathe");
     let mut peer = Peer::start(env, &domain, "operator");
     let cell = Processes::start(&domain, "/lathe", &["machine:=lathe"], &bag);

@@ -43,7 +43,7 @@ fn wait_for(what: &str, counter: impl Fn() -> u64, more_than: u64, node: &mut Gu
 #[test]
 fn a_node_with_default_settings_sends_no_packet_off_this_machine() {
     let Some(hosts) = Hosts::new("default") else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (before, lo_before) = (hosts.sent("cable"), hosts.sent("lo"));
     let mut machine = machine(&hosts, &domain, None);
     wait_for("packets over lo", || hosts.sent("lo"), lo_before + SOME_PACKETS, &mut machine);
@@ -63,7 +63,7 @@ fn a_node_with_default_settings_sends_no_packet_off_this_machine() {
 #[test]
 fn a_node_that_is_told_to_speak_to_the_subnet_does() {
     let Some(hosts) = Hosts::new("subnet") else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let before = hosts.sent("cable");
     let mut machine = machine(&hosts, &domain, Some("SUBNET"));
     wait_for("packets over the cable", || hosts.sent("cable"), before, &mut machine);
@@ -91,7 +91,7 @@ fn announce_strangers(hosts: &Hosts, domain: &Domain, answered: impl Fn() -> boo
 #[test]
 fn a_stranger_on_another_host_is_neither_heard_nor_answered() {
     let Some(hosts) = Hosts::new("stranger") else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let lo_before = hosts.sent("lo");
     let mut machine = machine(&hosts, &domain, None);
     wait_for("packets over lo", || hosts.sent("lo"), lo_before + SOME_PACKETS, &mut machine);
@@ -106,7 +106,7 @@ fn a_stranger_on_another_host_is_neither_heard_nor_answered() {
 #[test]
 fn a_stranger_on_the_subnet_is_answered_if_the_user_asks_for_the_subnet() {
     let Some(hosts) = Hosts::new("open") else { return };
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut machine = machine(&hosts, &domain, Some("SUBNET"));
     wait_for("packets over lo", || hosts.sent("cable"), 0, &mut machine);
     let to_stranger = hosts.arrived_outside();
@@ -130,7 +130,7 @@ fn a_node_that_shall_be_secure_refuses_to_start() {
 
 #[test]
 fn settings_without_effect_are_named_in_one_warning() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_machine_sim"));
     command
         .current_dir(support::repository())

@@ -109,7 +109,7 @@ fn until(what: &str, condition: impl Fn() -> bool) {
 
 #[test]
 fn three_goals_run_at_once_and_each_has_its_own_end() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
@@ -170,7 +170,7 @@ fn three_goals_run_at_once_and_each_has_its_own_end() {
 
 #[test]
 fn a_thousand_goals_at_once_are_all_answered_and_those_rejected_are_counted() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let (operator, _b) = node(&domain, "operator");
     let _diagnostics = machine.diagnostics("4711", || vec![diagnostic_status(DiagnosticStatus::OK, "", "ready", &[])]);
@@ -214,7 +214,7 @@ fn a_thousand_goals_at_once_are_all_answered_and_those_rejected_are_counted() {
 
 #[test]
 fn a_decision_may_come_later_from_another_thread() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
@@ -230,7 +230,7 @@ fn a_decision_may_come_later_from_another_thread() {
 
 #[test]
 fn the_state_of_goals_is_latched_for_late_joiners() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let homing = Homing::default();
     let _server = machine.action_server::<Home>("home", homing.clone()).expect("a server");
@@ -259,7 +259,7 @@ fn the_state_of_goals_is_latched_for_late_joiners() {
 
 #[test]
 fn cancelling_follows_the_rules_of_action_msgs() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
@@ -295,7 +295,7 @@ fn cancelling_follows_the_rules_of_action_msgs() {
 
 #[test]
 fn ids_in_use_are_refused_and_a_dropped_goal_is_aborted() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
@@ -371,7 +371,7 @@ impl LifecycleCallbacks for Managed {
 
 #[test]
 fn a_managed_node_walks_its_life_by_service_and_by_itself() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (managed, _a) = node(&domain, "managed");
     let (manager, _b) = node(&domain, "manager");
     let callbacks = Managed::default();
@@ -432,7 +432,7 @@ fn a_managed_node_walks_its_life_by_service_and_by_itself() {
 
 #[test]
 fn diagnostics_come_every_second_and_at_once_when_asked() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (machine, _a) = node(&domain, "machine");
     let (monitor, _b) = node(&domain, "monitor");
     let (sender, receiver) = mpsc::channel();

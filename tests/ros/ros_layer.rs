@@ -60,7 +60,7 @@ fn until(what: &str, condition: impl Fn() -> bool) {
 
 #[test]
 fn reliable_messages_arrive_in_order_with_their_numbers_and_times() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (talker, _a) = node(&domain, "talker");
     let (listener, _b) = node(&domain, "listener");
     let publisher = talker.publisher::<Float64>("numbers", &Qos::default_topic()).expect("a publisher");
@@ -99,7 +99,7 @@ fn reliable_messages_arrive_in_order_with_their_numbers_and_times() {
 
 #[test]
 fn late_joiners_get_latched_messages_and_nothing_else() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (talker, _a) = node(&domain, "talker");
     let latched = talker.publisher::<Text>("latched", &Qos::latched(2)).expect("a publisher");
     let volatile = talker.publisher::<Text>("volatile", &Qos::default_topic()).expect("a publisher");
@@ -129,7 +129,7 @@ fn late_joiners_get_latched_messages_and_nothing_else() {
 /// Messages that a node has already received on a topic are not delivered to its next subscription.
 #[test]
 fn a_second_subscription_of_a_node_hears_only_what_comes_after_it() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (talker, _a) = node(&domain, "talker");
     let publisher = talker.publisher::<Text>("volatile", &Qos::default_topic()).expect("a publisher");
     let (listener, _b) = node(&domain, "listener");
@@ -153,7 +153,7 @@ fn a_second_subscription_of_a_node_hears_only_what_comes_after_it() {
 
 #[test]
 fn raw_messages_are_the_typed_ones() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (node, _a) = node(&domain, "both");
     let raw = node.raw_publisher("text", "std_msgs/msg/String", &Qos::default_topic()).expect("a publisher");
     let (sender, receiver) = mpsc::channel();
@@ -180,7 +180,7 @@ fn raw_messages_are_the_typed_ones() {
 
 #[test]
 fn services_answer_at_once_later_and_many_clients_at_the_same_time() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (server, _a) = node(&domain, "server");
     let (caller, _b) = node(&domain, "caller");
     let _trigger = server
@@ -229,7 +229,7 @@ fn services_answer_at_once_later_and_many_clients_at_the_same_time() {
 /// The race that loses the first reply when a client calls the moment it sees the server.
 #[test]
 fn the_first_call_of_a_fresh_client_is_answered() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (server, _a) = node(&domain, "server");
     let _trigger = server.service::<Trigger>("trigger", |_| TriggerResponse::default()).expect("a service");
     for round in 0..5 {
@@ -245,7 +245,7 @@ fn the_first_call_of_a_fresh_client_is_answered() {
 
 #[test]
 fn names_are_remapped_and_two_namespaces_do_not_meet() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (one, _a) =
         start(NodeOptions::new("machine", &args(&domain, "--ros-args -r __ns:=/cell1 -r machine/stream:=flow")));
     let (two, _b) = start(NodeOptions::new("machine", &args(&domain, "--ros-args -r __ns:=/cell2 -r __node:=press")));
@@ -268,7 +268,7 @@ fn names_are_remapped_and_two_namespaces_do_not_meet() {
 
 #[test]
 fn parameters_are_guarded_described_and_told() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let options = NodeOptions::new("holder", &args(&domain, "--ros-args -p rate:=5 -p holder:group.name:=given"))
         .parameter(Parameter::double("rate", 1.0).describe("in Hz").range(0.0, 10.0))
         .parameter(Parameter::string("group.name", "default"))
@@ -371,7 +371,7 @@ fn parameters_are_guarded_described_and_told() {
 
 #[test]
 fn simulated_time_comes_from_a_real_clock_topic() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (clock, _a) = node(&domain, "clock");
     let (follower, _b) = start(NodeOptions::new("follower", &args(&domain, "--ros-args -p use_sim_time:=true")));
     assert_eq!(follower.now_ns(), 0, "before the first message");
@@ -392,7 +392,7 @@ fn simulated_time_comes_from_a_real_clock_topic() {
 
 #[test]
 fn log_lines_reach_rosout_with_the_name_of_their_node() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (speaker, _a) =
         start(NodeOptions::new("speaker", &args(&domain, "--ros-args -r __ns:=/cell --log-level warn")));
     speaker.log(Level::Info, "too quiet");
@@ -412,7 +412,7 @@ fn log_lines_reach_rosout_with_the_name_of_their_node() {
 
 #[test]
 fn two_types_on_one_topic_do_not_meet() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (talker, _a) = node(&domain, "talker");
     let (listener, _b) = node(&domain, "listener");
     let wrong = talker.publisher::<Float64>("topic", &Qos::default_topic()).expect("a publisher");
@@ -441,7 +441,7 @@ fn two_types_on_one_topic_do_not_meet() {
 
 #[test]
 fn injected_delays_keep_the_order_within_a_topic() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let seed = 7;
     println!("seed {seed}");
     let (talker, _a) = node(&domain, "talker");
@@ -467,7 +467,7 @@ fn injected_delays_keep_the_order_within_a_topic() {
 
 #[test]
 fn a_node_that_is_shut_down_is_forgotten_and_refuses_further_work() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let (stayer, _a) = node(&domain, "stayer");
     let (leaver, thread) = node(&domain, "leaver");
     assert!(stayer.wait_for_node("/leaver", PATIENCE));

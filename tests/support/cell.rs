@@ -110,7 +110,7 @@ impl Cell {
 
     /// The same with more parameters.
     pub fn start_with(machine: &[&str], more: impl FnOnce(RosArgs) -> RosArgs) -> Self {
-        let domain = Domain::take();
+        let domain = Domain::reserve();
         let machine = machine.iter().map(ToString::to_string).collect();
         let text = |text: &str| ParameterValue::String(text.into());
         let args = RosArgs::default()

@@ -31,7 +31,7 @@ impl Domain {
     ///
     /// # Panics
     /// When all are taken, or the lock files cannot be opened.
-    pub fn take() -> Self {
+    pub fn reserve() -> Self {
         let directory = std::env::temp_dir().join("camwright-test-domains");
         std::fs::create_dir_all(&directory).expect("the system's directory for temporary files can be written");
         // Not from the same end every time: a domain rests a while before the next test meets what the last one left in caches.

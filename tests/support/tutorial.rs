@@ -124,7 +124,7 @@ impl Drop for Shell {
 pub fn follow(name: &str, env: Option<&PeerEnv>) {
     let page = repository().join("docs/tutorials").join(name);
     let text = std::fs::read_to_string(&page).expect("a tutorial");
-    let (folder, domain) = (Folder::new(&format!("tutorial-{name}")), Domain::take());
+    let (folder, domain) = (Folder::new(&format!("tutorial-{name}")), Domain::reserve());
     let mut shell = Shell::start(name, &folder, &domain, env);
     let (mut commands, mut compared) = (0, 0);
     for step in steps(&text) {

@@ -189,7 +189,7 @@ fn the_table_of_faults_and_of_who_finds_them() {
         draft.write(&at);
         bags.push(at.join("run"));
     }
-    let python = bag_judges::python_verdicts(&bags, &Domain::take()).expect("the peers are not skipped");
+    let python = bag_judges::python_verdicts(&bags, &Domain::reserve()).expect("the peers are not skipped");
     let foxglove = bag_judges::foxglove_verdicts(&bags).expect("node is installed");
     let mut text = String::from(HEAD);
     let mut seen = [0; 3];

@@ -86,7 +86,7 @@ impl Options {
 
 fn machine_rows(options: &Options, interrupted: &Arc<AtomicBool>) -> Vec<Row> {
     let counts = &options.counts;
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let _cell = CellProcesses::start(&domain);
     let mut asker = Asker::new(&domain, options.seed, interrupted);
     let watch = Watch::new(&asker);
@@ -117,7 +117,7 @@ fn twin_rows(options: &Options, env: Option<&PeerEnv>, interrupted: &Arc<AtomicB
             continue;
         }
         // A domain of its own for each: one that was killed stays in the graph for a while.
-        let domain = Domain::take();
+        let domain = Domain::reserve();
         let twin = Twin::start(stack, env, &domain, &messages);
         let mut asker = Asker::new(&domain, options.seed, interrupted);
         rows.extend(twins::ask(&mut asker, &twin, &messages, [options.counts.messages, options.counts.goals]));

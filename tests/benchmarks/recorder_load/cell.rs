@@ -55,7 +55,7 @@ fn end(nodes: [Guarded; 3]) {
 
 /// Records the cell while it works; prints what was recorded, and gives what is not as it should be, of the work too.
 pub fn record(bag: &Path, work: impl FnOnce(&Node) -> Vec<String>) -> Vec<String> {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let recorder = RunLoggerProcess::start(&domain, bag, &[]);
     assert!(recorder.wait_status(PATIENCE, |status| status.recording), "the recorder does not record");
     let nodes = start_nodes(&domain);

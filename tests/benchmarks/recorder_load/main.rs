@@ -107,7 +107,7 @@ fn publish(publisher: &mut Publisher, load: &Load, recorder: &str) -> Sent {
 }
 
 fn into_ours(load: Load, env: Option<&PeerEnv>, bag: &Path) -> Row {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let recorder = RunLoggerProcess::start(&domain, bag, &[TOPIC]);
     let mut publisher = Publisher::start(load, env, &domain);
     publisher.wait_matched();
@@ -133,7 +133,7 @@ fn into_ours(load: Load, env: Option<&PeerEnv>, bag: &Path) -> Row {
 }
 
 fn into_twin(load: Load, env: &PeerEnv, bag: &Path) -> Row {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let mut recorder = PythonRecorder::start(env, &domain, bag, &load);
     let mut publisher = Publisher::start(load, Some(env), &domain);
     publisher.wait_matched();

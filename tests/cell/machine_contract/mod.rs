@@ -72,7 +72,7 @@ fn best_of(pace: &str, broken: &[u8], attempt: impl Fn() -> Checked) -> Checked 
 
 #[test]
 fn a_machine_at_rest_reports_every_fifth_period() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let node = Node::new(NodeOptions::new("listener", &args(&domain, "/idle"))).expect("a node");
     let received = Arc::new((Mutex::new(Vec::new()), Condvar::new()));
     let sink = Arc::clone(&received);
@@ -108,7 +108,7 @@ fn the_simulated_machine_keeps_its_contract() {
                 // Before the origin detector, so that there is a closed input to ask for.
                 let more: &[&str] = if pace == "realtime" { &["c_axis.power_up_position_deg=0"] } else { &[] };
                 let Checked { report, interrupted } = best_of(pace, &[], || {
-                    let domain = Domain::take();
+                    let domain = Domain::reserve();
                     let machine = machine(&domain, "/cell", name, pace, more);
                     let checked = checked(&domain, "/cell", Some((joint, distance)));
                     machine.stop();
@@ -136,7 +136,7 @@ fn each_is_reported(faults: &[(Fault, u8)], pace: &str, moving: Option<(&str, f6
             for (fault, clause) in some {
                 scope.spawn(move || {
                     let Checked { report, .. } = best_of(pace, &[*clause], || {
-                        let domain = Domain::take();
+                        let domain = Domain::reserve();
                         // One message a tick at rest too, of which one that is missing is seen.
                         let machine = started(&domain, "/sound", ("cam_grinder", pace), &[], 10_000.0);
                         if *fault == Fault::NoRemedy {
@@ -188,7 +188,7 @@ fn each_wrong_message_is_reported_by_its_clause_alone() {
     ];
     let (none, faults) = faults.split_first().expect("some");
     // The go-between alone breaks nothing.
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let machine = machine(&domain, "/sound", "cam_grinder", "realtime", &[]);
     let between = GoBetween::start(&domain, none.0);
     let Checked { report, .. } = checked(&domain, "/broken", None);
@@ -218,7 +218,7 @@ fn each_wrong_behaviour_is_reported_by_its_clause_alone() {
 
 #[test]
 fn nothing_is_moved_where_it_is_not_free() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let machine = machine(&domain, "/cell", "cam_grinder", "fast", &[]);
     let run = |moving| check(&args(&domain, "/cell"), &settings(Some(moving)), &Shutdown::new(), &|_| {});
     let refusal = |moving| match run(moving) {
@@ -237,7 +237,7 @@ fn nothing_is_moved_where_it_is_not_free() {
 
 #[test]
 fn the_exit_code_gives_the_result() {
-    let domain = Domain::take();
+    let domain = Domain::reserve();
     let run = |more: &[&str]| {
         let mut command: Command = support::processes::in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);
         let output = command.arg("check-machine").args(more).output().expect("camwright runs");

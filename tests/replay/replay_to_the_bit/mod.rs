@@ -254,7 +254,7 @@ fn refusals(original: &Original) {
 fn the_command_compares_a_run_with_itself_and_with_another() {
     let folder = Folder::new("replay-command");
     let run = |name: &str, more: &[&str]| {
-        let domain = support::Domain::take();
+        let domain = support::Domain::reserve();
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
         command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
         command.env("XDG_STATE_HOME", folder.join("state")).args(["run", "eccentric", "--bag"]).arg(folder.join(name));

@@ -25,7 +25,7 @@ pub struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     pub fn new(env: &'a PeerEnv, column: Column, name: &'static str, matrix: &'a Mutex<Matrix>) -> Self {
-        Ground { env, domain: Domain::take(), column, name, matrix }
+        Ground { env, domain: Domain::reserve(), column, name, matrix }
     }
 
     /// Runs a scenario. What fails outside of its checks fails as a row that nobody knows.

@@ -87,7 +87,7 @@ pub fn clocks(ground: &mut Ground<'_>) {
     });
     drop(spin);
     node.shutdown();
-    let domain = crate::support::Domain::take();
+    let domain = crate::support::Domain::reserve();
     let mut peer = Peer::start_with(ground.env, &domain, &["follower", "--sim-time"]);
     ground.domain = domain;
     let (node, _spin) = ground.node("clock_source");

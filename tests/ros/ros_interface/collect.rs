@@ -154,7 +154,7 @@ fn arguments(domain: &Domain, words: &[&str]) -> RosArgs {
 /// Interface of a machine with equipment.
 fn machine_with(words: &[&str]) -> Interface {
     let words = [words, &["state_file:=none"]].concat();
-    let machine = MachineSim::start(&arguments(&Domain::take(), &words)).expect("machine_sim");
+    let machine = MachineSim::start(&arguments(&Domain::reserve(), &words)).expect("machine_sim");
     let mut interface = Interface::from_node(machine.node());
     if words.contains(&"pace:=fast") {
         // The clock has its publisher from the first tick on, once no other node publishes it.
@@ -171,7 +171,7 @@ fn machine_with(words: &[&str]) -> Interface {
 
 /// The interfaces of the four nodes, each with the endpoints of all equipment.
 pub(super) fn all() -> Vec<Interface> {
-    let (folder, domain) = (Folder::new("ros-interface"), Domain::take());
+    let (folder, domain) = (Folder::new("ros-interface"), Domain::reserve());
     let args = arguments(&domain, &["state_file:=none"]);
     let machine = MachineSim::start(&args).expect("machine_sim");
     let interpolator = AxisInterpolator::start(&args).expect("axis_interpolator");
