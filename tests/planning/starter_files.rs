@@ -21,7 +21,7 @@ fn succeeds(folder: &Folder, domain: &Domain, words: &[&str]) -> String {
 
 #[test]
 fn starter_files_are_written_and_pass_the_check() {
-    let (folder, domain) = (Folder::new("starter-check"), Domain::take());
+    let (folder, domain) = (Folder::new("starter-check"), Domain::reserve());
     for (kind, next) in [
         ("job", "camwright run my_job.yaml"),
         ("turning", "camwright run my_turning.yaml"),
@@ -43,7 +43,7 @@ fn starter_files_are_written_and_pass_the_check() {
 
 #[test]
 fn the_starter_job_runs_on_the_starter_machine() {
-    let (folder, domain) = (Folder::new("starter-run"), Domain::take());
+    let (folder, domain) = (Folder::new("starter-run"), Domain::reserve());
     succeeds(&folder, &domain, &["init", "job", "first.yaml"]);
     succeeds(&folder, &domain, &["init", "machine", "own.yaml"]);
     let run = ["run", "first.yaml", "--set", "machine=own.yaml", "--bag", "bag"];
@@ -54,7 +54,7 @@ fn the_starter_job_runs_on_the_starter_machine() {
 
 #[test]
 fn lists_name_what_commands_accept() {
-    let (folder, domain) = (Folder::new("starter-list"), Domain::take());
+    let (folder, domain) = (Folder::new("starter-list"), Domain::reserve());
     for (subject, words) in [
         ("jobs", "four_lobe_camshaft  "),
         ("machines", "lathe "),

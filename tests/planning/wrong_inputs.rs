@@ -51,7 +51,7 @@ impl Desk {
         folder.write("machine.yaml", &params("machines/cam_grinder.yaml").replace("unbalance_um", "unbalence_um"));
         folder.write("nodes.yaml", "/**/run_logger:\n  ros__parameters:\n    split_mbb: 3\n");
         folder.write("table.csv", "cam_angle_deg,lift_mm\n0,0\n");
-        Self { folder, domain: Domain::take() }
+        Self { folder, domain: Domain::reserve() }
     }
 
     /// Runs a command that must fail with one error and without a trace.

@@ -46,7 +46,8 @@ impl BufferAdvice {
         let is_short = wanted_ms > buffer_ms;
         self.reports = self.reports.saturating_add(1);
         let measured = format!("setpoint buffer {buffer_ms:.0} ms, longest pause of the cycle {pause_ms:.1} ms");
-        let advice = format!("set setpoint_buffer_ms to {wanted_ms:.0}, or cyclic_priority, or reduce the load of the computer");
+        let advice =
+            format!("set setpoint_buffer_ms to {wanted_ms:.0}, or cyclic_priority, or reduce the load of the computer");
         if is_short && !self.is_warned && self.reports >= REPORTS {
             self.is_warned = true;
             self.node.logger().warn(&format!("{measured}: a motion may end in alarm 80; {advice}"));

@@ -120,7 +120,9 @@ fn cycle(bounds: &Bounds, late_before: &mut u64, scheduling: [String; 2]) -> Dia
     let (level, message) = match (alarms, late_now) {
         (0, 0) => (DiagnosticStatus::OK, "running".to_owned()),
         (0, late) if late < 10 => (DiagnosticStatus::WARN, format!("{late} ticks late in the last second")),
-        (0, late) => (DiagnosticStatus::ERROR, format!("{late} ticks late in the last second: reduce the load of the computer")),
+        (0, late) => {
+            (DiagnosticStatus::ERROR, format!("{late} ticks late in the last second: reduce the load of the computer"))
+        }
         (alarms, _) => (DiagnosticStatus::ERROR, format!("{alarms} alarms need a reset")),
     };
     let values = [

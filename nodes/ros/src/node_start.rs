@@ -97,7 +97,7 @@ impl NodeOptions {
     /// # Errors
     /// A name or a parameter of the arguments is refused.
     pub fn declared(&self) -> Result<Parameters, RosError> {
-        let names = Names::new(&self.name, self.args.default_namespace(), self.args.remap_rules())?;
+        let names = NodeNames::new(&self.name, self.args.default_namespace(), self.args.remap_rules())?;
         let overrides = self.args.overrides_for(names.node(), &names.fully_qualified());
         Parameters::declare(self.parameters.clone(), &overrides)
     }

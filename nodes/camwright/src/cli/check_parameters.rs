@@ -3,7 +3,7 @@
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_files::locate::{Located, locate};
 use camwright_files::schema::nearest;
-use camwright_files::yaml::{Document, Node, Value};
+use camwright_files::yaml::{Document, Value, YamlNode};
 use camwright_files::{ConfigError, FileLocation};
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
@@ -60,7 +60,7 @@ fn declared() -> Result<Vec<(String, Parameters)>, NodeError> {
 
 /// Lines of the parameters of each group, in the order of the file; empty for text whose lines are unknown.
 fn lines(located: &Located) -> Vec<Vec<u64>> {
-    fn groups(node: &Node, into: &mut Vec<Vec<u64>>) {
+    fn groups(node: &YamlNode, into: &mut Vec<Vec<u64>>) {
         let Value::Map(entries) = &node.value else { return };
         for (key, value) in entries {
             if key == PARAMETERS {
@@ -72,7 +72,7 @@ fn lines(located: &Located) -> Vec<Vec<u64>> {
             }
         }
     }
-    fn parameters(node: &Node, into: &mut Vec<u64>) {
+    fn parameters(node: &YamlNode, into: &mut Vec<u64>) {
         match &node.value {
             Value::Map(entries) => entries.iter().for_each(|(_, value)| parameters(value, into)),
             _ => into.push(node.line),
