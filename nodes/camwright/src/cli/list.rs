@@ -74,10 +74,13 @@ fn table(subject: Subject) -> Result<Table, ConfigError> {
             columns: &["name", "title"],
             rows: any_job::list().into_iter().map(|(name, title, _)| vec![name, title]).collect(),
         },
-        Subject::Machines => {
-            Table { columns: &["name", "kind", "travel"], rows: list("machines").iter().map(machine).collect() }
+        Subject::Machines => Table {
+            columns: &["name", "kind", "travel"],
+            rows: list("machines").iter().map(|name| machine(name)).collect(),
+        },
+        Subject::Lifts => {
+            Table { columns: &["name", "rows", "lift"], rows: list("lifts").iter().map(|name| lift(name)).collect() }
         }
-        Subject::Lifts => Table { columns: &["name", "rows", "lift"], rows: list("lifts").iter().map(lift).collect() },
         Subject::Faults => Table {
             columns: &["name", "target", "value"],
             rows: FAULTS.iter().map(|fault| [fault.name, fault.target, fault.value].map(or_dash).to_vec()).collect(),
@@ -102,25 +105,25 @@ fn or_dash(text: &str) -> String {
     if text.is_empty() || text == "none" { "-".to_owned() } else { text.to_owned() }
 }
 
-fn machine(name: &String) -> Vec<String> {
+fn machine(name: &str) -> Vec<String> {
     let read = locate("machines", name, "yaml", None)
         .and_then(|located| machine_file::parse(&located.path, &located.text, &[]));
     match read {
-        Ok(machine) => vec![name.clone(), machine.kind().to_owned(), machine.travel()],
-        Err(error) => vec![name.clone(), "refused".to_owned(), error.to_string()],
+        Ok(machine) => vec![name.to_owned(), machine.kind().to_owned(), machine.travel()],
+        Err(error) => vec![name.to_owned(), "refused".to_owned(), error.to_string()],
     }
 }
 
-fn lift(name: &String) -> Vec<String> {
+fn lift(name: &str) -> Vec<String> {
     let read = locate("lifts", name, "csv", None).map_err(|error| vec![error]);
     match read.and_then(|located| lift_file::read_alone(&located, &[])) {
         Ok(lift) => {
             let facts = lift.table.map(|table| (table.blocks().to_string(), format!("{:.3} mm", table.max_lift_mm())));
             let (rows, height) = facts.unwrap_or_else(|| ("-".to_owned(), "-".to_owned()));
-            vec![name.clone(), rows, height]
+            vec![name.to_owned(), rows, height]
         }
         // A half table and a table in other units need keys of a job.
-        Err(_) => vec![name.clone(), "-".to_owned(), format!("needs keys of a job: `camwright check {name}`")],
+        Err(_) => vec![name.to_owned(), "-".to_owned(), format!("needs keys of a job: `camwright check {name}`")],
     }
 }
 
