@@ -34,12 +34,12 @@ use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 pub const USUAL_HARMONICS: u32 = 15;
 
 /// Default depth (mm) below which a phase counts as not cut: the resolution of a usual gauge.
-pub const USUAL_LEAST_DEPTH_MM: f64 = 1e-4;
+pub const USUAL_MIN_DEPTH_MM: f64 = 1e-4;
 
 /// Default scatter of the readings (mm) above which they are rejected: ten times the noise of a usual gauge. A gauge that jumped, or a wheel
 /// at another position than logged, exceeds it. A stiffness wrong by half does not, it scatters a dwell of three turns by 0.3 µm:
 /// [`Decay`](super::decay::Decay) detects that.
-pub const USUAL_MOST_SCATTER_MM: f64 = 2e-3;
+pub const USUAL_MAX_SCATTER_MM: f64 = 2e-3;
 
 /// Phases per harmonic kept, and 360 at least: the curve through them errs by 1e-6 of the highest. More resolve what is no harmonic, as
 /// where a wheel left the part; a correction's path has that many knots.
@@ -72,8 +72,8 @@ impl Default for MeasureSettings {
             fit: Fit::Readings { harmonics: USUAL_HARMONICS },
             phases: None,
             from_rad: None,
-            least_depth_mm: USUAL_LEAST_DEPTH_MM,
-            most_scatter_mm: Some(USUAL_MOST_SCATTER_MM),
+            least_depth_mm: USUAL_MIN_DEPTH_MM,
+            most_scatter_mm: Some(USUAL_MAX_SCATTER_MM),
         }
     }
 }
