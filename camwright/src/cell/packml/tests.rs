@@ -112,7 +112,7 @@ fn start_is_for_modes_that_produce_and_modes_change_at_rest() {
             let is_taken = unit.command(command, 0.0);
             match (command, mode) {
                 (Command::Start, Mode::Manual | Mode::SetUp) => {
-                    assert_eq!(is_taken, Err(CommandRefused::Mode { mode }))
+                    assert_eq!(is_taken, Err(CommandRefused::Mode { mode }));
                 }
                 _ => assert_eq!(is_taken.is_ok(), State::Idle.commanded(command).is_some(), "{command} in {mode}"),
             }
