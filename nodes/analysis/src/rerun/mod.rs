@@ -145,7 +145,7 @@ pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
 /// Computes the run of a bag again.
 ///
 /// # Errors
-/// A bag that cannot be read, or that does not hold what it takes.
+/// The bag cannot be read, or does not contain the inputs of a run.
 pub fn rerun(path: &Path) -> Result<ReplayVerdict, RerunError> {
     within(path, Window::default())
 }
@@ -153,7 +153,7 @@ pub fn rerun(path: &Path) -> Result<ReplayVerdict, RerunError> {
 /// Computes a window of the run of a bag again.
 ///
 /// # Errors
-/// As for [`again`]; no keyframe to begin from.
+/// See [`rerun`]; or no keyframe exists before the window.
 pub fn within(path: &Path, window: Window) -> Result<ReplayVerdict, RerunError> {
     let begun = Instant::now();
     let bag = Bag::open(path)?;
