@@ -444,7 +444,7 @@ mod tests {
             "c_axis: setpoint speed 57.2958 deg/s, allowed 28.6479 deg/s"
         );
         assert_eq!(alarm(AlarmKind::ChunkRefused, 7.0, 0.0), "the setpoints from tick 7 on were refused");
-        assert!(alarm(AlarmKind::ChunkRefused, NO_TICK, 0.0).starts_with("what came as setpoints is no chunk"));
+        assert!(alarm(AlarmKind::ChunkRefused, NO_TICK, 0.0).starts_with("malformed setpoints"));
         assert_eq!(alarm(AlarmKind::WheelWorn, 44.5, 45.0), "wheel radius 44.500 mm, smallest usable 45.000 mm");
     }
 
