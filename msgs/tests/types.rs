@@ -30,7 +30,7 @@ fn the_schema_of_joint_states_is_what_a_bag_carries() {
 fn our_own_schemas_are_the_files_with_their_comments() {
     let file = include_str!("../msg/PlanPage.msg");
     assert!(PlanPage::SCHEMA.starts_with(file));
-    assert!(PlanPage::SCHEMA.contains("\nMSG: camwright_msgs/PlanSegment\n# One step of a plan.\n"));
+    assert!(PlanPage::SCHEMA.contains("\nMSG: camwright_msgs/PlanSegment\n# Segment of a plan.\n"));
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn every_quantity_of_our_own_has_a_unit() {
         let named = |text: &str| text.split([' ', ',', ';']).any(|word| units.contains(&word));
         in_brackets.clone().any(named)
             || comment.contains("turns")
-            || ["0..1", "see kind", "as `kind` says", "the unit the list gives"]
+            || ["0..1", "see kind", "as `kind` says", "the unit of the list"]
                 .iter()
                 .any(|words| comment.contains(words))
     };

@@ -376,7 +376,7 @@ fn a_door_or_a_chuck_that_sticks_is_an_alarm_and_the_run_is_over() {
     assert!(refused.is_ok(), "{refused:?}");
     loaded.alarm(153);
     let aborted = loaded.robot.cell("alarm 153", |cell| cell.alarm == 153).expect("aborted");
-    assert!(aborted.remedy.contains("look what keeps the door"), "{}", aborted.remedy);
+    assert!(aborted.remedy.contains("find what blocks the door"), "{}", aborted.remedy);
     loaded.stop();
 }
 
