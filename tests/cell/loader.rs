@@ -461,8 +461,11 @@ fn who_enters_without_leave_stops_the_machine() {
     let aborted = loaded.state(CellState::ABORTED);
     assert_eq!(aborted.alarm, 151, "{}", aborted.stop_reason);
     assert!(loaded.command(CellCommandRequest::CLEAR).is_err());
+    loaded.area("a person inside", |area| area.entered);
     loaded.robot.signal(|signals| signals.in_work_area = false);
     loaded.robot.loading("nobody inside", |loading| !loading.robot_in_work_area).expect("it is seen");
+    // The machine has a subscription of its own to the signals of the robot.
+    loaded.area("a clear area", |area| !area.entered);
     loaded.command(CellCommandRequest::CLEAR).expect("it has left");
     // The part that was begun is exchanged, not ground on.
     loaded.start_run(1);
