@@ -296,7 +296,11 @@ fn a_turning_job_that_cannot_be_made_is_refused_where_it_is_wrong() {
         ("zero", ("part_zero_mm: 2.0 ", "part_zero_mm: 90.0 "), &["z_axis", "soft limits are -20 to 300 mm"]),
         ("profile", ("profile: low", "profile: lower"), &["there is no profile lower; the surface has high, low"]),
         ("kind", ("kind: cams", "kind: cam"), &["cams, cylinder, eccentric, elliptic_cone, lobed, grid, mesh"]),
-        ("schema", ("turning_job/1", "turning/1"), &["\"camwright/job/1\" or \"camwright/turning_job/1\""]),
+        (
+            "schema",
+            ("turning_job/1", "turning/1"),
+            &["must be one of camwright/job/1, camwright/turning_job/1", "did you mean camwright/turning_job/1?"],
+        ),
         ("newer", ("turning_job/1", "turning_job/2"), &["version 2", "up to version 1"]),
         ("end", ("to_mm: 24.0", "to_mm: 19.0"), &["the part ends at z = 19 mm, it must end above z = 20 mm"]),
         ("machine", ("machine: lathe", "machine: cam_grinder"), &["the machine grinds with a wheel"]),
