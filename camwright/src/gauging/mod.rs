@@ -17,9 +17,9 @@
 //!
 //! ```
 //! use camwright::machine::contact_law::ContactLaw;
-//! use camwright::gauging::correction::{Correction, Start, Target};
+//! use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 //! use camwright::gauging::gauge::Gauge;
-//! use camwright::gauging::record::{GaugeRecord, Reading};
+//! use camwright::gauging::record::{GaugeRecord, RunoutReading};
 //! use camwright::gauging::state::{MeasureSettings, PartState};
 //! use camwright::gauging::wheel_log::{WheelLog, WheelPosition};
 //! use core::f64::consts::PI;
@@ -29,15 +29,15 @@
 //! let law = ContactLaw::new(1.0e4, 4.0e4, 10.0)?;
 //! let radius = |c: f64| 20.001 + libm::pow(0.8, c / (2.0 * PI)) * (0.04 + 0.01 * libm::cos(c));
 //! let at = |i: u32| f64::from(i) * PI / 180.0;
-//! let readings: Vec<Reading> = (0..720)
-//!     .map(|i| Reading { c_rad: at(i), value_mm: radius(at(i) - 1.5 * PI) + radius(at(i) - 0.5 * PI), tick: i.into() })
+//! let readings: Vec<RunoutReading> = (0..720)
+//!     .map(|i| RunoutReading { c_rad: at(i), value_mm: radius(at(i) - 1.5 * PI) + radius(at(i) - 0.5 * PI), tick: i.into() })
 //!     .collect();
 //! let positions: Vec<WheelPosition> = (0..720).map(|i| WheelPosition { c_rad: at(i), x_mm: 20.0 }).collect();
 //!
 //! let record = GaugeRecord::from_one(Gauge::diameter(1.5 * PI)?, &readings)?;
 //! let part = PartState::measure(&record, WheelLog::new(&positions)?, law, &MeasureSettings::default())?;
-//! let start = Start::AtLeastRadius { from_rad: 4.0 * PI };
-//! let correction = Correction::exact(&part, start, Target::LeastRadius { extra_depth_mm: 0.0 })?;
+//! let start = CorrectionStart::AtLeastRadius { from_rad: 4.0 * PI };
+//! let correction = Correction::exact(&part, start, CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 })?;
 //! let forecast = correction.forecast().expect("an exact correction tells what it will come to");
 //! assert!(forecast.before_mm > 0.008 && forecast.left_mm < 1e-6);
 //! assert!((correction.at(0.0).value - 20.0).abs() < 1e-6);
