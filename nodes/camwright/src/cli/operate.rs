@@ -1,4 +1,4 @@
-//! `camwright hold`, `resume`, `override` and others: operates a running cell.
+//! `camwright hold`, `resume`, `override` and others: operations of a running cell.
 
 use super::output::say;
 use camwright::machine::description::Axis;
@@ -122,7 +122,7 @@ impl OperateCommand {
     }
 }
 
-/// Entry point. Exit 0: done; 1: no cell; 3: refused.
+/// Entry point. Exit 0: done; 1: no node can start; 3: refused, or no cell answers.
 pub(super) fn main(command: &OperateCommand, ros_args: &RosArgs) -> ExitCode {
     RosLayer::install();
     let operation = command.operation();
