@@ -38,6 +38,7 @@ pub(crate) fn png(drawing: &Drawing) -> io::Result<Vec<u8>> {
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
     #[allow(clippy::cast_possible_truncation, reason = "a few thousand points per metre")]
     let per_metre = (1000.0 * PER_MM) as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
