@@ -16,7 +16,7 @@ use camwright::planner::plan_turning;
 use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
@@ -38,8 +38,8 @@ fn job(rpm: f64) -> Result<TurningJob, Box<dyn std::error::Error>> {
         bar_radius_mm: BAR,
         part_zero_mm: 0.0,
         // All in one pass.
-        passes: Passes { stock_mm, finish_mm: stock_mm, deepest_mm: stock_mm, rough_feed: Feed::AlongZ(FEED) },
-        feed: Feed::AlongZ(FEED),
+        passes: Passes { stock_mm, finish_mm: stock_mm, deepest_mm: stock_mm, rough_feed: InsertFeed::AlongZ(FEED) },
+        feed: InsertFeed::AlongZ(FEED),
         angles: 360,
         speed: TurningSpeed::Constant(rad_s_from_rpm(rpm)),
         clearance_mm: 1.0,

@@ -16,7 +16,7 @@ mod solids;
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::grid::SurfaceGrid;
 use camwright::machine::description::MotionLimits;
-use camwright::toolpath::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
+use camwright::toolpath::insert_path::{AxisLimits, InsertFeed, InsertPath, PathRequest};
 use std::error::Error;
 use std::time::Instant;
 
@@ -39,7 +39,7 @@ fn plan(name: &str, make: impl Fn() -> Surface, turns: u32) -> Result<(), Box<dy
         plane_y_mm: -14.14,
         from_mm: 1.0,
         to_mm: 1.0 + FEED_MM * f64::from(turns),
-        feed: Feed::AlongZ(FEED_MM),
+        feed: InsertFeed::AlongZ(FEED_MM),
         angles: 360,
         start_rad: 0.0,
         stock_mm: 0.0,

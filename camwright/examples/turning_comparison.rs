@@ -15,7 +15,7 @@ use camwright::cam::surface::cams::CamAlong;
 use camwright::machine::description::MotionLimits;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright::toolpath::insert_clearance::{ClearanceMap, Flank, flank_distance_mm};
-use camwright::toolpath::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
+use camwright::toolpath::insert_path::{AxisLimits, InsertFeed, InsertPath, PathRequest};
 use camwright::toolpath::rake_section::RakeSection;
 use std::error::Error;
 
@@ -54,7 +54,7 @@ fn request(height_mm: f64, from_mm: f64, to_mm: f64) -> PathRequest {
         plane_y_mm: -height_mm,
         from_mm,
         to_mm,
-        feed: Feed::AlongZ(0.2),
+        feed: InsertFeed::AlongZ(0.2),
         angles: 360,
         start_rad: 0.0,
         stock_mm: 0.0,

@@ -9,7 +9,7 @@ use bench::{ORIGIN, SWITCH, machine, two_cuts, whole_job};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{
-    Interpolator, InterpolatorEvent, Motion, Outcome, Prepared, Request, StateForecast, TickInputs,
+    Interpolator, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, Prepared, StateForecast, TickInputs,
 };
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::Axis;
@@ -38,11 +38,11 @@ fn neither_a_step_nor_a_stop_nor_feedback_allocates() {
             }
             let mut before = start;
             for tick in 0..40_000_u64 {
-                let requests: &[Request] = match tick {
-                    300 | 5_000 => &[Request::Hold],
-                    600 | 6_200 => &[Request::Unhold],
-                    5_100 => &[Request::SetOverride(0.5)],
-                    _ if tick == cancel_at && tick > 0 => &[Request::Cancel],
+                let requests: &[MotionRequest] = match tick {
+                    300 | 5_000 => &[MotionRequest::Hold],
+                    600 | 6_200 => &[MotionRequest::Unhold],
+                    5_100 => &[MotionRequest::SetOverride(0.5)],
+                    _ if tick == cancel_at && tick > 0 => &[MotionRequest::Cancel],
                     _ => &[],
                 };
                 let out = interpolator.step(&TickInputs { tick, requests });
@@ -66,7 +66,7 @@ fn neither_a_step_nor_a_stop_nor_feedback_allocates() {
             }
             None
         });
-        let expected = if cancel_at > 0 { Outcome::Cancelled } else { Outcome::Completed };
+        let expected = if cancel_at > 0 { MotionOutcome::Cancelled } else { MotionOutcome::Completed };
         assert_eq!(outcome, Some(expected));
     }
 }
@@ -119,5 +119,5 @@ fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
         }
         (None, first, None)
     });
-    assert_eq!(outcome, Some(Outcome::Completed));
+    assert_eq!(outcome, Some(MotionOutcome::Completed));
 }

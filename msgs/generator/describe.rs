@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use sha2::{Digest, Sha256};
 
 use super::load::{Library, Type};
-use super::model::{Base, Field, Primitive, Shape, TypeName, Value};
+use super::model::{Base, Field, Multiplicity, Primitive, TypeName, Value};
 
 /// A field as `type_description_interfaces/msg/Field` has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,10 +49,10 @@ fn field(field: &Field) -> FieldDescription {
         Base::Text(Some(_)) => 21,
     };
     let (offset, capacity) = match field.ty.shape {
-        Shape::One => (0, 0),
-        Shape::Array(n) => (48, n),
-        Shape::BoundedSequence(n) => (96, n),
-        Shape::Sequence => (144, 0),
+        Multiplicity::One => (0, 0),
+        Multiplicity::Array(n) => (48, n),
+        Multiplicity::BoundedSequence(n) => (96, n),
+        Multiplicity::Sequence => (144, 0),
     };
     FieldDescription {
         name: field.name.clone(),

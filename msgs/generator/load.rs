@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::Error;
-use super::model::{Base, Definition, Field, FieldType, Kind, Primitive, Shape, Source, TypeName};
+use super::model::{Base, Definition, Field, FieldType, Kind, Multiplicity, Primitive, Source, TypeName};
 use super::parse;
 
 /// Largest fixed array: beyond it serde has no implementation.
@@ -126,7 +126,7 @@ impl Library {
                         format!("field {}: char is hashed differently by readers; use uint8", field.name),
                     ));
                 }
-                if matches!(field.ty.shape, Shape::Array(n) if n > LARGEST_ARRAY) {
+                if matches!(field.ty.shape, Multiplicity::Array(n) if n > LARGEST_ARRAY) {
                     return Err(error(
                         0,
                         format!("field {}: arrays above {LARGEST_ARRAY} elements are not supported", field.name),
@@ -179,16 +179,16 @@ impl Library {
     fn add_service(&mut self, name: &TypeName, mut whole: Definition, source: Source, implicit: Source) {
         let part = |suffix: &str, shape| FieldType { base: Base::Nested(name.derived(suffix)), shape };
         whole.fields = vec![
-            Field::new("request_message", part("_Request", Shape::One), ""),
-            Field::new("response_message", part("_Response", Shape::One), ""),
-            Field::new("event_message", part("_Event", Shape::One), ""),
+            Field::new("request_message", part("_Request", Multiplicity::One), ""),
+            Field::new("response_message", part("_Response", Multiplicity::One), ""),
+            Field::new("event_message", part("_Event", Multiplicity::One), ""),
         ];
         self.add(name.clone(), Role::Service, whole, source);
         let info = Base::Nested(TypeName::new("service_msgs", Kind::Msg, "ServiceEventInfo"));
         let event = synthetic(vec![
             Field::new("info", FieldType::one(info), ""),
-            Field::new("request", part("_Request", Shape::BoundedSequence(1)), ""),
-            Field::new("response", part("_Response", Shape::BoundedSequence(1)), ""),
+            Field::new("request", part("_Request", Multiplicity::BoundedSequence(1)), ""),
+            Field::new("response", part("_Response", Multiplicity::BoundedSequence(1)), ""),
         ]);
         self.add(name.derived("_Event"), Role::Event, event, implicit);
     }

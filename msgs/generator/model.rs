@@ -1,6 +1,6 @@
 //! Content of an interface file.
 
-pub(crate) use super::syntax::{Primitive, Shape};
+pub(crate) use super::syntax::{Multiplicity, Primitive};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -117,13 +117,13 @@ pub(crate) enum Base {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct FieldType {
     pub(crate) base: Base,
-    pub(crate) shape: Shape,
+    pub(crate) shape: Multiplicity,
 }
 
 impl FieldType {
     /// A single element.
     pub(crate) fn one(base: Base) -> Self {
-        Self { base, shape: Shape::One }
+        Self { base, shape: Multiplicity::One }
     }
 
     /// Word of an interface file, with the package in front of every nested type.
@@ -135,10 +135,10 @@ impl FieldType {
             Base::Nested(name) => format!("{}/{}", name.package, name.name),
         };
         match self.shape {
-            Shape::One => base,
-            Shape::Array(n) => format!("{base}[{n}]"),
-            Shape::BoundedSequence(n) => format!("{base}[<={n}]"),
-            Shape::Sequence => format!("{base}[]"),
+            Multiplicity::One => base,
+            Multiplicity::Array(n) => format!("{base}[{n}]"),
+            Multiplicity::BoundedSequence(n) => format!("{base}[<={n}]"),
+            Multiplicity::Sequence => format!("{base}[]"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Reads the text of one interface.
 
-use super::model::{Base, Constant, Definition, Field, FieldType, Kind, Shape, TypeName};
+use super::model::{Base, Constant, Definition, Field, FieldType, Kind, Multiplicity, TypeName};
 use super::syntax::{Element, TypeError, TypeText, split_comment};
 use super::value;
 
@@ -93,7 +93,7 @@ fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Def
     let ty = field_type(package, type_text)?;
     if let Some((name, text)) = rest.split_once('=') {
         let (name, text) = (name.trim_end(), text.trim_start());
-        if ty.shape != Shape::One || matches!(ty.base, Base::Nested(_) | Base::Text(Some(_))) {
+        if ty.shape != Multiplicity::One || matches!(ty.base, Base::Nested(_) | Base::Text(Some(_))) {
             return Err(format!("a constant cannot be a {type_text}"));
         }
         if !is_constant_name(name) {
@@ -133,7 +133,7 @@ pub(crate) fn field_type(package: &str, text: &str) -> Result<FieldType, String>
         TypeError::Size(_) => size(),
         TypeError::Length(_) => length(),
     })?;
-    if read.shape == Shape::BoundedSequence(0) {
+    if read.shape == Multiplicity::BoundedSequence(0) {
         return Err(size());
     }
     let base = match read.element {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::Error;
 use super::load::{Library, Role, Type, nested_in};
-use super::model::{Base, Constant, Field, FieldType, Kind, Shape, TypeName, Value};
+use super::model::{Base, Constant, Field, FieldType, Kind, Multiplicity, TypeName, Value};
 use super::{describe, schema};
 
 /// Words that cannot be a field's name; Rust's own, and reserved ones.
@@ -121,9 +121,9 @@ fn rust_type(ty: &FieldType) -> String {
         Base::Nested(name) => name.rust_path(),
     };
     match ty.shape {
-        Shape::One => base,
-        Shape::Array(n) => format!("[{base}; {n}]"),
-        Shape::BoundedSequence(_) | Shape::Sequence => format!("::std::vec::Vec<{base}>"),
+        Multiplicity::One => base,
+        Multiplicity::Array(n) => format!("[{base}; {n}]"),
+        Multiplicity::BoundedSequence(_) | Multiplicity::Sequence => format!("::std::vec::Vec<{base}>"),
     }
 }
 
@@ -172,7 +172,7 @@ fn default_expression(field: &Field) -> String {
     match (value, field.ty.shape) {
         (Value::List(values), shape) => {
             let inner = values.iter().map(one).collect::<Vec<_>>().join(", ");
-            if matches!(shape, Shape::Array(_)) { format!("[{inner}]") } else { format!("::std::vec![{inner}]") }
+            if matches!(shape, Multiplicity::Array(_)) { format!("[{inner}]") } else { format!("::std::vec![{inner}]") }
         }
         (value, _) => one(value),
     }
@@ -229,7 +229,7 @@ fn put_constant(out: &mut String, constant: &Constant) {
 /// Returns whether a message or anything in it has a bound that Rust's types do not hold by themselves.
 fn has_bounds(library: &Library, ty: &Type) -> bool {
     let own = ty.definition.fields.iter().any(|field| {
-        matches!(field.ty.shape, Shape::BoundedSequence(_)) || matches!(field.ty.base, Base::Text(Some(_)))
+        matches!(field.ty.shape, Multiplicity::BoundedSequence(_)) || matches!(field.ty.base, Base::Text(Some(_)))
     });
     own || nested_in(ty).any(|name| library.types.get(name).is_some_and(|nested| has_bounds(library, nested)))
 }
@@ -238,7 +238,7 @@ fn check_bounds(out: &mut String, library: &Library, ty: &Type) {
     put!(out, "fn check_bounds(&self) -> ::std::result::Result<(), crate::BoundsError> {{");
     for field in &ty.definition.fields {
         let (name, label) = (field_name(field), format!("{}.{}", ty.name, field.name));
-        if let Shape::BoundedSequence(bound) = field.ty.shape {
+        if let Multiplicity::BoundedSequence(bound) = field.ty.shape {
             put!(out, "crate::BoundsError::check({label:?}, self.{name}.len(), {bound})?;");
         }
         let inner = match &field.ty.base {
@@ -248,7 +248,7 @@ fn check_bounds(out: &mut String, library: &Library, ty: &Type) {
             }
             _ => continue,
         };
-        if field.ty.shape == Shape::One {
+        if field.ty.shape == Multiplicity::One {
             put!(out, "let element = &self.{name};\n{inner}");
         } else {
             put!(out, "for element in &self.{name} {{\n{inner}\n}}");

@@ -1,13 +1,13 @@
 //! Values of constants and defaults, by the rules of `rosidl_adapter`.
 
-use super::model::{Base, FieldType, Primitive, Shape, Value};
+use super::model::{Base, FieldType, Multiplicity, Primitive, Value};
 
 /// Reads the default value of a field.
 ///
 /// # Errors
 /// What is wrong with the text, as a clause.
 pub(crate) fn from_field(ty: &FieldType, text: &str) -> Result<Value, String> {
-    if ty.shape == Shape::One {
+    if ty.shape == Multiplicity::One {
         return from_base(&ty.base, text);
     }
     if let Base::Nested(name) = &ty.base {
@@ -19,10 +19,10 @@ pub(crate) fn from_field(ty: &FieldType, text: &str) -> Result<Value, String> {
         .ok_or_else(|| format!("the default {text} of an array must stand in brackets"))?;
     let elements = split_elements(inner)?;
     match ty.shape {
-        Shape::Array(n) if elements.len() != n => {
+        Multiplicity::Array(n) if elements.len() != n => {
             return Err(format!("the default has {} elements, the array {n}", elements.len()));
         }
-        Shape::BoundedSequence(n) if elements.len() > n => {
+        Multiplicity::BoundedSequence(n) if elements.len() > n => {
             return Err(format!("the default has {} elements, the sequence at most {n}", elements.len()));
         }
         _ => {}

@@ -67,7 +67,7 @@ impl Primitive {
 
 /// Number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum Multiplicity {
     One,
     Array(usize),
     BoundedSequence(usize),
@@ -88,7 +88,7 @@ pub enum Element<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TypeText<'a> {
     pub element: Element<'a>,
-    pub shape: Shape,
+    pub shape: Multiplicity,
 }
 
 /// Error in a type.
@@ -111,7 +111,7 @@ impl<'a> TypeText<'a> {
     /// Brackets that do not match, a size or a length that is no number.
     pub fn parse(text: &'a str) -> Result<Self, TypeError<'a>> {
         let (element, shape) = match (text.strip_suffix(']'), text.contains('[')) {
-            (None, false) => (text, Shape::One),
+            (None, false) => (text, Multiplicity::One),
             (None, true) => return Err(TypeError::Unclosed),
             (Some(open), _) => {
                 let (element, size) = open.rsplit_once('[').ok_or(TypeError::Unopened)?;
@@ -131,11 +131,11 @@ impl<'a> TypeText<'a> {
     }
 }
 
-fn shape(size: &str) -> Option<Shape> {
+fn shape(size: &str) -> Option<Multiplicity> {
     match size.strip_prefix("<=") {
-        Some(bound) => bound.parse().ok().map(Shape::BoundedSequence),
-        None if size.is_empty() => Some(Shape::Sequence),
-        None => size.parse().ok().filter(|size| *size > 0).map(Shape::Array),
+        Some(bound) => bound.parse().ok().map(Multiplicity::BoundedSequence),
+        None if size.is_empty() => Some(Multiplicity::Sequence),
+        None => size.parse().ok().filter(|size| *size > 0).map(Multiplicity::Array),
     }
 }
 

@@ -7,7 +7,7 @@ mod generator;
 use std::path::Path;
 
 use generator::load::{Library, Origin};
-use generator::model::{Base, Definition, FieldType, Kind, Primitive, Shape, TypeName, Value};
+use generator::model::{Base, Definition, FieldType, Kind, Multiplicity, Primitive, TypeName, Value};
 use generator::{describe, parse, rust, schema};
 
 fn read(text: &str) -> Definition {
@@ -54,13 +54,13 @@ fn every_primitive_type_is_known_by_its_word() {
 fn shapes_and_bounds_are_read() {
     let shapes = |text: &str| parse::field_type("demo_msgs", text).expect("the type is valid");
     let text = |bound, shape| FieldType { base: Base::Text(bound), shape };
-    assert_eq!(shapes("string"), text(None, Shape::One));
-    assert_eq!(shapes("string<=32"), text(Some(32), Shape::One));
-    assert_eq!(shapes("string<=32[]"), text(Some(32), Shape::Sequence));
-    assert_eq!(shapes("string<=32[<=4]"), text(Some(32), Shape::BoundedSequence(4)));
-    assert_eq!(shapes("string[4]"), text(None, Shape::Array(4)));
+    assert_eq!(shapes("string"), text(None, Multiplicity::One));
+    assert_eq!(shapes("string<=32"), text(Some(32), Multiplicity::One));
+    assert_eq!(shapes("string<=32[]"), text(Some(32), Multiplicity::Sequence));
+    assert_eq!(shapes("string<=32[<=4]"), text(Some(32), Multiplicity::BoundedSequence(4)));
+    assert_eq!(shapes("string[4]"), text(None, Multiplicity::Array(4)));
     let point = Base::Nested(TypeName::new("geometry_msgs", Kind::Msg, "Point"));
-    assert_eq!(shapes("geometry_msgs/Point[<=3]"), FieldType { base: point, shape: Shape::BoundedSequence(3) });
+    assert_eq!(shapes("geometry_msgs/Point[<=3]"), FieldType { base: point, shape: Multiplicity::BoundedSequence(3) });
     assert_eq!(shapes("Latch"), FieldType::one(Base::Nested(name(Kind::Msg, "Latch"))));
     for text in ["string<=32[<=4]", "geometry_msgs/Point[3]", "float64[]", "bool"] {
         assert_eq!(shapes(text).word(), text);

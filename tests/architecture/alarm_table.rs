@@ -2,7 +2,7 @@
 //!
 //! `CAMWRIGHT_WRITE_REFERENCE=1 cargo test -p camwright_nodes --test architecture alarm_table` writes them anew.
 
-use camwright::machine::alarm::{AlarmEntry, AlarmKind, Severity};
+use camwright::machine::alarm::{AlarmEntry, AlarmKind, AlarmSeverity};
 use std::path::Path;
 
 /// One line for each kind, in the order of the numbers; a kind that each axis has is one line with a range of numbers.
@@ -16,9 +16,9 @@ fn lines(dash: &str, line: impl Fn(&str, &AlarmEntry, &str) -> String) -> Vec<St
                 None => entry.number.to_string(),
             };
             let reaction = match entry.severity {
-                Severity::Warning => "warning",
-                Severity::Stop => "stop",
-                Severity::PowerOff => "power off",
+                AlarmSeverity::Warning => "warning",
+                AlarmSeverity::Stop => "stop",
+                AlarmSeverity::PowerOff => "power off",
             };
             line(&numbers, &entry, reaction)
         })

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use camwright_bag::check::{Severity, check};
+use camwright_bag::check::{BagSeverity, check};
 use camwright_bag::qos::{Durability, Reliability};
 use camwright_bag::recording::{Recording, RecordingOptions};
 use camwright_bag::recover;
@@ -197,7 +197,7 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_and_a_clear_sentence() {
     let bag = directory.join("copy");
     // The copy has another name than its storage file, which matters to nobody.
     let report = check(&bag).expect("the bag was copied");
-    assert_eq!(report.worst(), Some(Severity::Warning), "{}", report.to_text());
+    assert_eq!(report.worst(), Some(BagSeverity::Warning), "{}", report.to_text());
     assert!(report.to_text().contains("the recording ended early: no room"), "{}", report.to_text());
     assert_eq!(report.message_count, written);
     let read = Bag::open(&bag).expect("it is closed");

@@ -17,7 +17,7 @@ mod usage;
 
 use account::{ReportedLosses, disagreements, enqueue, lost};
 use camwright_bag::Bag;
-use camwright_bag::check::{Severity, check};
+use camwright_bag::check::{BagSeverity, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_ros::{Node, Qos};
@@ -243,7 +243,7 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_cod
 
     // The copy has another name than its storage file, which matters to nobody.
     let report = check(&bag).expect("the bag was copied");
-    assert_eq!(report.worst(), Some(Severity::Warning), "{}", report.to_text());
+    assert_eq!(report.worst(), Some(BagSeverity::Warning), "{}", report.to_text());
     assert!(report.to_text().contains("the recording ended early: no room"), "{}", report.to_text());
     assert_eq!(report.message_count, reported.written);
     let read = Bag::open(&bag).expect("it is closed");

@@ -10,14 +10,15 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use camwright_bag::check::check;
-use camwright_bag::{Bag, Message};
+use camwright_bag::{Bag, BagMessage};
+use camwright_machine_cycle::pacing::Pace;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::rosbag2_interfaces::srv::{IsPaused, IsPausedRequest, Pause, PauseRequest, Resume, ResumeRequest};
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_nodes::bag_size::{BagSize, Pace};
+use camwright_nodes::bag_size::BagSize;
 use camwright_nodes::player::{ReplayArgs, play};
 use camwright_planning::prepare_any;
 use camwright_ros::{Node, NodeOptions, Publisher, Qos, Shutdown};
@@ -161,7 +162,7 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
     let joints = messages(&read, "/joint_states");
     // The stamp stands behind the four bytes that say which CDR.
     let number =
-        |m: &Message, at: usize| u64::from(u32::from_le_bytes(m.data[at..at + 4].try_into().expect("four bytes")));
+        |m: &BagMessage, at: usize| u64::from(u32::from_le_bytes(m.data[at..at + 4].try_into().expect("four bytes")));
     let stamps: Vec<u64> = joints.iter().map(|m| number(m, 4) * 1_000_000_000 + number(m, 8)).collect();
     let cycle_ns = stamps[1] - stamps[0];
     for pair in stamps.windows(2) {

@@ -23,7 +23,7 @@ use support::{Domain, PATIENCE};
 const MACHINE: [&str; 3] = ["cycle_time_us=4000", "servo_steps_per_tick=16", "feedback_delay_ticks=60"];
 const CONTROLLER: &str = "joint_trajectory_controller";
 
-fn machine() -> machine_file::Machine {
+fn machine() -> machine_file::MachineConfig {
     let located = locate("machines", "cam_grinder", "yaml", None).expect("it is built in");
     machine_file::parse(&located.path, &located.text, &MACHINE.map(str::to_owned)).expect("a machine")
 }

@@ -9,7 +9,7 @@ use crate::support;
 
 use camwright_analysis::replan::{archived_jobs, replan};
 use camwright_analysis::rerun::{ReplayVerdict, Window, rerun, within};
-use camwright_bag::{Bag, BagWriter, Message, Preset, RecordingOutcome, WriterOptions};
+use camwright_bag::{Bag, BagMessage, BagWriter, Preset, RecordingOutcome, WriterOptions};
 use changed_bag::Original;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -150,7 +150,7 @@ fn store(whole: &Path, into: &Path, reason: &str) {
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message().expect("a readable bag") {
         if let Some(id) = ids[message.topic] {
-            let Message { log_time_ns, publish_time_ns, data, .. } = &message;
+            let BagMessage { log_time_ns, publish_time_ns, data, .. } = &message;
             writer.write(id, *log_time_ns, *publish_time_ns, data).expect("room");
         }
     }

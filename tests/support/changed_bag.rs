@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
-use camwright_bag::{Bag, BagWriter, Message, RecordingOutcome, WriterOptions};
+use camwright_bag::{Bag, BagMessage, BagWriter, RecordingOutcome, WriterOptions};
 use camwright_files::convert::keyframes::{PartialKeyframe, pages};
 use camwright_msgs::camwright_msgs::msg::MachineKeyframe;
 use camwright_msgs::cdr::{message_from_sample, sample_from_message};
@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct Original {
     pub bag: Bag,
-    pub all: Vec<Message>,
+    pub all: Vec<BagMessage>,
     pub changed: PathBuf,
 }
 
 /// A message as it was.
-pub fn as_it_was(message: &Message) -> Option<Cow<'_, [u8]>> {
+pub fn as_it_was(message: &BagMessage) -> Option<Cow<'_, [u8]>> {
     Some(Cow::Borrowed(&message.data[..]))
 }
 
@@ -36,7 +36,7 @@ impl Original {
 
     /// Positions of the messages of a type.
     pub fn places<M: camwright_msgs::Message>(&self) -> Vec<usize> {
-        let is_of = |message: &Message| self.bag.topics()[message.topic].type_name == M::TYPE_NAME;
+        let is_of = |message: &BagMessage| self.bag.topics()[message.topic].type_name == M::TYPE_NAME;
         self.all.iter().enumerate().filter(|(_, message)| is_of(message)).map(|(place, _)| place).collect()
     }
 
@@ -45,7 +45,7 @@ impl Original {
     }
 
     /// The bag again: what a message holds now, or nothing where it is left out.
-    pub fn rewritten<'a>(&'a self, change: impl Fn(usize, &'a Message) -> Option<Cow<'a, [u8]>>) -> &'a Path {
+    pub fn rewritten<'a>(&'a self, change: impl Fn(usize, &'a BagMessage) -> Option<Cow<'a, [u8]>>) -> &'a Path {
         let _not_there = std::fs::remove_dir_all(&self.changed);
         let mut writer = BagWriter::create(&self.changed, &WriterOptions::default()).expect("a new bag");
         let topics = self.bag.topics().iter();

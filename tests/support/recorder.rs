@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use camwright_bag::{Bag, Message};
+use camwright_bag::{Bag, BagMessage};
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_ros::{Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread};
@@ -108,7 +108,7 @@ impl Drop for RecorderUnderTest {
     }
 }
 
-pub fn messages(bag: &Bag, topic: &str) -> Vec<Message> {
+pub fn messages(bag: &Bag, topic: &str) -> Vec<BagMessage> {
     let index =
         bag.topics().iter().position(|t| t.name == topic).unwrap_or_else(|| panic!("{topic} is not in the bag"));
     let (mut reader, mut all) = (bag.messages(), Vec::new());

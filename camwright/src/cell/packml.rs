@@ -20,7 +20,7 @@ pub const STATES: usize = 18;
 /// A state of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum State {
+pub enum PackmlState {
     Clearing = 1,
     #[default]
     Stopped = 2,
@@ -75,7 +75,7 @@ pub enum Command {
 pub enum CommandRefused {
     /// The command does not lead anywhere from this state.
     #[error("{command} is not taken in state {state}; {}", AcceptedCommands(*.state))]
-    State { command: Command, state: State },
+    State { command: Command, state: PackmlState },
     /// The mode does not produce.
     #[error("START is not taken in {mode} mode; it is in automatic and semi-automatic mode")]
     Mode { mode: Mode },
@@ -84,69 +84,74 @@ pub enum CommandRefused {
     ModeInState {
         /// The mode that stays.
         mode: Mode,
-        state: State,
+        state: PackmlState,
     },
 }
 
-impl State {
+impl PackmlState {
     /// Every state, in the order of the numbers.
-    pub const ALL: [State; STATES - 1] = [
-        State::Clearing,
-        State::Stopped,
-        State::Starting,
-        State::Idle,
-        State::Suspended,
-        State::Execute,
-        State::Stopping,
-        State::Aborting,
-        State::Aborted,
-        State::Holding,
-        State::Held,
-        State::Unholding,
-        State::Suspending,
-        State::Unsuspending,
-        State::Resetting,
-        State::Completing,
-        State::Complete,
+    pub const ALL: [PackmlState; STATES - 1] = [
+        PackmlState::Clearing,
+        PackmlState::Stopped,
+        PackmlState::Starting,
+        PackmlState::Idle,
+        PackmlState::Suspended,
+        PackmlState::Execute,
+        PackmlState::Stopping,
+        PackmlState::Aborting,
+        PackmlState::Aborted,
+        PackmlState::Holding,
+        PackmlState::Held,
+        PackmlState::Unholding,
+        PackmlState::Suspending,
+        PackmlState::Unsuspending,
+        PackmlState::Resetting,
+        PackmlState::Completing,
+        PackmlState::Complete,
     ];
 
     /// Its name in the report.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            State::Clearing => "CLEARING",
-            State::Stopped => "STOPPED",
-            State::Starting => "STARTING",
-            State::Idle => "IDLE",
-            State::Suspended => "SUSPENDED",
-            State::Execute => "EXECUTE",
-            State::Stopping => "STOPPING",
-            State::Aborting => "ABORTING",
-            State::Aborted => "ABORTED",
-            State::Holding => "HOLDING",
-            State::Held => "HELD",
-            State::Unholding => "UNHOLDING",
-            State::Suspending => "SUSPENDING",
-            State::Unsuspending => "UNSUSPENDING",
-            State::Resetting => "RESETTING",
-            State::Completing => "COMPLETING",
-            State::Complete => "COMPLETE",
+            PackmlState::Clearing => "CLEARING",
+            PackmlState::Stopped => "STOPPED",
+            PackmlState::Starting => "STARTING",
+            PackmlState::Idle => "IDLE",
+            PackmlState::Suspended => "SUSPENDED",
+            PackmlState::Execute => "EXECUTE",
+            PackmlState::Stopping => "STOPPING",
+            PackmlState::Aborting => "ABORTING",
+            PackmlState::Aborted => "ABORTED",
+            PackmlState::Holding => "HOLDING",
+            PackmlState::Held => "HELD",
+            PackmlState::Unholding => "UNHOLDING",
+            PackmlState::Suspending => "SUSPENDING",
+            PackmlState::Unsuspending => "UNSUSPENDING",
+            PackmlState::Resetting => "RESETTING",
+            PackmlState::Completing => "COMPLETING",
+            PackmlState::Complete => "COMPLETE",
         }
     }
 
     /// Next state after the work of this state; `None`: it waits for a command.
     #[must_use]
-    pub const fn completes(self) -> Option<State> {
+    pub const fn completes(self) -> Option<PackmlState> {
         Some(match self {
-            State::Clearing | State::Stopping => State::Stopped,
-            State::Resetting => State::Idle,
-            State::Starting | State::Unholding | State::Unsuspending => State::Execute,
-            State::Execute => State::Completing,
-            State::Completing => State::Complete,
-            State::Holding => State::Held,
-            State::Suspending => State::Suspended,
-            State::Aborting => State::Aborted,
-            State::Stopped | State::Idle | State::Suspended | State::Aborted | State::Held | State::Complete => {
+            PackmlState::Clearing | PackmlState::Stopping => PackmlState::Stopped,
+            PackmlState::Resetting => PackmlState::Idle,
+            PackmlState::Starting | PackmlState::Unholding | PackmlState::Unsuspending => PackmlState::Execute,
+            PackmlState::Execute => PackmlState::Completing,
+            PackmlState::Completing => PackmlState::Complete,
+            PackmlState::Holding => PackmlState::Held,
+            PackmlState::Suspending => PackmlState::Suspended,
+            PackmlState::Aborting => PackmlState::Aborted,
+            PackmlState::Stopped
+            | PackmlState::Idle
+            | PackmlState::Suspended
+            | PackmlState::Aborted
+            | PackmlState::Held
+            | PackmlState::Complete => {
                 return None;
             }
         })
@@ -154,21 +159,28 @@ impl State {
 
     /// Next state after a command; `None`: the command is refused.
     #[must_use]
-    pub const fn commanded(self, command: Command) -> Option<State> {
+    pub const fn commanded(self, command: Command) -> Option<PackmlState> {
         Some(match (command, self) {
-            (Command::Reset, State::Stopped | State::Complete) => State::Resetting,
-            (Command::Start, State::Idle) => State::Starting,
-            (Command::Hold, State::Execute | State::Suspended) => State::Holding,
-            (Command::Unhold, State::Held) => State::Unholding,
-            (Command::Suspend, State::Execute) => State::Suspending,
-            (Command::Unsuspend, State::Suspended) => State::Unsuspending,
-            (Command::Clear, State::Aborted) => State::Clearing,
-            (Command::Abort, State::Aborting | State::Aborted) => return None,
-            (Command::Abort, _) => State::Aborting,
-            (Command::Stop, State::Stopped | State::Stopping | State::Aborting | State::Aborted | State::Clearing) => {
+            (Command::Reset, PackmlState::Stopped | PackmlState::Complete) => PackmlState::Resetting,
+            (Command::Start, PackmlState::Idle) => PackmlState::Starting,
+            (Command::Hold, PackmlState::Execute | PackmlState::Suspended) => PackmlState::Holding,
+            (Command::Unhold, PackmlState::Held) => PackmlState::Unholding,
+            (Command::Suspend, PackmlState::Execute) => PackmlState::Suspending,
+            (Command::Unsuspend, PackmlState::Suspended) => PackmlState::Unsuspending,
+            (Command::Clear, PackmlState::Aborted) => PackmlState::Clearing,
+            (Command::Abort, PackmlState::Aborting | PackmlState::Aborted) => return None,
+            (Command::Abort, _) => PackmlState::Aborting,
+            (
+                Command::Stop,
+                PackmlState::Stopped
+                | PackmlState::Stopping
+                | PackmlState::Aborting
+                | PackmlState::Aborted
+                | PackmlState::Clearing,
+            ) => {
                 return None;
             }
-            (Command::Stop, _) => State::Stopping,
+            (Command::Stop, _) => PackmlState::Stopping,
             _ => return None,
         })
     }
@@ -176,7 +188,7 @@ impl State {
     /// Returns whether the cell is at rest in it and available.
     #[must_use]
     pub const fn is_idle(self) -> bool {
-        matches!(self, State::Stopped | State::Idle | State::Complete | State::Aborted)
+        matches!(self, PackmlState::Stopped | PackmlState::Idle | PackmlState::Complete | PackmlState::Aborted)
     }
 }
 
@@ -244,7 +256,7 @@ impl Command {
     }
 }
 
-impl fmt::Display for State {
+impl fmt::Display for PackmlState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -263,7 +275,7 @@ impl fmt::Display for Command {
 }
 
 /// Commands accepted in a state, for the operator.
-struct AcceptedCommands(State);
+struct AcceptedCommands(PackmlState);
 
 impl fmt::Display for AcceptedCommands {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -281,7 +293,7 @@ impl fmt::Display for AcceptedCommands {
 /// The cell: its state, its mode, and how long it was in which state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    state: State,
+    state: PackmlState,
     mode: Mode,
     /// When it began, when the state was entered, and how far times are counted (s).
     began_s: f64,
@@ -294,12 +306,12 @@ impl Unit {
     /// A cell at rest, from this time on (s, of whatever clock).
     #[must_use]
     pub fn new(now_s: f64) -> Self {
-        let (state, mode) = (State::default(), Mode::default());
+        let (state, mode) = (PackmlState::default(), Mode::default());
         Self { state, mode, began_s: now_s, since_s: now_s, counted_s: now_s, accumulated_s: [0.0; STATES] }
     }
 
     #[must_use]
-    pub const fn state(&self) -> State {
+    pub const fn state(&self) -> PackmlState {
         self.state
     }
 
@@ -323,7 +335,7 @@ impl Unit {
         times_s
     }
 
-    fn enter(&mut self, state: State, now_s: f64) {
+    fn enter(&mut self, state: PackmlState, now_s: f64) {
         self.accumulated_s = self.accumulated_s(now_s);
         (self.state, self.since_s, self.counted_s) = (state, now_s, now_s);
     }
@@ -332,7 +344,7 @@ impl Unit {
     ///
     /// # Errors
     /// It leads nowhere from here, or not in this mode; nothing has changed then.
-    pub fn command(&mut self, command: Command, now_s: f64) -> Result<State, CommandRefused> {
+    pub fn command(&mut self, command: Command, now_s: f64) -> Result<PackmlState, CommandRefused> {
         self.would(command)?;
         if let Some(state) = self.state.commanded(command) {
             self.enter(state, now_s);

@@ -322,7 +322,7 @@ impl Correction {
 
     /// Result according to the contact law.
     fn ground(&self, state: &PartState<'_>) -> Forecast {
-        let (mut before, mut after, mut depth) = (Range::EMPTY, Range::EMPTY, Range::EMPTY);
+        let (mut before, mut after, mut depth) = (ValueRange::EMPTY, ValueRange::EMPTY, ValueRange::EMPTY);
         for since_rad in self.places() {
             let before_mm = state.radius_mm(self.start_rad + since_rad - TURN_RAD);
             let after_mm = state.law().radius_after_mm(before_mm, self.at(since_rad).value);
@@ -339,12 +339,12 @@ impl Correction {
     }
 }
 
-struct Range {
+struct ValueRange {
     min: f64,
     max: f64,
 }
 
-impl Range {
+impl ValueRange {
     const EMPTY: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
     fn add(&mut self, value: f64) {

@@ -11,7 +11,7 @@
 //! is a difference and has √2 of the noise; of even harmonics, which a diameter shows without any cut, the depths see only km/(kg + km).
 
 use super::gauge::Gauge;
-use super::harmonics::Series;
+use super::harmonics::FourierSeries;
 use super::record::{GaugeRecord, RunoutReading};
 use super::reference_motion::{ROUNDING_RAD, ReferenceMotion};
 use super::runout::phase_rad;
@@ -104,7 +104,7 @@ pub(super) fn by_depths(
         // The T of a reading is that of another cut, a part of a turn before, so that depths hold an echo of g.
         let echo = feels * known.law.decay() * libm::pow(known.law.decay(), -delay_rad / TURN_RAD);
         let kept = harmonics.map_or(phases, |harmonics| harmonics as usize);
-        deviations = Series::from_values(&deviations, kept).without_echo(echo, delay_rad).values(phases);
+        deviations = FourierSeries::from_values(&deviations, kept).without_echo(echo, delay_rad).values(phases);
     }
     // A depth is the difference of two readings.
     Ok(FittedLaw { deviations, scatter_mm: (spare > 0.0).then(|| libm::sqrt(0.5 * squares / spare)) })
@@ -145,7 +145,7 @@ pub(super) fn by_readings(
     let pairs = solution.as_slice()[2..2 + 2 * kept].chunks(2).map(|pair| (pair[0], pair[1]));
     let spare = (readings - unknowns) as f64;
     Ok(FittedLaw {
-        deviations: Series::from_parts(solution[1], pairs.collect()).values(phases),
+        deviations: FourierSeries::from_parts(solution[1], pairs.collect()).values(phases),
         scatter_mm: Some(libm::sqrt(squares.max(0.0) / spare)),
     })
 }

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 /// Mean and harmonics, the cosine's amplitude and the sine's.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Series {
+pub(super) struct FourierSeries {
     mean: f64,
     harmonics: Vec<(f64, f64)>,
 }
@@ -16,7 +16,7 @@ fn circle(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(|k| (libm::cos(angle(k)), libm::sin(angle(k)))).collect()
 }
 
-impl Series {
+impl FourierSeries {
     /// The harmonics of values up to `max`, or as many as they have.
     pub(super) fn from_values(values: &[f64], max: usize) -> Self {
         let count = values.len();
@@ -89,12 +89,12 @@ mod tests {
     fn a_series_of_all_harmonics_gives_its_values_back() {
         for count in [8_usize, 9, 72, 101] {
             let values: Vec<f64> = (0..count).map(|i| 20.0 + libm::sin((i * i) as f64)).collect();
-            for (found, wanted) in Series::from_values(&values, count).values(count).iter().zip(&values) {
+            for (found, wanted) in FourierSeries::from_values(&values, count).values(count).iter().zip(&values) {
                 assert!((found - wanted).abs() < 1e-12, "{count}: {found} {wanted}");
             }
         }
         let lobes: Vec<f64> = (0..72).map(|i| 20.0 + 3e-3 * libm::cos(3.0 * TURN_RAD * f64::from(i) / 72.0)).collect();
-        let series = Series::from_values(&lobes, 5);
+        let series = FourierSeries::from_values(&lobes, 5);
         assert!((series.amplitude(3) - 3e-3).abs() < 1e-15 && series.amplitude(2) < 1e-15);
         assert!(series.amplitude(0).abs() + series.amplitude(9) < 1e-300);
     }
@@ -105,7 +105,7 @@ mod tests {
         let g = |phi: f64| 1.0 + libm::sin(phi) - 0.3 * libm::cos(3.0 * phi + 0.4);
         let at = |k: usize| TURN_RAD * k as f64 / count as f64;
         let measured: Vec<f64> = (0..count).map(|k| g(at(k)) - echo * g(at(k) - delay)).collect();
-        let found = Series::from_values(&measured, 15).without_echo(echo, delay).values(count);
+        let found = FourierSeries::from_values(&measured, 15).without_echo(echo, delay).values(count);
         for (k, found) in found.iter().enumerate() {
             assert!((found - g(at(k))).abs() < 1e-12, "{k}: {found} {}", g(at(k)));
         }

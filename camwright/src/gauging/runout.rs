@@ -1,6 +1,6 @@
 //! Runout: radii of a part by phase.
 
-use super::harmonics::Series;
+use super::harmonics::FourierSeries;
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -86,7 +86,7 @@ impl RadiusByPhase {
     /// Amplitude of a harmonic (mm): of the first the eccentricity, of the third that of a three-lobed part.
     #[must_use]
     pub fn harmonic_mm(&self, harmonic: u32) -> f64 {
-        Series::from_values(&self.radii_mm, harmonic as usize).amplitude(harmonic as usize)
+        FourierSeries::from_values(&self.radii_mm, harmonic as usize).amplitude(harmonic as usize)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Inputs and outputs of a tick of the interpolator.
 
 use super::tolerance::ToleranceViolation;
-use super::{InterpolatorAlarm, Status};
+use super::{InterpolatorAlarm, InterpolatorStatus};
 use crate::machine::description::Axis;
 use crate::machine::setpoint::{Input, Latch, Setpoint};
 use crate::math::fixed_list::FixedList;
@@ -9,7 +9,7 @@ use thiserror::Error;
 
 /// Request of an operator or a client during a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Request {
+pub enum MotionRequest {
     /// Hold on the path; in a cut, take the wheel off the part and keep C turning, as between cuts where it turns on.
     Hold,
     Unhold,
@@ -27,13 +27,13 @@ pub struct TickInputs<'a> {
     /// The tick to compute. Consecutive while a motion is executed.
     pub tick: u64,
     /// In the order in which they were made.
-    pub requests: &'a [Request],
+    pub requests: &'a [MotionRequest],
 }
 
 /// An input that took effect: what must be recorded, besides the motion, to compute the same setpoints again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AppliedInput {
-    Request(Request),
+    Request(MotionRequest),
     /// An edge caught by the machine came into sight.
     Feedback(Latch),
     /// An alarm of the machine came into sight, by its number.
@@ -96,7 +96,7 @@ pub struct Order {
 
 /// Outcome of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
+pub enum MotionOutcome {
     Completed,
     /// Ended by a cancel; the axes rest, the wheel is retracted.
     Cancelled,
@@ -143,7 +143,7 @@ pub enum InterpolatorEvent {
     /// A probe came to its end.
     Probed(ProbeOutcome),
     /// The motion ended with this tick, and the axes rest.
-    Finished(Outcome),
+    Finished(MotionOutcome),
 }
 
 impl Default for InterpolatorEvent {
@@ -168,7 +168,7 @@ pub struct StepOutput {
     pub orders: FixedList<Order, 4>,
     pub events: FixedList<InterpolatorEvent, 16>,
     /// Present status of the interpolator.
-    pub status: Status,
+    pub status: InterpolatorStatus,
 }
 
 /// Why a motion does not start.

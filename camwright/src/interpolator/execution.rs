@@ -5,7 +5,8 @@ use super::line::{FULL, LineExecution};
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::AxisPose;
 use super::{
-    Interpolator, InterpolatorAlarm, InterpolatorEvent, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput,
+    ExecutionMode, Interpolator, InterpolatorAlarm, InterpolatorEvent, MotionOutcome, Order, OrderKind, Prepared,
+    Purpose, StepOutput,
 };
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
@@ -23,41 +24,41 @@ impl Interpolator {
             spin.set_rate(tick.saturating_sub(1), rate);
         }
         match self.mode {
-            Mode::Idle | Mode::Fault => {}
-            Mode::Starting => self.begin(0, tick, motion, out),
-            Mode::Ready => {
+            ExecutionMode::Idle | ExecutionMode::Fault => {}
+            ExecutionMode::Starting => self.begin(0, tick, motion, out),
+            ExecutionMode::Ready => {
                 if !self.leaves_at_rest(tick, motion, out) && !self.hold {
                     self.begin(self.segment, tick, motion, out);
                 }
             }
-            Mode::Dwell { left } => {
+            ExecutionMode::Dwell { left } => {
                 if !self.leaves_at_rest(tick, motion, out) && !self.hold {
-                    self.mode = Mode::Dwell { left: left.saturating_sub(1) };
+                    self.mode = ExecutionMode::Dwell { left: left.saturating_sub(1) };
                     if left <= 1 {
                         self.begin(self.segment + 1, tick, motion, out);
                     }
                 }
             }
-            Mode::Wait => {
+            ExecutionMode::Wait => {
                 if !self.leaves_at_rest(tick, motion, out) && !self.hold && self.decisions > 0 {
                     self.decisions -= 1;
                     self.begin(self.segment + 1, tick, motion, out);
                 }
             }
             // An order that is under way takes effect, whatever is wanted meanwhile.
-            Mode::Command { until } => {
+            ExecutionMode::Command { until } => {
                 if tick >= until {
                     self.take_effect(motion);
                     self.begin(self.segment + 1, tick, motion, out);
                 }
             }
-            Mode::Level { until } => self.check_level(until, tick, motion, out),
-            Mode::LastLook { until } => self.check_last(until, tick, motion, out),
-            Mode::Line(line, purpose) => self.advance_line(line, purpose, tick, motion, out),
-            Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
-            Mode::Spiral(spiral) => self.advance_spiral(spiral, tick, motion, out),
-            Mode::Trajectory(clock) => self.advance_trajectory(clock, tick, motion, out),
-            Mode::Settle => self.settle(tick, motion, out),
+            ExecutionMode::Level { until } => self.check_level(until, tick, motion, out),
+            ExecutionMode::LastLook { until } => self.check_last(until, tick, motion, out),
+            ExecutionMode::Line(line, purpose) => self.advance_line(line, purpose, tick, motion, out),
+            ExecutionMode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
+            ExecutionMode::Spiral(spiral) => self.advance_spiral(spiral, tick, motion, out),
+            ExecutionMode::Trajectory(clock) => self.advance_trajectory(clock, tick, motion, out),
+            ExecutionMode::Settle => self.settle(tick, motion, out),
         }
         self.put_spin(tick);
         self.watch_soft_limits(out);
@@ -78,16 +79,17 @@ impl Interpolator {
             self.segment = next;
             self.segment_began = tick;
             self.caught = None;
-            self.mode = Mode::Ready;
+            self.mode = ExecutionMode::Ready;
             if self.leaves_at_rest(tick, motion, out) {
                 return;
             }
             if motion.trajectory.is_some() && next == 0 {
-                self.mode = Mode::Trajectory(PathClock::starting(tick.max(motion.starts_at), self.feed_override));
+                self.mode =
+                    ExecutionMode::Trajectory(PathClock::starting(tick.max(motion.starts_at), self.feed_override));
                 return;
             }
             let Some(planned) = motion.plan.segments.get(next) else {
-                self.finish(Outcome::Completed, out);
+                self.finish(MotionOutcome::Completed, out);
                 return;
             };
             let is_cut = matches!(planned.kind, SegmentKind::Cut(_));
@@ -129,11 +131,11 @@ impl Interpolator {
             SegmentKind::Cut(cut) => self.enter_cut(cut, segment, tick, motion).map(|()| true),
             SegmentKind::Spiral(spiral) => self.enter_spiral(spiral, segment, tick, motion).map(|()| true),
             SegmentKind::Dwell => {
-                self.mode = Mode::Dwell { left: segment.ticks };
+                self.mode = ExecutionMode::Dwell { left: segment.ticks };
                 Ok(segment.ticks > 0)
             }
             SegmentKind::Wait => {
-                self.mode = Mode::Wait;
+                self.mode = ExecutionMode::Wait;
                 Ok(true)
             }
             SegmentKind::Command(command) => {
@@ -151,7 +153,7 @@ impl Interpolator {
                     PlanCommand::WatchForce { most_n } => OrderKind::WatchForce { most_n: *most_n },
                 };
                 out.orders.push(Order { tick: until, kind });
-                self.mode = Mode::Command { until };
+                self.mode = ExecutionMode::Command { until };
                 Ok(true)
             }
         }
@@ -181,7 +183,7 @@ impl Interpolator {
             .map_err(|_| InterpolatorAlarm::BadSegment { segment: self.segment })?;
         let cycle_s = self.machine.cycle_time_s();
         let moves = law.ticks(cycle_s) > 0;
-        self.mode = Mode::Line(LineExecution::new(law, tick, rate, cycle_s), purpose);
+        self.mode = ExecutionMode::Line(LineExecution::new(law, tick, rate, cycle_s), purpose);
         // A search without travel looks all the same.
         Ok(moves || purpose == Purpose::Seek)
     }
@@ -215,7 +217,7 @@ impl Interpolator {
             },
         );
         self.setpoint = cut.pose(tick, &curves, &self.machine, &AxisPose::at_rest(self.setpoint.counts)).setpoint();
-        self.mode = Mode::Cut(cut);
+        self.mode = ExecutionMode::Cut(cut);
         Ok(())
     }
 
@@ -279,7 +281,7 @@ impl Interpolator {
         }
         line.set_rate(before, rate);
         self.setpoint = line.pose(tick, &self.machine).setpoint();
-        self.mode = Mode::Line(line, purpose);
+        self.mode = ExecutionMode::Line(line, purpose);
         if line.is_stopped(tick) {
             self.rest();
             if self.alarm.is_some() || (self.cancel && !retracting) {
@@ -292,13 +294,13 @@ impl Interpolator {
                 Purpose::Move | Purpose::Return => self.begin(self.segment + 1, tick, motion, out),
                 Purpose::Retract => {
                     self.rest();
-                    self.finish(Outcome::Cancelled, out);
+                    self.finish(MotionOutcome::Cancelled, out);
                 }
                 Purpose::Seek => {
                     self.rest();
                     let look = whole_ticks(LAST_LOOK_S, self.machine.cycle_time_s());
                     let until = tick + look + u64::from(self.machine.feedback_delay_ticks);
-                    self.mode = Mode::LastLook { until };
+                    self.mode = ExecutionMode::LastLook { until };
                 }
             }
         }
@@ -339,7 +341,7 @@ impl Interpolator {
         cut.set_rate(before, rate);
         let pose = cut.pose(tick, &curves, &self.machine, &AxisPose::at_rest(self.setpoint.counts));
         self.setpoint = pose.setpoint();
-        self.mode = Mode::Cut(cut);
+        self.mode = ExecutionMode::Cut(cut);
         if cut.is_done(tick) {
             let facts = motion.facts.get(self.segment).and_then(|facts| facts.spin);
             self.spin = facts.and_then(|facts| cut.spin(&curves, facts, &self.machine));
@@ -358,7 +360,7 @@ impl Interpolator {
                 if self.hold {
                     clock.postpone(tick + 1);
                 }
-                self.mode = Mode::Trajectory(clock);
+                self.mode = ExecutionMode::Trajectory(clock);
             }
             return;
         }
@@ -366,10 +368,10 @@ impl Interpolator {
         clock.retarget(tick.saturating_sub(1), rate, motion.stop_ticks);
         let rest = AxisPose::at_rest(self.setpoint.counts);
         self.setpoint = trajectory_pose(&clock, tick, motion, &self.machine, &rest).setpoint();
-        self.mode = Mode::Trajectory(clock);
+        self.mode = ExecutionMode::Trajectory(clock);
         if clock.at(tick).tau >= whole(motion.ticks) {
             self.rest();
-            self.mode = Mode::Settle;
+            self.mode = ExecutionMode::Settle;
             self.end_trajectory(tick);
             self.settle(tick, motion, out);
         } else if clock.is_stopped(tick) {
@@ -403,12 +405,12 @@ impl Interpolator {
             self.spin = None;
         }
         if let Some(number) = self.alarm {
-            out.events.push(InterpolatorEvent::Finished(Outcome::Failed(number)));
-            self.mode = Mode::Fault;
+            out.events.push(InterpolatorEvent::Finished(MotionOutcome::Failed(number)));
+            self.mode = ExecutionMode::Fault;
             return true;
         }
         if let Some(broken) = self.following.broken {
-            self.finish(Outcome::OutOfTolerance(broken), out);
+            self.finish(MotionOutcome::OutOfTolerance(broken), out);
             return true;
         }
         if !self.cancel {
@@ -422,12 +424,12 @@ impl Interpolator {
                 return true;
             }
         }
-        self.finish(Outcome::Cancelled, out);
+        self.finish(MotionOutcome::Cancelled, out);
         true
     }
 
-    fn finish(&mut self, outcome: Outcome, out: &mut StepOutput) {
-        self.mode = Mode::Idle;
+    fn finish(&mut self, outcome: MotionOutcome, out: &mut StepOutput) {
+        self.mode = ExecutionMode::Idle;
         out.events.push(InterpolatorEvent::Finished(outcome));
     }
 
@@ -437,16 +439,16 @@ impl Interpolator {
         out.events.push(InterpolatorEvent::Alarm(alarm));
         if self.spin.is_some() {
             self.alarm = self.alarm.or(Some(alarm.number()));
-            self.mode = Mode::Ready;
+            self.mode = ExecutionMode::Ready;
             return;
         }
-        out.events.push(InterpolatorEvent::Finished(Outcome::Failed(alarm.number())));
-        self.mode = Mode::Fault;
+        out.events.push(InterpolatorEvent::Finished(MotionOutcome::Failed(alarm.number())));
+        self.mode = ExecutionMode::Fault;
     }
 
     /// The last guard: no setpoint beyond a soft limit goes unnoticed, wherever it comes from.
     fn watch_soft_limits(&mut self, out: &mut StepOutput) {
-        if self.alarm.is_some() || matches!(self.mode, Mode::Idle | Mode::Fault) {
+        if self.alarm.is_some() || matches!(self.mode, ExecutionMode::Idle | ExecutionMode::Fault) {
             return;
         }
         for axis in Axis::ALL {

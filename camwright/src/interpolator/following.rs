@@ -5,7 +5,7 @@
 use super::path_time::to_ticks;
 use super::tolerance::{FollowingState, MotionPhase, ToleranceViolation, violation};
 use super::trajectory::Trajectory;
-use super::{Feedback, Interpolator, Mode, Prepared};
+use super::{ExecutionMode, Interpolator, PendingFeedback, Prepared};
 use crate::machine::description::MachineDescription;
 use crate::machine::setpoint::{Measured, Setpoint};
 use alloc::vec::Vec;
@@ -64,7 +64,7 @@ impl Interpolator {
     /// The tick's setpoint, for when it will have been measured.
     pub(super) fn remember_setpoint(&mut self, tick: u64) {
         let tau = match &self.mode {
-            Mode::Trajectory(clock) => clock.at(tick).tau,
+            ExecutionMode::Trajectory(clock) => clock.at(tick).tau,
             _ => 0,
         };
         self.history.report(Reported { tick, setpoint: self.setpoint, tau });
@@ -93,7 +93,7 @@ impl Interpolator {
         self.following.is_judged = self.remember(verdict);
     }
 
-    fn judge(&self, trajectory: &Trajectory, reported: &Reported, measured: &Measured) -> Option<Feedback> {
+    fn judge(&self, trajectory: &Trajectory, reported: &Reported, measured: &Measured) -> Option<PendingFeedback> {
         let error = |axis: usize| {
             let scale = self.machine.axes[axis].scale;
             FollowingState {
@@ -108,15 +108,15 @@ impl Interpolator {
             None => {
                 let time_s = to_ticks(reported.tau) * cycle_s;
                 let broken = violation(&tolerances.path, &errors, MotionPhase::Path, time_s);
-                broken.map(|broken| Feedback::OutOfTolerance(tick, broken))
+                broken.map(|broken| PendingFeedback::OutOfTolerance(tick, broken))
             }
             Some(ended) => {
                 let late_s = (tick - ended) as f64 * cycle_s;
                 match violation(&tolerances.goal, &errors, MotionPhase::Goal, late_s) {
-                    None => Some(Feedback::Settled(tick)),
+                    None => Some(PendingFeedback::Settled(tick)),
                     Some(broken) => {
                         let is_over = tolerances.goal_time_ticks.is_some_and(|max| tick - ended > max);
-                        is_over.then_some(Feedback::OutOfTolerance(tick, broken))
+                        is_over.then_some(PendingFeedback::OutOfTolerance(tick, broken))
                     }
                 }
             }

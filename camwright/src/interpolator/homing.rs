@@ -2,7 +2,7 @@
 //! reached stays as it was, the axis that failed is not homed.
 
 use super::PrepareError;
-use crate::machine::description::{Axis, Homing, HomingKind, MachineDescription, Scale};
+use crate::machine::description::{Axis, AxisScale, Homing, HomingKind, MachineDescription};
 use crate::machine::setpoint::Input;
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{AxisTarget, HomeStep, Phase, Plan, PlanCommand, SearchSignal, Segment, SegmentKind};
@@ -24,7 +24,7 @@ pub(super) fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result
         None => (u32::MAX, axis.index()),
     });
     for axis in order {
-        let mut steps = Steps { plan: &mut plan, machine, axis };
+        let mut steps = SearchPlan { plan: &mut plan, machine, axis };
         match machine.axis(axis).homing {
             Some(homing) => steps.slide(&homing),
             None => steps.headstock()?,
@@ -33,13 +33,13 @@ pub(super) fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result
     Ok(plan)
 }
 
-struct Steps<'a> {
+struct SearchPlan<'a> {
     plan: &'a mut Plan,
     machine: &'a MachineDescription,
     axis: Axis,
 }
 
-impl Steps<'_> {
+impl SearchPlan<'_> {
     fn push(&mut self, kind: SegmentKind, label: &str, seconds: f64) {
         self.plan.segments.push(Segment {
             kind,
@@ -66,7 +66,7 @@ impl Steps<'_> {
 
     fn headstock(&mut self) -> Result<(), PrepareError> {
         let description = self.machine.axis(self.axis);
-        let (Axis::C, Scale::Rotary { counts_per_turn }) = (self.axis, description.scale) else {
+        let (Axis::C, AxisScale::Rotary { counts_per_turn }) = (self.axis, description.scale) else {
             return Err(PrepareError::NoReference { axis: self.axis });
         };
         let limits = description.limits.at_most(description.search_velocity);

@@ -41,13 +41,13 @@ mod trajectory_limits;
 mod trajectory_replacement;
 
 pub use exchange::{
-    AppliedInput, InterpolatorEvent, MAX_APPLIED, Order, OrderKind, Outcome, ProbeOutcome, Request, StartError,
-    StepOutput, TickInputs,
+    AppliedInput, InterpolatorEvent, MAX_APPLIED, MotionOutcome, MotionRequest, Order, OrderKind, ProbeOutcome,
+    StartError, StepOutput, TickInputs,
 };
 pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};
 pub use replay::RestState;
-pub use status::{InterpolatorAlarm, SearchStep, State, Status};
+pub use status::{ExecutionState, InterpolatorAlarm, InterpolatorStatus, SearchStep};
 pub use trajectory_replacement::StateForecast;
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -65,25 +65,27 @@ use tolerance::ToleranceViolation;
 
 /// Feedback waiting for its tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Feedback {
+enum PendingFeedback {
     Latch(Latch),
     Alarm(u64, u16),
     OutOfTolerance(u64, ToleranceViolation),
     Settled(u64),
 }
 
-impl Feedback {
+impl PendingFeedback {
     fn tick(&self) -> u64 {
         match self {
-            Feedback::Latch(latch) => latch.tick,
-            Feedback::Alarm(tick, _) | Feedback::OutOfTolerance(tick, _) | Feedback::Settled(tick) => *tick,
+            PendingFeedback::Latch(latch) => latch.tick,
+            PendingFeedback::Alarm(tick, _)
+            | PendingFeedback::OutOfTolerance(tick, _)
+            | PendingFeedback::Settled(tick) => *tick,
         }
     }
 }
 
-impl Default for Feedback {
+impl Default for PendingFeedback {
     fn default() -> Self {
-        Feedback::Alarm(0, 0)
+        PendingFeedback::Alarm(0, 0)
     }
 }
 
@@ -99,7 +101,7 @@ enum Purpose {
 /// Motion in execution.
 #[allow(clippy::large_enum_variant, reason = "a box would allocate in the cyclic path")]
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Mode {
+enum ExecutionMode {
     Idle,
     Fault,
     /// Loaded; begins with the next tick.
@@ -135,8 +137,8 @@ pub struct Interpolator {
     machine: MachineDescription,
     motion: Option<Box<Prepared>>,
     finished: Option<Box<Prepared>>,
-    feedback: FixedList<Feedback, 256>,
-    mode: Mode,
+    feedback: FixedList<PendingFeedback, 256>,
+    mode: ExecutionMode,
     /// C turning on between two cuts, whatever the mode.
     spin: Option<FreeRotation>,
     tick: u64,
@@ -170,7 +172,7 @@ impl Interpolator {
             motion: None,
             finished: None,
             feedback: FixedList::new(),
-            mode: Mode::Idle,
+            mode: ExecutionMode::Idle,
             spin: None,
             tick: 0,
             setpoint: Setpoint::default(),
@@ -195,7 +197,7 @@ impl Interpolator {
     /// motion in execution is dropped.
     pub fn resync(&mut self, counts: [i64; AXIS_COUNT]) {
         self.setpoint = Setpoint { counts, ..Setpoint::default() };
-        self.mode = Mode::Idle;
+        self.mode = ExecutionMode::Idle;
         self.spin = None;
         self.alarm = None;
         self.hold = false;
@@ -224,7 +226,7 @@ impl Interpolator {
     /// Nothing is executed and nothing stands in the way of a start.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.mode == Mode::Idle
+        self.mode == ExecutionMode::Idle
     }
 
     /// Loads a motion; it begins with the next tick, whose setpoint is still the present position.
@@ -233,8 +235,8 @@ impl Interpolator {
     /// A motion in execution, an alarm, a trajectory that begins elsewhere; the motion is given back.
     pub fn start(&mut self, motion: Box<Prepared>) -> Result<(), (StartError, Box<Prepared>)> {
         match self.mode {
-            Mode::Idle => {}
-            Mode::Fault => return Err((StartError::Fault, motion)),
+            ExecutionMode::Idle => {}
+            ExecutionMode::Fault => return Err((StartError::Fault, motion)),
             _ => return Err((StartError::Busy, motion)),
         }
         if let Some(trajectory) = &motion.trajectory {
@@ -252,7 +254,7 @@ impl Interpolator {
             return Err((StartError::NotHomed(axis), motion));
         }
         self.motion = Some(motion);
-        self.mode = Mode::Starting;
+        self.mode = ExecutionMode::Starting;
         self.segment = 0;
         self.hold = false;
         self.cancel = false;
@@ -271,16 +273,16 @@ impl Interpolator {
     /// Takes an edge caught by the machine. It comes into sight D ticks after its own; `false` if there is no room.
     /// Every edge of tick k − D must have been given before the step of tick k. Without a motion it is of no interest.
     pub fn feedback(&mut self, latch: &Latch) -> bool {
-        self.motion.is_none() || self.remember(Feedback::Latch(*latch))
+        self.motion.is_none() || self.remember(PendingFeedback::Latch(*latch))
     }
 
     /// Takes an alarm of the machine that stops the axes, by its number and the tick at which it was raised. It comes
     /// into sight D ticks after its own; `false` if there is no room.
     pub fn alarm(&mut self, tick: u64, number: u16) -> bool {
-        self.remember(Feedback::Alarm(tick, number))
+        self.remember(PendingFeedback::Alarm(tick, number))
     }
 
-    fn remember(&mut self, feedback: Feedback) -> bool {
+    fn remember(&mut self, feedback: PendingFeedback) -> bool {
         let index = self.feedback.partition_point(|other| other.tick() <= feedback.tick());
         self.feedback.insert(index, feedback)
     }
@@ -293,9 +295,9 @@ impl Interpolator {
             applied: FixedList::new(),
             orders: FixedList::new(),
             events: FixedList::new(),
-            status: Status::default(),
+            status: InterpolatorStatus::default(),
         };
-        if self.mode == Mode::Starting {
+        if self.mode == ExecutionMode::Starting {
             self.motion_began = inputs.tick;
         }
         self.apply_feedback(inputs.tick, &mut out);
@@ -317,7 +319,7 @@ impl Interpolator {
         out.status = self.status(motion.as_deref());
         out.setpoint = self.setpoint;
         self.motion = motion;
-        if matches!(self.mode, Mode::Idle | Mode::Fault) {
+        if matches!(self.mode, ExecutionMode::Idle | ExecutionMode::Fault) {
             self.drop_motion();
         }
         out
@@ -340,29 +342,30 @@ impl Interpolator {
             seen += 1;
             match feedback {
                 // Whether it was given before or after the start must not show, not even in the record.
-                Feedback::Latch(latch) if latch.tick < self.motion_began => {}
+                PendingFeedback::Latch(latch) if latch.tick < self.motion_began => {}
                 // It was reset before the motion began: with an alarm none begins.
-                Feedback::Alarm(raised, _) if self.motion.is_some() && raised < self.motion_began => {}
-                Feedback::Latch(latch) => {
+                PendingFeedback::Alarm(raised, _) if self.motion.is_some() && raised < self.motion_began => {}
+                PendingFeedback::Latch(latch) => {
                     out.applied.push(AppliedInput::Feedback(latch));
                     if latch.input == Input::SteadyForce {
                         self.is_steady = latch.rising;
                     }
                     self.catch(latch);
                 }
-                Feedback::OutOfTolerance(tick, _) | Feedback::Settled(tick) if tick < self.motion_began => {}
-                Feedback::OutOfTolerance(_, broken) => {
+                PendingFeedback::OutOfTolerance(tick, _) | PendingFeedback::Settled(tick)
+                    if tick < self.motion_began => {}
+                PendingFeedback::OutOfTolerance(_, broken) => {
                     out.applied.push(AppliedInput::OutOfTolerance(broken));
                     self.following.broken = Some(broken);
                 }
-                Feedback::Settled(_) => {
+                PendingFeedback::Settled(_) => {
                     out.applied.push(AppliedInput::Settled);
                     self.following.has_settled = true;
                 }
-                Feedback::Alarm(_, number) => {
+                PendingFeedback::Alarm(_, number) => {
                     out.applied.push(AppliedInput::Alarm(number));
-                    if self.mode == Mode::Idle {
-                        self.mode = Mode::Fault;
+                    if self.mode == ExecutionMode::Idle {
+                        self.mode = ExecutionMode::Fault;
                     }
                     self.alarm = self.alarm.or(Some(number));
                 }
@@ -371,20 +374,20 @@ impl Interpolator {
         self.feedback.remove_first(seen);
     }
 
-    fn apply(&mut self, request: Request) {
+    fn apply(&mut self, request: MotionRequest) {
         let busy = self.motion.is_some();
         match request {
-            Request::Hold => self.hold = busy && !self.cancel,
-            Request::Unhold => self.hold = false,
-            Request::Cancel => {
+            MotionRequest::Hold => self.hold = busy && !self.cancel,
+            MotionRequest::Unhold => self.hold = false,
+            MotionRequest::Cancel => {
                 self.cancel = busy;
                 self.hold = false;
             }
-            Request::SetOverride(factor) if factor.is_finite() => {
+            MotionRequest::SetOverride(factor) if factor.is_finite() => {
                 self.feed_override = path_time::from_ticks(factor.clamp(0.0, 1.0));
             }
-            Request::SetOverride(_) => {}
-            Request::Decision => self.decisions = self.decisions.saturating_add(u32::from(busy)),
+            MotionRequest::SetOverride(_) => {}
+            MotionRequest::Decision => self.decisions = self.decisions.saturating_add(u32::from(busy)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Position of the axes between counts: computed by the motions and rounded to setpoints.
 
 use super::path_time::PathTime;
-use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
+use crate::machine::description::{AXIS_COUNT, Axis, AxisScale, MachineDescription};
 use crate::machine::setpoint::{Setpoint, StopPoint};
 use crate::math::hermite::Sample;
 use crate::math::units::TURN_RAD;
@@ -65,9 +65,9 @@ impl AxisPose {
 }
 
 /// A position (mm or rad) in counts, not rounded; whole turns are whole counts.
-pub(crate) fn in_counts(scale: Scale, position: f64) -> f64 {
+pub(crate) fn in_counts(scale: AxisScale, position: f64) -> f64 {
     match scale {
-        Scale::Linear { counts_per_mm } => position * counts_per_mm as f64,
-        Scale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
+        AxisScale::Linear { counts_per_mm } => position * counts_per_mm as f64,
+        AxisScale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
     }
 }

@@ -2,58 +2,58 @@
 
 use super::path_time::to_ticks;
 use super::spiral::Spiral;
-use super::{Interpolator, Mode, Prepared, Purpose, SearchStep, State, Status};
+use super::{ExecutionMode, ExecutionState, Interpolator, InterpolatorStatus, Prepared, Purpose, SearchStep};
 use crate::machine::description::Axis;
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{HomeStep, Phase, SegmentKind};
 
 impl Interpolator {
-    fn state(&self) -> State {
+    fn state(&self) -> ExecutionState {
         let tick = self.tick;
         match self.mode {
-            Mode::Idle => return State::Idle,
-            Mode::Fault => return State::Fault,
-            _ if self.cancel || self.alarm.is_some() => return State::Stopping,
+            ExecutionMode::Idle => return ExecutionState::Idle,
+            ExecutionMode::Fault => return ExecutionState::Fault,
+            _ if self.cancel || self.alarm.is_some() => return ExecutionState::Stopping,
             _ => {}
         }
         let (rests, disturbed) = match &self.mode {
-            Mode::Line(line, purpose) => {
+            ExecutionMode::Line(line, purpose) => {
                 let found = *purpose == Purpose::Seek && self.caught.is_some();
                 (line.is_stopped(tick), line.is_stopping() && !found)
             }
-            Mode::Cut(cut) => (cut.is_off(tick), !cut.is_on_path()),
-            Mode::Trajectory(clock) if tick < clock.begins() => (true, false),
-            Mode::Trajectory(clock) | Mode::Spiral(Spiral { clock, .. }) => {
+            ExecutionMode::Cut(cut) => (cut.is_off(tick), !cut.is_on_path()),
+            ExecutionMode::Trajectory(clock) if tick < clock.begins() => (true, false),
+            ExecutionMode::Trajectory(clock) | ExecutionMode::Spiral(Spiral { clock, .. }) => {
                 (clock.is_stopped(tick), clock.is_stopped(tick) && self.feed_override > 0)
             }
-            Mode::Command { .. } => (false, false),
+            ExecutionMode::Command { .. } => (false, false),
             _ => (true, false),
         };
         match (self.hold, rests, disturbed) {
-            (true, true, _) => State::Held,
-            (true, false, _) => State::Holding,
-            (false, _, true) => State::Unholding,
-            (false, _, false) => State::Executing,
+            (true, true, _) => ExecutionState::Held,
+            (true, false, _) => ExecutionState::Holding,
+            (false, _, true) => ExecutionState::Unholding,
+            (false, _, false) => ExecutionState::Executing,
         }
     }
 
     /// Status while nothing is executed: the override of the next motion, and whether the axes are homed.
     #[must_use]
-    pub fn idle_status(&self) -> Status {
-        let Status { feed_override, homed, .. } = self.status(None);
-        Status { feed_override, homed, ..Status::default() }
+    pub fn idle_status(&self) -> InterpolatorStatus {
+        let InterpolatorStatus { feed_override, homed, .. } = self.status(None);
+        InterpolatorStatus { feed_override, homed, ..InterpolatorStatus::default() }
     }
 
-    pub(super) fn status(&self, motion: Option<&Prepared>) -> Status {
-        let mut status = Status {
+    pub(super) fn status(&self, motion: Option<&Prepared>) -> InterpolatorStatus {
+        let mut status = InterpolatorStatus {
             state: self.state(),
             segment: self.segment,
             feed_override: to_ticks(self.feed_override),
             homed: self.homed,
-            ..Status::default()
+            ..InterpolatorStatus::default()
         };
         let Some(motion) = motion else { return status };
-        if matches!(self.mode, Mode::Idle) {
+        if matches!(self.mode, ExecutionMode::Idle) {
             status.percent = 100.0;
             return status;
         }
@@ -65,7 +65,7 @@ impl Interpolator {
         status.phase = Some(segment.phase);
         status.lobe = segment.lobe;
         status.stock_mm = segment.stock_mm;
-        if let (Mode::Cut(cut), Some(curves)) = (&self.mode, self.curves(motion)) {
+        if let (ExecutionMode::Cut(cut), Some(curves)) = (&self.mode, self.curves(motion)) {
             let (turn, angle) = cut.progress(self.tick, &curves);
             status.turn = turn;
             status.turns = f64::from(curves.cut.turns);
@@ -78,7 +78,7 @@ impl Interpolator {
                 status.phase = Some(Phase::SparkOut);
             }
         }
-        if let (Mode::Spiral(spiral), Some(curves)) = (&self.mode, self.spiral_motion(motion)) {
+        if let (ExecutionMode::Spiral(spiral), Some(curves)) = (&self.mode, self.spiral_motion(motion)) {
             status.turn = spiral.turns_done(self.tick, &curves, self.machine.cycle_time_s());
             status.turns = curves.angle_rad() / TURN_RAD;
         }
@@ -89,16 +89,18 @@ impl Interpolator {
     fn search_step(&self, kind: &SegmentKind) -> Option<(Axis, SearchStep)> {
         match kind {
             SegmentKind::Search { axis, .. } => match self.mode {
-                Mode::Line(_, Purpose::Seek) if self.caught.is_some() => Some((*axis, SearchStep::Stop)),
-                Mode::Line(_, Purpose::Seek) | Mode::LastLook { .. } => Some((*axis, SearchStep::Search)),
-                Mode::Line(_, Purpose::Return) => Some((*axis, SearchStep::Return)),
+                ExecutionMode::Line(_, Purpose::Seek) if self.caught.is_some() => Some((*axis, SearchStep::Stop)),
+                ExecutionMode::Line(_, Purpose::Seek) | ExecutionMode::LastLook { .. } => {
+                    Some((*axis, SearchStep::Search))
+                }
+                ExecutionMode::Line(_, Purpose::Return) => Some((*axis, SearchStep::Return)),
                 _ => None,
             },
             SegmentKind::Home(HomeStep::Seek { axis, .. } | HomeStep::Probe { axis, .. }) => {
-                if matches!(self.mode, Mode::Line(_, Purpose::Return)) {
+                if matches!(self.mode, ExecutionMode::Line(_, Purpose::Return)) {
                     return Some((*axis, SearchStep::Return));
                 }
-                let is_found = self.caught.is_some() && !matches!(self.mode, Mode::Level { .. });
+                let is_found = self.caught.is_some() && !matches!(self.mode, ExecutionMode::Level { .. });
                 Some((*axis, if is_found { SearchStep::Stop } else { SearchStep::Search }))
             }
             SegmentKind::Command(crate::motion::plan::PlanCommand::SetHome(axis)) => Some((*axis, SearchStep::Latch)),
@@ -108,7 +110,7 @@ impl Interpolator {
 
     /// Completed share of the predicted ticks.
     fn ticks_done(&self, motion: &Prepared) -> f64 {
-        if let Mode::Trajectory(clock) = &self.mode {
+        if let ExecutionMode::Trajectory(clock) = &self.mode {
             return to_ticks(clock.at(self.tick).tau);
         }
         let (Some(facts), Some(segment)) = (motion.facts.get(self.segment), motion.plan.segments.get(self.segment))
@@ -117,11 +119,11 @@ impl Interpolator {
         };
         let length = segment.ticks as f64;
         let within = match &self.mode {
-            Mode::Line(line, Purpose::Move) => line.share(self.tick) * length,
-            Mode::Cut(cut) => cut.ticks_done(self.tick),
-            Mode::Spiral(spiral) => to_ticks(spiral.clock.at(self.tick).tau),
-            Mode::Dwell { left } => length - *left as f64,
-            Mode::Starting | Mode::Ready | Mode::Wait => 0.0,
+            ExecutionMode::Line(line, Purpose::Move) => line.share(self.tick) * length,
+            ExecutionMode::Cut(cut) => cut.ticks_done(self.tick),
+            ExecutionMode::Spiral(spiral) => to_ticks(spiral.clock.at(self.tick).tau),
+            ExecutionMode::Dwell { left } => length - *left as f64,
+            ExecutionMode::Starting | ExecutionMode::Ready | ExecutionMode::Wait => 0.0,
             _ => self.tick.saturating_sub(self.segment_began) as f64,
         };
         facts.ticks_before as f64 + within.min(length)

@@ -3,7 +3,7 @@
 //! What an interpolator at rest knows is little: where the axes rest, which zeros are known, and the override. So every motion can be computed
 //! again by itself, whatever was before it.
 
-use super::{AppliedInput, Feedback, Interpolator, Request};
+use super::{AppliedInput, Interpolator, MotionRequest, PendingFeedback};
 use crate::machine::description::AXIS_COUNT;
 
 /// State of an interpolator at rest that a motion depends on.
@@ -33,15 +33,15 @@ impl Interpolator {
 
     /// Takes an input that a tick applied once, to be applied by that tick again. What came from the machine comes into sight then; a
     /// request is given back, to be made with that tick.
-    pub fn replay(&mut self, tick: u64, input: &AppliedInput) -> Option<Request> {
+    pub fn replay(&mut self, tick: u64, input: &AppliedInput) -> Option<MotionRequest> {
         // Whatever tick it was of: it came into sight with this one.
         let seen = tick.saturating_sub(u64::from(self.machine.feedback_delay_ticks));
         let feedback = match input {
             AppliedInput::Request(request) => return Some(*request),
-            AppliedInput::Feedback(latch) => Feedback::Latch(*latch),
-            AppliedInput::Alarm(number) => Feedback::Alarm(seen, *number),
-            AppliedInput::OutOfTolerance(broken) => Feedback::OutOfTolerance(seen, *broken),
-            AppliedInput::Settled => Feedback::Settled(seen),
+            AppliedInput::Feedback(latch) => PendingFeedback::Latch(*latch),
+            AppliedInput::Alarm(number) => PendingFeedback::Alarm(seen, *number),
+            AppliedInput::OutOfTolerance(broken) => PendingFeedback::OutOfTolerance(seen, *broken),
+            AppliedInput::Settled => PendingFeedback::Settled(seen),
         };
         // One that finds no room is missing among those that the tick applies, which whoever compares them sees.
         let _has_room = self.remember(feedback);

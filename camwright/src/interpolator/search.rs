@@ -1,8 +1,8 @@
 //! Searches for an edge of an input: of a job's plan, which return to it, of homing, which stop behind it, and probes, which stand off.
 
 use super::{
-    Interpolator, InterpolatorAlarm, InterpolatorEvent, Mode, Order, OrderKind, Prepared, ProbeOutcome, Purpose,
-    StepOutput,
+    ExecutionMode, Interpolator, InterpolatorAlarm, InterpolatorEvent, Order, OrderKind, Prepared, ProbeOutcome,
+    Purpose, StepOutput,
 };
 use crate::machine::description::{Axis, MotionLimits};
 use crate::machine::setpoint::{Input, Latch};
@@ -11,8 +11,9 @@ use crate::motion::plan::{AxisTarget, HomeStep, SearchSignal, SegmentKind};
 impl Interpolator {
     /// An edge ends the search in execution if it is the first of its input since the search began.
     pub(super) fn catch(&mut self, latch: Latch) {
-        let asks = matches!(self.mode, Mode::Level { .. });
-        let searching = asks || matches!(self.mode, Mode::Line(_, Purpose::Seek) | Mode::LastLook { .. });
+        let asks = matches!(self.mode, ExecutionMode::Level { .. });
+        let searching =
+            asks || matches!(self.mode, ExecutionMode::Line(_, Purpose::Seek) | ExecutionMode::LastLook { .. });
         let Some((axis, input, rising)) = self.motion.as_deref().and_then(|motion| self.sought_in(motion)) else {
             return;
         };
@@ -66,7 +67,7 @@ impl Interpolator {
             HomeStep::Forget(axis) => {
                 let until = tick + 2 * delay.max(1);
                 out.orders.push(Order { tick: until, kind: OrderKind::LoseHome { axis } });
-                self.mode = Mode::Command { until };
+                self.mode = ExecutionMode::Command { until };
                 Ok(true)
             }
             HomeStep::Here { axis, counts } => {
@@ -75,13 +76,13 @@ impl Interpolator {
             }
             HomeStep::Seek { sought: SearchSignal::OpeningIfClosed, .. } => {
                 // The machine reports with the tick at which the zero was forgotten: the one before or this one.
-                self.mode = Mode::Level { until: tick + delay + 1 };
+                self.mode = ExecutionMode::Level { until: tick + delay + 1 };
                 Ok(true)
             }
             HomeStep::Probe { input, .. } => {
                 let until = tick + 2 * delay.max(1);
                 out.orders.push(Order { tick: until, kind: OrderKind::Ask { input } });
-                self.mode = Mode::Level { until: until + delay + 1 };
+                self.mode = ExecutionMode::Level { until: until + delay + 1 };
                 Ok(true)
             }
             HomeStep::Seek { axis, travel_counts, limits, .. } => self.enter_seek(axis, travel_counts, limits, tick),

@@ -8,7 +8,7 @@
 //! Both are checked against travel before anything moves and need axes whose zero is known; a cancel leaves them where they come to
 //! rest.
 
-use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
+use crate::machine::description::{AXIS_COUNT, Axis, AxisScale, MachineDescription, MotionLimits};
 use crate::machine::setpoint::Input;
 use crate::math::units::deg_from_rad;
 use crate::motion::plan::{AxisTarget, HomeStep, Phase, Plan, PlanCommand, SearchSignal, Segment, SegmentKind};
@@ -113,7 +113,7 @@ fn speed_text(axis: Axis, speed: f64) -> String {
 }
 
 /// Counts of a position far enough from where numbers end.
-pub(super) fn counts(axis: Axis, scale: Scale, position: f64, what: &'static str) -> Result<i64, SetupError> {
+pub(super) fn counts(axis: Axis, scale: AxisScale, position: f64, what: &'static str) -> Result<i64, SetupError> {
     // A kilometre, or a million turns: beyond that a figure has slipped.
     let is_sound = position.is_finite() && position.abs() < 1e7;
     if is_sound { Ok(scale.counts(position)) } else { Err(SetupError::NotFinite { axis, what }) }

@@ -3,7 +3,7 @@
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::AxisPose;
 use super::prepared::Prepared;
-use super::{Interpolator, InterpolatorAlarm, Mode, StepOutput};
+use super::{ExecutionMode, Interpolator, InterpolatorAlarm, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{Segment, SegmentKind, SpiralSegment};
@@ -77,7 +77,7 @@ impl Interpolator {
             stop_ticks: segment.stop_ticks,
         };
         self.setpoint = spiral.pose(tick, &curves, &self.machine).setpoint();
-        self.mode = Mode::Spiral(spiral);
+        self.mode = ExecutionMode::Spiral(spiral);
         Ok(())
     }
 
@@ -90,7 +90,7 @@ impl Interpolator {
         let rate = if stopping { 0 } else { self.feed_override };
         spiral.clock.retarget(tick.saturating_sub(1), rate, spiral.stop_ticks);
         self.setpoint = spiral.pose(tick, &curves, &self.machine).setpoint();
-        self.mode = Mode::Spiral(spiral);
+        self.mode = ExecutionMode::Spiral(spiral);
         if spiral.clock.at(tick).tau >= whole(spiral.ticks) {
             self.begin(self.segment + 1, tick, motion, out);
         } else if spiral.clock.is_stopped(tick) {

@@ -9,7 +9,7 @@ use core::fmt;
 /// State of the interpolator; the numbers are those of the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum State {
+pub enum ExecutionState {
     #[default]
     Idle = 0,
     Executing = 1,
@@ -40,8 +40,8 @@ pub enum SearchStep {
 
 /// Present status of the interpolator.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Status {
-    pub state: State,
+pub struct InterpolatorStatus {
+    pub state: ExecutionState,
     /// Index of the segment in execution.
     pub segment: usize,
     /// Purpose.
@@ -66,7 +66,7 @@ pub struct Status {
     pub search: Option<(Axis, SearchStep)>,
 }
 
-impl Status {
+impl InterpolatorStatus {
     /// Every axis that needs homing is homed.
     #[must_use]
     pub fn is_homed(&self) -> bool {

@@ -3,7 +3,7 @@
 use super::execution::trajectory_pose;
 use super::free_rotation::FreeRotation;
 use super::pose::AxisPose;
-use super::{Interpolator, Mode, Purpose};
+use super::{ExecutionMode, Interpolator, Purpose};
 use crate::machine::setpoint::StopPoint;
 
 impl Interpolator {
@@ -17,7 +17,7 @@ impl Interpolator {
         let stopping = self.spin.map(|spin| spin.stopping(now));
         let (spin, spin_ticks) = (stopping.map(|(spin, _)| spin), stopping.map(|(_, end)| end.saturating_sub(now)));
         match &self.mode {
-            Mode::Line(line, purpose) => {
+            ExecutionMode::Line(line, purpose) => {
                 let mut line = *line;
                 // The end of a retract is a rest too, and soon; so is that of a move that is nearly there.
                 debug_assert!(matches!(purpose, Purpose::Move | Purpose::Seek | Purpose::Return | Purpose::Retract));
@@ -25,18 +25,18 @@ impl Interpolator {
                 let length = line.stop_ticks_left(now).max(spin_ticks.unwrap_or(0));
                 self.write(out, length, spin, |tick| line.pose(tick, &self.machine))
             }
-            Mode::Cut(cut) => {
+            ExecutionMode::Cut(cut) => {
                 let Some(curves) = self.motion.as_deref().and_then(|motion| self.curves(motion)) else { return 0 };
                 let (cut, end) = cut.stopping(now);
                 self.write(out, end - now, None, |tick| cut.pose(tick, &curves, &self.machine, &rest))
             }
-            Mode::Spiral(spiral) => {
+            ExecutionMode::Spiral(spiral) => {
                 let Some(motion) = self.motion.as_deref() else { return 0 };
                 let Some(curves) = self.spiral_motion(motion) else { return 0 };
                 let (spiral, end) = spiral.stopping(now);
                 self.write(out, end - now, None, |tick| spiral.pose(tick, &curves, &self.machine))
             }
-            Mode::Trajectory(clock) => {
+            ExecutionMode::Trajectory(clock) => {
                 let Some(motion) = self.motion.as_deref() else { return 0 };
                 let (clock, end) = clock.stopping(now, motion.stop_ticks);
                 self.write(out, end - now, None, |tick| trajectory_pose(&clock, tick, motion, &self.machine, &rest))

@@ -4,7 +4,7 @@ use super::execution::trajectory_pose;
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::AxisPose;
 use super::trajectory::TrajectoryStart;
-use super::{Interpolator, Mode, PathFollowing, Prepared, StartError};
+use super::{ExecutionMode, Interpolator, PathFollowing, Prepared, StartError};
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
 use alloc::boxed::Box;
@@ -24,7 +24,7 @@ impl Interpolator {
     #[must_use]
     pub fn foresee(&self, tick: u64) -> StateForecast {
         let Some(motion) = self.motion.as_deref() else { return StateForecast::Over };
-        let (Mode::Trajectory(clock), Some(trajectory)) = (&self.mode, &motion.trajectory) else {
+        let (ExecutionMode::Trajectory(clock), Some(trajectory)) = (&self.mode, &motion.trajectory) else {
             return StateForecast::Over;
         };
         let time = clock.at(tick);
@@ -55,7 +55,9 @@ impl Interpolator {
     /// Setpoint of the trajectory in execution at a tick ahead, if nobody disturbs it.
     #[must_use]
     pub fn planned_at(&self, tick: u64) -> Option<Setpoint> {
-        let (Mode::Trajectory(clock), Some(motion)) = (&self.mode, self.motion.as_deref()) else { return None };
+        let (ExecutionMode::Trajectory(clock), Some(motion)) = (&self.mode, self.motion.as_deref()) else {
+            return None;
+        };
         let rest = AxisPose::at_rest(self.setpoint.counts);
         (tick > self.tick).then(|| trajectory_pose(clock, tick, motion, &self.machine, &rest).setpoint())
     }
@@ -67,7 +69,7 @@ impl Interpolator {
     /// The start differs from the forecast of [`Interpolator::foresee`] for that tick; the motion is returned.
     pub fn splice(&mut self, tick: u64, motion: Box<Prepared>) -> Result<(), (StartError, Box<Prepared>)> {
         let begins = motion.trajectory.as_ref().map(|trajectory| StateForecast::At(*trajectory.start()));
-        let (Mode::Trajectory(mut clock), true) = (self.mode, begins == Some(self.foresee(tick))) else {
+        let (ExecutionMode::Trajectory(mut clock), true) = (self.mode, begins == Some(self.foresee(tick))) else {
             return Err((StartError::MovesOtherwise, motion));
         };
         if tick < clock.begins() {
@@ -75,7 +77,7 @@ impl Interpolator {
         } else {
             clock.rewind(clock.at(tick).tau);
         }
-        self.mode = Mode::Trajectory(clock);
+        self.mode = ExecutionMode::Trajectory(clock);
         self.motion_began = tick;
         self.following = PathFollowing::default();
         self.finished = self.motion.replace(motion);

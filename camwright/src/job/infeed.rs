@@ -22,7 +22,7 @@
 
 use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::job::grinding::InfeedCourse;
-use crate::machine::description::{MotionLimits, Scale};
+use crate::machine::description::{AxisScale, MotionLimits};
 use crate::math::hermite::{HermiteSpline, Knot};
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -123,7 +123,7 @@ impl InfeedSchedule {
     ///
     /// # Errors
     /// No whole number of turns n fits, or too many would be needed.
-    pub fn new(total_mm: f64, per_block_mm: f64, blocks: u32, x_scale: Scale) -> Result<Self, InfeedError> {
+    pub fn new(total_mm: f64, per_block_mm: f64, blocks: u32, x_scale: AxisScale) -> Result<Self, InfeedError> {
         let per_turn_mm = f64::from(blocks) * per_block_mm;
         let turns = total_mm / per_turn_mm;
         if turns.is_nan() || turns > f64::from(MAX_TURNS) + 0.5 {
@@ -356,7 +356,7 @@ mod tests {
     use super::*;
     use alloc::string::ToString;
 
-    const X: Scale = Scale::Linear { counts_per_mm: 100_000 };
+    const X: AxisScale = AxisScale::Linear { counts_per_mm: 100_000 };
     const LIMITS: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 };
 
     fn blend_rad(law: &InfeedLaw) -> f64 {

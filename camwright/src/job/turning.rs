@@ -1,7 +1,7 @@
 //! Turning job: surface, bar and passes.
 
 use crate::cam::surface::Surface;
-use crate::toolpath::insert_path::{Feed, Passes};
+use crate::toolpath::insert_path::{InsertFeed, Passes};
 use alloc::string::String;
 
 /// Speed of the spindle.
@@ -30,7 +30,7 @@ pub struct TurningJob {
     /// Passes: roughing, then finishing.
     pub passes: Passes,
     /// Feed of the finishing pass.
-    pub feed: Feed,
+    pub feed: InsertFeed,
     /// Angles a turn at which the path is computed: 180 to 3600.
     pub angles: u32,
     /// Speed of the spindle.

@@ -10,7 +10,7 @@ use core::fmt;
 /// Reaction of the motion to an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
-pub enum Severity {
+pub enum AlarmSeverity {
     /// Reported; motion goes on.
     Warning = 1,
     /// The axes come to rest within their limits and the wheel leaves the part; needs a reset.
@@ -25,7 +25,7 @@ pub struct AlarmEntry {
     /// Number; for alarms of an axis the last digit is 1 for C, 2 for X, 3 for Z.
     pub number: u16,
     pub name: &'static str,
-    pub severity: Severity,
+    pub severity: AlarmSeverity,
     pub remedy: &'static str,
 }
 
@@ -109,7 +109,7 @@ macro_rules! alarms {
                     None => 0,
                 };
                 let (number, name, severity, remedy) = match self {
-                    $(AlarmKind::$kind { .. } => ($number, $name, Severity::$severity, $remedy),)+
+                    $(AlarmKind::$kind { .. } => ($number, $name, AlarmSeverity::$severity, $remedy),)+
                 };
                 AlarmEntry { number: number + digit, name, severity, remedy }
             }

@@ -48,7 +48,7 @@ pub const AXIS_COUNT: usize = 3;
 
 /// Scale of an axis: encoder counts per mm (linear) or per turn (rotary).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scale {
+pub enum AxisScale {
     Linear {
         /// Counts per millimetre, at least 1.
         counts_per_mm: i64,
@@ -59,13 +59,13 @@ pub enum Scale {
     },
 }
 
-impl Scale {
+impl AxisScale {
     /// Counts per mm or per rad.
     #[must_use]
     pub fn counts_per_unit(self) -> f64 {
         match self {
-            Scale::Linear { counts_per_mm } => counts_per_mm as f64,
-            Scale::Rotary { counts_per_turn } => counts_per_turn as f64 / TURN_RAD,
+            AxisScale::Linear { counts_per_mm } => counts_per_mm as f64,
+            AxisScale::Rotary { counts_per_turn } => counts_per_turn as f64 / TURN_RAD,
         }
     }
 
@@ -74,9 +74,9 @@ impl Scale {
     #[allow(clippy::cast_possible_truncation, reason = "positions are bounded by travel, far inside i64")]
     pub fn counts(self, position: f64) -> i64 {
         libm::round(match self {
-            Scale::Linear { counts_per_mm } => position * counts_per_mm as f64,
+            AxisScale::Linear { counts_per_mm } => position * counts_per_mm as f64,
             // The turn is divided out first so that whole turns give whole counts.
-            Scale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
+            AxisScale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
         }) as i64
     }
 
@@ -84,8 +84,8 @@ impl Scale {
     #[must_use]
     pub fn position(self, counts: i64) -> f64 {
         match self {
-            Scale::Linear { counts_per_mm } => counts as f64 / counts_per_mm as f64,
-            Scale::Rotary { counts_per_turn } => counts as f64 / counts_per_turn as f64 * TURN_RAD,
+            AxisScale::Linear { counts_per_mm } => counts as f64 / counts_per_mm as f64,
+            AxisScale::Rotary { counts_per_turn } => counts as f64 / counts_per_turn as f64 * TURN_RAD,
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::machine::fixture::{Dresser, Extent};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-pub use crate::machine::axes::{AXIS_COUNT, Axis, MotionLimits, Scale};
+pub use crate::machine::axes::{AXIS_COUNT, Axis, AxisScale, MotionLimits};
 pub use crate::machine::contact::{ContactDescription, StiffnessAt};
 pub use crate::machine::drive::{DriveSettings, Structure};
 pub use crate::machine::effect::Effect;
@@ -25,7 +25,7 @@ pub use crate::machine::wheel::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFa
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisDescription {
     pub axis: Axis,
-    pub scale: Scale,
+    pub scale: AxisScale,
     pub limits: MotionLimits,
     /// Soft limits: smallest and largest setpoint (mm or rad); `None` for an axis that turns without end.
     pub soft_limits: Option<(f64, f64)>,
@@ -318,8 +318,8 @@ impl AxisDescription {
     fn acceleration_per_force(&self) -> f64 {
         match self.scale {
             // A newton on a kilogram is 1000 mm/s².
-            Scale::Linear { .. } => 1e3 / self.inertia,
-            Scale::Rotary { .. } => 1.0 / self.inertia,
+            AxisScale::Linear { .. } => 1e3 / self.inertia,
+            AxisScale::Rotary { .. } => 1.0 / self.inertia,
         }
     }
 
@@ -327,8 +327,8 @@ impl AxisDescription {
     fn validate(&self, step_s: f64) -> Result<(), DescriptionError> {
         let joint = self.axis.joint();
         let (rotary, counts) = match self.scale {
-            Scale::Linear { counts_per_mm } => (false, counts_per_mm),
-            Scale::Rotary { counts_per_turn } => (true, counts_per_turn),
+            AxisScale::Linear { counts_per_mm } => (false, counts_per_mm),
+            AxisScale::Rotary { counts_per_turn } => (true, counts_per_turn),
         };
         if rotary != (self.axis == Axis::C) || counts < 1 {
             return Err(DescriptionError::AxisScale { joint, counts });

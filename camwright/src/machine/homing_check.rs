@@ -1,6 +1,6 @@
 //! Check of a homing against its axis.
 
-use crate::machine::description::{AxisDescription, Scale};
+use crate::machine::description::{AxisDescription, AxisScale};
 use crate::machine::description_error::DescriptionError;
 use crate::machine::homing::{Homing, HomingKind};
 
@@ -21,7 +21,7 @@ impl Homing {
     ) -> Result<(), DescriptionError> {
         let joint = axis.axis.joint();
         let refuse = |what: &'static str| Err(DescriptionError::Homing { joint, what });
-        if !matches!(axis.scale, Scale::Linear { .. }) {
+        if !matches!(axis.scale, AxisScale::Linear { .. }) {
             return refuse("only slides have a home switch; c_axis is homed on its origin detector");
         }
         let numbers = [self.search_mm_s, self.latch_mm_s, self.home_mm, self.switch_mm, self.offset_mm.unwrap_or(0.0)];

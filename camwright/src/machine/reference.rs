@@ -1,7 +1,7 @@
 //! A typical cam grinding machine and a lathe, for tests and examples. The machine of a cell comes from its machine file.
 
 use crate::machine::description::{
-    AlarmRetract, Axis, AxisDescription, DriveSettings, InsertDescription, MachineDescription, MotionLimits, Scale,
+    AlarmRetract, Axis, AxisDescription, AxisScale, DriveSettings, InsertDescription, MachineDescription, MotionLimits,
     Station, WheelDescription,
 };
 use crate::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
@@ -52,7 +52,7 @@ pub fn cam_grinder() -> MachineDescription {
 fn headstock() -> AxisDescription {
     AxisDescription {
         axis: Axis::C,
-        scale: Scale::Rotary { counts_per_turn: 3_600_000 },
+        scale: AxisScale::Rotary { counts_per_turn: 3_600_000 },
         limits: MotionLimits { velocity: rad_s_from_rpm(300.0), acceleration: 300.0, jerk: 3.0e4 },
         soft_limits: None,
         overtravel: None,
@@ -71,7 +71,7 @@ fn headstock() -> AxisDescription {
 fn wheelhead() -> AxisDescription {
     AxisDescription {
         axis: Axis::X,
-        scale: Scale::Linear { counts_per_mm: 100_000 },
+        scale: AxisScale::Linear { counts_per_mm: 100_000 },
         limits: MotionLimits { velocity: 500.0, acceleration: 1.0e4, jerk: 1.0e6 },
         soft_limits: Some((5.0, 250.0)),
         overtravel: Some((3.0, 255.0)),
@@ -90,7 +90,7 @@ fn wheelhead() -> AxisDescription {
 fn table() -> AxisDescription {
     AxisDescription {
         axis: Axis::Z,
-        scale: Scale::Linear { counts_per_mm: 10_000 },
+        scale: AxisScale::Linear { counts_per_mm: 10_000 },
         limits: MotionLimits { velocity: 300.0, acceleration: 3.0e3, jerk: 1.0e5 },
         soft_limits: Some((-20.0, 400.0)),
         overtravel: Some((-30.0, 410.0)),

@@ -152,7 +152,7 @@ struct Tube {
     lower: Vec<f64>,
 }
 
-struct Direction {
+struct NewtonStep {
     c: Vec<f64>,
     r: Vec<f64>,
     upper: Vec<f64>,
@@ -267,7 +267,7 @@ impl Tube {
         target: f64,
         second_upper: &[f64],
         second_lower: &[f64],
-    ) -> Direction {
+    ) -> NewtonStep {
         let n = self.r.len();
         let push_upper: Vec<f64> =
             (0..n).map(|i| (target + second_upper[i]) / (1.0 - self.r[i]) - self.upper[i]).collect();
@@ -286,11 +286,11 @@ impl Tube {
         let r = apply_basis(&c);
         let upper = (0..n).map(|i| push_upper[i] + self.upper[i] / (1.0 - self.r[i]) * r[i]).collect();
         let lower = (0..n).map(|i| push_lower[i] - self.lower[i] / (1.0 + self.r[i]) * r[i]).collect();
-        Direction { c, r, upper, lower }
+        NewtonStep { c, r, upper, lower }
     }
 
     /// Distance along a direction before a slack or a multiplier becomes zero, at most 1/0.995 of the whole.
-    fn reach(&self, direction: &Direction) -> f64 {
+    fn reach(&self, direction: &NewtonStep) -> f64 {
         let mut reach = 1.0 / 0.995_f64;
         let mut shorten = |value: f64, change: f64| {
             if change < 0.0 {

@@ -18,7 +18,7 @@
 
 use super::PlanStart;
 use super::error::PlanError;
-use super::steps::{StepSubject, Steps};
+use super::steps::{PlanSteps, StepSubject};
 
 use crate::cam::surface::Surface;
 use crate::job::turning::{TurningJob, TurningSpeed};
@@ -32,7 +32,7 @@ use crate::motion::point_to_point::{MOVE_SHARE, whole_ticks};
 use crate::planner::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::toolpath::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
 use crate::toolpath::insert_path::{
-    AxisLimits, Feed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound, SpindleLaw,
+    AxisLimits, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound, SpindleLaw,
 };
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -220,7 +220,7 @@ pub fn plan_turning(
         c_homed: false,
     });
     let plan = Plan { job: job.name.clone(), lobes: alloc::vec![job.name.clone()], ..Plan::default() };
-    let mut steps = Steps { machine, at: start.counts, ticks: 0, plan };
+    let mut steps = PlanSteps { machine, at: start.counts, ticks: 0, plan };
     let home = StepSubject::part(Phase::Home);
     steps.move_axis(home, Axis::X, counts(Axis::X, clear_mm), None, "insert clear of the bar")?;
     steps.home_headstock(home, start.c_homed)?;
@@ -290,7 +290,7 @@ fn requests(job: &TurningJob, insert: &InsertDescription) -> Result<Vec<(f64, Pa
     let outward = if to_mm < from_mm { 1.0 } else { -1.0 };
     let request = |PassStep { depth_mm, stock_mm, feed }: PassStep| {
         let air_mm = air_mm(&job.surface, job.bar_radius_mm, from_mm, insert, stock_mm);
-        let (Feed::AlongZ(over_mm) | Feed::AlongCurve(over_mm)) = feed;
+        let (InsertFeed::AlongZ(over_mm) | InsertFeed::AlongCurve(over_mm)) = feed;
         let request = PathRequest {
             insert_radius_mm: insert.radius_mm,
             plane_y_mm: insert.height_mm,
@@ -308,7 +308,7 @@ fn requests(job: &TurningJob, insert: &InsertDescription) -> Result<Vec<(f64, Pa
 
 /// Knots of a path, before it is computed; of a feed that is none not a number, which the path itself refuses.
 fn knots(request: &PathRequest) -> f64 {
-    let (Feed::AlongZ(feed) | Feed::AlongCurve(feed)) = request.feed;
+    let (InsertFeed::AlongZ(feed) | InsertFeed::AlongCurve(feed)) = request.feed;
     (request.to_mm - request.from_mm).abs() / feed * f64::from(request.angles)
 }
 
@@ -355,7 +355,7 @@ fn plan_pass(
 }
 
 fn add_pass(
-    steps: &mut Steps<'_>,
+    steps: &mut PlanSteps<'_>,
     job: &TurningJob,
     number: usize,
     pass: &PlannedPass,

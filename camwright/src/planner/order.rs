@@ -30,7 +30,7 @@ pub fn fastest_order(job: &JobSpec, machine: &MachineDescription) -> LobeOrder {
         job.lobes.iter().map(|lobe| Some(machine.station(&lobe.station)?.position_mm)).collect();
     // What the machine has not got is refused elsewhere.
     let Some(stations) = stations else { return LobeOrder { lobes: given, saved_ticks: 0 } };
-    let table = Table { machine, home_mm: job.home.z_mm, stations: &stations };
+    let table = TableMoves { machine, home_mm: job.home.z_mm, stations: &stations };
     let lobes = if stations.len() <= MAX_COMPARED { table.best() } else { table.better_sweep() };
     let (before, after) = (table.ticks(&given), table.ticks(&lobes));
     if after < before {
@@ -40,13 +40,13 @@ pub fn fastest_order(job: &JobSpec, machine: &MachineDescription) -> LobeOrder {
     }
 }
 
-struct Table<'a> {
+struct TableMoves<'a> {
     machine: &'a MachineDescription,
     home_mm: f64,
     stations: &'a [f64],
 }
 
-impl Table<'_> {
+impl TableMoves<'_> {
     /// A move of the table (ticks).
     fn way(&self, from_mm: f64, to_mm: f64) -> u64 {
         let (axis, index) = (self.machine.axis(Axis::Z), Axis::Z.index());

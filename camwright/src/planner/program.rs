@@ -2,7 +2,7 @@
 
 use super::PlanStart;
 use super::error::PlanError;
-use super::steps::{StepSubject, Steps};
+use super::steps::{PlanSteps, StepSubject};
 
 use crate::gcode::{ProgramFile, ProgramMotion};
 use crate::machine::description::{Axis, MachineDescription};
@@ -100,7 +100,7 @@ pub fn plan_program(
 ) -> Result<PlannedProgram, ProgramPlanError> {
     let lobes = request.lobes.iter().map(|lobe| String::from(lobe.name)).collect();
     let plan = Plan { job: String::from(request.name), lobes, ..Plan::default() };
-    let mut steps = Steps { machine, at: start.counts, ticks: 0, plan };
+    let mut steps = PlanSteps { machine, at: start.counts, ticks: 0, plan };
     let home = StepSubject::part(Phase::Home);
     if !machine.is_lathe() {
         let radius_nm = nm_from_mm(request.setup.cutter_radius_mm);
@@ -209,7 +209,7 @@ impl ProgramRequest<'_> {
 }
 
 /// A run as a spiral.
-fn add_run(steps: &mut Steps<'_>, of: StepSubject<'_>, run: Run, label: &str) -> Result<(), ProgramPlanError> {
+fn add_run(steps: &mut PlanSteps<'_>, of: StepSubject<'_>, run: Run, label: &str) -> Result<(), ProgramPlanError> {
     let stop_ticks = steps.stop_ticks().map_err(|axis| ProgramPlanError::NoStop { axis })?;
     let ticks = whole_ticks(run.laws.duration_s(), steps.machine.cycle_time_s());
     let turn_counts = steps.counts(Axis::C, TURN_RAD);

@@ -4,7 +4,7 @@ use super::PlanStart;
 use super::error::PlanError;
 use super::error::RequiredPosition;
 use super::lobe::{LobeStart, PlannedLobe, WheelShape, soft_limit};
-use super::steps::{StepSubject, Steps, shared};
+use super::steps::{PlanSteps, StepSubject, shared};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription, Station};
@@ -24,7 +24,7 @@ pub(super) const RUN_IN_MM: f64 = 5.0;
 pub(super) struct Sequence<'a> {
     pub(super) job: &'a JobSpec,
     start: PlanStart,
-    pub(super) steps: Steps<'a>,
+    pub(super) steps: PlanSteps<'a>,
     /// Last force threshold sent to the monitor (N).
     watched_n: i64,
 }
@@ -43,7 +43,7 @@ impl<'a> Sequence<'a> {
             ratios: shapes.iter().filter_map(|shape| shape.ratio.clone()).collect(),
             ..Plan::default()
         };
-        let steps = Steps { machine, at: start.counts, ticks: 0, plan };
+        let steps = PlanSteps { machine, at: start.counts, ticks: 0, plan };
         Self { job, start, steps, watched_n: 0 }
     }
 

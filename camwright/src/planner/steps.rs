@@ -32,14 +32,14 @@ impl<'a> StepSubject<'a> {
 }
 
 /// A plan in the making: its steps so far, where they leave the axes (counts), and how long they take.
-pub(super) struct Steps<'a> {
+pub(super) struct PlanSteps<'a> {
     pub(super) machine: &'a MachineDescription,
     pub(super) at: [i64; AXIS_COUNT],
     pub(super) ticks: u64,
     pub(super) plan: Plan,
 }
 
-impl Steps<'_> {
+impl PlanSteps<'_> {
     /// C on its origin, from where it stands, or half a turn away where nobody knows; then its key-way faces the tool.
     pub(super) fn home_headstock(&mut self, of: StepSubject<'_>, c_homed: bool) -> Result<(), PlanError> {
         let distance = if c_homed {

@@ -1,6 +1,6 @@
 //! One axis while it runs: its coordinates, the setpoint between two ticks, its drive, and when it counts as at rest.
 
-use crate::machine::description::{AxisDescription, Scale, nearest_count};
+use crate::machine::description::{AxisDescription, AxisScale, nearest_count};
 use crate::math::hermite::{Sample, cubic_path, cubic_slope};
 use crate::simulation::servo::{Servo, ServoCommand};
 
@@ -51,7 +51,7 @@ impl Span {
 /// One axis while it runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct AxisState {
-    pub(crate) scale: Scale,
+    pub(crate) scale: AxisScale,
     pub(crate) counts_per_unit: f64,
     pub(crate) homed: bool,
     /// True count at which the reading is 0.
@@ -211,8 +211,8 @@ impl AxisState {
         let acceleration = (self.servo.velocity() - self.velocity_before) / self.counts_per_unit / cycle_time_s;
         let force = match self.scale {
             // kg mm/s² is a thousandth of a newton.
-            Scale::Linear { .. } => self.inertia * acceleration * 1e-3,
-            Scale::Rotary { .. } => self.inertia * acceleration,
+            AxisScale::Linear { .. } => self.inertia * acceleration * 1e-3,
+            AxisScale::Rotary { .. } => self.inertia * acceleration,
         };
         force - disturbance
     }
@@ -227,8 +227,8 @@ impl AxisState {
         let power = self.effort(cycle_time_s, self.disturbance) * self.velocity();
         match self.scale {
             // N mm/s.
-            Scale::Linear { .. } => power * 1e-3,
-            Scale::Rotary { .. } => power,
+            AxisScale::Linear { .. } => power * 1e-3,
+            AxisScale::Rotary { .. } => power,
         }
     }
 

@@ -6,9 +6,10 @@
 //! stream's work and gives the same samples as long as no chunk is lost.
 
 use crate::interpolator::{
-    Interpolator, InterpolatorEvent, OrderKind, Outcome, Prepared, ProbeOutcome, Request, StartError, TickInputs,
+    Interpolator, InterpolatorEvent, MotionOutcome, MotionRequest, OrderKind, Prepared, ProbeOutcome, StartError,
+    TickInputs,
 };
-use crate::machine::alarm::{Alarm, AlarmKind, Severity};
+use crate::machine::alarm::{Alarm, AlarmKind, AlarmSeverity};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::{Setpoint, StopPoint};
 use crate::simulation::buffer::{Chunk, ChunkError, MAX_TAIL_POINTS, SetpointBuffer, TailPoint};
@@ -28,7 +29,7 @@ const SETTLING_TICKS: u64 = 60_000;
 /// A motion that was simulated to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Simulated {
-    pub outcome: Outcome,
+    pub outcome: MotionOutcome,
     /// First tick of the motion.
     pub first_tick: u64,
     /// Tick of its last setpoint.
@@ -51,13 +52,13 @@ pub enum SimulationError {
 
 /// The interpolator and what it has sent out.
 #[derive(Debug, Clone)]
-struct Sender {
+struct SetpointSender {
     interpolator: Interpolator,
     orders: Vec<(u64, MachineCommand)>,
-    requests: Vec<Request>,
+    requests: Vec<MotionRequest>,
     /// First tick that has not been computed; `None` without a motion.
     next_tick: Option<u64>,
-    outcome: Option<Outcome>,
+    outcome: Option<MotionOutcome>,
     probed: Option<ProbeOutcome>,
 }
 
@@ -73,7 +74,7 @@ struct Stream {
 /// Interpolator and machine, connected.
 #[derive(Debug, Clone)]
 pub struct ClosedLoop {
-    sender: Sender,
+    sender: SetpointSender,
     /// `None`: setpoints go straight to the machine.
     stream: Option<Stream>,
     machine: Machine,
@@ -94,7 +95,7 @@ impl ClosedLoop {
     pub fn direct(machine: Machine) -> Self {
         let mut interpolator = Interpolator::new(machine.description());
         interpolator.resync(machine.setpoint().counts);
-        let sender = Sender {
+        let sender = SetpointSender {
             interpolator,
             orders: Vec::new(),
             requests: Vec::new(),
@@ -127,7 +128,7 @@ impl ClosedLoop {
 
     /// Outcome of the last motion; `None` before its end.
     #[must_use]
-    pub fn outcome(&self) -> Option<Outcome> {
+    pub fn outcome(&self) -> Option<MotionOutcome> {
         self.sender.outcome
     }
 
@@ -201,7 +202,7 @@ impl ClosedLoop {
     }
 
     /// Passes a request to the motion, with the next tick that is computed.
-    pub fn request(&mut self, request: Request) {
+    pub fn request(&mut self, request: MotionRequest) {
         self.sender.requests.push(request);
     }
 
@@ -259,7 +260,7 @@ impl ClosedLoop {
     }
 }
 
-impl Sender {
+impl SetpointSender {
     /// Computes the setpoint of the next tick. Over a stream, the buffer hears of zeros that shift and the machine of alarms.
     fn compute(&mut self, tick: u64, mut stream: Option<(&mut SetpointBuffer, &mut Machine)>) -> Setpoint {
         let out = self.interpolator.step(&TickInputs { tick, requests: &self.requests });
@@ -322,13 +323,13 @@ impl Sender {
             self.interpolator.set_homed(axis, false);
         }
         drop(self.interpolator.take_finished());
-        self.outcome = Some(Outcome::Failed(alarm.kind.entry().number));
+        self.outcome = Some(MotionOutcome::Failed(alarm.kind.entry().number));
     }
 }
 
 impl Stream {
     /// Sends what the credit allows, and returns the setpoint of the next tick of the machine.
-    fn transfer(&mut self, sender: &mut Sender, machine: &mut Machine, faults: &[Fault]) -> Option<Setpoint> {
+    fn transfer(&mut self, sender: &mut SetpointSender, machine: &mut Machine, faults: &[Fault]) -> Option<Setpoint> {
         for fault in faults {
             if let Fault::LostChunks(count) = fault {
                 self.losing = *count;
@@ -343,7 +344,7 @@ impl Stream {
     }
 
     /// Sends chunks as far ahead as the credit goes, a tenth of it each.
-    fn send(&mut self, sender: &mut Sender, machine: &mut Machine) {
+    fn send(&mut self, sender: &mut SetpointSender, machine: &mut Machine) {
         let delay = u64::from(machine.description().feedback_delay_ticks);
         let max = usize::try_from((delay / 10).max(1)).unwrap_or(1);
         while let Some(first) = sender.next_tick {
@@ -384,7 +385,7 @@ fn unless_stopped(report: &TickReport) -> Result<(), SimulationError> {
 }
 
 fn stops(machine: &Machine) -> bool {
-    machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+    machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > AlarmSeverity::Warning)
 }
 
 impl From<OrderKind> for MachineCommand {

@@ -14,7 +14,7 @@
 //! The state is the following error, not the position: with an error of exactly 0 the axis is exactly at its setpoint,
 //! however far it has travelled. Everything here is in counts and seconds, forces over the moving mass.
 
-use crate::machine::description::{Axis, AxisDescription, Scale};
+use crate::machine::description::{Axis, AxisDescription, AxisScale};
 use crate::math::noise::Noise;
 use crate::simulation::mechanics::Mechanics;
 use crate::simulation::plausibility::DRIVE_HEADROOM;
@@ -79,8 +79,8 @@ impl Servo {
         let counts = axis.scale.counts_per_unit();
         let per_force = match axis.scale {
             // A newton on a kilogram is 1000 mm/s².
-            Scale::Linear { .. } => 1e3 / axis.inertia * counts,
-            Scale::Rotary { .. } => counts / axis.inertia,
+            AxisScale::Linear { .. } => 1e3 / axis.inertia * counts,
+            AxisScale::Rotary { .. } => counts / axis.inertia,
         };
         let drive = axis.drive;
         let friction = (drive.coulomb_friction * per_force, drive.viscous_friction * per_force / counts);

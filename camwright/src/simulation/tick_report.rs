@@ -1,6 +1,6 @@
 //! Report of a machine tick.
 
-use crate::machine::alarm::{ALARM_KINDS, Alarm, Severity};
+use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmSeverity};
 use crate::machine::description::AXIS_COUNT;
 use crate::machine::setpoint::{Input, Latch};
 use crate::math::fixed_list::FixedList;
@@ -124,6 +124,6 @@ impl TickReport {
     /// First alarm of this tick that stops the motion.
     #[must_use]
     pub fn stopping_alarm(&self) -> Option<Alarm> {
-        self.raised.iter().find(|alarm| alarm.kind.entry().severity > Severity::Warning).copied()
+        self.raised.iter().find(|alarm| alarm.kind.entry().severity > AlarmSeverity::Warning).copied()
     }
 }

@@ -5,7 +5,7 @@ use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::{InfeedDirection, SpeedLaw};
 use camwright::job::infeed::InfeedSchedule;
-use camwright::machine::description::{MotionLimits, Scale};
+use camwright::machine::description::{AxisScale, MotionLimits};
 use camwright::math::units::TURN_RAD;
 use camwright::motion::cut_motion::CutMotion;
 use camwright::motion::speed_plan::{SpeedPlan, SpeedPlanError, SpeedRequest, uses_by_differences};
@@ -22,7 +22,7 @@ pub(crate) enum CutVerdict {
     Wrong(String),
 }
 
-const SCALE: Scale = Scale::Linear { counts_per_mm: 100_000 };
+const SCALE: AxisScale = AxisScale::Linear { counts_per_mm: 100_000 };
 
 /// Turns up to which the whole of a cut is differenced once more, a thousand points a turn, as a plan is before it runs.
 const TURNS_DIFFERENCED: u32 = 60;

@@ -14,7 +14,7 @@ use camwright::machine::fixture::Extent;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::math::units::rad_from_deg;
 use camwright::planner::{plan_job, plan_turning};
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
@@ -188,8 +188,8 @@ fn turned(random: &mut SplitMix64) -> Option<TurningJob> {
         turned_mm: (length_mm, 0.0),
         bar_radius_mm: 23.2,
         part_zero_mm: 2.0,
-        passes: Passes { stock_mm: 7.4, finish_mm: 0.4, deepest_mm: 3.5, rough_feed: Feed::AlongZ(0.4) },
-        feed: Feed::AlongZ(0.4),
+        passes: Passes { stock_mm: 7.4, finish_mm: 0.4, deepest_mm: 3.5, rough_feed: InsertFeed::AlongZ(0.4) },
+        feed: InsertFeed::AlongZ(0.4),
         angles: 360,
         speed: random.one_of(&[TurningSpeed::Fastest, TurningSpeed::Constant(6.0), TurningSpeed::Varied]),
         clearance_mm: 1.0,
@@ -207,7 +207,7 @@ fn turned(random: &mut SplitMix64) -> Option<TurningJob> {
             6 => odd(random, &mut job.passes.deepest_mm),
             7 => {
                 odd(random, &mut feed_mm);
-                job.feed = Feed::AlongCurve(feed_mm);
+                job.feed = InsertFeed::AlongCurve(feed_mm);
             }
             8 => odd_whole(random, &mut job.angles),
             9 => {
@@ -219,7 +219,7 @@ fn turned(random: &mut SplitMix64) -> Option<TurningJob> {
         }
     }
     // Long paths are a matter of time, not of numbers.
-    let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = job.feed;
+    let (InsertFeed::AlongZ(feed_mm) | InsertFeed::AlongCurve(feed_mm)) = job.feed;
     let (from_mm, to_mm) = job.turned_mm;
     let is_long = (from_mm - to_mm).abs() / feed_mm.min(0.4) * f64::from(job.angles) > 2e4;
     (!is_long || feed_mm <= 0.0).then_some(job)

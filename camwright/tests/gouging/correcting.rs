@@ -6,7 +6,7 @@ use crate::drive::{Tick, drive, requests};
 use crate::grinding::journal;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
-use camwright::interpolator::{Interpolator, Outcome, Request};
+use camwright::interpolator::{Interpolator, MotionOutcome, MotionRequest};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, SpeedLaw, StiffnessSource,
 };
@@ -149,7 +149,7 @@ struct Shop {
 }
 
 impl Shop {
-    fn run(&mut self, plan: &Plan, requests: &[(u64, Request)]) -> Result<Vec<JournalReadings>, String> {
+    fn run(&mut self, plan: &Plan, requests: &[(u64, MotionRequest)]) -> Result<Vec<JournalReadings>, String> {
         let mut logs = vec![JournalReadings::default(); plan.lobes.len()];
         let sense = f64::from(self.machine.description().rotation_sense);
         let (journal, station_mm) = (&mut self.journal, self.station_mm);
@@ -164,7 +164,7 @@ impl Shop {
             logs[lobe].gauged.push(GaugedTick { tick: report.tick, c_rad, x_mm, value_mm, second_mm, motor_n });
         };
         match drive(plan, &mut self.interpolator, &mut self.machine, requests, each)? {
-            Outcome::Completed => Ok(logs),
+            MotionOutcome::Completed => Ok(logs),
             other => Err(format!("{other:?}")),
         }
     }
@@ -202,7 +202,7 @@ pub(crate) fn judge(seed: u64) -> JobEnd {
     let ticks = |plan: &Plan| plan.segments.iter().map(|segment| segment.ticks).sum::<u64>();
     let mut disturbed = |plan: &Plan| {
         let mut asked = if random.next().is_multiple_of(3) { requests(&mut random, ticks(plan)) } else { Vec::new() };
-        asked.retain(|(_, request)| *request != Request::Cancel);
+        asked.retain(|(_, request)| *request != MotionRequest::Cancel);
         asked
     };
     let asked = disturbed(&first.plan);

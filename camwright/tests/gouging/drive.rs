@@ -1,8 +1,10 @@
 //! A plan through the real interpolator, with holds, overrides and cancels at any tick.
 
 use crate::cams::SplitMix64;
-use camwright::interpolator::{Interpolator, InterpolatorEvent, Motion, Outcome, Prepared, Request, TickInputs};
-use camwright::machine::alarm::Severity;
+use camwright::interpolator::{
+    Interpolator, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, Prepared, TickInputs,
+};
+use camwright::machine::alarm::AlarmSeverity;
 use camwright::machine::description::Axis;
 use camwright::motion::plan::{Plan, PlanCommand, Segment, SegmentKind};
 use camwright::simulation::tick_report::TickReport;
@@ -21,23 +23,23 @@ pub(crate) struct Tick<'a> {
 }
 
 /// Actions of an operator, by the ticks since the start: holds of any length and overrides, and at times a cancel.
-pub(crate) fn requests(random: &mut SplitMix64, ticks: u64) -> Vec<(u64, Request)> {
+pub(crate) fn requests(random: &mut SplitMix64, ticks: u64) -> Vec<(u64, MotionRequest)> {
     let mut requests = Vec::new();
     let count = random.next() % 6;
     let mut at = 0;
     for _ in 0..count {
         at += 1 + random.next() % (ticks / (count + 1)).max(1);
         match random.next() % 3 {
-            0 => requests.push((at, Request::SetOverride(random.within(0.2, 1.0)))),
+            0 => requests.push((at, MotionRequest::SetOverride(random.within(0.2, 1.0)))),
             _ => {
-                requests.push((at, Request::Hold));
+                requests.push((at, MotionRequest::Hold));
                 at += 1 + random.next() % 2500;
-                requests.push((at, Request::Unhold));
+                requests.push((at, MotionRequest::Unhold));
             }
         }
     }
     if random.next().is_multiple_of(8) {
-        requests.push((1 + random.next() % ticks, Request::Cancel));
+        requests.push((1 + random.next() % ticks, MotionRequest::Cancel));
     }
     requests.sort_by_key(|(at, _)| *at);
     requests
@@ -48,9 +50,9 @@ pub(crate) fn drive(
     plan: &Plan,
     interpolator: &mut Interpolator,
     machine: &mut Machine,
-    requests: &[(u64, Request)],
+    requests: &[(u64, MotionRequest)],
     mut each: impl FnMut(&Tick<'_>),
-) -> Result<Outcome, String> {
+) -> Result<MotionOutcome, String> {
     let description = machine.description().clone();
     let prepared = Prepared::new(Motion::Plan(Arc::new(plan.clone())), &description).map_err(|e| e.to_string())?;
     interpolator.resync(machine.setpoint().counts);
@@ -62,13 +64,13 @@ pub(crate) fn drive(
     let mut orders: Vec<(u64, MachineCommand)> = Vec::new();
     for tick in start + 1..start + 8 * planned + 200_000 {
         let now = requests.iter().filter(|(at, _)| start + *at == tick).map(|(_, request)| *request);
-        let now: Vec<Request> = now.collect();
+        let now: Vec<MotionRequest> = now.collect();
         let out = interpolator.step(&TickInputs { tick, requests: &now });
         orders.extend(out.orders.iter().map(|order| (order.tick, order.kind.into())));
         let due: Vec<MachineCommand> = orders.iter().filter(|(at, _)| *at == tick).map(|(_, order)| *order).collect();
         orders.retain(|(at, _)| *at > tick);
         let report = machine.step(Some(&out.setpoint), &due, &[]);
-        if let Some(alarm) = report.raised.iter().find(|alarm| alarm.kind.entry().severity > Severity::Warning) {
+        if let Some(alarm) = report.raised.iter().find(|alarm| alarm.kind.entry().severity > AlarmSeverity::Warning) {
             return Err(format!("tick {}: alarm {}", tick - start, alarm.kind.entry().number));
         }
         report.latches.iter().for_each(|latch| {

@@ -12,7 +12,7 @@ use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::lathe;
 use camwright::planner::{PlanStart, plan_turning};
 use camwright::simulation::Machine;
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 
 const LENGTH_MM: f64 = 8.0;
 const PART_ZERO_MM: f64 = 2.0;
@@ -35,8 +35,8 @@ fn job(random: &mut SplitMix64) -> TurningJob {
         turned_mm: if random.next().is_multiple_of(2) { (LENGTH_MM, 4.0) } else { (0.0, 4.0) },
         bar_radius_mm,
         part_zero_mm: PART_ZERO_MM,
-        passes: Passes { stock_mm, finish_mm, deepest_mm: stock_mm, rough_feed: Feed::AlongZ(0.6) },
-        feed: if random.next().is_multiple_of(2) { Feed::AlongZ(feed) } else { Feed::AlongCurve(feed) },
+        passes: Passes { stock_mm, finish_mm, deepest_mm: stock_mm, rough_feed: InsertFeed::AlongZ(0.6) },
+        feed: if random.next().is_multiple_of(2) { InsertFeed::AlongZ(feed) } else { InsertFeed::AlongCurve(feed) },
         angles: 360,
         speed: random.one_of(&[TurningSpeed::Fastest, TurningSpeed::Varied]),
         clearance_mm: 1.0,

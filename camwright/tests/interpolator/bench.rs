@@ -1,14 +1,14 @@
 //! A machine without inertia around the interpolator, and a plan on paper for it.
 
 use camwright::interpolator::{
-    Interpolator, InterpolatorEvent, Motion, Order, OrderKind, Outcome, Prepared, Request, Status, StepOutput,
-    TickInputs,
+    Interpolator, InterpolatorEvent, InterpolatorStatus, Motion, MotionOutcome, MotionRequest, Order, OrderKind,
+    Prepared, StepOutput, TickInputs,
 };
 use camwright::job::grinding::{InfeedDirection, SpeedLaw};
 use camwright::job::infeed::InfeedSchedule;
 use camwright::machine::description::{
-    AXIS_COUNT, AlarmRetract, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
-    WheelDescription,
+    AXIS_COUNT, AlarmRetract, Axis, AxisDescription, AxisScale, DriveSettings, MachineDescription, MotionLimits,
+    Station, WheelDescription,
 };
 use camwright::machine::setpoint::{Input, Latch, Setpoint};
 use camwright::math::periodic_spline::PeriodicSpline;
@@ -40,7 +40,7 @@ impl TestNoise {
 
 fn axis(
     axis: Axis,
-    scale: Scale,
+    scale: AxisScale,
     limits: MotionLimits,
     soft_limits: Option<(f64, f64)>,
     homing: bool,
@@ -64,7 +64,7 @@ fn axis(
 }
 
 pub(crate) fn machine() -> MachineDescription {
-    let linear = Scale::Linear { counts_per_mm: PER_MM };
+    let linear = AxisScale::Linear { counts_per_mm: PER_MM };
     MachineDescription {
         name: "bench".into(),
         hash: String::new(),
@@ -74,7 +74,7 @@ pub(crate) fn machine() -> MachineDescription {
         axes: [
             axis(
                 Axis::C,
-                Scale::Rotary { counts_per_turn: TURN },
+                AxisScale::Rotary { counts_per_turn: TURN },
                 MotionLimits { velocity: 31.4, acceleration: 300.0, jerk: 30_000.0 },
                 None,
                 true,
@@ -310,7 +310,7 @@ pub(crate) struct Row {
     pub(crate) tick: u64,
     pub(crate) setpoint: Setpoint,
     pub(crate) absolute: [i64; AXIS_COUNT],
-    pub(crate) status: Status,
+    pub(crate) status: InterpolatorStatus,
 }
 
 /// Interpolator and machine.
@@ -320,7 +320,7 @@ pub(crate) struct Bench {
     pub(crate) rows: Vec<Row>,
     pub(crate) orders: Vec<Order>,
     pub(crate) events: Vec<(u64, InterpolatorEvent)>,
-    pub(crate) outcome: Option<Outcome>,
+    pub(crate) outcome: Option<MotionOutcome>,
     pub(crate) tick: u64,
     /// Ticks after its own at which an edge reaches the interpolator, 1 … D.
     pub(crate) delivery: Box<dyn FnMut() -> u64>,
@@ -364,7 +364,7 @@ impl Bench {
         bench
     }
 
-    pub(crate) fn step(&mut self, requests: &[Request]) -> StepOutput {
+    pub(crate) fn step(&mut self, requests: &[MotionRequest]) -> StepOutput {
         let tick = self.tick;
         let interpolator = &mut self.interpolator;
         self.pending.retain(|(at, latch)| {
@@ -430,16 +430,16 @@ impl Bench {
         if self.outcome.is_some() {
             return false;
         }
-        self.step(&[Request::Hold]);
+        self.step(&[MotionRequest::Hold]);
         for _ in 0..ticks {
             self.step(&[]);
         }
-        self.step(&[Request::Unhold]);
+        self.step(&[MotionRequest::Unhold]);
         true
     }
 
     /// Steps until the motion ends.
-    pub(crate) fn finish(&mut self, max: u64) -> Outcome {
+    pub(crate) fn finish(&mut self, max: u64) -> MotionOutcome {
         for _ in 0..max {
             if let Some(outcome) = self.outcome {
                 return outcome;
@@ -503,8 +503,8 @@ impl Bench {
         let law_end = plan.time_laws[cut.speed].end();
         let mut checked = 0;
         for row in self.rows.iter().filter(|row| row.status.turns > 0.0) {
-            use camwright::interpolator::State;
-            if row.status.state != State::Executing {
+            use camwright::interpolator::ExecutionState;
+            if row.status.state != ExecutionState::Executing {
                 continue;
             }
             // The reported turn omits inserted turns, and is not rounded to counts: it selects the turn only.

@@ -1,7 +1,9 @@
 //! C turning on from one cut to the next: undisturbed, held, slowed down, cancelled and stopped at any tick.
 
 use crate::bench::{Bench, SAFE_X, TURN, TestNoise, machine, two_cuts};
-use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared, Request, State, TickInputs};
+use camwright::interpolator::{
+    ExecutionState, Interpolator, Motion, MotionOutcome, MotionRequest, Prepared, TickInputs,
+};
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
 use camwright::machine::setpoint::StopPoint;
@@ -38,7 +40,7 @@ fn assert_ended(bench: &Bench, what: &str) {
 fn c_turns_from_the_first_cut_to_the_end_of_the_second() {
     for (plan, start) in plans() {
         let mut bench = started(&plan, start);
-        assert_eq!(bench.finish(20_000), Outcome::Completed);
+        assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
         assert_ended(&bench, "undisturbed");
         let turning = |row: &&crate::bench::Row| row.setpoint.velocity[0] > 0.0;
         let first = bench.rows.iter().position(|row| turning(&row)).unwrap();
@@ -64,7 +66,7 @@ fn a_hold_anywhere_lets_the_phase_go_by_and_the_cut_begins_later() {
         if !bench.hold_at(hold, length) {
             continue;
         }
-        assert_eq!(bench.finish(30_000), Outcome::Completed, "{what}");
+        assert_eq!(bench.finish(30_000), MotionOutcome::Completed, "{what}");
         assert_ended(&bench, &what);
     }
 }
@@ -80,16 +82,16 @@ fn a_hold_between_the_cuts_leaves_c_turning() {
     for _ in 0..100 {
         bench.step(&[]);
     }
-    bench.step(&[Request::Hold]);
+    bench.step(&[MotionRequest::Hold]);
     for _ in 0..1000 {
         bench.step(&[]);
     }
     let row = *bench.last();
-    assert_eq!((row.status.state, row.status.segment), (State::Held, 1));
+    assert_eq!((row.status.state, row.status.segment), (ExecutionState::Held, 1));
     assert_eq!(row.setpoint.velocity[1..], [0.0, 0.0]);
     assert!((row.setpoint.velocity[0] - 3.0).abs() < 1e-12);
-    bench.step(&[Request::Unhold]);
-    assert_eq!(bench.finish(20_000), Outcome::Completed);
+    bench.step(&[MotionRequest::Unhold]);
+    assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
     assert_ended(&bench, "held between the cuts");
 }
 
@@ -107,18 +109,18 @@ fn holds_and_overrides_in_any_order_keep_the_limits() {
                 bench.step(&[]);
             }
             let request = match random.below(4) {
-                0 => Request::Hold,
-                1 => Request::SetOverride(random.next()),
-                _ => Request::Unhold,
+                0 => MotionRequest::Hold,
+                1 => MotionRequest::SetOverride(random.next()),
+                _ => MotionRequest::Unhold,
             };
             if bench.outcome.is_none() {
                 bench.step(&[request]);
             }
         }
         if bench.outcome.is_none() {
-            bench.step(&[Request::SetOverride(1.0), Request::Unhold]);
+            bench.step(&[MotionRequest::SetOverride(1.0), MotionRequest::Unhold]);
         }
-        assert_eq!(bench.finish(60_000), Outcome::Completed, "{what}");
+        assert_eq!(bench.finish(60_000), MotionOutcome::Completed, "{what}");
         assert_ended(&bench, &what);
     }
 }
@@ -135,8 +137,8 @@ fn a_cancel_anywhere_ends_at_rest_with_the_wheel_retracted() {
             if bench.outcome.is_some() {
                 continue;
             }
-            bench.step(&[Request::Cancel]);
-            assert_eq!(bench.finish(5_000), Outcome::Cancelled, "{what}");
+            bench.step(&[MotionRequest::Cancel]);
+            assert_eq!(bench.finish(5_000), MotionOutcome::Cancelled, "{what}");
             bench.assert_limits(&what);
             bench.assert_at_rest(&what);
             assert!(bench.counts()[1] >= SAFE_X, "{what}: {:?}", bench.counts());
@@ -162,7 +164,7 @@ fn an_alarm_anywhere_brings_c_to_rest_too() {
             if bench.outcome.is_some() {
                 continue;
             }
-            assert_eq!(bench.finish(3_000), Outcome::Failed(42), "alarm at {alarm}");
+            assert_eq!(bench.finish(3_000), MotionOutcome::Failed(42), "alarm at {alarm}");
             bench.assert_limits(&format!("alarm at {alarm}"));
             bench.assert_at_rest("alarm");
         }
@@ -177,10 +179,10 @@ fn a_station_that_is_not_found_brings_c_to_rest_before_the_motion_ends() {
     let far = crate::bench::to(&machine(), Axis::Z, 200 * crate::bench::PER_MM);
     plan.segments[1].kind = SegmentKind::Move(vec![far]);
     let mut bench = started(&plan, start);
-    assert_eq!(bench.finish(20_000), Outcome::Failed(91));
+    assert_eq!(bench.finish(20_000), MotionOutcome::Failed(91));
     bench.assert_limits("no station");
     bench.assert_at_rest("no station");
-    assert_eq!(bench.last().status.state, State::Fault);
+    assert_eq!(bench.last().status.state, ExecutionState::Fault);
 }
 
 /// Numbers that no planner writes are refused before anything moves, or followed without a panic, whatever they stand for.
@@ -199,9 +201,9 @@ fn a_plan_with_numbers_that_cannot_be_is_refused() {
         interpolator.start(Box::new(prepared)).unwrap();
         let mut tail = [StopPoint::default(); 32];
         for tick in 0..9_000 {
-            let requests: &[Request] = match tick {
-                2000 | 4800 => &[Request::Hold],
-                2200 | 5000 => &[Request::Unhold],
+            let requests: &[MotionRequest] = match tick {
+                2000 | 4800 => &[MotionRequest::Hold],
+                2200 | 5000 => &[MotionRequest::Unhold],
                 _ => &[],
             };
             interpolator.step(&TickInputs { tick, requests });

@@ -1,7 +1,7 @@
 //! Hold, override, cancel and alarms at any tick.
 
 use crate::bench::{Bench, SAFE_X, TURN, TestNoise, cut_only, cut_only_under, machine, whole_job};
-use camwright::interpolator::{InterpolatorEvent, Outcome, Request, State};
+use camwright::interpolator::{ExecutionState, InterpolatorEvent, MotionOutcome, MotionRequest};
 use camwright::job::grinding::SpeedLaw;
 use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 
@@ -36,7 +36,7 @@ fn a_hold_anywhere_stops_within_limits_and_resumes_on_the_path() {
         if !bench.hold_at(hold, length) {
             continue;
         }
-        assert_eq!(bench.finish(30_000), Outcome::Completed, "{what}");
+        assert_eq!(bench.finish(30_000), MotionOutcome::Completed, "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut_of(&plan), &what);
         let end = bench.counts();
@@ -55,22 +55,22 @@ fn a_hold_in_the_cut_retracts_and_keeps_c_turning() {
         bench.step(&[]);
     }
     let stock = bench.last().status.stock_mm;
-    bench.step(&[Request::Hold]);
-    assert_eq!(bench.last().status.state, State::Holding);
+    bench.step(&[MotionRequest::Hold]);
+    assert_eq!(bench.last().status.state, ExecutionState::Holding);
     for _ in 0..3000 {
         bench.step(&[]);
     }
     let row = *bench.last();
-    assert_eq!(row.status.state, State::Held);
+    assert_eq!(row.status.state, ExecutionState::Held);
     assert!((row.setpoint.velocity[0] - 6.0).abs() < 1e-9, "C turns: {row:?}");
     assert!((row.status.stock_mm - stock).abs() < 1e-3, "nothing is cut");
     let path = plan.paths[0]
         .sample(crate::bench::START_RAD + row.setpoint.counts[0] as f64 / TURN as f64 * std::f64::consts::TAU);
     let off = row.setpoint.counts[1] as f64 / 1e5 - path.value;
     assert!(off > 2.0 + stock - 1e-3, "2 mm off the infeed that was reached: {off}");
-    bench.step(&[Request::Unhold]);
-    assert_eq!(bench.last().status.state, State::Unholding);
-    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    bench.step(&[MotionRequest::Unhold]);
+    assert_eq!(bench.last().status.state, ExecutionState::Unholding);
+    assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     let turns = bench.counts()[0] / TURN;
     assert!(turns > 4 && bench.counts()[0] % TURN == 0, "whole turns were inserted: {turns}");
     bench.assert_limits("hold in the cut");
@@ -90,7 +90,7 @@ fn a_hold_that_stops_the_infeed_leaves_the_wheel_where_it_is() {
         bench.step(&[]);
     }
     let stock = bench.last().status.stock_mm;
-    bench.step(&[Request::Hold]);
+    bench.step(&[MotionRequest::Hold]);
     let mut held = 0;
     for _ in 0..3000 {
         bench.step(&[]);
@@ -100,12 +100,12 @@ fn a_hold_that_stops_the_infeed_leaves_the_wheel_where_it_is() {
         let off = row.setpoint.counts[1] as f64 / 1e5 - path - stock;
         // One millisecond of infeed, half a count of X, and half a count of C on the slope.
         assert!(off.abs() < 2e-4, "tick {}: {off} mm off the depth that was reached", row.tick);
-        held += u32::from(row.status.state == State::Held);
+        held += u32::from(row.status.state == ExecutionState::Held);
     }
     assert!(held > 2900, "held {held} ticks");
     assert!((bench.last().setpoint.velocity[0] - 6.0).abs() < 1e-9, "C turns");
-    bench.step(&[Request::Unhold]);
-    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    bench.step(&[MotionRequest::Unhold]);
+    assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     let turns = bench.counts()[0] / TURN;
     assert!(turns > 4 && bench.counts()[0] % TURN == 0, "whole turns were inserted: {turns}");
     bench.assert_limits("hold of the infeed");
@@ -124,12 +124,12 @@ fn a_cancel_retracts_out_of_a_hold_that_left_the_wheel_on_the_part() {
         for _ in 0..1500 {
             bench.step(&[]);
         }
-        bench.step(&[Request::Hold]);
+        bench.step(&[MotionRequest::Hold]);
         for _ in 0..wait {
             bench.step(&[]);
         }
-        bench.step(&[Request::Cancel]);
-        assert_eq!(bench.finish(10_000), Outcome::Cancelled);
+        bench.step(&[MotionRequest::Cancel]);
+        assert_eq!(bench.finish(10_000), MotionOutcome::Cancelled);
         let angle = bench.counts()[0] as f64 / TURN as f64 * std::f64::consts::TAU;
         let off = bench.counts()[1] as f64 / 1e5 - plan.paths[0].sample(crate::bench::START_RAD + angle).value;
         assert!(off > 2.0, "{off} mm off the part after {wait} ticks of hold");
@@ -160,14 +160,14 @@ fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
                 bench.step(&[]);
             }
             let request = match random.below(4) {
-                0 => Request::Unhold,
-                1 => Request::SetOverride(random.next()),
-                _ => Request::Hold,
+                0 => MotionRequest::Unhold,
+                1 => MotionRequest::SetOverride(random.next()),
+                _ => MotionRequest::Hold,
             };
             bench.step(&[request]);
         }
-        bench.step(&[Request::SetOverride(1.0), Request::Unhold]);
-        assert_eq!(bench.finish(60_000), Outcome::Completed, "{what}");
+        bench.step(&[MotionRequest::SetOverride(1.0), MotionRequest::Unhold]);
+        assert_eq!(bench.finish(60_000), MotionOutcome::Completed, "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut_of(&plan), &what);
         assert_eq!((bench.counts()[0].rem_euclid(TURN), bench.counts()[1]), (0, start[1] - 36_000), "{what}");
@@ -181,9 +181,9 @@ fn override_one_half_visits_the_same_points_in_twice_the_time() {
     let (plan, start) = cut_only(&machine, 4.2, 6.0);
     let run = |factor: f64| {
         let mut bench = Bench::at(machine.clone(), start);
-        bench.step(&[Request::SetOverride(factor)]);
+        bench.step(&[MotionRequest::SetOverride(factor)]);
         bench.start_plan(plan.clone());
-        assert_eq!(bench.finish(20_000), Outcome::Completed);
+        assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
         bench.rows.remove(0);
         bench
     };
@@ -209,12 +209,12 @@ fn a_changing_override_keeps_the_limits_and_the_path() {
         bench.start_plan(plan.clone());
         while bench.outcome.is_none() && bench.rows.len() < 60_000 {
             let factor = if random.next() < 0.2 { 1.0 } else { 0.2 + 0.8 * random.next() };
-            bench.step(&[Request::SetOverride(factor)]);
+            bench.step(&[MotionRequest::SetOverride(factor)]);
             for _ in 0..random.below(900) {
                 bench.step(&[]);
             }
         }
-        assert_eq!(bench.outcome, Some(Outcome::Completed), "{what}");
+        assert_eq!(bench.outcome, Some(MotionOutcome::Completed), "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut_of(&plan), &what);
     }
@@ -229,14 +229,14 @@ fn override_zero_stands_still_and_any_other_goes_on() {
     for _ in 0..800 {
         bench.step(&[]);
     }
-    bench.step(&[Request::SetOverride(0.0), Request::SetOverride(f64::NAN)]);
+    bench.step(&[MotionRequest::SetOverride(0.0), MotionRequest::SetOverride(f64::NAN)]);
     for _ in 0..1500 {
         bench.step(&[]);
     }
     bench.assert_at_rest("override 0");
-    bench.step(&[Request::SetOverride(7.0)]);
+    bench.step(&[MotionRequest::SetOverride(7.0)]);
     assert_eq!(bench.last().status.feed_override, 1.0);
-    assert_eq!(bench.finish(20_000), Outcome::Completed);
+    assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
     assert_eq!(bench.counts()[0], 4 * TURN);
     bench.assert_limits("override 0");
 }
@@ -258,7 +258,7 @@ fn a_cancel_anywhere_ends_at_rest_with_the_wheel_retracted() {
                 continue;
             }
             if held > 0 {
-                bench.step(&[Request::Hold]);
+                bench.step(&[MotionRequest::Hold]);
                 for _ in 0..held {
                     bench.step(&[]);
                 }
@@ -267,9 +267,9 @@ fn a_cancel_anywhere_ends_at_rest_with_the_wheel_retracted() {
             if bench.outcome.is_some() {
                 continue;
             }
-            bench.step(&[Request::Cancel]);
-            assert!(matches!(bench.last().status.state, State::Stopping | State::Idle), "{what}");
-            assert_eq!(bench.finish(5_000), Outcome::Cancelled, "{what}");
+            bench.step(&[MotionRequest::Cancel]);
+            assert!(matches!(bench.last().status.state, ExecutionState::Stopping | ExecutionState::Idle), "{what}");
+            assert_eq!(bench.finish(5_000), MotionOutcome::Cancelled, "{what}");
             bench.assert_limits(&what);
             bench.assert_at_rest(&what);
             assert!(bench.counts()[1] >= SAFE_X, "{what}: {:?}", bench.counts());
@@ -288,12 +288,12 @@ fn a_cancel_does_not_wait_for_the_override() {
         for _ in 0..1000 {
             bench.step(&[]);
         }
-        bench.step(&[Request::SetOverride(0.0)]);
+        bench.step(&[MotionRequest::SetOverride(0.0)]);
         for _ in 0..wait {
             bench.step(&[]);
         }
-        bench.step(&[Request::Cancel]);
-        assert_eq!(bench.finish(5_000), Outcome::Cancelled);
+        bench.step(&[MotionRequest::Cancel]);
+        assert_eq!(bench.finish(5_000), MotionOutcome::Cancelled);
         bench.assert_limits("cancel at override 0");
     }
 }
@@ -322,10 +322,10 @@ fn an_alarm_anywhere_stops_within_limits_and_needs_a_reset() {
         if bench.outcome.is_some() {
             continue;
         }
-        assert_eq!(bench.finish(3_000), Outcome::Failed(42), "alarm at {alarm}");
+        assert_eq!(bench.finish(3_000), MotionOutcome::Failed(42), "alarm at {alarm}");
         bench.assert_limits(&format!("alarm at {alarm}"));
         bench.assert_at_rest("alarm");
-        assert_eq!(bench.last().status.state, State::Fault);
+        assert_eq!(bench.last().status.state, ExecutionState::Fault);
         let counts = bench.counts();
         bench.interpolator.resync(counts);
         assert!(bench.interpolator.is_idle());
@@ -341,12 +341,12 @@ fn an_alarm_from_before_a_motion_does_not_end_it() {
     let mut bench = Bench::new(machine);
     assert!(bench.interpolator.alarm(bench.tick - 1, 1));
     bench.start_plan(plan.clone());
-    assert_eq!(bench.finish(5_000), Outcome::Completed);
+    assert_eq!(bench.finish(5_000), MotionOutcome::Completed);
     // One of its first tick does.
     let mut bench = Bench::new(bench.machine);
     assert!(bench.interpolator.alarm(bench.tick, 1));
     bench.start_plan(plan);
-    assert_eq!(bench.finish(5_000), Outcome::Failed(1));
+    assert_eq!(bench.finish(5_000), MotionOutcome::Failed(1));
 }
 
 #[test]
@@ -361,7 +361,7 @@ fn a_wait_waits_for_its_decision() {
         bench.step(&[]);
     }
     assert_eq!((bench.outcome, bench.last().status.segment), (None, 1));
-    bench.step(&[Request::Decision]);
-    assert_eq!(bench.outcome, Some(Outcome::Completed));
+    bench.step(&[MotionRequest::Decision]);
+    assert_eq!(bench.outcome, Some(MotionOutcome::Completed));
     assert!(bench.events.iter().any(|(_, event)| *event == InterpolatorEvent::Segment(1)));
 }

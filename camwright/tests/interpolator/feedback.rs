@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, ORIGIN, SWITCH, TURN, TestNoise, machine, whole_job};
 use camwright::interpolator::{
-    AppliedInput, InterpolatorAlarm, InterpolatorEvent, Motion, OrderKind, Outcome, Request, SearchStep,
+    AppliedInput, InterpolatorAlarm, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, OrderKind, SearchStep,
 };
 use camwright::machine::description::Axis;
 use camwright::machine::setpoint::{Input, Latch};
@@ -13,7 +13,7 @@ fn homing_finds_the_mark_and_counts_from_it() {
     let machine = machine();
     let mut bench = Bench::new(machine.clone());
     bench.start(Motion::Home(vec![Axis::C, Axis::X]));
-    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     bench.assert_limits("homing");
     assert_eq!((bench.counts()[0], bench.last().absolute[0]), (0, ORIGIN));
     assert_eq!(bench.orders.len(), 2);
@@ -37,7 +37,7 @@ fn homing_again_finds_the_same_zero() {
     let mut bench = Bench::new(machine.clone());
     for _ in 0..2 {
         bench.start(Motion::Home(vec![Axis::C]));
-        assert_eq!(bench.finish(10_000), Outcome::Completed);
+        assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     }
     assert_eq!((bench.counts()[0], bench.last().absolute[0]), (0, ORIGIN + TURN));
 }
@@ -58,7 +58,7 @@ fn a_search_without_its_edge_is_an_alarm_at_rest() {
     bench.origin_works = false;
     bench.start(Motion::Home(vec![Axis::C]));
     let alarm = InterpolatorAlarm::NoEdge { axis: Axis::C, input: Input::Origin };
-    assert_eq!(bench.finish(10_000), Outcome::Failed(90));
+    assert_eq!(bench.finish(10_000), MotionOutcome::Failed(90));
     assert!(bench.events.iter().any(|(_, event)| *event == InterpolatorEvent::Alarm(alarm)));
     bench.assert_limits("no edge");
     bench.assert_at_rest("no edge");
@@ -80,7 +80,7 @@ fn only_the_wanted_edge_ends_a_search() {
     ] {
         assert!(bench.interpolator.feedback(&latch));
     }
-    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     assert_eq!(bench.last().absolute[0], ORIGIN);
 }
 
@@ -115,11 +115,11 @@ fn the_moment_at_which_feedback_arrives_changes_nothing() {
         for _ in 0..5_000 {
             bench.step(&[]);
         }
-        bench.step(&[Request::Hold]);
+        bench.step(&[MotionRequest::Hold]);
         for _ in 0..300 {
             bench.step(&[]);
         }
-        bench.step(&[Request::Unhold, Request::SetOverride(0.8)]);
+        bench.step(&[MotionRequest::Unhold, MotionRequest::SetOverride(0.8)]);
         bench.finish(30_000);
         let bits: Vec<_> = bench
             .rows
@@ -148,16 +148,16 @@ fn applied_inputs_replay_the_run() {
     let mut applied: Vec<(u64, AppliedInput)> = Vec::new();
     let mut random = TestNoise(8);
     while bench.outcome.is_none() {
-        let requests: &[Request] = match random.below(400) {
-            0 => &[Request::Hold],
-            1 => &[Request::Unhold, Request::SetOverride(0.7)],
-            2 => &[Request::Unhold],
+        let requests: &[MotionRequest] = match random.below(400) {
+            0 => &[MotionRequest::Hold],
+            1 => &[MotionRequest::Unhold, MotionRequest::SetOverride(0.7)],
+            2 => &[MotionRequest::Unhold],
             _ => &[],
         };
         let out = bench.step(requests);
         applied.extend(out.applied.iter().map(|input| (out.tick, *input)));
         if bench.rows.len() > 20_000 {
-            let out = bench.step(&[Request::Unhold]);
+            let out = bench.step(&[MotionRequest::Unhold]);
             applied.extend(out.applied.iter().map(|input| (out.tick, *input)));
             while bench.outcome.is_none() {
                 bench.step(&[]);
@@ -198,5 +198,5 @@ fn edges_between_motions_leave_no_trace() {
     while bench.outcome.is_none() {
         seen += bench.step(&[]).applied.len();
     }
-    assert_eq!((bench.outcome, seen, bench.last().absolute[0]), (Some(Outcome::Completed), 1, ORIGIN));
+    assert_eq!((bench.outcome, seen, bench.last().absolute[0]), (Some(MotionOutcome::Completed), 1, ORIGIN));
 }

@@ -4,7 +4,7 @@ use crate::bench::{Bench, PER_MM, TestNoise, machine};
 use camwright::interpolator::tolerance::{FollowingTolerances, MotionPhase, Tolerance};
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{
-    AppliedInput, Motion, Outcome, Prepared, Request, StartError, State, StateForecast, StepOutput,
+    AppliedInput, ExecutionState, Motion, MotionOutcome, MotionRequest, Prepared, StartError, StateForecast, StepOutput,
 };
 use camwright::machine::description::Axis;
 use camwright::machine::setpoint::{Measured, Setpoint};
@@ -40,7 +40,7 @@ impl LaggingAxis {
         Self { lag_ticks, delay, setpoints: Vec::new(), measured: Vec::new() }
     }
 
-    fn step(&mut self, bench: &mut Bench, requests: &[Request]) -> StepOutput {
+    fn step(&mut self, bench: &mut Bench, requests: &[MotionRequest]) -> StepOutput {
         let tick = bench.tick;
         self.measured.retain(|measured| {
             let is_due = measured.tick + self.delay <= tick;
@@ -58,7 +58,7 @@ impl LaggingAxis {
         out
     }
 
-    fn finish(&mut self, bench: &mut Bench, max: u64) -> Outcome {
+    fn finish(&mut self, bench: &mut Bench, max: u64) -> MotionOutcome {
         for _ in 0..max {
             if let Some(outcome) = bench.outcome {
                 return outcome;
@@ -82,7 +82,7 @@ fn a_broken_path_tolerance_ends_the_trajectory_at_rest_and_is_reported_with_its_
         let mut bench = Bench::new(machine());
         bench.start(Motion::from(twenty_mm(tolerances)));
         let outcome = LaggingAxis::new(20, delay).finish(&mut bench, 3000);
-        let Outcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
+        let MotionOutcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
         assert_eq!((broken.axis, broken.stretch, broken.allowed), (Axis::X, MotionPhase::Path, 0.5));
         assert!((broken.time_s - first).abs() < 1e-9, "{} {first}", broken.time_s);
         assert!((broken.error - lag(first)).abs() < 1e-4, "{} {}", broken.error, lag(first));
@@ -98,7 +98,7 @@ fn a_broken_path_tolerance_ends_the_trajectory_at_rest_and_is_reported_with_its_
         let tolerances = FollowingTolerances { path: of_x(Some(allowed), None), ..FollowingTolerances::default() };
         let mut bench = Bench::new(machine());
         bench.start(Motion::from(twenty_mm(tolerances)));
-        assert_eq!(LaggingAxis::new(lag_ticks, 1).finish(&mut bench, 3000), Outcome::Completed);
+        assert_eq!(LaggingAxis::new(lag_ticks, 1).finish(&mut bench, 3000), MotionOutcome::Completed);
     }
 }
 
@@ -114,7 +114,7 @@ fn a_goal_is_reached_when_the_axes_are_there_and_missed_when_its_time_is_over() 
     for ticks in [None, Some(400)] {
         let mut bench = Bench::new(machine.clone());
         bench.start(Motion::from(twenty_mm(goal(ticks))));
-        assert_eq!(LaggingAxis::new(300, 1).finish(&mut bench, 3000), Outcome::Completed);
+        assert_eq!(LaggingAxis::new(300, 1).finish(&mut bench, 3000), MotionOutcome::Completed);
         let over = bench.rows.len() as u64 - 1001;
         assert!((290..=330).contains(&over), "{over} ticks after the end, 20 of them until it is in sight");
         assert_eq!(bench.counts(), [0, 20 * PER_MM, 0]);
@@ -122,7 +122,7 @@ fn a_goal_is_reached_when_the_axes_are_there_and_missed_when_its_time_is_over() 
     let mut bench = Bench::new(machine.clone());
     bench.start(Motion::from(twenty_mm(goal(Some(100)))));
     let outcome = LaggingAxis::new(300, 1).finish(&mut bench, 3000);
-    let Outcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
+    let MotionOutcome::OutOfTolerance(broken) = outcome else { panic!("{outcome:?}") };
     assert_eq!((broken.axis, broken.stretch), (Axis::X, MotionPhase::Goal));
     assert!((broken.time_s - 0.110).abs() < 0.011, "{}", broken.time_s);
     let text = broken.to_string();
@@ -136,9 +136,9 @@ fn a_goal_is_reached_when_the_axes_are_there_and_missed_when_its_time_is_over() 
     for _ in 0..1500 {
         lagging.step(&mut bench, &[]);
     }
-    assert_eq!((bench.outcome, bench.last().status.state), (None, State::Executing), "it waits");
-    lagging.step(&mut bench, &[Request::Cancel]);
-    assert_eq!(lagging.finish(&mut bench, 5), Outcome::Cancelled);
+    assert_eq!((bench.outcome, bench.last().status.state), (None, ExecutionState::Executing), "it waits");
+    lagging.step(&mut bench, &[MotionRequest::Cancel]);
+    assert_eq!(lagging.finish(&mut bench, 5), MotionOutcome::Cancelled);
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn a_trajectory_waits_for_its_tick_at_rest_and_can_be_held_and_cancelled_there()
     };
     let mut bench = Bench::new(machine.clone());
     bench.interpolator.start(prepared()).expect("idle");
-    assert_eq!(bench.finish(3000), Outcome::Completed);
+    assert_eq!(bench.finish(3000), MotionOutcome::Completed);
     let first = bench.rows.iter().find(|row| row.setpoint.velocity[1] != 0.0).expect("it moves").tick;
     assert_eq!((first, bench.last().tick), (1501, 2500));
     // Held over its start it begins when it is let go, and not before.
@@ -173,21 +173,21 @@ fn a_trajectory_waits_for_its_tick_at_rest_and_can_be_held_and_cancelled_there()
     for _ in 0..100 {
         bench.step(&[]);
     }
-    bench.step(&[Request::Hold]);
+    bench.step(&[MotionRequest::Hold]);
     for _ in 0..900 {
         bench.step(&[]);
     }
-    assert_eq!((bench.last().status.state, bench.counts()), (State::Held, [0; 3]));
-    bench.step(&[Request::Unhold]);
-    assert_eq!(bench.finish(3000), Outcome::Completed);
+    assert_eq!((bench.last().status.state, bench.counts()), (ExecutionState::Held, [0; 3]));
+    bench.step(&[MotionRequest::Unhold]);
+    assert_eq!(bench.finish(3000), MotionOutcome::Completed);
     bench.assert_limits("held before its start");
     assert_eq!(bench.counts()[1], 20 * PER_MM);
     // Cancelled before its start nothing moves.
     let mut bench = Bench::new(machine.clone());
     bench.interpolator.start(prepared()).expect("idle");
     bench.step(&[]);
-    bench.step(&[Request::Cancel]);
-    assert_eq!(bench.outcome, Some(Outcome::Cancelled));
+    bench.step(&[MotionRequest::Cancel]);
+    assert_eq!(bench.outcome, Some(MotionOutcome::Cancelled));
     assert!(bench.rows.iter().all(|row| row.setpoint == Setpoint::default()));
 }
 
@@ -202,7 +202,7 @@ fn one_trajectory_takes_the_place_of_another_without_a_step() {
         let mut bench = Bench::new(machine.clone());
         bench.start(Motion::from(twenty_mm(FollowingTolerances::default())));
         let factor = if case % 3 == 0 { 1.0 } else { 0.2 + 0.8 * random.next() };
-        bench.step(&[Request::SetOverride(factor)]);
+        bench.step(&[MotionRequest::SetOverride(factor)]);
         let at = 5 + random.below(900);
         for _ in 0..at {
             bench.step(&[]);
@@ -219,7 +219,7 @@ fn one_trajectory_takes_the_place_of_another_without_a_step() {
         }
         bench.interpolator.splice(tick, motion).unwrap_or_else(|(error, _)| panic!("case {case}: {error}"));
         assert!(bench.interpolator.take_finished().is_some(), "the one before is given back");
-        assert_eq!(bench.finish(20_000), Outcome::Completed, "case {case}");
+        assert_eq!(bench.finish(20_000), MotionOutcome::Completed, "case {case}");
         bench.assert_limits(&format!("case {case}"));
         bench.assert_at_rest(&format!("case {case}"));
         assert_eq!(bench.counts(), [0, machine.axis(Axis::X).scale.counts(target), 0], "case {case}");
@@ -255,19 +255,19 @@ fn a_trajectory_takes_no_place_that_was_disturbed_and_moving_joints_must_be_name
     bench.step(&[]);
     let (error, _) = bench.interpolator.splice(bench.tick, prepared()).expect_err("a tick too early");
     assert_eq!(error, StartError::MovesOtherwise);
-    bench.step(&[Request::Hold]);
+    bench.step(&[MotionRequest::Hold]);
     bench.step(&[]);
     assert_eq!(bench.tick, tick);
     assert_eq!(bench.interpolator.foresee(tick + 5), StateForecast::Held);
     assert!(bench.interpolator.splice(tick, prepared()).is_err());
-    bench.step(&[Request::Unhold]);
-    assert_eq!(bench.finish(3000), Outcome::Completed);
+    bench.step(&[MotionRequest::Unhold]);
+    assert_eq!(bench.finish(3000), MotionOutcome::Completed);
     assert_eq!(bench.counts()[1], 20 * PER_MM);
     // Nothing to take the place of: idle, and beyond the end.
     assert_eq!(bench.interpolator.foresee(bench.tick + 1), StateForecast::Over);
     let mut bench = moving();
     assert_eq!(bench.interpolator.foresee(bench.tick + 2000), StateForecast::Over);
-    bench.step(&[Request::Cancel]);
+    bench.step(&[MotionRequest::Cancel]);
     assert_eq!(bench.interpolator.foresee(bench.tick + 1), StateForecast::Over);
 }
 
@@ -290,6 +290,6 @@ fn a_trajectory_that_waits_gives_way() {
     let motion = Box::new(Prepared::new(Motion::from(trajectory), &machine).expect("good"));
     bench.interpolator.splice(tick, motion).unwrap_or_else(|(error, _)| panic!("{error}"));
     assert_eq!(bench.interpolator.planned_at(tick + 1000).map(|setpoints| setpoints.counts), Some([0, 0, 5 * PER_MM]));
-    assert_eq!(bench.finish(2000), Outcome::Completed);
+    assert_eq!(bench.finish(2000), MotionOutcome::Completed);
     assert_eq!((bench.counts(), bench.last().tick), ([0, 0, 5 * PER_MM], tick + 1000));
 }

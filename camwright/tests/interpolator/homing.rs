@@ -1,7 +1,7 @@
 //! Homing by switch and index as `LinuxCNC` does it: every kind and every sign finds the machine's own zero from either side of the
 //! switch; what fails or is stopped leaves the axis un-homed and homes nothing else.
 
-use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError};
+use camwright::interpolator::{Motion, MotionOutcome, MotionRequest, Prepared, StartError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DescriptionError, Homing, HomingKind, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
@@ -56,7 +56,7 @@ fn start(cell: &mut ClosedLoop, axes: &[Axis]) -> Result<(), StartError> {
 }
 
 /// Runs to the end of the motion, and until the axes rest.
-fn finish(cell: &mut ClosedLoop) -> Outcome {
+fn finish(cell: &mut ClosedLoop) -> MotionOutcome {
     for _ in 0..200_000 {
         cell.step(&[]);
         if let Some(outcome) = cell.outcome().filter(|_| !cell.is_running() && cell.machine().is_at_rest()) {
@@ -92,7 +92,12 @@ fn every_kind_and_every_sign_finds_the_zero_from_both_sides_of_the_switch() {
             let machine = grinder(homing, at_mm);
             let mut cell = cell(&machine);
             start(&mut cell, &[Axis::X]).expect("it starts");
-            assert_eq!(finish(&mut cell), Outcome::Completed, "{homing:?} from {at_mm}: {:?}", cell.machine().alarms());
+            assert_eq!(
+                finish(&mut cell),
+                MotionOutcome::Completed,
+                "{homing:?} from {at_mm}: {:?}",
+                cell.machine().alarms()
+            );
             let report = cell.step(&[]);
             assert!((report.axes[X].position - homing.home_mm).abs() < 1e-9, "{homing:?}: {}", report.axes[X].position);
             // One count of rounding at the edge.
@@ -114,7 +119,7 @@ fn where_it_stands_or_at_the_next_mark_is_a_zero_too() {
         assert_eq!(homing.kind(), Some(kind));
         let mut cell = cell(&grinder(homing, at_mm));
         start(&mut cell, &[Axis::X]).expect("it starts");
-        assert_eq!(finish(&mut cell), Outcome::Completed);
+        assert_eq!(finish(&mut cell), MotionOutcome::Completed);
         assert!((cell.machine().truth()[X].0 - true_mm).abs() < 2e-5, "{}", cell.machine().truth()[X].0);
     }
 }
@@ -148,7 +153,7 @@ fn a_limit_switch_may_be_the_home_switch_until_the_axis_is_homed() {
     let shared = Homing { switch_mm: 255.0, ignore_limits: true, ..AWAY };
     let mut cell = cell(&grinder(shared, 100.0));
     start(&mut cell, &[Axis::X]).expect("it starts");
-    assert_eq!(finish(&mut cell), Outcome::Completed, "{:?}", cell.machine().alarms());
+    assert_eq!(finish(&mut cell), MotionOutcome::Completed, "{:?}", cell.machine().alarms());
     assert!((cell.machine().truth()[X].0 - shared.home_mm).abs() < 2e-5);
 }
 
@@ -165,7 +170,7 @@ fn axes_are_homed_by_their_sequence_and_the_headstock_last() {
             }
         }
     }
-    assert_eq!((order, cell.outcome()), (vec![Axis::X, Axis::Z, Axis::C], Some(Outcome::Completed)));
+    assert_eq!((order, cell.outcome()), (vec![Axis::X, Axis::Z, Axis::C], Some(MotionOutcome::Completed)));
 }
 
 #[test]
@@ -195,7 +200,7 @@ fn before_homing_there_are_no_soft_limits_and_after_it_there_are() {
     };
     let motion = Prepared::new(Motion::Plan(std::sync::Arc::new(plan)), &machine).expect("a motion");
     cell.start(Box::new(motion)).expect("it starts");
-    assert_eq!(finish(&mut cell), Outcome::Failed(22));
+    assert_eq!(finish(&mut cell), MotionOutcome::Failed(22));
     assert_eq!(cell.machine().setpoint().counts, counts, "nothing moved");
 }
 
@@ -213,8 +218,8 @@ fn what_stops_homing_stops_every_axis_and_leaves_it_not_homed() {
             let what = format!("{stop} at {at}");
             assert_eq!(start(&mut cell, &[Axis::X]), Err(StartError::Busy), "{what}: a second request is refused");
             match stop {
-                "cancel" => cell.request(Request::Cancel),
-                "hold" => cell.request(Request::Hold),
+                "cancel" => cell.request(MotionRequest::Cancel),
+                "hold" => cell.request(MotionRequest::Hold),
                 _ => drop(cell.step(&[Fault::EStop(true)])),
             }
             for _ in 0..1500 {
@@ -229,13 +234,13 @@ fn what_stops_homing_stops_every_axis_and_leaves_it_not_homed() {
             assert!(!z || x, "{what}: the sequence");
             match stop {
                 "hold" => {
-                    cell.request(Request::Unhold);
-                    assert_eq!(finish(&mut cell), Outcome::Completed, "{what}");
+                    cell.request(MotionRequest::Unhold);
+                    assert_eq!(finish(&mut cell), MotionOutcome::Completed, "{what}");
                     assert_eq!(homed(&mut cell), [false, true, true], "{what}");
                     continue;
                 }
                 "alarm" => {
-                    assert_eq!(cell.outcome(), Some(Outcome::Failed(1)), "{what}");
+                    assert_eq!(cell.outcome(), Some(MotionOutcome::Failed(1)), "{what}");
                     cell.step(&[Fault::EStop(false)]);
                     cell.reset().expect("it can be reset");
                     for axis in Axis::ALL {
@@ -248,10 +253,10 @@ fn what_stops_homing_stops_every_axis_and_leaves_it_not_homed() {
                     let after = cell.machine().truth().map(|(position, _)| position);
                     assert_eq!(place, after, "{what}: a reset moves nothing");
                 }
-                _ => assert_eq!(cell.outcome(), Some(Outcome::Cancelled), "{what}"),
+                _ => assert_eq!(cell.outcome(), Some(MotionOutcome::Cancelled), "{what}"),
             }
             start(&mut cell, &[Axis::X, Axis::Z]).expect("it can be homed now");
-            assert_eq!(finish(&mut cell), Outcome::Completed, "{what}: {:?}", cell.machine().alarms());
+            assert_eq!(finish(&mut cell), MotionOutcome::Completed, "{what}: {:?}", cell.machine().alarms());
             assert_eq!(homed(&mut cell), [false, true, true], "{what}");
         }
     }
@@ -266,12 +271,12 @@ fn an_axis_that_fails_is_not_homed_no_other_follows_and_homing_one_homes_just_th
     start(&mut cell, &Axis::ALL).expect("it starts");
     // It runs onto its hard limit.
     let outcome = finish(&mut cell);
-    assert_eq!(outcome, Outcome::Failed(12), "{:?}", cell.machine().alarms());
+    assert_eq!(outcome, MotionOutcome::Failed(12), "{:?}", cell.machine().alarms());
     assert_eq!(cell.machine().alarms().first().map(|alarm| alarm.kind), Some(AlarmKind::Overtravel(Axis::X)));
     assert_eq!(homed(&mut cell), [false; 3], "neither it nor those after it");
     cell.step(&[stuck(None)]);
     cell.reset().expect("it can be reset");
     start(&mut cell, &[Axis::Z]).expect("it starts");
-    assert_eq!(finish(&mut cell), Outcome::Completed, "{:?}", cell.machine().alarms());
+    assert_eq!(finish(&mut cell), MotionOutcome::Completed, "{:?}", cell.machine().alarms());
     assert_eq!(homed(&mut cell), [false, false, true], "just that one");
 }

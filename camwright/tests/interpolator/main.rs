@@ -20,7 +20,7 @@ mod trajectories;
 mod varied;
 
 use bench::{Bench, PER_MM, SAFE_X, TURN, cut_only, machine, whole_job};
-use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, State};
+use camwright::interpolator::{ExecutionState, InterpolatorAlarm, Motion, MotionOutcome, PrepareError, Prepared};
 use camwright::machine::description::Axis;
 use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::{Phase, Plan, PlanCommand, SegmentKind};
@@ -32,13 +32,13 @@ fn a_whole_job_runs_to_its_end_within_the_limits() {
     let machine = machine();
     let mut bench = Bench::new(machine.clone());
     bench.start_plan(whole_job(&machine, 6.0));
-    assert_eq!(bench.finish(30_000), Outcome::Completed);
+    assert_eq!(bench.finish(30_000), MotionOutcome::Completed);
     bench.assert_limits("whole job");
     bench.assert_at_rest("whole job");
     // Four turns after the zero; safe X; Z at 50 mm.
     assert_eq!(bench.counts(), [4 * TURN, SAFE_X, 50 * PER_MM]);
     assert!(bench.interpolator.is_homed(Axis::C) && bench.last().status.is_homed());
-    assert_eq!(bench.last().status.state, State::Idle);
+    assert_eq!(bench.last().status.state, ExecutionState::Idle);
     let plan = whole_job(&machine, 6.0);
     let SegmentKind::Cut(cut) = &plan.segments[8].kind else { panic!("segment 8 is the cut") };
     bench.assert_on_path(&plan, cut, "whole job");
@@ -53,7 +53,7 @@ fn undisturbed_positions_are_the_law_at_the_tick_rounded_to_counts() {
     let law = plan.time_laws[0].clone();
     let mut bench = Bench::at(machine.clone(), start);
     bench.start_plan(plan);
-    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     let first = bench.rows[0].tick;
     for row in &bench.rows {
         let exact = law.sample((row.tick - first) as f64 * machine.cycle_time_s()).value / TURN_RAD * TURN as f64;
@@ -70,7 +70,7 @@ fn increments_are_error_diffused_and_close_exactly_after_n_turns() {
     let mut bench = Bench::at(machine.clone(), start);
     let curves = plan.clone();
     bench.start_plan(plan);
-    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    assert_eq!(bench.finish(10_000), MotionOutcome::Completed);
     let first = bench.rows[0].tick;
     let mut sum = 0;
     let mut worst: f64 = 0.0;
@@ -118,11 +118,11 @@ fn a_cut_that_begins_elsewhere_is_an_alarm_and_nothing_moves() {
         bench.start_plan(plan.clone());
         let outcome = bench.finish(10_000);
         match alarm {
-            None => assert_eq!((outcome, bench.counts()[0]), (Outcome::Completed, c + 4 * TURN)),
+            None => assert_eq!((outcome, bench.counts()[0]), (MotionOutcome::Completed, c + 4 * TURN)),
             Some(alarm) => {
-                assert_eq!(outcome, Outcome::Failed(alarm.number()));
+                assert_eq!(outcome, MotionOutcome::Failed(alarm.number()));
                 assert_eq!((bench.rows.len(), bench.counts()), (1, [c, start[1] + x, 0]));
-                assert_eq!(bench.last().status.state, State::Fault);
+                assert_eq!(bench.last().status.state, ExecutionState::Fault);
             }
         }
     }
@@ -144,7 +144,7 @@ fn targets_beyond_soft_limits_and_axes_without_a_zero_are_alarms() {
     for (axis, counts, number) in [(Axis::X, -6 * PER_MM, 22), (Axis::Z, 901 * PER_MM, 23), (Axis::C, 1, 111)] {
         let mut bench = Bench::new(machine.clone());
         bench.start_plan(plan(axis, counts));
-        assert_eq!(bench.finish(10), Outcome::Failed(number));
+        assert_eq!(bench.finish(10), MotionOutcome::Failed(number));
         assert_eq!(bench.counts(), [0; 3]);
     }
 }

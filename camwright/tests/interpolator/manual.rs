@@ -3,7 +3,7 @@
 use super::setup::{cell, description, finish, run};
 use camwright::interpolator::manual::{Jog, JogRequest};
 use camwright::interpolator::setup::SetupError;
-use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError};
+use camwright::interpolator::{Motion, MotionOutcome, MotionRequest, Prepared, StartError};
 use camwright::machine::description::Axis;
 use camwright::simulation::closed_loop::ClosedLoop;
 
@@ -45,7 +45,7 @@ fn a_jog_by_a_distance_ends_on_its_count_at_its_speed() {
     start(&mut cell, by);
     let speed = fastest(&mut cell, 400, Z);
     assert!((speed - 12.5).abs() < 0.2, "{speed} mm/s");
-    assert_eq!(finish(&mut cell), Outcome::Completed);
+    assert_eq!(finish(&mut cell), MotionOutcome::Completed);
     assert_eq!(cell.machine().setpoint().counts, [from[C], from[X], from[Z] - 72_500]);
 }
 
@@ -55,7 +55,7 @@ fn a_jog_that_is_held_goes_on_to_its_soft_limit_and_no_farther() {
     let (low, high) = description().axis(Axis::Z).soft_limits.expect("z_axis has limits");
     for (velocity, bound) in [(200.0, high), (-150.0, low)] {
         let along = jog(&cell, Axis::Z, velocity, None).expect("there is a way");
-        assert_eq!(run(&mut cell, Motion::Jog(along)), Ok(Outcome::Completed));
+        assert_eq!(run(&mut cell, Motion::Jog(along)), Ok(MotionOutcome::Completed));
         assert_eq!(cell.machine().setpoint().counts[Z], description().axis(Axis::Z).scale.counts(bound));
         assert_eq!(jog(&cell, Axis::Z, velocity, None), Err(SetupError::NoWay(Axis::Z)));
     }
@@ -71,12 +71,12 @@ fn a_jog_that_is_let_go_of_comes_to_rest_within_the_limits_of_its_axis() {
     let mut positions = Vec::new();
     for tick in 0..2000 {
         if tick == ticks {
-            cell.request(Request::Cancel);
+            cell.request(MotionRequest::Cancel);
         }
         cell.step(&[]);
         positions.push(cell.machine().setpoint().counts[X]);
     }
-    assert_eq!(cell.outcome(), Some(Outcome::Cancelled));
+    assert_eq!(cell.outcome(), Some(MotionOutcome::Cancelled));
     assert!(cell.machine().is_at_rest() && cell.machine().alarms().is_empty());
     // Differences of whole counts: of velocity 1 count/ms is 0.01 mm/s per ms, of acceleration twice that.
     let velocity: Vec<i64> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -100,8 +100,8 @@ fn c_axis_turns_until_it_is_let_go_of() {
     let speed = fastest(&mut cell, 60_000, C);
     assert!((speed - 6.0).abs() < 0.01, "{speed} rad/s");
     assert!(cell.is_running());
-    cell.request(Request::Cancel);
-    assert_eq!(finish(&mut cell), Outcome::Cancelled);
+    cell.request(MotionRequest::Cancel);
+    assert_eq!(finish(&mut cell), MotionOutcome::Cancelled);
     let turned = description().axis(Axis::C).scale.position(cell.machine().setpoint().counts[C]);
     assert!((turned + 360.0).abs() < 5.0, "a minute at 6 rad/s: {turned} rad");
 }
@@ -118,7 +118,7 @@ fn an_axis_without_a_zero_goes_slowly_and_beyond_what_would_be_its_limit() {
     }
     let by = jog(&cell, Axis::Z, slow, Some(3.0)).expect("slow enough");
     let from = cell.machine().setpoint().counts[Z];
-    assert_eq!(run(&mut cell, Motion::Jog(by)), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
+    assert_eq!(run(&mut cell, Motion::Jog(by)), Ok(MotionOutcome::Completed), "{:?}", cell.machine().alarms());
     assert_eq!(cell.machine().setpoint().counts[Z], from + 30_000);
     // Judged with a zero, it does not start without.
     cell.parts_mut().0.set_homed(Axis::Z, true);
@@ -148,7 +148,7 @@ fn the_wheel_comes_to_its_speed_and_to_rest_while_the_axes_stand() {
     let mut cell = cell(&description());
     let at = cell.machine().setpoint().counts;
     for turns in [true, false] {
-        assert_eq!(run(&mut cell, Motion::Wheel(turns)), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
+        assert_eq!(run(&mut cell, Motion::Wheel(turns)), Ok(MotionOutcome::Completed), "{:?}", cell.machine().alarms());
         assert_eq!(cell.step(&[]).io.wheel_running, turns);
         assert_eq!(cell.machine().setpoint().counts, at);
     }

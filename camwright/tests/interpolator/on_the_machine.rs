@@ -2,7 +2,7 @@
 
 use crate::bench::{PER_MM, SAFE_X, TURN, TestNoise, machine, whole_job};
 use camwright::interpolator::{
-    Interpolator, InterpolatorEvent, Motion, Order, OrderKind, Outcome, Prepared, Request, TickInputs,
+    Interpolator, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, Order, OrderKind, Prepared, TickInputs,
 };
 use camwright::machine::description::Axis;
 use camwright::machine::persistent_state::PersistentState;
@@ -11,7 +11,7 @@ use camwright::simulation::{Machine, MachineCommand};
 use std::sync::Arc;
 
 /// Runs a motion on a machine that powers up with C at 217.3 degrees, with requests at given ticks.
-fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Machine) {
+fn run(motion: Motion, requests: &[(u64, MotionRequest)]) -> (MotionOutcome, Vec<Order>, Machine) {
     let mut description = machine();
     description.axes[0].power_up_position = rad_from_deg(217.3);
     let mut interpolator = Interpolator::new(&description);
@@ -21,7 +21,8 @@ fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Mac
     interpolator.start(Box::new(prepared)).unwrap_or_else(|(error, _)| panic!("{error}"));
     let mut orders: Vec<Order> = Vec::new();
     for tick in 1..60_000 {
-        let now: Vec<Request> = requests.iter().filter(|(at, _)| *at == tick).map(|(_, request)| *request).collect();
+        let now: Vec<MotionRequest> =
+            requests.iter().filter(|(at, _)| *at == tick).map(|(_, request)| *request).collect();
         let out = interpolator.step(&TickInputs { tick, requests: &now });
         let commands: Vec<MachineCommand> =
             orders.iter().filter(|order| order.tick == tick).map(|order| order.kind.into()).collect();
@@ -45,7 +46,7 @@ fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Mac
 #[test]
 fn homing_finds_the_machines_own_zero() {
     let (outcome, orders, machine) = run(Motion::Home(vec![Axis::C]), &[]);
-    assert_eq!(outcome, Outcome::Completed);
+    assert_eq!(outcome, MotionOutcome::Completed);
     let counts = i64::from(1427) * TURN / 3600;
     assert_eq!(orders[1].kind, OrderKind::SetHome { axis: Axis::C, counts });
     assert_eq!(machine.setpoint().counts[0], 0);
@@ -63,13 +64,13 @@ fn nothing_that_is_sent_is_implausible_to_the_machine() {
         let mut at = 0;
         for _ in 0..12 {
             at += 1 + random.below(1400);
-            requests.push((at, Request::SetOverride(0.3 + 0.7 * random.next())));
-            requests.push((at + random.below(300), Request::Hold));
+            requests.push((at, MotionRequest::SetOverride(0.3 + 0.7 * random.next())));
+            requests.push((at + random.below(300), MotionRequest::Hold));
             at += 300 + random.below(900);
-            requests.push((at, Request::Unhold));
+            requests.push((at, MotionRequest::Unhold));
         }
         let (outcome, _, machine) = run(Motion::Plan(plan.clone()), &requests);
-        assert_eq!(outcome, Outcome::Completed, "seed {seed} case {case}");
+        assert_eq!(outcome, MotionOutcome::Completed, "seed {seed} case {case}");
         let counts = machine.setpoint().counts;
         assert_eq!((counts[0].rem_euclid(TURN), counts[1], counts[2]), (0, SAFE_X, 50 * PER_MM));
     }

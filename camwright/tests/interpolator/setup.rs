@@ -1,7 +1,7 @@
 //! Set-up work on the machine: moves end on their counts, a probe's edge is where the part truly is, at every speed.
 
 use camwright::interpolator::setup::{MoveTo, Probe, ProbeRequest, SetupError, targets};
-use camwright::interpolator::{Motion, Outcome, Prepared, ProbeOutcome, Request, StartError};
+use camwright::interpolator::{Motion, MotionOutcome, MotionRequest, Prepared, ProbeOutcome, StartError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
     Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, StiffnessAt,
@@ -51,7 +51,7 @@ pub(super) fn cell(description: &MachineDescription) -> ClosedLoop {
     cell_with(description, vec![RADIUS_MM; 3600])
 }
 
-pub(super) fn finish(cell: &mut ClosedLoop) -> Outcome {
+pub(super) fn finish(cell: &mut ClosedLoop) -> MotionOutcome {
     for _ in 0..400_000 {
         cell.step(&[]);
         if let Some(outcome) = cell.outcome().filter(|_| !cell.is_running() && cell.machine().is_at_rest()) {
@@ -61,7 +61,7 @@ pub(super) fn finish(cell: &mut ClosedLoop) -> Outcome {
     panic!("it does not end");
 }
 
-pub(super) fn run(cell: &mut ClosedLoop, motion: Motion) -> Result<Outcome, StartError> {
+pub(super) fn run(cell: &mut ClosedLoop, motion: Motion) -> Result<MotionOutcome, StartError> {
     let motion = Prepared::new(motion, cell.machine().description()).expect("it can be executed");
     cell.start(Box::new(motion))?;
     Ok(finish(cell))
@@ -84,13 +84,13 @@ fn touch(speed: f64) -> ProbeRequest {
 fn probe(cell: &mut ClosedLoop, request: &ProbeRequest) -> Result<ProbeOutcome, SetupError> {
     let from = cell.machine().setpoint().counts;
     let probe = Probe::new(request, from, cell.machine().description())?;
-    assert_eq!(run(cell, Motion::Probe(probe)), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
+    assert_eq!(run(cell, Motion::Probe(probe)), Ok(MotionOutcome::Completed), "{:?}", cell.machine().alarms());
     Ok(cell.probed().expect("a probe says what it found"))
 }
 
 fn near(cell: &mut ClosedLoop, x_mm: f64) {
     let to = targets(&[MoveTo { axis: Axis::X, position: x_mm, is_relative: false }], [0; 3], 1.0, &description());
-    assert_eq!(run(cell, Motion::Move(to.expect("within travel"))), Ok(Outcome::Completed));
+    assert_eq!(run(cell, Motion::Move(to.expect("within travel"))), Ok(MotionOutcome::Completed));
 }
 
 #[test]
@@ -101,11 +101,11 @@ fn a_move_ends_on_its_counts_on_every_axis_at_once_and_by_distances() {
     let machine = description();
     let moves = [absolute(Axis::X, 61.234_567), absolute(Axis::Z, 123.4), absolute(Axis::C, -1.0)];
     let to = targets(&moves, cell.machine().setpoint().counts, 0.5, &machine).expect("within travel");
-    assert_eq!(run(&mut cell, Motion::Move(to)), Ok(Outcome::Completed));
+    assert_eq!(run(&mut cell, Motion::Move(to)), Ok(MotionOutcome::Completed));
     let c = machine.axis(Axis::C).scale.counts(-1.0);
     assert_eq!(cell.machine().setpoint().counts, [c, 6_123_457, 1_234_000]);
     let to = targets(&[by(Axis::X, -0.25), by(Axis::C, 10.0 * TURN_RAD)], [c, 6_123_457, 1_234_000], 1.0, &machine);
-    assert_eq!(run(&mut cell, Motion::Move(to.expect("within travel"))), Ok(Outcome::Completed));
+    assert_eq!(run(&mut cell, Motion::Move(to.expect("within travel"))), Ok(MotionOutcome::Completed));
     assert_eq!(cell.machine().setpoint().counts, [c + 36_000_000, 6_098_457, 1_234_000]);
 }
 
@@ -120,11 +120,11 @@ fn a_move_keeps_its_share_of_the_speed_and_a_cancel_leaves_it_where_it_stops() {
     let mut fastest = 0.0_f64;
     for tick in 0..4000 {
         if tick == 1500 {
-            cell.request(Request::Cancel);
+            cell.request(MotionRequest::Cancel);
         }
         fastest = fastest.max(cell.step(&[]).axes[X].velocity);
     }
-    assert_eq!(cell.outcome(), Some(Outcome::Cancelled));
+    assert_eq!(cell.outcome(), Some(MotionOutcome::Cancelled));
     assert!((fastest - 50.0).abs() < 0.5, "a tenth of 500 mm/s: {fastest}");
     let x = cell.machine().setpoint().counts[X];
     assert!(x > 60 * PER_MM && x < 150 * PER_MM && cell.machine().is_at_rest(), "{x}");
@@ -197,7 +197,7 @@ fn a_stopped_wheel_touches_a_part_that_gives_way_and_leaves_it_whole() {
     let weak = ProbeRequest { most_force_n: 5.0, ..touch(0.9) };
     let probe = Probe::new(&weak, cell.machine().setpoint().counts, &machine).expect("a probe");
     let number = AlarmKind::WheelContact.entry().number;
-    assert_eq!(run(&mut cell, Motion::Probe(probe)), Ok(Outcome::Failed(number)), "5 N are not enough");
+    assert_eq!(run(&mut cell, Motion::Probe(probe)), Ok(MotionOutcome::Failed(number)), "5 N are not enough");
 }
 
 /// A head that grows so slowly that it keeps what it has during a test.
@@ -253,10 +253,15 @@ fn a_dress_after_a_touch_off_leaves_the_reading_right() {
     let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
     assert!(matches!(probe(&mut cell, &request), Ok(ProbeOutcome::Found { correction: -801..=-799, .. })));
     let (plan, _) = camwright::planner::plan_dress(&machine, cell.machine().lasting().wheel(), 0.02).expect("a dress");
-    assert_eq!(run(&mut cell, Motion::Plan(plan.into())), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
+    assert_eq!(
+        run(&mut cell, Motion::Plan(plan.into())),
+        Ok(MotionOutcome::Completed),
+        "{:?}",
+        cell.machine().alarms()
+    );
     assert_eq!(cell.machine().lasting().dress_count, 1);
     let back = targets(&[MoveTo { axis: Axis::Z, position: 60.0, is_relative: false }], [0; 3], 1.0, &machine);
-    assert_eq!(run(&mut cell, Motion::Move(back.expect("within travel"))), Ok(Outcome::Completed));
+    assert_eq!(run(&mut cell, Motion::Move(back.expect("within travel"))), Ok(MotionOutcome::Completed));
     near(&mut cell, 20.5);
     let left = machine.axis(Axis::X).scale.counts(cell.machine().part().lobe("J1").expect("there").radii_mm()[0]);
     let Ok(ProbeOutcome::Found { latch, .. }) = probe(&mut cell, &touch(0.1)) else { panic!("found") };

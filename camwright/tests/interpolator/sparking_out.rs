@@ -1,7 +1,7 @@
 //! Spark-out that ends when the force is steady.
 
 use crate::bench::{Bench, TURN, TestNoise, machine, sparking_out};
-use camwright::interpolator::{InterpolatorEvent, Motion, Outcome, PrepareError, Prepared, Request};
+use camwright::interpolator::{InterpolatorEvent, Motion, MotionOutcome, MotionRequest, PrepareError, Prepared};
 use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ fn turns_are_left_out_whole_and_the_motion_goes_on_without_a_step() {
     assert_eq!((left_out(&all), all.counts()[0]), (0, (INFEED_TURNS + 8) * TURN));
     for closes_at in [4 * TURN + TURN / 3, 5 * TURN - TURN / 2, 7 * TURN + 7] {
         let (bench, plan) = run(8, closes_at);
-        assert_eq!(bench.outcome, Some(Outcome::Completed));
+        assert_eq!(bench.outcome, Some(MotionOutcome::Completed));
         let left_out = left_out(&bench);
         assert_eq!(bench.counts()[0], (INFEED_TURNS + 8 - left_out) * TURN);
         // The turn in which it is known is finished.
@@ -106,9 +106,9 @@ fn holds_and_delivery_do_not_disturb_it() {
                 if bench.outcome.is_some() {
                     break;
                 }
-                let requests: &[Request] = match row {
-                    row if row == hold => &[Request::Hold],
-                    row if row == hold + length => &[Request::Unhold],
+                let requests: &[MotionRequest] = match row {
+                    row if row == hold => &[MotionRequest::Hold],
+                    row if row == hold + length => &[MotionRequest::Unhold],
                     _ => &[],
                 };
                 bench.step(requests);
@@ -120,7 +120,7 @@ fn holds_and_delivery_do_not_disturb_it() {
         };
         let mut late = TestNoise(seed + case);
         let (bench, other) = (run(Box::new(|| 1)), run(Box::new(move || 1 + late.below(20))));
-        assert_eq!(bench.outcome, Some(Outcome::Completed), "{what}");
+        assert_eq!(bench.outcome, Some(MotionOutcome::Completed), "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut_of(&plan), &what);
         assert_eq!(bench.counts()[0].rem_euclid(TURN), 0, "{what}");
@@ -140,17 +140,17 @@ fn a_hold_in_spark_out_makes_another_whole_turn_necessary() {
     while bench.counts()[0] < INFEED_TURNS * TURN + TURN / 2 {
         bench.step(&[]);
     }
-    bench.step(&[Request::Hold]);
+    bench.step(&[MotionRequest::Hold]);
     for _ in 0..4_000 {
         bench.step(&[]);
     }
     bench.force_is_steady(true);
-    bench.step(&[Request::Unhold]);
-    while bench.last().status.state != camwright::interpolator::State::Executing {
+    bench.step(&[MotionRequest::Unhold]);
+    while bench.last().status.state != camwright::interpolator::ExecutionState::Executing {
         bench.step(&[]);
     }
     let returned = bench.counts()[0];
-    assert_eq!(bench.finish(40_000), Outcome::Completed);
+    assert_eq!(bench.finish(40_000), MotionOutcome::Completed);
     assert!(left_out(&bench) > 5);
     assert!(bench.counts()[0] - returned >= TURN, "{} counts after its return", bench.counts()[0] - returned);
 }

@@ -1,7 +1,9 @@
 //! A spiral around a part that is not round: on its path at every tick, however it is held, slowed down or left.
 
 use crate::bench::{Bench, PER_MM, SAFE_X, TURN, TestNoise, machine, segment, to};
-use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, Request, State};
+use camwright::interpolator::{
+    ExecutionState, InterpolatorAlarm, Motion, MotionOutcome, MotionRequest, PrepareError, Prepared,
+};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use camwright::math::hermite::{HermiteSpline, Knot};
 use camwright::math::units::TURN_RAD;
@@ -92,7 +94,7 @@ fn x_and_z_follow_c_along_the_spiral_and_c_closes_after_whole_turns() {
     let report = check_plan(&plan, &machine, start()).expect("within limits");
     let mut bench = Bench::at(machine, start());
     bench.start_plan(plan);
-    assert_eq!(bench.finish(20_000), Outcome::Completed);
+    assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
     bench.assert_limits("spiral");
     bench.assert_at_rest("spiral");
     assert_on_spiral(&bench, "spiral");
@@ -114,11 +116,11 @@ fn held_anywhere_it_stops_on_the_spiral_and_goes_on_to_the_same_end() {
         let mut bench = Bench::at(machine.clone(), start());
         bench.start_plan(plan(&machine));
         assert!(bench.hold_at(at, ticks), "{what}: it was over");
-        assert_eq!(bench.finish(30_000), Outcome::Completed, "{what}");
+        assert_eq!(bench.finish(30_000), MotionOutcome::Completed, "{what}");
         bench.assert_limits(&what);
         assert_on_spiral(&bench, &what);
         assert_eq!(bench.counts(), [i64::from(TURNS) * TURN, SAFE_X, (50 - i64::from(TURNS)) * PER_MM], "{what}");
-        let held = bench.rows.iter().any(|row| row.status.state == State::Held);
+        let held = bench.rows.iter().any(|row| row.status.state == ExecutionState::Held);
         assert!(held || ticks <= 400, "{what}: it never was at rest");
     }
 }
@@ -132,8 +134,8 @@ fn cancelled_anywhere_it_stops_on_the_spiral_and_then_x_leaves_the_part() {
         while bench.rows.len() < at {
             bench.step(&[]);
         }
-        bench.step(&[Request::Cancel]);
-        assert_eq!(bench.finish(10_000), Outcome::Cancelled, "after {at} ticks");
+        bench.step(&[MotionRequest::Cancel]);
+        assert_eq!(bench.finish(10_000), MotionOutcome::Cancelled, "after {at} ticks");
         bench.assert_limits(&format!("cancelled after {at} ticks"));
         assert_eq!(bench.counts()[1], SAFE_X, "after {at} ticks");
         let [c, _, z] = bench.counts();
@@ -150,8 +152,8 @@ fn an_override_slows_all_axes_down_together() {
     while bench.rows.len() < 1000 {
         bench.step(&[]);
     }
-    bench.step(&[Request::SetOverride(0.3)]);
-    assert_eq!(bench.finish(40_000), Outcome::Completed);
+    bench.step(&[MotionRequest::SetOverride(0.3)]);
+    assert_eq!(bench.finish(40_000), MotionOutcome::Completed);
     bench.assert_limits("override");
     assert_on_spiral(&bench, "override");
     let fastest = bench.rows.iter().skip(2000).map(|row| row.setpoint.velocity[0]).fold(0.0, f64::max);
@@ -167,13 +169,13 @@ fn a_spiral_that_begins_elsewhere_is_an_alarm_and_nothing_moves() {
     for (counts, number) in [([5, x, 50 * PER_MM], 121), ([0, x + 2, 50 * PER_MM], 122), ([0, x, 49 * PER_MM], 123)] {
         let mut bench = Bench::at(machine.clone(), counts);
         bench.start_plan(only.clone());
-        assert_eq!(bench.finish(10), Outcome::Failed(number));
+        assert_eq!(bench.finish(10), MotionOutcome::Failed(number));
         assert_eq!(bench.counts(), counts);
     }
     let mut bench = Bench::new(machine.clone());
     bench.interpolator.resync([0, x, 50 * PER_MM]);
     bench.start_plan(only);
-    assert_eq!(bench.finish(10), Outcome::Failed(InterpolatorAlarm::NotHomed { axis: Axis::C }.number()));
+    assert_eq!(bench.finish(10), MotionOutcome::Failed(InterpolatorAlarm::NotHomed { axis: Axis::C }.number()));
 }
 
 #[test]

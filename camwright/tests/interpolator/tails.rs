@@ -1,7 +1,7 @@
 //! The stop at the end of every chunk.
 
 use crate::bench::{Bench, PER_MM, START_RAD, TURN, machine, two_cuts, whole_job};
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
 use camwright::machine::setpoint::StopPoint;
@@ -110,11 +110,11 @@ fn the_stop_after_any_tick_continues_the_setpoint_within_limits_and_ends_at_rest
     bench.start_plan(plan);
     while bench.outcome.is_none() {
         let at = bench.rows.len();
-        let requests: &[Request] = match at {
-            5200 => &[Request::Hold],
-            6900 => &[Request::Unhold],
-            7900 => &[Request::SetOverride(0.3)],
-            8400 => &[Request::SetOverride(1.0)],
+        let requests: &[MotionRequest] = match at {
+            5200 => &[MotionRequest::Hold],
+            6900 => &[MotionRequest::Unhold],
+            7900 => &[MotionRequest::SetOverride(0.3)],
+            8400 => &[MotionRequest::SetOverride(1.0)],
             _ => &[],
         };
         bench.step(requests);

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, PER_MM, machine};
 use camwright::interpolator::quantity::MotionQuantity;
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryError, TrajectoryPoint, TrajectoryStart};
-use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError, State};
+use camwright::interpolator::{ExecutionState, Motion, MotionOutcome, MotionRequest, Prepared, StartError};
 use camwright::machine::description::Axis;
 
 fn point(time_s: f64, positions: &[f64], velocities: &[f64], accelerations: &[f64]) -> TrajectoryPoint {
@@ -59,7 +59,7 @@ fn a_trajectory_moves_its_joints_and_holds_the_others() {
         Trajectory::from_points(&[Axis::X], &cosine(0), &TrajectoryStart::default(), &machine).expect("within limits");
     let mut bench = Bench::at(machine.clone(), [11, 0, 22]);
     bench.start(Motion::from(trajectory.clone()));
-    assert_eq!(bench.finish(3000), Outcome::Completed);
+    assert_eq!(bench.finish(3000), MotionOutcome::Completed);
     assert_eq!(bench.counts(), [11, 20 * PER_MM, 22]);
     assert_eq!(bench.rows.len(), 2001);
     bench.assert_limits("trajectory");
@@ -80,15 +80,15 @@ fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
         for _ in 0..at {
             bench.step(&[]);
         }
-        bench.step(&[Request::Hold]);
+        bench.step(&[MotionRequest::Hold]);
         for _ in 0..800 {
             bench.step(&[]);
         }
-        assert!(at == 1990 || bench.last().status.state == State::Held, "{:?}", bench.last());
+        assert!(at == 1990 || bench.last().status.state == ExecutionState::Held, "{:?}", bench.last());
         bench.assert_at_rest("held");
         if bench.outcome.is_none() {
-            bench.step(&[Request::Unhold]);
-            assert_eq!(bench.finish(5000), Outcome::Completed);
+            bench.step(&[MotionRequest::Unhold]);
+            assert_eq!(bench.finish(5000), MotionOutcome::Completed);
         }
         assert_eq!(bench.counts()[1], 20 * PER_MM);
         bench.assert_limits("held trajectory");
@@ -97,7 +97,7 @@ fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
         for _ in 0..at {
             bench.step(&[]);
         }
-        bench.step(&[Request::Cancel]);
+        bench.step(&[MotionRequest::Cancel]);
         bench.finish(3000);
         bench.assert_limits("cancelled trajectory");
         bench.assert_at_rest("cancelled trajectory");
@@ -162,5 +162,5 @@ fn points_that_are_no_trajectory_are_refused() {
     let trivial = build(&[Axis::X], &[p(0.0, 0.0)]).expect("nothing to do");
     let mut bench = Bench::new(machine.clone());
     bench.start(Motion::from(trivial));
-    assert_eq!(bench.finish(10), Outcome::Completed);
+    assert_eq!(bench.finish(10), MotionOutcome::Completed);
 }

@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, TestNoise};
 use crate::solids::low_and_high_cam;
-use camwright::interpolator::{Outcome, Request, State};
+use camwright::interpolator::{ExecutionState, MotionOutcome, MotionRequest};
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};
 use camwright::machine::reference::lathe;
@@ -11,7 +11,7 @@ use camwright::motion::plan::SegmentKind;
 use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::plan_check::{PlanFault, check_plan};
 use camwright::planner::{PlanStart, PlannedTurning, plan_turning};
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 
 fn machine() -> MachineDescription {
     lathe().with_drives(DriveSettings::IDEAL)
@@ -29,8 +29,8 @@ fn planned(machine: &MachineDescription) -> PlannedTurning {
         turned_mm: (9.5, 3.5),
         bar_radius_mm: 24.7,
         part_zero_mm: 2.0,
-        passes: Passes { stock_mm: 4.9, finish_mm: 4.9, deepest_mm: 4.9, rough_feed: Feed::AlongZ(0.5) },
-        feed: Feed::AlongZ(0.5),
+        passes: Passes { stock_mm: 4.9, finish_mm: 4.9, deepest_mm: 4.9, rough_feed: InsertFeed::AlongZ(0.5) },
+        feed: InsertFeed::AlongZ(0.5),
         angles: 360,
         speed: TurningSpeed::Varied,
         clearance_mm: 1.0,
@@ -61,7 +61,7 @@ fn held_slowed_down_or_left_anywhere_it_keeps_the_limits() {
     let (low, high) = planned.passes[0].speed_range_rad_s();
     assert!(high > 10.0 * low, "{low} {high}");
     let mut undisturbed = bench(&machine, &planned);
-    assert_eq!(undisturbed.finish(100_000), Outcome::Completed);
+    assert_eq!(undisturbed.finish(100_000), MotionOutcome::Completed);
     undisturbed.assert_limits("undisturbed");
     assert_eq!(undisturbed.counts(), planned.report.end_counts);
     let (first, end) = spiral(&undisturbed);
@@ -70,23 +70,23 @@ fn held_slowed_down_or_left_anywhere_it_keeps_the_limits() {
         let what = format!("seed {seed}: after {at} ticks of {first} to {end}, for {ticks}");
         let mut held = bench(&machine, &planned);
         assert!(held.hold_at(at, ticks), "{what}");
-        assert_eq!(held.finish(100_000), Outcome::Completed, "{what}");
+        assert_eq!(held.finish(100_000), MotionOutcome::Completed, "{what}");
         held.assert_limits(&format!("held {what}"));
         assert_eq!(held.counts(), planned.report.end_counts, "held {what}");
-        assert!(ticks <= 600 || held.rows.iter().any(|row| row.status.state == State::Held), "{what}");
+        assert!(ticks <= 600 || held.rows.iter().any(|row| row.status.state == ExecutionState::Held), "{what}");
         let mut slowed = bench(&machine, &planned);
         while (slowed.rows.len() as u64) < at {
             slowed.step(&[]);
         }
-        slowed.step(&[Request::SetOverride(0.2 + 0.7 * random.next())]);
-        assert_eq!(slowed.finish(200_000), Outcome::Completed, "{what}");
+        slowed.step(&[MotionRequest::SetOverride(0.2 + 0.7 * random.next())]);
+        assert_eq!(slowed.finish(200_000), MotionOutcome::Completed, "{what}");
         slowed.assert_limits(&format!("slowed {what}"));
         let mut left = bench(&machine, &planned);
         while (left.rows.len() as u64) < at {
             left.step(&[]);
         }
-        left.step(&[Request::Cancel]);
-        assert_eq!(left.finish(10_000), Outcome::Cancelled, "{what}");
+        left.step(&[MotionRequest::Cancel]);
+        assert_eq!(left.finish(10_000), MotionOutcome::Cancelled, "{what}");
         left.assert_limits(&format!("left {what}"));
     }
 }

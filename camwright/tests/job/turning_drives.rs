@@ -16,7 +16,7 @@ use camwright::simulation::lathe_drives::{
     TurningDrivesError,
 };
 use camwright::simulation::turned_part::PartGrid;
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 
 /// A short cam of 3 mm lift, turned in one pass.
 fn cam() -> TurningJob {
@@ -28,8 +28,8 @@ fn cam() -> TurningJob {
         turned_mm: (4.0, 0.0),
         bar_radius_mm: 23.2,
         part_zero_mm: 2.0,
-        passes: Passes { stock_mm: 3.4, finish_mm: 3.4, deepest_mm: 3.4, rough_feed: Feed::AlongZ(0.2) },
-        feed: Feed::AlongZ(0.2),
+        passes: Passes { stock_mm: 3.4, finish_mm: 3.4, deepest_mm: 3.4, rough_feed: InsertFeed::AlongZ(0.2) },
+        feed: InsertFeed::AlongZ(0.2),
         angles: 360,
         speed: TurningSpeed::Fastest,
         clearance_mm: 1.0,

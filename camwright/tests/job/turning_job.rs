@@ -6,7 +6,7 @@ use crate::solids;
 
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;
-use camwright::interpolator::{Motion, Outcome, Prepared};
+use camwright::interpolator::{Motion, MotionOutcome, Prepared};
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
@@ -18,7 +18,7 @@ use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
 use camwright::toolpath::insert_clearance::InsertClearanceError;
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 use std::sync::Arc;
 
 const LENGTH_MM: f64 = 4.0;
@@ -35,8 +35,8 @@ fn cam() -> TurningJob {
         turned_mm: (LENGTH_MM, 0.0),
         bar_radius_mm: 23.2,
         part_zero_mm: 2.0,
-        passes: Passes { stock_mm: 3.4, finish_mm: 0.4, deepest_mm: 1.5, rough_feed: Feed::AlongZ(0.4) },
-        feed: Feed::AlongZ(FEED_MM),
+        passes: Passes { stock_mm: 3.4, finish_mm: 0.4, deepest_mm: 1.5, rough_feed: InsertFeed::AlongZ(0.4) },
+        feed: InsertFeed::AlongZ(FEED_MM),
         angles: 360,
         speed: TurningSpeed::Fastest,
         clearance_mm: 1.0,
@@ -62,7 +62,7 @@ fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), machine).unwrap_or_else(|error| panic!("{error}"));
     let mut closed_loop = ClosedLoop::direct(lathe);
     let done = closed_loop.simulate(Box::new(motion), |_, _| {});
-    assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, Outcome::Completed);
+    assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, MotionOutcome::Completed);
     closed_loop.machine().turned_part().expect("it was loaded").clone()
 }
 
@@ -160,7 +160,7 @@ fn a_part_that_this_machine_cannot_turn_is_refused_with_its_reason() {
     }
     let passes = Passes { deepest_mm: 1e-9, ..cam().passes };
     assert!(matches!(refused(&TurningJob { passes, ..cam() }, &machine), TurningError::Passes(_)));
-    let passes = Passes { deepest_mm: 0.004, rough_feed: Feed::AlongZ(0.01), ..cam().passes };
+    let passes = Passes { deepest_mm: 0.004, rough_feed: InsertFeed::AlongZ(0.01), ..cam().passes };
     let error = refused(&TurningJob { passes, ..cam() }, &machine);
     assert!(matches!(error, TurningError::TooLong { passes: 751, max: 1_000_000, .. }), "{error}");
     let far = TurningJob { part_zero_mm: 1e5, ..cam() };
@@ -172,7 +172,7 @@ fn low_and_high_cam() -> TurningJob {
         surface: solids::low_and_high_cam(),
         turned_mm: (12.0, 1.0),
         bar_radius_mm: 24.7,
-        passes: Passes { stock_mm: 4.9, finish_mm: 0.4, deepest_mm: 4.6, rough_feed: Feed::AlongZ(0.4) },
+        passes: Passes { stock_mm: 4.9, finish_mm: 0.4, deepest_mm: 4.6, rough_feed: InsertFeed::AlongZ(0.4) },
         ..cam()
     }
 }

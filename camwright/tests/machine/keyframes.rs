@@ -9,7 +9,7 @@ use camwright::machine::description::{
 };
 use camwright::machine::reference::lathe;
 use camwright::machine::setpoint::{Input, Setpoint};
-use camwright::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError, Value};
+use camwright::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError, SnapshotValue};
 use camwright::simulation::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::simulation::fault::{Fault, GaugeFault, LoadingFault};
 use camwright::simulation::tick_report::TickReport;
@@ -202,7 +202,7 @@ fn what_differs_is_named_with_both_values() {
     run.machine.set_keyway(0.25);
     let after = run.machine.clone();
     let mut codec = SnapshotCodec::comparing(&octets);
-    let differs = SnapshotError::Differs { recorded: Value::Number(0.0), now: Value::Number(0.25) };
+    let differs = SnapshotError::Differs { recorded: SnapshotValue::Number(0.0), now: SnapshotValue::Number(0.25) };
     assert_eq!(run.machine.snapshot(&mut codec), Err(differs));
     assert_eq!(codec.place().to_string(), "key_way_rad");
     assert_eq!(run.machine, after, "comparing leaves all as it is");

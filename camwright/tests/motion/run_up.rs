@@ -7,7 +7,7 @@ use camwright::cam::follower::Follower;
 use camwright::cam::motion_law::MotionLaw;
 use camwright::job::grinding::{InfeedDirection, SpeedLaw};
 use camwright::job::infeed::InfeedSchedule;
-use camwright::machine::description::{MotionLimits, Scale};
+use camwright::machine::description::{AxisScale, MotionLimits};
 use camwright::math::units::TURN_RAD;
 use camwright::motion::speed_plan::{SpeedPlan, SpeedRequest};
 use camwright::toolpath::wheel_path::ToolPath;
@@ -23,7 +23,7 @@ fn from_anywhere_on_the_lobe_both_ramps_together_lose_little() {
     let lift = cams::lobe(MotionLaw::Polynomial345, 6.0, 62.0);
     let contour = Contour::from_lift(&lift, &follower, 16.0).expect("a regular contour");
     let path = ToolPath::for_wheel(&contour, 60.0).expect("the wheel fits");
-    let infeed = InfeedSchedule::new(0.36, 0.05 / 3600.0 * 1.2, 3600, Scale::Linear { counts_per_mm: 100_000 });
+    let infeed = InfeedSchedule::new(0.36, 0.05 / 3600.0 * 1.2, 3600, AxisScale::Linear { counts_per_mm: 100_000 });
     let infeed = infeed.expect("6 turns of 0.06 mm");
     let (mut worst_s, mut sum_s) = (0.0_f64, 0.0);
     for k in 0..36_u32 {

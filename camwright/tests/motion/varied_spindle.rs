@@ -9,7 +9,7 @@ use camwright::cam::surface::Surface;
 use camwright::cam::surface::grid::SurfaceGrid;
 use camwright::machine::description::MotionLimits;
 use camwright::toolpath::insert_path::{
-    AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw,
+    AxisLimits, InsertFeed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw,
 };
 use solids::{cam_along_z, low_and_high_cam, random_lobed, solid};
 
@@ -27,7 +27,7 @@ fn request(from_mm: f64, to_mm: f64) -> PathRequest {
         plane_y_mm: -14.0,
         from_mm,
         to_mm,
-        feed: Feed::AlongZ(0.4),
+        feed: InsertFeed::AlongZ(0.4),
         angles: 360,
         start_rad: 0.3,
         stock_mm: 0.0,
@@ -87,7 +87,7 @@ fn random_parts_are_turned_within_all_limits_and_no_slower_than_at_constant_spee
         let ask = PathRequest {
             insert_radius_mm: random.within(2.0, 8.0),
             plane_y_mm: random.within(-14.0, 5.0),
-            feed: if round % 4 == 0 { Feed::AlongCurve(0.7) } else { Feed::AlongZ(0.7) },
+            feed: if round % 4 == 0 { InsertFeed::AlongCurve(0.7) } else { InsertFeed::AlongZ(0.7) },
             angles: [180, 250, 360, 720][round % 4],
             ..request(from_mm, from_mm + random.within(0.3, 11.0))
         };

@@ -2,7 +2,7 @@
 
 use crate::cams::reference_lobe;
 use camwright::gcode::archimedean::Knots;
-use camwright::gcode::post::{Control, FeatureRequest, Lead, PassRequest, PostRequest, ProgramTurnSpeed};
+use camwright::gcode::post::{FeatureRequest, Lead, NcControl, PassRequest, PostRequest, ProgramTurnSpeed};
 use camwright::gcode::{Dialect, Direction, NumberFormat, Tool, XValues};
 use camwright::math::units::{rad_from_deg, rad_s_from_rpm};
 use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
@@ -47,7 +47,7 @@ impl Shop {
             tool: Tool { number: 1, radius_mm: 25.0, text: "end mill 50 mm".into() },
             spindle: Some((Direction::Clockwise, 800)),
             coolant: true,
-            control: Control {
+            control: NcControl {
                 dialect: self.dialect,
                 format: self.format,
                 most_blocks_s: self.most_blocks_s,

@@ -5,7 +5,7 @@ use crate::setup::{Shop, lobe_path_of};
 use camwright::cam::form::Form;
 use camwright::gcode::post::{Lead, PostedProgram, ProgramTurnSpeed, post};
 use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};
-use camwright::interpolator::{Motion, Outcome, Prepared};
+use camwright::interpolator::{Motion, MotionOutcome, Prepared};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
@@ -150,7 +150,7 @@ pub(crate) fn lobe_on_the_machine(planned: &PlannedProgram, part: &Part, machine
     let motion = motion.unwrap_or_else(|error| panic!("{error}"));
     let mut closed_loop = ClosedLoop::direct(grinder);
     let done = closed_loop.simulate(Box::new(motion), |_, _| {});
-    assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, Outcome::Completed);
+    assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, MotionOutcome::Completed);
     closed_loop.machine().part().lobe(part.name).expect("it was loaded").radii_mm().to_vec()
 }
 

@@ -1,7 +1,7 @@
 //! Remaining error of an exact correction turn.
 
 use crate::part::{
-    ANGLES_DEG, DWELLS_FROM_RAD, GaugedPart, PartContacts, RATIOS, Station, diameter, from, journal, law, rad,
+    ANGLES_DEG, DWELLS_FROM_RAD, GaugeStation, GaugedPart, PartContacts, RATIOS, diameter, from, journal, law, rad,
 };
 use camwright::gauging::GaugingMode;
 use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
@@ -46,7 +46,7 @@ fn one_exact_turn_leaves_nothing_at_any_stiffness_and_gauge_angle() {
     for ratio in RATIOS {
         for angle_deg in ANGLES_DEG {
             for settings in fits() {
-                let station = Station::diameter(f64::from(angle_deg), 1.0);
+                let station = GaugeStation::diameter(f64::from(angle_deg), 1.0);
                 let (mut part, wheel_mm) = journal(3600, ratio, &[station], 1.5, 1);
                 let readings = part.readings[0].clone();
                 let seen = from(&readings, DWELLS_FROM_RAD);
@@ -70,7 +70,7 @@ fn one_exact_turn_leaves_nothing_at_any_stiffness_and_gauge_angle() {
 #[test]
 fn without_interpolation_only_rounding_is_left() {
     for ratio in RATIOS {
-        let (mut part, wheel_mm) = journal(360, ratio, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+        let (mut part, wheel_mm) = journal(360, ratio, &[GaugeStation::diameter(270.0, 1.0)], 1.5, 1);
         let readings = part.readings[0].clone();
         let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
         let log = part.log.clone();
@@ -91,7 +91,7 @@ fn without_interpolation_only_rounding_is_left() {
 #[test]
 fn the_infeed_need_not_rest_while_the_part_is_measured() {
     for ratio in RATIOS {
-        let (mut part, wheel_mm) = journal(3600, ratio, &[Station::diameter(270.0, 1.0)], 0.0, 1);
+        let (mut part, wheel_mm) = journal(3600, ratio, &[GaugeStation::diameter(270.0, 1.0)], 0.0, 1);
         let readings = part.readings[0].clone();
         let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD - 3.0 * PI)).unwrap();
         let (share, before) = left(&mut part, wheel_mm, &record, ratio, &MeasureSettings::default());
@@ -106,7 +106,7 @@ fn the_infeed_need_not_rest_while_the_part_is_measured() {
 fn any_angular_interval_will_do() {
     for every_deg in [0.3, 1.0, 1.7, 2.0, 2.5, 3.5, 5.0, 7.0] {
         for angle_deg in [270.0, 308.3] {
-            let (mut part, wheel_mm) = journal(3600, 0.2, &[Station::diameter(angle_deg, every_deg)], 1.6, 1);
+            let (mut part, wheel_mm) = journal(3600, 0.2, &[GaugeStation::diameter(angle_deg, every_deg)], 1.6, 1);
             let readings = part.readings[0].clone();
             let record = GaugeRecord::from_one(diameter(angle_deg), from(&readings, DWELLS_FROM_RAD)).unwrap();
             let (share, _) = left(&mut part, wheel_mm, &record, 0.2, &MeasureSettings::default());
@@ -122,8 +122,9 @@ fn any_angular_interval_will_do() {
 fn two_gauges_and_a_radial_probe_leave_nothing_either() {
     for ratio in RATIOS {
         for (angle_deg, apart_deg) in [(330.0, 60.0), (150.0, 45.0), (200.0, 170.0)] {
-            let first = Station::diameter(angle_deg, 1.0);
-            let second = Station { zero_mm: 0.013, ..Station::diameter((angle_deg + apart_deg) % 360.0, 1.0) };
+            let first = GaugeStation::diameter(angle_deg, 1.0);
+            let second =
+                GaugeStation { zero_mm: 0.013, ..GaugeStation::diameter((angle_deg + apart_deg) % 360.0, 1.0) };
             let (mut part, wheel_mm) = journal(3600, ratio, &[first, second], 1.5, 1);
             let (a, b) = (part.readings[0].clone(), part.readings[1].clone());
             let gauge = Gauge::two_diameters(rad(angle_deg), rad(apart_deg), 0.013).unwrap();
@@ -134,8 +135,10 @@ fn two_gauges_and_a_radial_probe_leave_nothing_either() {
             assert!(share < 1e-2, "{share}");
         }
         for (angle_deg, work_share) in [(90.0, 0.7), (270.0, 1.0), (135.0, 0.5), (180.0, 0.8), (300.0, 0.3)] {
-            let station =
-                Station { contacts: PartContacts::Radius { work_share }, ..Station::diameter(angle_deg, 1.0) };
+            let station = GaugeStation {
+                contacts: PartContacts::Radius { work_share },
+                ..GaugeStation::diameter(angle_deg, 1.0)
+            };
             let (mut part, wheel_mm) = journal(3600, ratio, &[station], 3.0, 1);
             let readings = part.readings[0].clone();
             let gauge = Gauge::radius(rad(angle_deg), work_share).unwrap();
@@ -153,7 +156,7 @@ fn two_gauges_and_a_radial_probe_leave_nothing_either() {
 #[test]
 fn a_wheel_that_was_clear_of_the_part_corrects_as_well() {
     for ratio in RATIOS {
-        let (mut part, wheel_mm) = journal(3600, ratio, &[Station::diameter(270.0, 1.0)], 1.6, 1);
+        let (mut part, wheel_mm) = journal(3600, ratio, &[GaugeStation::diameter(270.0, 1.0)], 1.6, 1);
         let lifted_rad = part.c_rad();
         for step in 1..=1800 {
             let arc = f64::from(step) / 80.0;
@@ -180,7 +183,7 @@ fn a_wheel_that_was_clear_of_the_part_corrects_as_well() {
 #[test]
 fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
     for ratio in RATIOS {
-        let (part, wheel_mm) = journal(3600, ratio, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+        let (part, wheel_mm) = journal(3600, ratio, &[GaugeStation::diameter(270.0, 1.0)], 1.5, 1);
         let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
         let log = WheelLog::new(&part.log).unwrap();
         let state = PartState::measure(&record, log, law(ratio), &MeasureSettings::default()).unwrap();
@@ -219,7 +222,7 @@ fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
 /// The turn can bring the part to size at the same time: every phase loses so much more.
 #[test]
 fn size_and_runout_can_be_had_in_one_turn() {
-    let (mut part, _) = journal(3600, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let (mut part, _) = journal(3600, 0.2, &[GaugeStation::diameter(270.0, 1.0)], 1.5, 1);
     let readings = part.readings[0].clone();
     let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
     let log = part.log.clone();

@@ -1,7 +1,8 @@
 //! km, kg, F0 and λ from what a machine would show of them.
 
 use crate::part::{
-    DWELLS_FROM_RAD, GRINDING_N_MM, GaugedPart, NoiseSource, RATIOS, Station, THRESHOLD_N, diameter, from, journal, law,
+    DWELLS_FROM_RAD, GRINDING_N_MM, GaugeStation, GaugedPart, NoiseSource, RATIOS, THRESHOLD_N, diameter, from,
+    journal, law,
 };
 use camwright::gauging::decay::{Comparison, Decay, DecayError};
 use camwright::gauging::record::GaugeRecord;
@@ -56,7 +57,7 @@ fn a_push_that_begins_before_contact_is_refused() {
 fn feeds(part_ratio: f64, feeds_mm: &[f64], sigma_mm: f64, seed: u64) -> Vec<ForcePoint> {
     let mut points = Vec::new();
     for &feed_mm in feeds_mm {
-        let station = Station { sigma_mm, ..Station::diameter(270.0, 1.0) };
+        let station = GaugeStation { sigma_mm, ..GaugeStation::diameter(270.0, 1.0) };
         let mut part = GaugedPart::new(720, law(part_ratio), &[], &[station], seed);
         let turns = 60.0;
         part.feed(turns, 20.0, feed_mm);
@@ -102,7 +103,7 @@ fn two_feeds_tell_grinding_stiffness_and_threshold_apart_and_one_does_not() {
 }
 
 fn decay_of(km_kg: f64, sigma_mm: f64, dwell: f64, seed: u64) -> Decay {
-    let station = Station { sigma_mm, ..Station::diameter(270.0, 1.0) };
+    let station = GaugeStation { sigma_mm, ..GaugeStation::diameter(270.0, 1.0) };
     let (part, _) = journal(720, km_kg, &[station], dwell, seed);
     let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD - 1.6)).unwrap();
     Decay::from_dwell(&record, DWELLS_FROM_RAD, 360).unwrap()
@@ -156,7 +157,8 @@ fn force_and_decay_agree_where_the_sensor_is_right_and_not_where_it_is_not() {
 
 #[test]
 fn dwells_that_tell_nothing_are_refused() {
-    let (part, wheel_mm) = journal(720, 0.5, &[Station { sigma_mm: 2e-4, ..Station::diameter(270.0, 1.0) }], 1.5, 1);
+    let (part, wheel_mm) =
+        journal(720, 0.5, &[GaugeStation { sigma_mm: 2e-4, ..GaugeStation::diameter(270.0, 1.0) }], 1.5, 1);
     let dwell = |part: &GaugedPart, from_rad: f64, phases: usize| {
         let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
         Decay::from_dwell(&record, from_rad, phases)

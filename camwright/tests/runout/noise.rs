@@ -1,6 +1,6 @@
 //! Effect of the noise of the readings.
 
-use crate::part::{DWELLS_FROM_RAD, Station, diameter, from, journal, law};
+use crate::part::{DWELLS_FROM_RAD, GaugeStation, diameter, from, journal, law};
 use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::record::GaugeRecord;
@@ -16,7 +16,7 @@ const SEED: u64 = 0x5EED_0001;
 fn left_um(ratio: f64, dwell: f64, fed_turns: f64, fit: Fit, seeds: u64) -> Vec<f64> {
     let mut left: Vec<f64> = (0..seeds)
         .map(|seed| {
-            let station = Station { sigma_mm: 2e-4, ..Station::diameter(270.0, 1.0) };
+            let station = GaugeStation { sigma_mm: 2e-4, ..GaugeStation::diameter(270.0, 1.0) };
             let (mut part, wheel_mm) = journal(720, ratio, &[station], dwell, SEED + seed);
             let readings = part.readings[0].clone();
             let log = part.log.clone();
@@ -91,7 +91,7 @@ fn the_noise_of_a_radius_is_as_derived() {
         for turns in [1_u32, 2, 4] {
             let (mut squares, mut count) = (0.0, 0.0);
             for seed in 0..10 {
-                let station = Station { sigma_mm: 2e-4, ..Station::diameter(270.0, 1.0) };
+                let station = GaugeStation { sigma_mm: 2e-4, ..GaugeStation::diameter(270.0, 1.0) };
                 let (part, _) = journal(360, ratio, &[station], f64::from(turns) + 0.25, SEED + seed);
                 let record =
                     GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD - 1.6)).unwrap();

@@ -62,7 +62,7 @@ pub(crate) enum PartContacts {
 
 /// A gauge of the reference, at a whole number of phases after the wheel.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Station {
+pub(crate) struct GaugeStation {
     pub(crate) contacts: PartContacts,
     pub(crate) angle_deg: f64,
     pub(crate) every_deg: f64,
@@ -70,7 +70,7 @@ pub(crate) struct Station {
     pub(crate) zero_mm: f64,
 }
 
-impl Station {
+impl GaugeStation {
     pub(crate) fn diameter(angle_deg: f64, every_deg: f64) -> Self {
         Self { contacts: PartContacts::Diameter, angle_deg, every_deg, sigma_mm: 0.0, zero_mm: 0.0 }
     }
@@ -84,7 +84,7 @@ pub(crate) struct GaugedPart {
     law: ContactLaw,
     /// Phases that have passed the wheel.
     place: i64,
-    stations: Vec<Station>,
+    stations: Vec<GaugeStation>,
     /// Readings of every station.
     pub(crate) readings: Vec<Vec<RunoutReading>>,
     /// Position of the wheel at every phase.
@@ -102,7 +102,7 @@ impl GaugedPart {
         phases: usize,
         law: ContactLaw,
         lobes: &[(f64, f64, f64)],
-        stations: &[Station],
+        stations: &[GaugeStation],
         seed: u64,
     ) -> Self {
         let angle = |k: usize| 2.0 * PI * k as f64 / phases as f64;
@@ -218,7 +218,13 @@ impl GaugedPart {
 
 /// A journal as the tests grind it: eccentric by 20 um, three-lobed by 6 um and five-lobed by 2 um, fed by 10 um a turn for thirteen
 /// turns from 30 um outside a round part, where the wheel is clear of it, then at rest for `dwell` turns. Gives the part and where the wheel stands.
-pub(crate) fn journal(phases: usize, ratio: f64, stations: &[Station], dwell: f64, seed: u64) -> (GaugedPart, f64) {
+pub(crate) fn journal(
+    phases: usize,
+    ratio: f64,
+    stations: &[GaugeStation],
+    dwell: f64,
+    seed: u64,
+) -> (GaugedPart, f64) {
     let lobes = [(1.0, 0.020, 0.7), (3.0, 0.006, 0.2), (5.0, 0.002, 1.9)];
     let mut part = GaugedPart::new(phases, law(ratio), &lobes, stations, seed);
     let wheel_mm = part.feed(13.0, 20.03, 0.010);

@@ -1,6 +1,6 @@
 //! Remaining error of the published correction.
 
-use crate::part::{GaugedPart, RATIOS, Station, diameter, from, law};
+use crate::part::{GaugeStation, GaugedPart, RATIOS, diameter, from, law};
 use camwright::gauging::correction::Correction;
 use camwright::gauging::published::PublishedRunout;
 use camwright::gauging::record::GaugeRecord;
@@ -51,7 +51,7 @@ fn to_the_letter(ratio: f64) -> (f64, f64, f64) {
     let law = law(ratio);
     let phases = 3600_usize;
     let lobes = [(1.0, 0.025, 0.7), (3.0, 0.005, 0.2)];
-    let mut part = GaugedPart::new(phases, law, &lobes, &[Station::diameter(270.0, 5.0)], 1);
+    let mut part = GaugedPart::new(phases, law, &lobes, &[GaugeStation::diameter(270.0, 5.0)], 1);
     let wheel_mm = part.feed(16.0, 20.035, 0.010);
     let window_rad = part.c_rad();
     let wheel_mm = part.feed(1.5, wheel_mm, 0.010);

@@ -1,6 +1,6 @@
 //! Measurements and corrections that are not possible are refused with a reason.
 
-use crate::part::{DWELLS_FROM_RAD, GaugedPart, Station, diameter, from, journal, law, rad};
+use crate::part::{DWELLS_FROM_RAD, GaugeStation, GaugedPart, diameter, from, journal, law, rad};
 use camwright::gauging::correction::{Correction, CorrectionError, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::published::{PublishedError, PublishedRunout};
@@ -23,7 +23,7 @@ const USUAL: MeasureSettings = MeasureSettings {
 
 #[test]
 fn records_that_tell_no_state_are_refused() {
-    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let (part, _) = journal(720, 0.2, &[GaugeStation::diameter(270.0, 1.0)], 1.5, 1);
     let readings = from(&part.readings[0], DWELLS_FROM_RAD);
     let log = WheelLog::new(&part.log).unwrap();
     let measure = |count: usize, log: WheelLog<'_>, settings: MeasureSettings| {
@@ -49,7 +49,7 @@ fn records_that_tell_no_state_are_refused() {
 /// An eccentric part that the wheel has met on one side only: of the other nothing is known.
 #[test]
 fn a_phase_that_was_not_cut_is_named() {
-    let station = Station::diameter(270.0, 1.0);
+    let station = GaugeStation::diameter(270.0, 1.0);
     let mut part = GaugedPart::new(720, law(0.2), &[(1.0, 0.05, 0.0)], &[station], 1);
     part.dwell(2.0, 20.0);
     let record = GaugeRecord::from_one(diameter(270.0), &part.readings[0]).unwrap();
@@ -61,7 +61,7 @@ fn a_phase_that_was_not_cut_is_named() {
 /// A gauge that stuck, and a wheel that was elsewhere.
 #[test]
 fn readings_that_do_not_follow_the_contact_law_are_refused() {
-    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
+    let (part, _) = journal(720, 0.2, &[GaugeStation::diameter(270.0, 1.0)], 3.0, 1);
     let good = from(&part.readings[0], DWELLS_FROM_RAD);
     let measure = |readings: &[RunoutReading], log: &[WheelPosition], ratio: f64| {
         let record = GaugeRecord::from_one(diameter(270.0), readings).unwrap();
@@ -95,7 +95,7 @@ fn readings_that_do_not_follow_the_contact_law_are_refused() {
 /// 0.3 um at half the km/kg: visible beside a gauge's noise, but no reason to refuse. The decay shows it.
 #[test]
 fn a_wrong_stiffness_shows_in_the_scatter_but_is_not_refused_for_it() {
-    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
+    let (part, _) = journal(720, 0.2, &[GaugeStation::diameter(270.0, 1.0)], 3.0, 1);
     let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let scatter = |ratio: f64| {
         let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(ratio), &USUAL).unwrap();
@@ -107,7 +107,7 @@ fn a_wrong_stiffness_shows_in_the_scatter_but_is_not_refused_for_it() {
 
 #[test]
 fn corrections_that_cannot_be_are_refused() {
-    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let (part, _) = journal(720, 0.2, &[GaugeStation::diameter(270.0, 1.0)], 1.5, 1);
     let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
     let at = CorrectionStart::At(part.c_rad());
@@ -137,7 +137,7 @@ fn corrections_that_cannot_be_are_refused() {
 /// The step that a lifted wheel leaves on the part, met in the middle of the turn, is no curve.
 #[test]
 fn a_step_within_the_turn_is_refused() {
-    let (mut part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let (mut part, _) = journal(720, 0.2, &[GaugeStation::diameter(270.0, 1.0)], 1.5, 1);
     let lifted_rad = part.c_rad();
     part.dwell(0.1, 25.0);
     let readings: Vec<_> = part.readings[0].iter().copied().filter(|reading| reading.c_rad < lifted_rad).collect();
@@ -150,7 +150,7 @@ fn a_step_within_the_turn_is_refused() {
 
 #[test]
 fn windows_radii_and_points_that_are_none_are_refused() {
-    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 5.0)], 1.4, 1);
+    let (part, _) = journal(720, 0.2, &[GaugeStation::diameter(270.0, 5.0)], 1.4, 1);
     let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
     let published = |phases: usize| PublishedRunout::measure(&record, &law(0.2), DWELLS_FROM_RAD, phases).unwrap_err();
     let PublishedError::WindowTooShort { turned_deg, needed_deg } = published(72) else { panic!() };

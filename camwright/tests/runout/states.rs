@@ -1,6 +1,6 @@
 //! Actual depths of cut and the part by phase, against what the reference really lost and has.
 
-use crate::part::{ANGLES_DEG, DWELLS_FROM_RAD, GaugedPart, RATIOS, Station, diameter, from, journal, law, rad};
+use crate::part::{ANGLES_DEG, DWELLS_FROM_RAD, GaugeStation, GaugedPart, RATIOS, diameter, from, journal, law, rad};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::record::GaugeRecord;
 use camwright::gauging::runout::RadiusByPhase;
@@ -9,7 +9,7 @@ use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
 /// Radii of the reference at every step of C: what a phase had when it left the wheel.
-fn left_the_wheel(phases: usize, ratio: f64, station: Station, dwell: f64) -> (GaugedPart, Vec<f64>, f64) {
+fn left_the_wheel(phases: usize, ratio: f64, station: GaugeStation, dwell: f64) -> (GaugedPart, Vec<f64>, f64) {
     let (mut part, wheel_mm) = journal(phases, ratio, &[station], 0.0, 1);
     let mut radii = part.radii.clone();
     for step in 0..(dwell * phases as f64) as usize {
@@ -25,7 +25,7 @@ fn left_the_wheel(phases: usize, ratio: f64, station: Station, dwell: f64) -> (G
 fn the_difference_of_two_diameters_is_what_the_wheel_took() {
     for angle_deg in ANGLES_DEG {
         let angle_deg = f64::from(angle_deg);
-        let (part, left, _) = left_the_wheel(720, 0.2, Station::diameter(angle_deg, 0.5), 2.0);
+        let (part, left, _) = left_the_wheel(720, 0.2, GaugeStation::diameter(angle_deg, 0.5), 2.0);
         let record = GaugeRecord::from_one(diameter(angle_deg), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
         let depths = record.depths();
         assert!((depths.len() as f64 - 1.5 * 720.0).abs() < 2.0, "{}", depths.len());
@@ -45,7 +45,7 @@ fn the_difference_of_two_diameters_is_what_the_wheel_took() {
 /// A three-lobed part has one diameter: a gauge that only turns with it sees nothing, and the depth of cut shows its lobes.
 #[test]
 fn a_diameter_is_blind_to_three_lobes_and_the_depth_of_cut_is_not() {
-    let station = Station::diameter(270.0, 1.0);
+    let station = GaugeStation::diameter(270.0, 1.0);
     let mut part = GaugedPart::new(3600, law(0.2), &[(3.0, 0.01, 0.4)], &[station], 1);
     part.dwell(1.0, 25.0);
     let still = part.readings[0].clone();
@@ -72,7 +72,7 @@ fn a_diameter_is_blind_to_three_lobes_and_the_depth_of_cut_is_not() {
 fn radii_are_found_as_they_are_at_every_moment() {
     let settings = MeasureSettings { fit: Fit::Depths { harmonics: None }, ..MeasureSettings::default() };
     for ratio in RATIOS {
-        let (mut part, _, wheel_mm) = left_the_wheel(3600, ratio, Station::diameter(225.0, 1.0), 2.5);
+        let (mut part, _, wheel_mm) = left_the_wheel(3600, ratio, GaugeStation::diameter(225.0, 1.0), 2.5);
         let readings = part.readings[0].clone();
         let log = part.log.clone();
         let record = GaugeRecord::from_one(diameter(225.0), from(&readings, DWELLS_FROM_RAD)).unwrap();

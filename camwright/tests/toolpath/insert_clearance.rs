@@ -7,7 +7,7 @@ use cams::SplitMix64;
 use camwright::cam::surface::Surface;
 use camwright::math::units::rad_from_deg;
 use camwright::toolpath::insert_clearance::{ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
-use camwright::toolpath::insert_path::{Feed, InsertPath, PathRequest};
+use camwright::toolpath::insert_path::{InsertFeed, InsertPath, PathRequest};
 use solids::{CYLINDER, ECCENTRIC, cam_along_z, random_lobed, solid};
 use std::f64::consts::FRAC_PI_2;
 
@@ -69,7 +69,7 @@ fn path(surface: &Surface, height_mm: f64) -> InsertPath {
         plane_y_mm: -height_mm,
         from_mm: from,
         to_mm: to,
-        feed: Feed::AlongZ(1.0),
+        feed: InsertFeed::AlongZ(1.0),
         angles: 360,
         start_rad: 0.0,
         stock_mm: 0.0,

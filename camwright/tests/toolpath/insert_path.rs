@@ -11,7 +11,7 @@ use camwright::cam::surface::solid::{Harmonic, LinearInZ, Solid};
 use camwright::machine::description::MotionLimits;
 use camwright::math::units::TURN_RAD;
 use camwright::toolpath::insert_path::{
-    AxisLimits, Feed, InsertPath, InsertPathError, Passes, PathRequest, SpeedBound, ZLaw,
+    AxisLimits, InsertFeed, InsertPath, InsertPathError, Passes, PathRequest, SpeedBound, ZLaw,
 };
 use camwright::toolpath::rake_section::{RakeSection, RakeSectionError};
 use solids::{CYLINDER, ECCENTRIC, ELLIPTIC_CONE, cam_along_z, mesh_of, random_lobed, solid};
@@ -25,7 +25,7 @@ fn request(from_mm: f64, to_mm: f64) -> PathRequest {
         plane_y_mm: Y,
         from_mm,
         to_mm,
-        feed: Feed::AlongZ(0.4),
+        feed: InsertFeed::AlongZ(0.4),
         angles: 360,
         start_rad: 0.3,
         stock_mm: 0.0,
@@ -127,12 +127,15 @@ fn the_centre_of_the_insert_is_its_radius_away_from_the_section_everywhere() {
         ("at centre", PathRequest { plane_y_mm: 0.0, ..ask }),
         ("backwards", PathRequest { from_mm: 20.0, to_mm: 0.0, ..ask }),
         ("with stock", PathRequest { stock_mm: 1.5, ..ask }),
-        ("along the curve", PathRequest { feed: Feed::AlongCurve(0.4), ..ask }),
-        ("along the curve backwards", PathRequest { feed: Feed::AlongCurve(0.4), from_mm: 20.0, to_mm: 0.0, ..ask }),
+        ("along the curve", PathRequest { feed: InsertFeed::AlongCurve(0.4), ..ask }),
+        (
+            "along the curve backwards",
+            PathRequest { feed: InsertFeed::AlongCurve(0.4), from_mm: 20.0, to_mm: 0.0, ..ask },
+        ),
     ] {
         keeps_its_distance(&cone, elliptic_cone, &ask, what);
     }
-    let along = PathRequest { feed: Feed::AlongCurve(0.4), from_mm: 1.0, to_mm: 21.0, ..ask };
+    let along = PathRequest { feed: InsertFeed::AlongCurve(0.4), from_mm: 1.0, to_mm: 21.0, ..ask };
     keeps_its_distance(&cam_along_z(), cam, &along, "3-D cam along the curve");
 }
 
@@ -151,7 +154,7 @@ fn a_cylinder_has_a_path_that_stands_still() {
 /// The plan contains the same curve: X and Z of the insert's centre over the angle since the start.
 #[test]
 fn the_laws_of_a_plan_are_the_path() {
-    for feed in [Feed::AlongZ(0.4), Feed::AlongCurve(0.4)] {
+    for feed in [InsertFeed::AlongZ(0.4), InsertFeed::AlongCurve(0.4)] {
         let path = InsertPath::new(&cam_along_z(), &PathRequest { feed, ..request(14.0, 8.0) }).unwrap();
         let (x, z) = path.laws().unwrap();
         let (start, way) = (path.x().start(), path.x().end() - path.x().start());
@@ -233,7 +236,7 @@ fn shortcuts_are_wrong_by_what_the_literature_of_this_house_says() {
 #[test]
 fn rates_are_those_of_the_path_and_the_fastest_spindle_keeps_the_limits() {
     let surface = cam_along_z();
-    for feed in [Feed::AlongZ(0.4), Feed::AlongCurve(0.4)] {
+    for feed in [InsertFeed::AlongZ(0.4), InsertFeed::AlongCurve(0.4)] {
         let path = InsertPath::new(&surface, &PathRequest { feed, ..request(1.0, 21.0) }).unwrap();
         let limits = AxisLimits {
             x: MotionLimits { velocity: 500.0, acceleration: 2e4, jerk: 2e6 },
@@ -284,7 +287,7 @@ fn the_spindle_runs_up_and_stops_within_the_limits_of_all_axes() {
     for (what, asked, ask) in [
         ("all it can", 1e3, request(1.0, 21.0)),
         ("slowly", 5.0, request(1.0, 3.0)),
-        ("along the curve", 1e3, PathRequest { feed: Feed::AlongCurve(0.5), ..request(1.0, 21.0) }),
+        ("along the curve", 1e3, PathRequest { feed: InsertFeed::AlongCurve(0.5), ..request(1.0, 21.0) }),
         ("a turn", 1e3, request(11.0, 11.4)),
     ] {
         let path = InsertPath::new(&surface, &ask).unwrap();
@@ -328,7 +331,7 @@ fn the_spindle_runs_up_and_stops_within_the_limits_of_all_axes() {
 #[test]
 fn feed_along_the_curve_is_constant_along_the_curve() {
     let surface = cam_along_z();
-    let ask = PathRequest { feed: Feed::AlongCurve(0.5), ..request(1.0, 21.0) };
+    let ask = PathRequest { feed: InsertFeed::AlongCurve(0.5), ..request(1.0, 21.0) };
     let path = InsertPath::new(&surface, &ask).unwrap();
     let ZLaw::Spline(z) = path.z() else { panic!("Z is not straight") };
     let contact = |knot: usize| {
@@ -382,7 +385,7 @@ fn hollows_too_tight_for_the_insert_are_bridged_and_reported() {
         // The spline through the grid is not the groove where its bend jumps.
         assert!((nearest - 6.0).abs() < 1e-4, "{z}: {nearest}");
     }
-    let error = InsertPath::new(&surface, &PathRequest { feed: Feed::AlongCurve(0.4), ..ask }).unwrap_err();
+    let error = InsertPath::new(&surface, &PathRequest { feed: InsertFeed::AlongCurve(0.4), ..ask }).unwrap_err();
     assert!(matches!(error, InsertPathError::TooHollow { .. }), "{error}");
 }
 
@@ -454,7 +457,7 @@ fn random_solids_keep_their_distance_or_are_refused() {
             plane_y_mm: random.within(-14.0, 5.0),
             from_mm: random.within(0.0, 10.0),
             to_mm: random.within(0.0, 20.0),
-            feed: if round % 3 == 0 { Feed::AlongCurve(0.7) } else { Feed::AlongZ(0.7) },
+            feed: if round % 3 == 0 { InsertFeed::AlongCurve(0.7) } else { InsertFeed::AlongZ(0.7) },
             angles: 360,
             start_rad: random.within(-7.0, 7.0),
             stock_mm: if round % 2 == 0 { 0.0 } else { random.within(0.0, 2.0) },
@@ -487,7 +490,7 @@ fn random_solids_keep_their_distance_or_are_refused() {
 
 #[test]
 fn passes_take_equal_depths_and_the_last_one_what_finishing_was_left() {
-    let passes = Passes { stock_mm: 3.3, finish_mm: 0.3, deepest_mm: 0.8, rough_feed: Feed::AlongZ(1.0) };
+    let passes = Passes { stock_mm: 3.3, finish_mm: 0.3, deepest_mm: 0.8, rough_feed: InsertFeed::AlongZ(1.0) };
     let paths = passes.paths(&cam_along_z(), &request(2.0, 8.0)).unwrap();
     let depths: Vec<f64> = paths.iter().map(|pass| pass.depth_mm).collect();
     assert_eq!(depths.len(), 5);
@@ -496,8 +499,8 @@ fn passes_take_equal_depths_and_the_last_one_what_finishing_was_left() {
         "{depths:?}"
     );
     assert!(paths.windows(2).all(|pair| pair[0].path.x_range_mm().0 > pair[1].path.x_range_mm().0));
-    assert_eq!(paths[4].path.request().feed, Feed::AlongZ(0.4));
-    assert_eq!(paths[0].path.request().feed, Feed::AlongZ(1.0));
+    assert_eq!(paths[4].path.request().feed, InsertFeed::AlongZ(0.4));
+    assert_eq!(paths[0].path.request().feed, InsertFeed::AlongZ(1.0));
     let only = Passes { stock_mm: 0.0, finish_mm: 0.0, ..passes };
     assert_eq!(only.stocks_mm().unwrap(), vec![0.0]);
     for bad in [
@@ -518,9 +521,9 @@ fn what_cannot_be_planned_is_refused() {
     for ask in [
         PathRequest { insert_radius_mm: 0.0, ..good },
         PathRequest { insert_radius_mm: f64::NAN, ..good },
-        PathRequest { feed: Feed::AlongZ(0.0), ..good },
-        PathRequest { feed: Feed::AlongCurve(-1.0), ..good },
-        PathRequest { feed: Feed::AlongZ(7.0), ..good },
+        PathRequest { feed: InsertFeed::AlongZ(0.0), ..good },
+        PathRequest { feed: InsertFeed::AlongCurve(-1.0), ..good },
+        PathRequest { feed: InsertFeed::AlongZ(7.0), ..good },
         PathRequest { angles: 10, ..good },
         PathRequest { angles: 10_000, ..good },
         PathRequest { stock_mm: -0.1, ..good },
@@ -531,7 +534,7 @@ fn what_cannot_be_planned_is_refused() {
     ] {
         assert!(matches!(refused(ask), InsertPathError::BadNumber { .. }), "{ask:?}");
     }
-    let error = refused(PathRequest { feed: Feed::AlongZ(1e-6), ..good });
+    let error = refused(PathRequest { feed: InsertFeed::AlongZ(1e-6), ..good });
     assert!(matches!(error, InsertPathError::TooLong { .. }), "{error}");
     let error = refused(PathRequest { plane_y_mm: f64::NAN, ..good });
     assert!(matches!(error, InsertPathError::Section(RakeSectionError::BadNumber { .. })), "{error}");

@@ -12,7 +12,8 @@ use super::engine_messages::{
 use super::next_trajectory::NextTrajectory;
 use super::receipts::Receipts;
 use camwright::interpolator::{
-    Interpolator, InterpolatorEvent, Outcome, Request, StartError, State, Status, TickInputs,
+    ExecutionState, Interpolator, InterpolatorEvent, InterpolatorStatus, MotionOutcome, MotionRequest, StartError,
+    TickInputs,
 };
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -39,7 +40,7 @@ pub(super) struct Running {
     is_trajectory: bool,
     first_tick: u64,
     /// Outcome, once the last setpoint has been computed.
-    pub(super) outcome: Option<(Outcome, u64)>,
+    pub(super) outcome: Option<(MotionOutcome, u64)>,
 }
 
 pub(super) struct Engine {
@@ -59,14 +60,14 @@ pub(super) struct Engine {
     sequence: u32,
     /// Orders that must be acknowledged before setpoints of their ticks may leave.
     pub(super) unacknowledged: Receipts,
-    requests: [Option<Request>; REQUESTS],
+    requests: [Option<MotionRequest>; REQUESTS],
     pub(super) next_trajectory: NextTrajectory,
     /// A motion that begins when the axes stand still.
     waiting: Option<(PreparedMotion, JobEnds)>,
     /// A motion that begins with the machine's next message, at pace fast when the machine attends to it; and since when it waits.
     attending: Option<(PreparedMotion, JobEnds, Instant)>,
     known_alarms: [u16; 16],
-    last_status: Option<(u64, Status)>,
+    last_status: Option<(u64, InterpolatorStatus)>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -165,15 +166,15 @@ impl Engine {
 
     /// A request for the next tick that is computed. Of several overrides that wait the last counts; between motions one waits for the
     /// next, like the knob that it is.
-    fn ask(&mut self, request: Request) {
-        if request == Request::Cancel
+    fn ask(&mut self, request: MotionRequest) {
+        if request == MotionRequest::Cancel
             && let Some(made) = self.take_waiting()
         {
             self.send(FromEngine::NotStarted(StartError::Cancelled, made));
             return;
         }
         let before = self.requests;
-        let outdated = |old: &Request| is_override(old) && is_override(&request);
+        let outdated = |old: &MotionRequest| is_override(old) && is_override(&request);
         let kept = before.iter().flatten().copied().filter(|old| !outdated(old));
         self.wait(kept.chain([request]));
         if is_override(&request) && self.running.is_none() {
@@ -183,11 +184,11 @@ impl Engine {
 
     /// A hold or a cancel waits for the next tick.
     pub(super) fn is_disturbed(&self) -> bool {
-        self.requests.iter().flatten().any(|request| matches!(request, Request::Hold | Request::Cancel))
+        self.requests.iter().flatten().any(|request| matches!(request, MotionRequest::Hold | MotionRequest::Cancel))
     }
 
     /// Makes these the requests that wait, as many as there is room for.
-    fn wait(&mut self, requests: impl Iterator<Item = Request>) {
+    fn wait(&mut self, requests: impl Iterator<Item = MotionRequest>) {
         self.requests = [None; REQUESTS];
         for (place, request) in self.requests.iter_mut().zip(requests) {
             *place = Some(request);
@@ -254,7 +255,7 @@ impl Engine {
         let Some(seen) = self.seen.filter(|seen| seen.has_alarms) else { return };
         let Some(running) = &mut self.running else { return };
         let number = self.known_alarms.iter().copied().find(|number| stops_motion(*number)).unwrap_or(0);
-        running.outcome = Some((Outcome::Failed(number), seen.tick));
+        running.outcome = Some((MotionOutcome::Failed(number), seen.tick));
         self.unacknowledged.clear();
         self.drop_withheld();
     }
@@ -292,10 +293,10 @@ impl Engine {
         self.next_trajectory = NextTrajectory::None;
         if let Some(running) = self.running.take() {
             let (first_tick, counts) = (running.first_tick, seen.counts);
-            let ended = Ended { outcome: Outcome::Failed(number), first_tick, last_tick: seen.tick, counts };
+            let ended = Ended { outcome: MotionOutcome::Failed(number), first_tick, last_tick: seen.tick, counts };
             self.send(FromEngine::Ended(ended));
         }
-        let status = Status { state: State::Fault, ..self.interpolator.idle_status() };
+        let status = InterpolatorStatus { state: ExecutionState::Fault, ..self.interpolator.idle_status() };
         self.last_status = None;
         self.send(FromEngine::Status { tick: seen.tick, status });
     }
@@ -427,7 +428,7 @@ impl Engine {
         let mut last = last;
         while self.next_tick <= last && chunk.dense.len() < CHUNK_TICKS {
             let tick = self.next_tick;
-            let mut pending = [Request::Hold; REQUESTS];
+            let mut pending = [MotionRequest::Hold; REQUESTS];
             let mut count = 0;
             for request in self.requests.iter().flatten() {
                 pending[count] = *request;
@@ -465,7 +466,7 @@ impl Engine {
         let Some(running) = self.running else { return };
         match running.outcome {
             // Only a job that came to its end has made a part.
-            Some((Outcome::Completed, tick)) if running.job.ends => {
+            Some((MotionOutcome::Completed, tick)) if running.job.ends => {
                 chunk.is_final = true;
                 self.command(SequencedCommand::JobEnd { tick }, tick);
             }
@@ -481,7 +482,7 @@ impl Engine {
     }
 
     /// Requests that were not taken wait for the next tick, in their order.
-    fn retain_requests(&mut self, pending: &[Request], taken: usize) {
+    fn retain_requests(&mut self, pending: &[MotionRequest], taken: usize) {
         self.wait(pending.iter().skip(taken).copied());
     }
 
@@ -491,7 +492,7 @@ impl Engine {
     }
 
     /// Status on change of what people watch, and every 50 ticks.
-    fn publish(&mut self, tick: u64, status: &Status) {
+    fn publish(&mut self, tick: u64, status: &InterpolatorStatus) {
         let due = self.last_status.is_none_or(|(last, before)| {
             tick >= last + 50
                 || before.state != status.state
@@ -519,7 +520,7 @@ impl Engine {
         self.running = None;
         self.unacknowledged.clear();
         self.next_trajectory = NextTrajectory::None;
-        if seen.has_alarms || matches!(outcome, Outcome::Failed(_)) {
+        if seen.has_alarms || matches!(outcome, MotionOutcome::Failed(_)) {
             self.interpolator.resync(seen.counts);
             if let Some(finished) = self.interpolator.take_finished() {
                 self.send(FromEngine::Done(finished));
@@ -533,9 +534,11 @@ impl Engine {
     /// Status between motions, with the override that the next one begins with; a fault until the machine's alarm is reset.
     fn publish_idle(&mut self) {
         let Some(seen) = self.seen else { return };
-        let state = if seen.has_alarms { State::Fault } else { State::Idle };
-        let mut status = Status { state, ..self.interpolator.idle_status() };
-        if let Some(Request::SetOverride(value)) = self.requests.iter().flatten().find(|request| is_override(request)) {
+        let state = if seen.has_alarms { ExecutionState::Fault } else { ExecutionState::Idle };
+        let mut status = InterpolatorStatus { state, ..self.interpolator.idle_status() };
+        if let Some(MotionRequest::SetOverride(value)) =
+            self.requests.iter().flatten().find(|request| is_override(request))
+        {
             status.feed_override = *value;
         }
         self.last_status = None;
@@ -556,12 +559,12 @@ impl Engine {
     }
 }
 
-fn is_override(request: &Request) -> bool {
-    matches!(request, Request::SetOverride(_))
+fn is_override(request: &MotionRequest) -> bool {
+    matches!(request, MotionRequest::SetOverride(_))
 }
 
 /// Returns whether an alarm with this number stops motion; unknown numbers do.
 fn stops_motion(number: u16) -> bool {
-    use camwright::machine::alarm::Severity;
-    number != 0 && AlarmKind::from_number(number).is_none_or(|kind| kind.entry().severity > Severity::Warning)
+    use camwright::machine::alarm::AlarmSeverity;
+    number != 0 && AlarmKind::from_number(number).is_none_or(|kind| kind.entry().severity > AlarmSeverity::Warning)
 }

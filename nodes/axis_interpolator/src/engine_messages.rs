@@ -2,7 +2,8 @@
 
 use camwright::interpolator::trajectory::TrajectoryStart;
 use camwright::interpolator::{
-    AppliedInput, InterpolatorEvent, Order, Outcome, Prepared, Request, RestState, StartError, Status,
+    AppliedInput, InterpolatorEvent, InterpolatorStatus, MotionOutcome, MotionRequest, Order, Prepared, RestState,
+    StartError,
 };
 use camwright::machine::description::{AXIS_COUNT, MachineDescription};
 use camwright::machine::setpoint::{Latch, Measured, Setpoint};
@@ -85,7 +86,7 @@ pub(super) enum ToEngine {
         made: PreparedMotion,
         job: JobEnds,
     },
-    Request(Request),
+    Request(MotionRequest),
     /// A trajectory wants to take the place of the one in execution, no sooner than at a tick: where will that be?
     Foresee {
         soonest: u64,
@@ -126,7 +127,7 @@ pub(super) enum SequencedCommand {
 /// End of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ended {
-    pub(super) outcome: Outcome,
+    pub(super) outcome: MotionOutcome,
     pub(super) first_tick: u64,
     pub(super) last_tick: u64,
     /// Rest position of the axes.
@@ -152,7 +153,7 @@ pub(super) enum FromEngine {
     },
     Status {
         tick: u64,
-        status: Status,
+        status: InterpolatorStatus,
     },
     Event {
         tick: u64,

@@ -1,6 +1,6 @@
 //! End of a goal: its state and its result.
 
-use camwright::interpolator::{Outcome, ProbeOutcome};
+use camwright::interpolator::{MotionOutcome, ProbeOutcome};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_files::convert::si_from_counts;
 use camwright_msgs::camwright_msgs::action::{Jog, JogResult, Probe, ProbeResult};
@@ -26,11 +26,11 @@ impl GoalEnd {
     }
 }
 
-pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
+pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: MotionOutcome, result: A::Result) {
     let end = match outcome {
-        Outcome::Completed => GoalEnd::Succeeded,
-        Outcome::Cancelled => GoalEnd::Canceled,
-        Outcome::Failed(_) | Outcome::OutOfTolerance(_) => GoalEnd::Aborted,
+        MotionOutcome::Completed => GoalEnd::Succeeded,
+        MotionOutcome::Cancelled => GoalEnd::Canceled,
+        MotionOutcome::Failed(_) | MotionOutcome::OutOfTolerance(_) => GoalEnd::Aborted,
     };
     end.close(goal, result);
 }
@@ -38,7 +38,7 @@ pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Ou
 /// Ends a probe whose axes rest.
 pub(super) fn end_probe(
     goal: &GoalHandle<Probe>,
-    outcome: Outcome,
+    outcome: MotionOutcome,
     probed: Option<ProbeOutcome>,
     mut result: ProbeResult,
     machine: &MachineDescription,
@@ -57,7 +57,7 @@ pub(super) fn end_probe(
         (result.found, result.tick) = (true, latch.tick);
         (result.position, result.off, result.correction) = (si(latch.counts), si(off), si(correction));
     }
-    if outcome != Outcome::Completed {
+    if outcome != MotionOutcome::Completed {
         return close(goal, outcome, result);
     }
     let verb = if goal.goal().until_open { "open" } else { "close" };
@@ -83,11 +83,11 @@ pub(super) fn end_probe(
 }
 
 /// Ends a jog with a message for its client.
-pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: Outcome, was_let_go: bool, result: JogResult) {
+pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: MotionOutcome, was_let_go: bool, result: JogResult) {
     let text = match (outcome, was_let_go) {
-        (Outcome::Completed, _) if goal.goal().distance != 0.0 => Some("it has gone its distance"),
-        (Outcome::Completed, _) => Some("it is at its soft limit"),
-        (Outcome::Cancelled, true) => Some("it was let go of, and rests"),
+        (MotionOutcome::Completed, _) if goal.goal().distance != 0.0 => Some("it has gone its distance"),
+        (MotionOutcome::Completed, _) => Some("it is at its soft limit"),
+        (MotionOutcome::Cancelled, true) => Some("it was let go of, and rests"),
         _ => None,
     };
     match text {
@@ -97,8 +97,8 @@ pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: Outcome, was_let_go: bool
 }
 
 /// Answers the client of `~/wheel`.
-pub(super) fn end_wheel(responder: Responder<SetBool>, turns: bool, outcome: Outcome, text: String) {
-    let success = outcome == Outcome::Completed;
+pub(super) fn end_wheel(responder: Responder<SetBool>, turns: bool, outcome: MotionOutcome, text: String) {
+    let success = outcome == MotionOutcome::Completed;
     let message = match (success, turns) {
         (true, true) => "the wheel has its speed".to_owned(),
         (true, false) => "the wheel rests".to_owned(),

@@ -3,7 +3,7 @@
 use super::engine_messages::Ended;
 use super::goal_end::{self, GoalEnd, close};
 use camwright::interpolator::tolerance::MotionPhase;
-use camwright::interpolator::{Outcome, ProbeOutcome, SearchStep, Status};
+use camwright::interpolator::{InterpolatorStatus, MotionOutcome, ProbeOutcome, SearchStep};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_files::convert::{m_from_mm, si_from_counts};
@@ -17,7 +17,7 @@ use camwright_ros::{GoalHandle, Responder};
 
 /// A goal in execution.
 #[derive(Debug)]
-pub(super) enum Goal {
+pub(super) enum RunningGoal {
     Plan(GoalHandle<ExecutePlan>),
     Home(GoalHandle<Home>),
     Trajectory(GoalHandle<FollowJointTrajectory>),
@@ -38,7 +38,7 @@ type Ending = (i32, String);
 /// Goal being served; none between motions.
 #[derive(Debug, Default)]
 pub(super) struct ActiveGoal {
-    goal: Option<Goal>,
+    goal: Option<RunningGoal>,
     /// Who has command, for those who ask meanwhile.
     name: String,
     plan_hash: String,
@@ -69,23 +69,23 @@ impl ActiveGoal {
 
     /// A joint trajectory has command.
     pub(super) fn is_trajectory(&self) -> bool {
-        matches!(self.goal, Some(Goal::Trajectory(_) | Goal::Arrived | Goal::Topic))
+        matches!(self.goal, Some(RunningGoal::Trajectory(_) | RunningGoal::Arrived | RunningGoal::Topic))
     }
 
     /// Goal that has command.
-    pub(super) fn goal(&self) -> Option<&Goal> {
+    pub(super) fn goal(&self) -> Option<&RunningGoal> {
         self.goal.as_ref()
     }
 
     /// A trajectory of the topic has command: nobody waits for an answer, so its end is logged.
     pub(super) fn is_of_topic(&self) -> bool {
-        matches!(self.goal, Some(Goal::Topic))
+        matches!(self.goal, Some(RunningGoal::Topic))
     }
 
     /// The goal of a joint trajectory that has command.
     pub(super) fn trajectory(&self) -> Option<&GoalHandle<FollowJointTrajectory>> {
         match &self.goal {
-            Some(Goal::Trajectory(goal)) => Some(goal),
+            Some(RunningGoal::Trajectory(goal)) => Some(goal),
             _ => None,
         }
     }
@@ -93,7 +93,7 @@ impl ActiveGoal {
     /// The jog that has command.
     pub(super) fn jog(&self) -> Option<&GoalHandle<Jog>> {
         match &self.goal {
-            Some(Goal::Jog(goal)) => Some(goal),
+            Some(RunningGoal::Jog(goal)) => Some(goal),
             _ => None,
         }
     }
@@ -112,12 +112,12 @@ impl ActiveGoal {
 
     /// The trajectory in execution gives way to another, of a goal or of the topic.
     pub(super) fn yield_to(&mut self, to_a_goal: bool, name: &str, tick: u64) {
-        if let Some(Goal::Trajectory(goal)) = self.goal.take() {
+        if let Some(RunningGoal::Trajectory(goal)) = self.goal.take() {
             let error_string = format!("{name} replaced it at tick {tick}");
             let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
             goal.abort(FollowJointTrajectoryResult { error_code, error_string });
         }
-        let goal = if to_a_goal { Goal::Arrived } else { Goal::Topic };
+        let goal = if to_a_goal { RunningGoal::Arrived } else { RunningGoal::Topic };
         self.begin(goal, name.to_owned(), String::new());
     }
 
@@ -130,16 +130,16 @@ impl ActiveGoal {
             end.close(&handle, result);
             return None;
         }
-        if matches!(self.goal, Some(Goal::Arrived)) {
+        if matches!(self.goal, Some(RunningGoal::Arrived)) {
             self.name = by(&self.name, handle.client());
-            self.goal = Some(Goal::Trajectory(handle));
+            self.goal = Some(RunningGoal::Trajectory(handle));
             return None;
         }
         Some(handle)
     }
 
     /// Gives command to a goal.
-    pub(super) fn begin(&mut self, goal: Goal, name: String, plan_hash: String) {
+    pub(super) fn begin(&mut self, goal: RunningGoal, name: String, plan_hash: String) {
         *self = Self { goal: Some(goal), name, plan_hash, ..Self::default() };
     }
 
@@ -164,26 +164,28 @@ impl ActiveGoal {
     fn finish(&mut self, end: GoalEnd, reason: &str) {
         let message = format!("not started: {reason}; nothing moved");
         match self.goal.take() {
-            Some(Goal::Plan(goal)) => end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() }),
-            Some(Goal::Home(goal)) => end.close(&goal, HomeResult { message, ..HomeResult::default() }),
-            Some(Goal::Trajectory(goal)) => {
+            Some(RunningGoal::Plan(goal)) => {
+                end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() })
+            }
+            Some(RunningGoal::Home(goal)) => end.close(&goal, HomeResult { message, ..HomeResult::default() }),
+            Some(RunningGoal::Trajectory(goal)) => {
                 let error_code = match end {
                     GoalEnd::Canceled => FollowJointTrajectoryResult::SUCCESSFUL,
                     GoalEnd::Succeeded | GoalEnd::Aborted => FollowJointTrajectoryResult::INVALID_GOAL,
                 };
                 end.close(&goal, FollowJointTrajectoryResult { error_code, error_string: message });
             }
-            Some(Goal::Move(goal)) => end.close(&goal, MoveToResult { message, ..MoveToResult::default() }),
-            Some(Goal::Probe(goal)) => end.close(&goal, ProbeResult { message, ..ProbeResult::default() }),
-            Some(Goal::Jog(goal)) => end.close(&goal, JogResult { message, ..JogResult::default() }),
-            Some(Goal::Wheel(responder, _)) => responder.send(&SetBoolResponse { success: false, message }),
-            Some(Goal::Topic | Goal::Arrived) | None => {}
+            Some(RunningGoal::Move(goal)) => end.close(&goal, MoveToResult { message, ..MoveToResult::default() }),
+            Some(RunningGoal::Probe(goal)) => end.close(&goal, ProbeResult { message, ..ProbeResult::default() }),
+            Some(RunningGoal::Jog(goal)) => end.close(&goal, JogResult { message, ..JogResult::default() }),
+            Some(RunningGoal::Wheel(responder, _)) => responder.send(&SetBoolResponse { success: false, message }),
+            Some(RunningGoal::Topic | RunningGoal::Arrived) | None => {}
         }
     }
 
-    pub(super) fn feedback(&self, tick: u64, status: &Status) {
+    pub(super) fn feedback(&self, tick: u64, status: &InterpolatorStatus) {
         match &self.goal {
-            Some(Goal::Plan(goal)) => goal.feedback(&ExecutePlanFeedback {
+            Some(RunningGoal::Plan(goal)) => goal.feedback(&ExecutePlanFeedback {
                 tick,
                 segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
                 phase: status.phase.map_or(0, |phase| phase as u8),
@@ -194,82 +196,89 @@ impl ActiveGoal {
                 percent: status.percent,
                 time_left: status.time_left_s,
             }),
-            Some(Goal::Home(goal)) => {
+            Some(RunningGoal::Home(goal)) => {
                 if let Some((axis, step)) = status.search {
                     goal.feedback(&HomeFeedback { joint: axis.joint().to_owned(), step: step_name(step).to_owned() });
                 }
             }
-            Some(Goal::Move(goal)) => {
+            Some(RunningGoal::Move(goal)) => {
                 goal.feedback(&MoveToFeedback { percent: status.percent, time_left: status.time_left_s });
             }
-            Some(Goal::Probe(goal)) => {
+            Some(RunningGoal::Probe(goal)) => {
                 let step = status.search.map_or("", |(_, step)| step_name(step)).to_owned();
                 goal.feedback(&ProbeFeedback { step, percent: status.percent });
             }
             // Jogs and trajectories report measured values as they arrive.
-            Some(Goal::Jog(_) | Goal::Wheel(..) | Goal::Trajectory(_) | Goal::Arrived | Goal::Topic) | None => {}
+            Some(
+                RunningGoal::Jog(_)
+                | RunningGoal::Wheel(..)
+                | RunningGoal::Trajectory(_)
+                | RunningGoal::Arrived
+                | RunningGoal::Topic,
+            )
+            | None => {}
         }
     }
 
     /// The motion is over.
     pub(super) fn end(&mut self, ended: &Ended, text: &str, machine: &MachineDescription) {
         let alarm = match ended.outcome {
-            Outcome::Failed(number) => number,
-            Outcome::Cancelled => self.alarm.as_ref().map_or(0, |(number, _)| *number),
-            Outcome::Completed | Outcome::OutOfTolerance(_) => 0,
+            MotionOutcome::Failed(number) => number,
+            MotionOutcome::Cancelled => self.alarm.as_ref().map_or(0, |(number, _)| *number),
+            MotionOutcome::Completed | MotionOutcome::OutOfTolerance(_) => 0,
         };
         let message = match &self.alarm {
             Some((_, reason)) if alarm != 0 => format!("{text}: {reason}"),
             _ => text.to_owned(),
         };
-        let success = ended.outcome == Outcome::Completed;
+        let success = ended.outcome == MotionOutcome::Completed;
         match self.goal.take() {
-            Some(Goal::Plan(goal)) => {
+            Some(RunningGoal::Plan(goal)) => {
                 let (first_tick, last_tick) = (ended.first_tick, ended.last_tick);
                 let turns_left_out = std::mem::take(&mut self.turns_left_out);
                 let result = ExecutePlanResult { success, message, alarm, first_tick, last_tick, turns_left_out };
                 close(&goal, ended.outcome, result);
             }
-            Some(Goal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
-            Some(Goal::Trajectory(goal)) => {
+            Some(RunningGoal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
+            Some(RunningGoal::Trajectory(goal)) => {
                 let (end, result) = self.end_of_trajectory(ended.outcome, message);
                 end.close(&goal, result);
             }
-            Some(Goal::Arrived) => {
+            Some(RunningGoal::Arrived) => {
                 let early = self.end_of_trajectory(ended.outcome, message);
                 *self = Self { early: Some(early), ..Self::default() };
                 return;
             }
-            Some(Goal::Move(goal)) => {
+            Some(RunningGoal::Move(goal)) => {
                 let joints = Axis::ALL.iter().map(|axis| axis.joint().to_owned()).collect();
                 let at = |axis: &Axis| si_from_counts(machine.axis(*axis).scale, ended.counts[axis.index()]);
                 let positions = Axis::ALL.iter().map(at).collect();
                 close(&goal, ended.outcome, MoveToResult { success, message, alarm, joints, positions });
             }
-            Some(Goal::Probe(goal)) => {
+            Some(RunningGoal::Probe(goal)) => {
                 let result = ProbeResult { success, message, alarm, ..ProbeResult::default() };
                 goal_end::end_probe(&goal, ended.outcome, self.probed, result, machine);
             }
-            Some(Goal::Jog(goal)) => {
+            Some(RunningGoal::Jog(goal)) => {
                 let axis = Axis::from_joint(&goal.goal().joint);
                 let at = |axis: Axis| si_from_counts(machine.axis(axis).scale, ended.counts[axis.index()]);
                 let result = JogResult { success, message, alarm, position: axis.map_or(0.0, at) };
                 goal_end::end_jog(&goal, ended.outcome, self.was_let_go, result);
             }
-            Some(Goal::Wheel(responder, turns)) => goal_end::end_wheel(responder, turns, ended.outcome, message),
-            Some(Goal::Topic) | None => {}
+            Some(RunningGoal::Wheel(responder, turns)) => goal_end::end_wheel(responder, turns, ended.outcome, message),
+            Some(RunningGoal::Topic) | None => {}
         }
         *self = Self::default();
     }
 
     /// State and result of a joint trajectory that ended, with the codes of `FollowJointTrajectory`.
-    fn end_of_trajectory(&self, outcome: Outcome, message: String) -> (GoalEnd, FollowJointTrajectoryResult) {
+    fn end_of_trajectory(&self, outcome: MotionOutcome, message: String) -> (GoalEnd, FollowJointTrajectoryResult) {
         type Codes = FollowJointTrajectoryResult;
         let (end, error_code, error_string) = match (&self.ending, outcome) {
-            (_, Outcome::Completed) => (GoalEnd::Succeeded, Codes::SUCCESSFUL, message),
-            (Some((code, reason)), Outcome::Cancelled) => (GoalEnd::Aborted, *code, reason.clone()),
-            (None, Outcome::Cancelled) => (GoalEnd::Canceled, Codes::SUCCESSFUL, message),
-            (_, Outcome::OutOfTolerance(broken)) => {
+            (_, MotionOutcome::Completed) => (GoalEnd::Succeeded, Codes::SUCCESSFUL, message),
+            (Some((code, reason)), MotionOutcome::Cancelled) => (GoalEnd::Aborted, *code, reason.clone()),
+            (None, MotionOutcome::Cancelled) => (GoalEnd::Canceled, Codes::SUCCESSFUL, message),
+            (_, MotionOutcome::OutOfTolerance(broken)) => {
                 let code = match broken.stretch {
                     MotionPhase::Path => Codes::PATH_TOLERANCE_VIOLATED,
                     MotionPhase::Goal => Codes::GOAL_TOLERANCE_VIOLATED,
@@ -277,7 +286,7 @@ impl ActiveGoal {
                 (GoalEnd::Aborted, code, broken.to_string())
             }
             // The machine's own tolerance of following.
-            (_, Outcome::Failed(number)) => match AlarmKind::from_number(number) {
+            (_, MotionOutcome::Failed(number)) => match AlarmKind::from_number(number) {
                 Some(AlarmKind::FollowingError(_)) => (GoalEnd::Aborted, Codes::PATH_TOLERANCE_VIOLATED, message),
                 _ => (GoalEnd::Aborted, Codes::INVALID_GOAL, message),
             },

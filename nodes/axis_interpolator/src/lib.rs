@@ -16,7 +16,7 @@ mod receipts;
 mod setup_goals;
 mod trajectory_replacement;
 
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::setpoint::{Latch, Measured};
 use camwright::motion::plan::Plan;
@@ -246,7 +246,7 @@ impl AxisInterpolator {
         self.shared.refuse_arrival("the node is ending");
         if lock(&self.shared.served).is_busy() {
             lock(&self.shared.served).end_because("the node is ending: the axes came to rest on the path");
-            self.shared.request(Request::Cancel);
+            self.shared.request(MotionRequest::Cancel);
         }
         let latest = Instant::now() + limit;
         while lock(&self.shared.served).is_busy() && Instant::now() < latest {
@@ -276,7 +276,7 @@ impl LifecycleCallbacks for Activation {
         self.0.active.store(false, Ordering::Release);
         self.0.refuse_arrival("the node is being deactivated");
         lock(&self.0.served).end_because("the node was deactivated: the axes came to rest on the path");
-        self.0.request(Request::Cancel);
+        self.0.request(MotionRequest::Cancel);
         Ok(())
     }
     fn shutdown(&mut self) -> Result<(), String> {
@@ -356,7 +356,7 @@ impl Shared {
         })));
     }
 
-    fn request(&self, request: Request) -> bool {
+    fn request(&self, request: MotionRequest) -> bool {
         self.send(ToEngine::Request(request))
     }
 
@@ -528,8 +528,8 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
 fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
     let this = Arc::clone(shared);
     let hold = shared.node.service::<FeedHold>("~/feed_hold", move |request| {
-        let success =
-            lock(&this.served).is_busy() && this.request(if request.hold { Request::Hold } else { Request::Unhold });
+        let success = lock(&this.served).is_busy()
+            && this.request(if request.hold { MotionRequest::Hold } else { MotionRequest::Unhold });
         let message = if success { "" } else { "nothing is being executed" };
         FeedHoldResponse { success, message: message.to_owned() }
     })?;
@@ -539,7 +539,7 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
         if !(0.0..=1.0).contains(&value) {
             return SetOverrideResponse { success: false, message: format!("override {value}, allowed is 0 to 1") };
         }
-        let success = this.request(Request::SetOverride(value));
+        let success = this.request(MotionRequest::SetOverride(value));
         let message = if success { "" } else { "no message from the machine yet" };
         SetOverrideResponse { success, message: message.to_owned() }
     })?;

@@ -3,9 +3,9 @@
 //! A jog that has no distance goes on while somebody holds it: while messages come on `~/hold_to_run`. They are waited for in ticks of the
 //! machine, so that a jog ends whoever else has stopped: who held it, the network, this node's other threads.
 
-use super::goals::{Goal, by};
+use super::goals::{RunningGoal, by};
 use super::{Shared, lock};
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright::machine::description::Axis;
 use camwright_files::convert::motion_record::MotionRecord;
 use camwright_files::convert::{core_from_si, si_from_counts};
@@ -49,14 +49,14 @@ impl ActionHandler<Jog> for JogHandler {
             Ok((self.0.jog(&goal)?, held))
         });
         let name = by(&format!("a jog of {}", goal.joint), handle.client());
-        lock(&self.0.served).begin(Goal::Jog(handle), name, String::new());
+        lock(&self.0.served).begin(RunningGoal::Jog(handle), name, String::new());
         let until = |ticks| HeldJog { ticks, until: self.0.machine_tick() + ticks };
         *lock(&self.0.held) = jog.as_ref().ok().and_then(|(_, held)| *held).map(until);
         self.0.begin_or_refuse(jog.map(|(jog, _)| jog));
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.request(Request::Cancel)
+        self.0.request(MotionRequest::Cancel)
     }
 }
 
@@ -110,7 +110,7 @@ impl Shared {
             *held = None;
             served.let_go();
             drop((held, served));
-            self.request(Request::Cancel);
+            self.request(MotionRequest::Cancel);
         }
     }
 
@@ -121,7 +121,7 @@ impl Shared {
         }
         let what = if turns { "starting the wheel" } else { "stopping the wheel" };
         let name = by(what, &self.node.who(&responder.client()));
-        lock(&self.served).begin(Goal::Wheel(responder, turns), name, String::new());
+        lock(&self.served).begin(RunningGoal::Wheel(responder, turns), name, String::new());
         self.begin_or_refuse(Ok(MotionRecord::Wheel(turns)));
     }
 }

@@ -1,8 +1,8 @@
 //! Looks after the machine and the planner: a motion ends when the machine falls silent or is started again, a plan when its planner does.
 
-use super::goals::Goal;
+use super::goals::RunningGoal;
 use super::{Shared, lock};
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright::machine::alarm::AlarmKind;
 use camwright_ros::Guid;
 use camwright_threads::silence::Silence;
@@ -119,14 +119,14 @@ impl Shared {
         };
         let Some(limit_s) = lost else { return };
         let mut served = lock(&self.served);
-        if !matches!(served.goal(), Some(Goal::Plan(_))) {
+        if !matches!(served.goal(), Some(RunningGoal::Plan(_))) {
             return;
         }
         let text = format!("the job planner has been silent for {limit_s} s: its plan is cancelled");
         served.alarm = Some((AlarmKind::PlannerLost.entry().number, text.clone()));
         drop(served);
         self.node.logger().error(&text);
-        self.request(Request::Cancel);
+        self.request(MotionRequest::Cancel);
     }
 
     /// A goal whose plan does not arrive is refused.

@@ -1,8 +1,8 @@
 //! Plans that are to be executed: the action `~/execute_plan`.
 
-use super::goals::{Goal, by};
+use super::goals::{RunningGoal, by};
 use super::{Shared, lock};
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal};
 use camwright_ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
 use std::sync::Arc;
@@ -26,7 +26,7 @@ impl ActionHandler<ExecutePlan> for PlanHandler {
             "" => by(&format!("plan {}", short(&hash)), handle.client()),
             client => format!("plan {} of {client}", short(&hash)),
         };
-        lock(&self.0.served).begin(Goal::Plan(handle), name, hash.clone());
+        lock(&self.0.served).begin(RunningGoal::Plan(handle), name, hash.clone());
         lock(&self.0.plans).wait_for(hash);
         self.0.begin_plan();
     }
@@ -37,7 +37,7 @@ impl ActionHandler<ExecutePlan> for PlanHandler {
             lock(&self.0.served).withdraw("cancelled before its plan was complete");
             return true;
         }
-        self.0.request(Request::Cancel)
+        self.0.request(MotionRequest::Cancel)
     }
 }
 

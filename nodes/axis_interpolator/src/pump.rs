@@ -6,7 +6,8 @@ use super::joint_trajectory::arrival::ArrivalStep;
 use super::joint_trajectory::{settings, tracking};
 use super::{Shared, lock};
 use camwright::interpolator::{
-    InterpolatorAlarm, InterpolatorEvent, OrderKind, Outcome, RestState, StartError, State, Status,
+    ExecutionState, InterpolatorAlarm, InterpolatorEvent, InterpolatorStatus, MotionOutcome, OrderKind, RestState,
+    StartError,
 };
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::MachineDescription;
@@ -37,7 +38,7 @@ const VITAL_LIMIT: Duration = Duration::from_secs(2);
 
 /// The publishers of the interpolator.
 #[derive(Debug)]
-pub(super) struct Outlets {
+pub(super) struct InterpolatorOutlets {
     setpoints: Publisher<JointTrajectory>,
     commands: Publisher<MachineCommand>,
     state: Publisher<InterpolatorState>,
@@ -46,7 +47,7 @@ pub(super) struct Outlets {
     controller_state: Telemetry<JointTrajectoryControllerState>,
 }
 
-impl Outlets {
+impl InterpolatorOutlets {
     pub(super) fn new(node: &Node, drops: &DropCounter) -> Result<Self, RosError> {
         Ok(Self {
             setpoints: node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?,
@@ -66,7 +67,7 @@ pub(super) struct EnginePump {
     /// The node's callbacks know what waits; the node ends before them.
     shared: Weak<Shared>,
     clock: Arc<Mutex<Option<TickClock>>>,
-    outlets: Outlets,
+    outlets: InterpolatorOutlets,
     served: Arc<Mutex<ActiveGoal>>,
     order: u32,
     order_tick: u64,
@@ -86,7 +87,7 @@ impl EnginePump {
             machine: machine.clone(),
             shared: Arc::downgrade(shared),
             clock: Arc::clone(&shared.clock),
-            outlets: Outlets::new(&shared.node, &shared.drops)?,
+            outlets: InterpolatorOutlets::new(&shared.node, &shared.drops)?,
             served: Arc::clone(&shared.served),
             order: 0,
             order_tick: 0,
@@ -308,14 +309,14 @@ impl EnginePump {
         self.outlets.inputs.publish(&message)
     }
 
-    fn status(&mut self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
+    fn status(&mut self, clock: TickClock, tick: u64, status: &InterpolatorStatus) -> Result<(), RosError> {
         self.feed_override = status.feed_override;
         self.with_shared(|shared| *lock(&shared.homed) = status.homed);
         let served = self.served();
         served.feedback(tick, status);
         let (holder, plan_hash) = served.names();
         drop(served);
-        let is_idle = status.state == State::Idle;
+        let is_idle = status.state == ExecutionState::Idle;
         let message = InterpolatorState {
             stamp: clock.stamp(tick),
             tick,
@@ -384,16 +385,18 @@ impl EnginePump {
         let mut served = self.served();
         let (name, _) = served.names();
         let text = match ended.outcome {
-            Outcome::Completed => format!("{name} is complete at tick {}", ended.last_tick),
-            Outcome::Cancelled => format!("{name} was cancelled: the axes are at rest and the wheel is retracted"),
-            Outcome::Failed(number) => format!("{name} was stopped by alarm {number}"),
-            Outcome::OutOfTolerance(broken) => format!("{name} was stopped: {broken}"),
+            MotionOutcome::Completed => format!("{name} is complete at tick {}", ended.last_tick),
+            MotionOutcome::Cancelled => {
+                format!("{name} was cancelled: the axes are at rest and the wheel is retracted")
+            }
+            MotionOutcome::Failed(number) => format!("{name} was stopped by alarm {number}"),
+            MotionOutcome::OutOfTolerance(broken) => format!("{name} was stopped: {broken}"),
         };
         served.end(&ended, &text, &self.machine);
         drop(served);
         match ended.outcome {
-            Outcome::Failed(_) | Outcome::OutOfTolerance(_) => self.node.logger().error(&text),
-            Outcome::Completed | Outcome::Cancelled => self.node.logger().info(&text),
+            MotionOutcome::Failed(_) | MotionOutcome::OutOfTolerance(_) => self.node.logger().error(&text),
+            MotionOutcome::Completed | MotionOutcome::Cancelled => self.node.logger().info(&text),
         }
     }
 }

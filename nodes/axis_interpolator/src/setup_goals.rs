@@ -1,9 +1,9 @@
 //! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. A move or a probe that cannot be is accepted and aborted, because a
 //! rejection carries no reason.
 
-use super::goals::{Goal, by};
+use super::goals::{RunningGoal, by};
 use super::{Shared, lock};
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::setpoint::Input;
 use camwright_files::convert::machine_report::input_named;
@@ -35,13 +35,13 @@ impl ActionHandler<Home> for HomeHandler {
             axes = Axis::ALL.into_iter().filter(needs).collect();
         }
         let name = by("homing", handle.client());
-        lock(&self.0.served).begin(Goal::Home(handle), name, String::new());
+        lock(&self.0.served).begin(RunningGoal::Home(handle), name, String::new());
         let joints = axes.iter().map(|axis| axis.joint().to_owned()).collect();
         self.0.begin_or_refuse(Ok(MotionRecord::Home(joints)));
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.request(Request::Cancel)
+        self.0.request(MotionRequest::Cancel)
     }
 }
 
@@ -57,12 +57,12 @@ impl ActionHandler<MoveTo> for MoveHandler {
     fn accepted(&mut self, handle: GoalHandle<MoveTo>) {
         let motion = self.0.targets(handle.goal());
         let name = by(&format!("a move of {}", handle.goal().joints.join(", ")), handle.client());
-        lock(&self.0.served).begin(Goal::Move(handle), name, String::new());
+        lock(&self.0.served).begin(RunningGoal::Move(handle), name, String::new());
         self.0.begin_or_refuse(motion);
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.request(Request::Cancel)
+        self.0.request(MotionRequest::Cancel)
     }
 }
 
@@ -78,12 +78,12 @@ impl ActionHandler<Probe> for ProbeHandler {
     fn accepted(&mut self, handle: GoalHandle<Probe>) {
         let motion = self.0.machine().ok_or_else(unknown).and_then(|machine| self.0.probe(handle.goal(), &machine));
         let name = by(&format!("a probe of {} for {}", handle.goal().joint, handle.goal().input), handle.client());
-        lock(&self.0.served).begin(Goal::Probe(handle), name, String::new());
+        lock(&self.0.served).begin(RunningGoal::Probe(handle), name, String::new());
         self.0.begin_or_refuse(motion);
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.request(Request::Cancel)
+        self.0.request(MotionRequest::Cancel)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Columns of a table, whatever the format of its file.
 
-use super::values::Value;
+use super::values::FieldValue;
 
 /// Type of the values of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,15 +23,15 @@ pub(super) struct Column {
 }
 
 impl ColumnType {
-    pub(super) fn from_value(value: &Value) -> Self {
+    pub(super) fn from_value(value: &FieldValue) -> Self {
         match value {
-            Value::Bool(_) => Self::Bool,
-            Value::Signed(_, bits) => Self::Signed(*bits),
-            Value::Unsigned(_, bits) => Self::Unsigned(*bits),
-            Value::Float32(_) => Self::Float32,
-            Value::Float64(_) => Self::Float64,
-            Value::Text(_) => Self::Text,
-            Value::List(values) => Self::List(Box::new(values.first().map_or(Self::Text, Self::from_value))),
+            FieldValue::Bool(_) => Self::Bool,
+            FieldValue::Signed(_, bits) => Self::Signed(*bits),
+            FieldValue::Unsigned(_, bits) => Self::Unsigned(*bits),
+            FieldValue::Float32(_) => Self::Float32,
+            FieldValue::Float64(_) => Self::Float64,
+            FieldValue::Text(_) => Self::Text,
+            FieldValue::List(values) => Self::List(Box::new(values.first().map_or(Self::Text, Self::from_value))),
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::BagError;
 use super::columns::Column;
-use super::values::{Value, plain};
+use super::values::{FieldValue, plain};
 
 /// A table under way.
 pub(super) struct CsvFile(BufWriter<File>);
@@ -20,7 +20,7 @@ impl CsvFile {
         Ok(Self(file))
     }
 
-    pub(super) fn row(&mut self, path: &Path, times_ns: [u64; 2], row: &[Option<Value>]) -> Result<(), BagError> {
+    pub(super) fn row(&mut self, path: &Path, times_ns: [u64; 2], row: &[Option<FieldValue>]) -> Result<(), BagError> {
         let times = times_ns.iter().map(u64::to_string);
         let values = row.iter().map(|value| value.as_ref().map_or_else(String::new, plain));
         line(&mut self.0, times.chain(values)).map_err(|e| BagError::io("write", path, e))

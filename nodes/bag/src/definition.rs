@@ -1,6 +1,6 @@
 //! Type definitions stored in a bag (`ros2msg`): sufficient to find every value in a message of an unknown type.
 
-use camwright_msgs::syntax::{Element, Primitive, Shape, TypeError, TypeText, split_comment};
+use camwright_msgs::syntax::{Element, Multiplicity, Primitive, TypeError, TypeText, split_comment};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Types that a type may use: far more than any does, and few enough for a message to be read by recursion.
@@ -21,7 +21,7 @@ pub(super) enum FieldKind {
 pub(super) struct Field {
     pub(super) name: String,
     pub(super) kind: FieldKind,
-    pub(super) shape: Shape,
+    pub(super) shape: Multiplicity,
 }
 
 /// A type and those it uses; the type itself is the first.
@@ -185,8 +185,10 @@ mod tests {
             TypeDefinition::parse("a/msg/A", "int8 X = 3\nint8[<=4] b 1 # c\nstring<=3[2] s\n").expect("it is right");
         let field = |name: &str, kind, shape| Field { name: name.into(), kind, shape };
         let int8 = FieldKind::Primitive(Primitive::Int8);
-        let fields =
-            [field("b", int8, Shape::BoundedSequence(4)), field("s", FieldKind::Text(Some(3)), Shape::Array(2))];
+        let fields = [
+            field("b", int8, Multiplicity::BoundedSequence(4)),
+            field("s", FieldKind::Text(Some(3)), Multiplicity::Array(2)),
+        ];
 
         assert_eq!(good.types, [fields]);
         assert_eq!(parse("int8 a\nint16 a\n"), "the field a is there twice");

@@ -9,7 +9,7 @@ use super::{Bag, BagError};
 
 /// The figures of one topic.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TopicInfo {
+pub struct BagTopic {
     pub name: String,
     pub type_name: String,
     pub message_count: u64,
@@ -29,7 +29,7 @@ pub struct BagInfo {
     /// Messages over all topics.
     pub message_count: u64,
     /// Each topic, by name.
-    pub topics: Vec<TopicInfo>,
+    pub topics: Vec<BagTopic>,
     /// Custom data of the recorder.
     pub custom_data: Vec<(String, String)>,
 }
@@ -41,15 +41,11 @@ impl BagInfo {
     /// As [`Bag::open`].
     pub fn read(path: &Path) -> Result<Self, BagError> {
         let bag = Bag::open(path)?;
-        let mut topics: Vec<TopicInfo> = bag
+        let mut topics: Vec<BagTopic> = bag
             .topics()
             .iter()
             .zip(bag.message_counts())
-            .map(|(t, &message_count)| TopicInfo {
-                name: t.name.clone(),
-                type_name: t.type_name.clone(),
-                message_count,
-            })
+            .map(|(t, &message_count)| BagTopic { name: t.name.clone(), type_name: t.type_name.clone(), message_count })
             .collect();
         topics.sort_by(|a, b| a.name.cmp(&b.name));
         Ok(Self {
@@ -173,12 +169,12 @@ pub fn utc(ns_since_1970: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BagInfo, TopicInfo, utc};
+    use super::{BagInfo, BagTopic, utc};
 
     #[test]
     fn names_of_any_length_and_with_any_character_are_printed() {
         let name = format!("/{}\u{1b}[2J", "x".repeat(70_000));
-        let topics = vec![TopicInfo { name, type_name: "y".repeat(70_000), message_count: 1 }];
+        let topics = vec![BagTopic { name, type_name: "y".repeat(70_000), message_count: 1 }];
         let info = BagInfo {
             path: "bag".into(),
             bytes: 1,

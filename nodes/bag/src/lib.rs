@@ -58,7 +58,7 @@ pub use metadata::{BagMetadata, FileEntry, TopicEntry};
 pub use preset::CHUNK_BYTES;
 pub use preset::Preset;
 pub use qos::QosProfile;
-pub use reader::{Bag, Message, Messages};
+pub use reader::{Bag, BagMessage, Messages};
 pub use recording::{Counts, Recording, TopicCounts};
 pub use snapshot::SnapshotOptions;
 pub use writer::{BagWriter, RecordingOutcome, SplitLimits, TopicId, WriterOptions};

@@ -14,7 +14,7 @@ use parquet::schema::types::{Type, TypePtr};
 
 use super::BagError;
 use super::columns::{Column, ColumnType};
-use super::values::Value;
+use super::values::FieldValue;
 
 /// Size of a row group, in values of eight bytes: 64 MiB.
 const GROUP_VALUES: usize = 8 << 20;
@@ -58,9 +58,9 @@ impl ParquetFile {
         Ok(Self { writer, columns, values: 0 })
     }
 
-    pub(super) fn row(&mut self, path: &Path, times_ns: [u64; 2], row: &[Option<Value>]) -> Result<(), BagError> {
+    pub(super) fn row(&mut self, path: &Path, times_ns: [u64; 2], row: &[Option<FieldValue>]) -> Result<(), BagError> {
         // A time that does not fit is later than the year 2262, and stays empty.
-        let times = times_ns.map(|time| i64::try_from(time).ok().map(|time| Value::Signed(time, 64)));
+        let times = times_ns.map(|time| i64::try_from(time).ok().map(|time| FieldValue::Signed(time, 64)));
         for (column, value) in self.columns.iter_mut().zip(times.iter().chain(row)) {
             self.values += column.push(value.as_ref());
         }
@@ -106,9 +106,9 @@ impl ColumnGroup {
     }
 
     /// Takes the value of a row, or that there is none; returns how many values of eight bytes that makes.
-    fn push(&mut self, value: Option<&Value>) -> usize {
+    fn push(&mut self, value: Option<&FieldValue>) -> usize {
         let elements = match value {
-            Some(Value::List(elements)) if self.is_list => elements.as_slice(),
+            Some(FieldValue::List(elements)) if self.is_list => elements.as_slice(),
             Some(value) => std::slice::from_ref(value),
             None => &[],
         };
@@ -119,7 +119,7 @@ impl ColumnGroup {
             if self.values.push(element) {
                 self.definitions.push(whole);
                 self.repetitions.push(i16::from(place > 0));
-                taken += 1 + if let Value::Text(text) = element { text.len() / 8 } else { 0 };
+                taken += 1 + if let FieldValue::Text(text) = element { text.len() / 8 } else { 0 };
             }
         }
         if taken == 0 {
@@ -163,23 +163,23 @@ fn batch<T: DataType>(
 
 impl Values {
     /// Adds a value, if it is of this type.
-    fn push(&mut self, value: &Value) -> bool {
+    fn push(&mut self, value: &FieldValue) -> bool {
         match (self, value) {
-            (Self::Bool(values), Value::Bool(value)) => values.push(*value),
-            (Self::Int64(values), Value::Signed(value, _)) => values.push(*value),
+            (Self::Bool(values), FieldValue::Bool(value)) => values.push(*value),
+            (Self::Int64(values), FieldValue::Signed(value, _)) => values.push(*value),
             // Parquet has unsigned numbers as a reading of the same bits.
-            (Self::Int64(values), Value::Unsigned(value, _)) => values.push(value.cast_signed()),
-            (Self::Int32(values), Value::Signed(value, _)) => match i32::try_from(*value) {
+            (Self::Int64(values), FieldValue::Unsigned(value, _)) => values.push(value.cast_signed()),
+            (Self::Int32(values), FieldValue::Signed(value, _)) => match i32::try_from(*value) {
                 Ok(value) => values.push(value),
                 Err(_) => return false,
             },
-            (Self::Int32(values), Value::Unsigned(value, _)) => match u32::try_from(*value) {
+            (Self::Int32(values), FieldValue::Unsigned(value, _)) => match u32::try_from(*value) {
                 Ok(value) => values.push(value.cast_signed()),
                 Err(_) => return false,
             },
-            (Self::Float32(values), Value::Float32(value)) => values.push(*value),
-            (Self::Float64(values), Value::Float64(value)) => values.push(*value),
-            (Self::Text(values), Value::Text(value)) => values.push(ByteArray::from(value.as_str())),
+            (Self::Float32(values), FieldValue::Float32(value)) => values.push(*value),
+            (Self::Float64(values), FieldValue::Float64(value)) => values.push(*value),
+            (Self::Text(values), FieldValue::Text(value)) => values.push(ByteArray::from(value.as_str())),
             _ => return false,
         }
         true

@@ -17,7 +17,7 @@ use super::{BagError, Topic};
 
 /// One message of a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Message {
+pub struct BagMessage {
     /// Which of [`Bag::topics`].
     pub topic: usize,
     /// Number within the topic, 0 where the recorder did not count.
@@ -243,7 +243,7 @@ impl Bag {
 pub struct Messages<'a> {
     bag: &'a Bag,
     waiting: VecDeque<&'a FileContent>,
-    source: Option<Source>,
+    source: Option<MessageSource>,
     from_ns: u64,
     /// Sequence numbers of each topic whose messages may be repeated.
     numbers: Vec<Option<Numbers>>,
@@ -255,7 +255,7 @@ impl std::fmt::Debug for Messages<'_> {
     }
 }
 
-enum Source {
+enum MessageSource {
     Indexed { path: PathBuf, file: File, reader: Box<IndexedReader>, indexes: HashMap<u16, usize>, buffer: Vec<u8> },
     Linear { records: Box<Records>, channels: Channels },
 }
@@ -265,7 +265,7 @@ impl Messages<'_> {
     ///
     /// # Errors
     /// When the file cannot be read or is damaged there.
-    pub fn next_message(&mut self) -> Result<Option<Message>, BagError> {
+    pub fn next_message(&mut self) -> Result<Option<BagMessage>, BagError> {
         loop {
             if self.source.is_none() {
                 let Some(file) = self.waiting.pop_front() else { return Ok(None) };
@@ -292,17 +292,17 @@ impl Messages<'_> {
     }
 
     /// Returns whether the message was delivered before.
-    fn is_repeated(&mut self, message: &Message) -> bool {
+    fn is_repeated(&mut self, message: &BagMessage) -> bool {
         let Some(Some(numbers)) = self.numbers.get_mut(message.topic) else { return false };
         numbers.check(message.sequence) == SequenceCheck::Again
     }
 
-    fn open(&self, content: &FileContent) -> Result<Source, BagError> {
+    fn open(&self, content: &FileContent) -> Result<MessageSource, BagError> {
         let path = &content.path;
         // An index that leaves out messages (rosbag2's fastwrite, a salvaged file) is worse than none.
         let indexed = content.summary.as_ref().filter(|s| is_worth_reading_by(s));
         let Some(summary) = indexed else {
-            return Ok(Source::Linear {
+            return Ok(MessageSource::Linear {
                 records: Box::new(Records::open(path, tolerant())?),
                 channels: Channels::default(),
             });
@@ -312,7 +312,7 @@ impl Messages<'_> {
         let indexes =
             summary.channels.values().filter_map(|c| self.bag.places.get(&c.topic).map(|i| (c.id, *i))).collect();
         let file = open_file(path)?;
-        Ok(Source::Indexed { path: path.clone(), file, reader: Box::new(reader), indexes, buffer: Vec::new() })
+        Ok(MessageSource::Indexed { path: path.clone(), file, reader: Box::new(reader), indexes, buffer: Vec::new() })
     }
 }
 
@@ -332,8 +332,8 @@ fn is_worth_reading_by(summary: &Summary) -> bool {
     !chunks.is_empty() && is_sound && (all <= 4 * limit || chunks.windows(2).all(follows))
 }
 
-impl Source {
-    fn next(&mut self, places: &HashMap<String, usize>) -> Result<Option<Message>, BagError> {
+impl MessageSource {
+    fn next(&mut self, places: &HashMap<String, usize>) -> Result<Option<BagMessage>, BagError> {
         match self {
             Self::Indexed { path, file, reader, indexes, buffer } => {
                 while let Some(event) = reader.next_event() {
@@ -382,8 +382,8 @@ impl Source {
     }
 }
 
-fn message(topic: usize, header: &MessageHeader, data: Vec<u8>) -> Message {
-    Message {
+fn message(topic: usize, header: &MessageHeader, data: Vec<u8>) -> BagMessage {
+    BagMessage {
         topic,
         sequence: header.sequence,
         log_time_ns: header.log_time,

@@ -9,7 +9,7 @@ use std::time::Instant;
 use super::durations::DurationSummary;
 use super::metadata::BagMetadata;
 pub use super::recording_options::RecordingOptions;
-use super::recording_state::{Shared, TopicState, WriterCommand};
+use super::recording_state::{RecordingShared, TopicState, WriterCommand};
 use super::writer::{BagWriter, RecordingOutcome};
 use super::writer_task::WriterTask;
 use super::{BagError, Topic};
@@ -93,7 +93,7 @@ type WriterThread = JoinHandle<Option<Result<BagMetadata, BagError>>>;
 pub struct Recording {
     directory: PathBuf,
     commands: mpsc::Sender<WriterCommand>,
-    shared: Arc<Shared>,
+    shared: Arc<RecordingShared>,
     queue_bytes: u64,
     /// The writer's thread, to wake it for what is asked of it.
     writer: Thread,
@@ -108,7 +108,7 @@ impl Recording {
     /// As [`BagWriter::create`], when less is free on the disk than is to be left, or when the system gives no thread.
     pub fn start(directory: &Path, options: &RecordingOptions) -> Result<Self, BagError> {
         let writer = BagWriter::create(directory, &options.writer)?;
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(RecordingShared::default());
         let (commands, queue) = mpsc::channel();
         let task = WriterTask::new(writer, shared.clone(), options)?;
         let thread = (options.supervisor)

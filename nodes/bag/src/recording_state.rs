@@ -20,7 +20,7 @@ pub(super) struct TopicState {
 
 /// State of a recording, shared by the two threads.
 #[derive(Debug, Default)]
-pub(super) struct Shared {
+pub(super) struct RecordingShared {
     pub(super) queued_bytes: AtomicU64,
     pub(super) bytes: AtomicU64,
     pub(super) free_bytes: AtomicU64,
@@ -39,7 +39,7 @@ pub(super) struct Shared {
     pub(super) topics: Mutex<Vec<Arc<TopicState>>>,
 }
 
-impl Shared {
+impl RecordingShared {
     pub(super) fn topics(&self) -> Vec<Arc<TopicState>> {
         self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -70,7 +70,7 @@ pub(super) struct Losses {
 }
 
 /// Receives the outcome of a request to the writer.
-type Answer<T> = Box<dyn FnOnce(T) + Send>;
+type OnAnswer<T> = Box<dyn FnOnce(T) + Send>;
 
 /// Commands to the writer's thread.
 pub(super) enum WriterCommand {
@@ -82,9 +82,9 @@ pub(super) enum WriterCommand {
         data: Vec<u8>,
     },
     /// Starts the next file; the answer is true if there is one.
-    Split(Answer<bool>),
+    Split(OnAnswer<bool>),
     /// Writes a snapshot; the answer is the number of its messages.
-    Snapshot(Answer<u64>),
+    Snapshot(OnAnswer<u64>),
     Stop(RecordingOutcome),
 }
 

@@ -66,7 +66,7 @@ pub(super) fn last_metadata_record(path: &Path, summary: &Summary) -> Result<Opt
 }
 
 /// Part of a record up to its last text.
-enum Field {
+enum RecordField {
     /// Numbers of this many bytes in total.
     Numbers(usize),
     /// A text behind its length of 4 bytes.
@@ -75,8 +75,8 @@ enum Field {
 
 /// Checks that the texts of a record fit into it. The parser allocates the length that a text claims before it reads the text.
 fn check_texts(opcode: u8, body: &[u8]) -> Result<(), McapError> {
-    use Field::{Numbers, Text};
-    let fields: &[Field] = match opcode {
+    use RecordField::{Numbers, Text};
+    let fields: &[RecordField] = match opcode {
         op::HEADER => &[Text, Text],
         op::SCHEMA => &[Numbers(2), Text, Text],
         op::CHANNEL => &[Numbers(4), Text, Text],

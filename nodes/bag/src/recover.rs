@@ -15,7 +15,7 @@ use super::records::read_summary;
 use super::salvage::{Loss, Proof, Salvage, SalvagedPiece};
 use super::sequence_check::{Numbers, SequenceCheck};
 use super::writer::REPEATED;
-use super::{BagError, BagWriter, Message, Topic, TopicId, WriterOptions};
+use super::{BagError, BagMessage, BagWriter, Topic, TopicId, WriterOptions};
 
 /// Result of a recovery.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -236,7 +236,7 @@ impl BagRebuild {
                 if !self.is_first(id, name, header.sequence) {
                     return Ok(());
                 }
-                let message = Message {
+                let message = BagMessage {
                     topic: id.index(),
                     sequence: header.sequence,
                     log_time_ns: header.log_time,

@@ -2,7 +2,7 @@
 
 use super::Topic;
 use super::definition::TypeDefinition;
-use camwright_msgs::syntax::Shape;
+use camwright_msgs::syntax::Multiplicity;
 
 /// Number of lists that the present definition of a type has in addition to that of a topic. 0 if the definitions are equal or differ in any
 /// other respect.
@@ -16,7 +16,9 @@ pub fn lists_since(topic: &Topic, now: &str) -> usize {
     match now.strip_prefix(&former[..]) {
         Some(since)
             if former_parts == parts
-                && since.iter().all(|field| matches!(field.shape, Shape::Sequence | Shape::BoundedSequence(_))) =>
+                && since
+                    .iter()
+                    .all(|field| matches!(field.shape, Multiplicity::Sequence | Multiplicity::BoundedSequence(_))) =>
         {
             since.len()
         }

@@ -9,8 +9,8 @@ use super::csv::CsvFile;
 use super::definition::TypeDefinition;
 use super::exported::Exported;
 use super::parquet_file::ParquetFile;
-use super::values::{Value, read};
-use super::{Bag, BagError, Message};
+use super::values::{FieldValue, read};
+use super::{Bag, BagError, BagMessage};
 use crate::progress::bar_over;
 
 /// Columns of a table at most: far more than any message has, and few enough for every row to have a place for each.
@@ -26,7 +26,7 @@ pub enum TableFormat {
 }
 
 /// The table of one topic.
-struct Table {
+struct TopicTable {
     definition: TypeDefinition,
     path: PathBuf,
     columns: Vec<Column>,
@@ -63,10 +63,10 @@ pub fn to_tables(bag: &Bag, into: &Path, format: TableFormat, longest: usize) ->
 
 fn tables(bag: &Bag, into: &Path, format: TableFormat, longest: usize) -> Result<Exported, BagError> {
     let mut exported = Exported::default();
-    let mut tables: Vec<Option<Table>> = Vec::new();
+    let mut tables: Vec<Option<TopicTable>> = Vec::new();
     for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
         let table = match TypeDefinition::parse(&topic.type_name, &topic.definition) {
-            Ok(definition) => Some(Table::new(definition, into, &topic.name, format)),
+            Ok(definition) => Some(TopicTable::new(definition, into, &topic.name, format)),
             Err(reason) => {
                 exported.left_out.push((topic.name.clone(), reason));
                 None
@@ -106,7 +106,7 @@ fn tables(bag: &Bag, into: &Path, format: TableFormat, longest: usize) -> Result
     Ok(exported)
 }
 
-impl Table {
+impl TopicTable {
     fn new(definition: TypeDefinition, into: &Path, topic: &str, format: TableFormat) -> Self {
         let extension = match format {
             TableFormat::Csv => "csv",
@@ -118,7 +118,7 @@ impl Table {
     }
 
     /// Adds the columns that a message needs.
-    fn find_columns(&mut self, message: &Message, longest: usize) -> Result<(), String> {
+    fn find_columns(&mut self, message: &BagMessage, longest: usize) -> Result<(), String> {
         let Self { definition, columns, numbers, .. } = self;
         let mut is_too_wide = false;
         read(definition, &message.data, longest, &mut |path, value| {
@@ -139,8 +139,8 @@ impl Table {
     }
 
     /// Writes a message as a row.
-    fn write(&mut self, message: &Message, format: TableFormat, longest: usize) -> Result<(), BagError> {
-        let mut row: Vec<Option<Value>> = vec![None; self.columns.len()];
+    fn write(&mut self, message: &BagMessage, format: TableFormat, longest: usize) -> Result<(), BagError> {
+        let mut row: Vec<Option<FieldValue>> = vec![None; self.columns.len()];
         // It was read once, and is read alike again.
         let _ = read(&self.definition, &message.data, longest, &mut |path, value| {
             if let Some(place) = self.numbers.get(path).and_then(|&number| row.get_mut(number)) {

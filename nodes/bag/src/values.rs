@@ -1,13 +1,13 @@
 //! The values of a message, found in its CDR by the definition that stands in the bag.
 
 use super::definition::{Field, FieldKind, TypeDefinition};
-use camwright_msgs::syntax::{Primitive, Shape};
+use camwright_msgs::syntax::{Multiplicity, Primitive};
 
 /// Maximum number of elements of an array that is passed on as a whole; each takes the memory of a value.
 const MAX_LISTED: usize = 4 << 20;
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
+pub(super) enum FieldValue {
     Bool(bool),
     /// With the width of its type (bits).
     Signed(i64, u8),
@@ -16,7 +16,7 @@ pub(super) enum Value {
     Float64(f64),
     Text(String),
     /// Elements of a list that is too long for a column each, never empty.
-    List(Vec<Value>),
+    List(Vec<FieldValue>),
 }
 
 /// Reads a message: `visit` gets each value with its path, as `joint.position[2]`. Arrays longer than `longest` are passed on as a
@@ -28,7 +28,7 @@ pub(super) fn read(
     definition: &TypeDefinition,
     data: &[u8],
     longest: usize,
-    visit: &mut dyn FnMut(&str, Value),
+    visit: &mut dyn FnMut(&str, FieldValue),
 ) -> Result<(), String> {
     let mut cursor = CdrCursor::new(data)?;
     let mut path = String::new();
@@ -60,7 +60,7 @@ impl<'a> CdrCursor<'a> {
         index: usize,
         path: &mut String,
         longest: usize,
-        visit: &mut dyn FnMut(&str, Value),
+        visit: &mut dyn FnMut(&str, FieldValue),
     ) -> Result<(), String> {
         let fields = definition.types.get(index).map_or(&[][..], Vec::as_slice);
         if fields.is_empty() {
@@ -85,10 +85,10 @@ impl<'a> CdrCursor<'a> {
         field: &Field,
         path: &mut String,
         longest: usize,
-        visit: &mut dyn FnMut(&str, Value),
+        visit: &mut dyn FnMut(&str, FieldValue),
     ) -> Result<(), String> {
         let count = match field.shape {
-            Shape::One => return self.one(definition, &field.kind, path, longest, visit),
+            Multiplicity::One => return self.one(definition, &field.kind, path, longest, visit),
             _ => self.count(field.shape)?,
         };
         if count <= longest {
@@ -108,25 +108,25 @@ impl<'a> CdrCursor<'a> {
         for _ in 0..count {
             self.one(definition, &field.kind, &mut String::new(), usize::MAX, &mut |_, value| values.push(value))?;
         }
-        let list = Value::List(values);
-        visit(path, if matches!(field.kind, FieldKind::Nested(_)) { Value::Text(plain(&list)) } else { list });
+        let list = FieldValue::List(values);
+        visit(path, if matches!(field.kind, FieldKind::Nested(_)) { FieldValue::Text(plain(&list)) } else { list });
         Ok(())
     }
 
-    fn primitive(&mut self, primitive: Primitive) -> Result<Value, String> {
+    fn primitive(&mut self, primitive: Primitive) -> Result<FieldValue, String> {
         use Primitive as P;
         Ok(match primitive {
-            P::Bool => Value::Bool(self.number::<1>()?[0] != 0),
-            P::Int8 => Value::Signed(i8::from_le_bytes(self.number()?).into(), 8),
-            P::Byte | P::Char | P::Uint8 => Value::Unsigned(u8::from_le_bytes(self.number()?).into(), 8),
-            P::Int16 => Value::Signed(i16::from_le_bytes(self.number()?).into(), 16),
-            P::Uint16 => Value::Unsigned(u16::from_le_bytes(self.number()?).into(), 16),
-            P::Int32 => Value::Signed(i32::from_le_bytes(self.number()?).into(), 32),
-            P::Uint32 => Value::Unsigned(self.length()?.into(), 32),
-            P::Int64 => Value::Signed(i64::from_le_bytes(self.number()?), 64),
-            P::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?), 64),
-            P::Float32 => Value::Float32(f32::from_le_bytes(self.number()?)),
-            P::Float64 => Value::Float64(f64::from_le_bytes(self.number()?)),
+            P::Bool => FieldValue::Bool(self.number::<1>()?[0] != 0),
+            P::Int8 => FieldValue::Signed(i8::from_le_bytes(self.number()?).into(), 8),
+            P::Byte | P::Char | P::Uint8 => FieldValue::Unsigned(u8::from_le_bytes(self.number()?).into(), 8),
+            P::Int16 => FieldValue::Signed(i16::from_le_bytes(self.number()?).into(), 16),
+            P::Uint16 => FieldValue::Unsigned(u16::from_le_bytes(self.number()?).into(), 16),
+            P::Int32 => FieldValue::Signed(i32::from_le_bytes(self.number()?).into(), 32),
+            P::Uint32 => FieldValue::Unsigned(self.length()?.into(), 32),
+            P::Int64 => FieldValue::Signed(i64::from_le_bytes(self.number()?), 64),
+            P::Uint64 => FieldValue::Unsigned(u64::from_le_bytes(self.number()?), 64),
+            P::Float32 => FieldValue::Float32(f32::from_le_bytes(self.number()?)),
+            P::Float64 => FieldValue::Float64(f64::from_le_bytes(self.number()?)),
         })
     }
 
@@ -136,7 +136,7 @@ impl<'a> CdrCursor<'a> {
         kind: &FieldKind,
         path: &mut String,
         longest: usize,
-        visit: &mut dyn FnMut(&str, Value),
+        visit: &mut dyn FnMut(&str, FieldValue),
     ) -> Result<(), String> {
         let value = match kind {
             FieldKind::Nested(index) => return self.fields(definition, *index, path, longest, visit),
@@ -146,7 +146,7 @@ impl<'a> CdrCursor<'a> {
                 let bytes = self.read(length)?;
                 // The length counts the zero at the end.
                 let bytes = bytes.strip_suffix(&[0]).unwrap_or(bytes);
-                Value::Text(String::from_utf8_lossy(bytes).into_owned())
+                FieldValue::Text(String::from_utf8_lossy(bytes).into_owned())
             }
         };
         visit(path, value);
@@ -154,11 +154,11 @@ impl<'a> CdrCursor<'a> {
     }
 
     /// Number of following elements: at most the number of remaining bytes, since each has at least one.
-    pub(super) fn count(&mut self, shape: Shape) -> Result<usize, String> {
+    pub(super) fn count(&mut self, shape: Multiplicity) -> Result<usize, String> {
         let count = match shape {
-            Shape::One => 1,
-            Shape::Array(count) => count,
-            Shape::Sequence | Shape::BoundedSequence(_) => {
+            Multiplicity::One => 1,
+            Multiplicity::Array(count) => count,
+            Multiplicity::Sequence | Multiplicity::BoundedSequence(_) => {
                 usize::try_from(self.length()?).map_err(|error| error.to_string())?
             }
         };
@@ -195,16 +195,16 @@ impl<'a> CdrCursor<'a> {
 }
 
 /// A value as it reads back to the same bits.
-pub(super) fn plain(value: &Value) -> String {
+pub(super) fn plain(value: &FieldValue) -> String {
     match value {
-        Value::Bool(value) => value.to_string(),
-        Value::Signed(value, _) => value.to_string(),
-        Value::Unsigned(value, _) => value.to_string(),
+        FieldValue::Bool(value) => value.to_string(),
+        FieldValue::Signed(value, _) => value.to_string(),
+        FieldValue::Unsigned(value, _) => value.to_string(),
         // With an exponent where it is shorter.
-        Value::Float32(value) => format!("{value:?}"),
-        Value::Float64(value) => format!("{value:?}"),
-        Value::Text(value) => value.clone(),
-        Value::List(values) => values.iter().map(plain).collect::<Vec<_>>().join(" "),
+        FieldValue::Float32(value) => format!("{value:?}"),
+        FieldValue::Float64(value) => format!("{value:?}"),
+        FieldValue::Text(value) => value.clone(),
+        FieldValue::List(values) => values.iter().map(plain).collect::<Vec<_>>().join(" "),
     }
 }
 

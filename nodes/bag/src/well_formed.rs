@@ -2,7 +2,7 @@
 
 use super::definition::{Field, FieldKind, TypeDefinition};
 use super::values::CdrCursor;
-use camwright_msgs::syntax::{Primitive, Shape};
+use camwright_msgs::syntax::{Multiplicity, Primitive};
 
 /// Walks through a message by its definition.
 ///
@@ -38,7 +38,7 @@ fn fields(cursor: &mut CdrCursor<'_>, definition: &TypeDefinition, index: usize)
 
 fn field(cursor: &mut CdrCursor<'_>, definition: &TypeDefinition, field: &Field) -> Result<(), String> {
     let count = cursor.count(field.shape)?;
-    if let Shape::BoundedSequence(max) = field.shape
+    if let Multiplicity::BoundedSequence(max) = field.shape
         && count > max
     {
         return Err(format!("{count} elements, {max} are allowed"));

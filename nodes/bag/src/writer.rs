@@ -9,7 +9,7 @@ use super::latched::{Latched, LatchedMessage};
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORDER_VERSION, TopicEntry, VERSION};
 use super::preset::Preset;
 use super::storage_file::StorageFile;
-use super::{BagError, Message, Topic};
+use super::{BagError, BagMessage, Topic};
 
 /// Custom-data key with the number of repeated latched messages.
 pub(super) const REPEATED: &str = "camwright.repeated_total";
@@ -69,7 +69,7 @@ impl TopicId {
     }
 }
 
-struct TopicState {
+struct WrittenTopic {
     topic: Topic,
     written: u64,
     /// Number of its messages repeated at the head of a file.
@@ -91,7 +91,7 @@ pub struct BagWriter {
     finished_bytes: u64,
     /// Names of the files that were closed and opened since that was asked last.
     splits: Vec<(String, String)>,
-    topics: Vec<TopicState>,
+    topics: Vec<WrittenTopic>,
     ids: BTreeMap<String, TopicId>,
     latched: Latched,
     last_ns: u64,
@@ -221,7 +221,7 @@ impl BagWriter {
         }
         let id = TopicId(self.topics.len());
         self.current.add_topic(id.0, topic)?;
-        self.topics.push(TopicState { topic: topic.clone(), written: 0, repeated: 0 });
+        self.topics.push(WrittenTopic { topic: topic.clone(), written: 0, repeated: 0 });
         self.ids.insert(topic.name.clone(), id);
         Ok(id)
     }
@@ -251,7 +251,7 @@ impl BagWriter {
     ///
     /// # Errors
     /// As [`BagWriter::write`].
-    pub(super) fn copy(&mut self, id: TopicId, message: &Message) -> Result<(), BagError> {
+    pub(super) fn copy(&mut self, id: TopicId, message: &BagMessage) -> Result<(), BagError> {
         self.write_message(id, message.sequence, (message.log_time_ns, message.publish_time_ns), &message.data)
     }
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::metadata::BagMetadata;
 use super::recording_options::RecordingOptions;
-use super::recording_state::{Shared, TopicState, WriterCommand};
+use super::recording_state::{RecordingShared, TopicState, WriterCommand};
 use super::snapshot::{BufferedMessage, Ring};
 use super::writer::{BagWriter, RecordingOutcome};
 use super::{BagError, Topic, TopicId};
@@ -24,7 +24,7 @@ pub(super) struct WriterTask {
     writer: Option<BagWriter>,
     /// Result of closing, once a fault made it necessary.
     closed: Option<Result<BagMetadata, BagError>>,
-    shared: Arc<Shared>,
+    shared: Arc<RecordingShared>,
     topics: Vec<(Option<TopicId>, bool, Arc<TopicState>)>,
     /// Content of a snapshot, if only snapshots are written.
     ring: Option<Ring>,
@@ -36,7 +36,11 @@ pub(super) struct WriterTask {
 impl WriterTask {
     /// # Errors
     /// When less is free on the disk than is to be left; the bag is not there then.
-    pub(super) fn new(writer: BagWriter, shared: Arc<Shared>, options: &RecordingOptions) -> Result<Self, BagError> {
+    pub(super) fn new(
+        writer: BagWriter,
+        shared: Arc<RecordingShared>,
+        options: &RecordingOptions,
+    ) -> Result<Self, BagError> {
         let directory = writer.directory().to_owned();
         let free = free_bytes(&directory);
         if free.is_some_and(|free| free < options.min_free_bytes) {

@@ -11,7 +11,7 @@
 //! `joint_states` too: give it another name, for these here have the stamps of ticks.
 #![allow(dead_code, unreachable_pub, reason = "the tests include it as a module")]
 
-use camwright::machine::alarm::{Alarm as Found, AlarmKind, NO_TICK, Severity};
+use camwright::machine::alarm::{Alarm as Found, AlarmKind, AlarmSeverity, NO_TICK};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
@@ -21,7 +21,7 @@ use camwright_files::convert::machine_description::description_message;
 use camwright_files::convert::setpoints::{ChunkBuffer, chunk_from_trajectory, joint_names, trajectory_from_chunk};
 use camwright_files::convert::time::{TickClock, ns_from_time};
 use camwright_files::convert::{counts_from_si, si_from_counts};
-use camwright_files::machine_file::{self, Machine};
+use camwright_files::machine_file::{self, MachineConfig};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, MachineAlarms, MachineCommand, MachineDescription as DescriptionMessage, MachineIo, MachineStream,
 };
@@ -50,7 +50,7 @@ struct Feedback {
 }
 
 #[derive(Debug)]
-struct Outlets {
+struct BridgeOutlets {
     description: Publisher<DescriptionMessage>,
     stream: Publisher<MachineStream>,
     joint_states: Publisher<JointState>,
@@ -92,8 +92,8 @@ pub struct Bridge {
 #[derive(Debug, Clone)]
 struct Shared {
     node: Node,
-    file: Arc<Machine>,
-    outlets: Arc<Outlets>,
+    file: Arc<MachineConfig>,
+    outlets: Arc<BridgeOutlets>,
     standing: Arc<Mutex<Option<BridgedMachine>>>,
 }
 
@@ -102,11 +102,11 @@ impl Bridge {
     ///
     /// # Errors
     /// DDS that cannot start.
-    pub fn start(args: &RosArgs, file: Machine, controller: &str) -> Result<Self, RosError> {
+    pub fn start(args: &RosArgs, file: MachineConfig, controller: &str) -> Result<Self, RosError> {
         let node = Node::new(NodeOptions::new("machine_bridge", args))?;
         let desk = CommandServer::new(&node, SILENCE)?;
         let many = Qos::default_topic().keep_last(2000);
-        let outlets = Outlets {
+        let outlets = BridgeOutlets {
             description: node.publisher("machine/description", &Qos::latched(1))?,
             stream: node.publisher("machine/stream", &many)?,
             joint_states: node.publisher("joint_states", &many)?,
@@ -456,11 +456,11 @@ impl BridgedMachine {
     }
 
     fn own(&mut self, text: &str) {
-        self.add(NOT_HERE, Severity::Stop, text.to_owned(), "reset; do this by hand, or extend the bridge");
+        self.add(NOT_HERE, AlarmSeverity::Stop, text.to_owned(), "reset; do this by hand, or extend the bridge");
     }
 
     /// An alarm, of the tick that is executed next.
-    fn add(&mut self, number: u16, severity: Severity, text: String, remedy: &str) {
+    fn add(&mut self, number: u16, severity: AlarmSeverity, text: String, remedy: &str) {
         if self.alarms.iter().any(|alarm| alarm.number == number) {
             return;
         }
@@ -469,7 +469,7 @@ impl BridgedMachine {
         let source = "machine_bridge".to_owned();
         self.alarms.push(Alarm { stamp, tick, number, severity: severity as u8, source, text, remedy, active: true });
         self.alarms_changed = true;
-        if severity > Severity::Warning {
+        if severity > AlarmSeverity::Warning {
             self.buffer.close();
         }
     }

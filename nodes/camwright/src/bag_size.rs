@@ -27,6 +27,7 @@ use camwright_files::convert::pages::{BYTES_PER_PAGE, page_count};
 use camwright_files::convert::setpoints::joint_names;
 use camwright_files::convert::setpoints::{CHUNK_TICKS, STOP_POINTS};
 use camwright_machine_cycle::keyframes::{PERIOD_S as KEYFRAME_PERIOD_S, ticks_between};
+use camwright_machine_cycle::pacing::Pace;
 use camwright_machine_cycle::part::clamp_bar;
 use camwright_machine_cycle::replay::MachineReplay;
 use camwright_msgs::cdr::sample_from_message;
@@ -97,15 +98,6 @@ pub struct TopicSize {
 pub struct BagSize {
     /// Each topic that matters.
     pub topics: Vec<TopicSize>,
-}
-
-/// How a run goes, as far as its messages depend on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
-    /// By the wall clock: a chunk of setpoints for every message of the machine's stream.
-    Realtime,
-    /// As fast as can be, with chunks as large as they get, and a clock that tells the time.
-    Fast,
 }
 
 impl BagSize {

@@ -2,7 +2,7 @@
 //! What a file says travels in refusals, so no other is read.
 
 use super::locate::{file_of, roots};
-use super::yaml::Value;
+use super::yaml::YamlValue;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ pub fn check(job: &str, overrides: &[String], more: &[PathBuf]) -> Result<(), St
     for over in overrides {
         // What is no override its reader refuses.
         let Some((key, value)) = over.split_once('=') else { continue };
-        let Ok(value) = serde_saphyr::from_str::<Value>(value.trim()) else { continue };
+        let Ok(value) = serde_saphyr::from_str::<YamlValue>(value.trim()) else { continue };
         let key = key.trim().rsplit('.').next().unwrap_or_default();
         named_files(key, &value, &mut |kind, extensions, name| {
             let found = extensions.iter().find_map(|extension| file_of(kind, name, extension, job_path.as_deref()));
@@ -75,7 +75,7 @@ pub fn check(job: &str, overrides: &[String], more: &[PathBuf]) -> Result<(), St
 pub fn folders_of(overrides: &[String]) -> Vec<String> {
     let mut folders = Vec::new();
     for (key, value) in overrides.iter().filter_map(|over| over.split_once('=')) {
-        let Ok(value) = serde_saphyr::from_str::<Value>(value.trim()) else { continue };
+        let Ok(value) = serde_saphyr::from_str::<YamlValue>(value.trim()) else { continue };
         let key = key.trim().rsplit('.').next().unwrap_or_default();
         let _nothing_refuses: Result<(), ()> = named_files(key, &value, &mut |kind, extensions, name| {
             let found = extensions.iter().find_map(|extension| file_of(kind, name, extension, None));
@@ -90,17 +90,19 @@ pub fn folders_of(overrides: &[String]) -> Vec<String> {
 /// Calls `check` for every file that a value names, however deep.
 fn named_files<E>(
     key: &str,
-    value: &Value,
+    value: &YamlValue,
     check: &mut impl FnMut(&str, &[&str], &str) -> Result<(), E>,
 ) -> Result<(), E> {
     match value {
-        Value::Text(name) => match FILE_KEYS.iter().find(|(known, ..)| *known == key) {
+        YamlValue::Text(name) => match FILE_KEYS.iter().find(|(known, ..)| *known == key) {
             Some((_, kind, extensions)) => check(kind, extensions, name),
             None => Ok(()),
         },
-        Value::List(list) => list.iter().try_for_each(|node| named_files(key, &node.value, &mut *check)),
-        Value::Map(entries) => entries.iter().try_for_each(|(key, node)| named_files(key, &node.value, &mut *check)),
-        Value::Null | Value::Bool(_) | Value::Integer(_) | Value::Float(_) => Ok(()),
+        YamlValue::List(list) => list.iter().try_for_each(|node| named_files(key, &node.value, &mut *check)),
+        YamlValue::Map(entries) => {
+            entries.iter().try_for_each(|(key, node)| named_files(key, &node.value, &mut *check))
+        }
+        YamlValue::Null | YamlValue::Bool(_) | YamlValue::Integer(_) | YamlValue::Float(_) => Ok(()),
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) struct ContactFile {
     /// km: stiffness of machine and part at the wheel along the contour's normal, over the position of `z_axis`;
     /// linear between points, constant beyond.
     #[schemars(length(min = 1, max = 1000))]
-    machine_stiffness: Vec<StiffnessFile>,
+    machine_stiffness: Vec<StiffnessPointFile>,
     /// kg: normal force per depth of cut and width.
     #[schemars(range(min = 1e-3, max = 1e3))]
     grinding_stiffness_n_um_mm: f64,
@@ -36,7 +36,7 @@ fn half() -> f64 {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct StiffnessFile {
+struct StiffnessPointFile {
     /// Position of `z_axis`; within the soft limits, rising.
     #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: f64,

@@ -1,7 +1,7 @@
 //! Faults that a job file injects.
 
 use super::ConfigError;
-use super::machine_file::Machine;
+use super::machine_file::MachineConfig;
 use super::yaml::Document;
 use camwright::machine::description::MachineDescription;
 use camwright::simulation::fault::Fault;
@@ -48,7 +48,7 @@ fn one() -> f64 {
 pub(super) fn read_all(
     files: &[FaultFile],
     document: &Document,
-    machine: Option<&Machine>,
+    machine: Option<&MachineConfig>,
     findings: &mut Vec<ConfigError>,
 ) -> Vec<JobFault> {
     let Some(machine) = machine else { return Vec::new() };

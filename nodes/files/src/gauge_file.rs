@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub(super) struct GaugeFile {
     /// Contacts of the gauge.
-    kind: KindFile,
+    kind: GaugeKindFile,
     /// Gamma: angle of its first contact behind the wheel, in the direction in which positive C turns the part.
     #[schemars(range(min = 0.0, max = 360.0))]
     behind_wheel_deg: f64,
@@ -33,7 +33,7 @@ pub(super) struct GaugeFile {
 
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum KindFile {
+enum GaugeKindFile {
     /// Two opposed contacts.
     Diameter,
     /// One contact.
@@ -44,8 +44,8 @@ impl GaugeFile {
     pub(super) fn gauge(&self) -> GaugeDescription {
         GaugeDescription {
             kind: match self.kind {
-                KindFile::Diameter => GaugeKind::Diameter,
-                KindFile::Radius => GaugeKind::Radius,
+                GaugeKindFile::Diameter => GaugeKind::Diameter,
+                GaugeKindFile::Radius => GaugeKind::Radius,
             },
             behind_wheel_rad: rad_from_deg(self.behind_wheel_deg),
             second_behind_wheel_rad: self.second_behind_wheel_deg.map(rad_from_deg),

@@ -24,7 +24,7 @@ pub(super) struct GrooveFile {
     #[schemars(schema_with = "names::schema")]
     pub(super) name: String,
     /// Kind of the groove.
-    kind: KindFile,
+    kind: GrooveKindFile,
     /// Phase, as of a lobe.
     #[schemars(range(min = -1e5, max = 1e5))]
     #[serde(default)]
@@ -58,7 +58,7 @@ pub(super) struct GrooveFile {
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum KindFile {
+enum GrooveKindFile {
     /// In the face of a plate, along -Z, by a mill parallel to the part's axis.
     Plate,
     /// Round a cylinder, by a radial mill.
@@ -81,8 +81,10 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
         ("y_axis", groove.y_axis.is_some()),
     ];
     let (kind, others, foreign, needed): (_, _, &[(&str, bool)], &[&str]) = match groove.kind {
-        KindFile::Plate => ("plate", "barrel", &of_barrels, &["profile"]),
-        KindFile::Barrel => ("barrel", "plate", &of_plates, &["lift", "roller_radius_mm", "outer_radius_mm", "z_mm"]),
+        GrooveKindFile::Plate => ("plate", "barrel", &of_barrels, &["profile"]),
+        GrooveKindFile::Barrel => {
+            ("barrel", "plate", &of_plates, &["lift", "roller_radius_mm", "outer_radius_mm", "z_mm"])
+        }
     };
     for (key, _) in foreign.iter().filter(|(_, given)| *given) {
         refuse(key, format!("{key} is about a groove of kind {others}; this one is of kind {kind}"));
@@ -114,8 +116,8 @@ impl GrooveFile {
         files: &mut JobFiles,
     ) -> Result<(MilledGroove, Option<ProfileLift>), Vec<ConfigError>> {
         let (kind, lift) = match self.kind {
-            KindFile::Plate => (self.plate(document, index, profiles).map_err(|error| vec![error])?, None),
-            KindFile::Barrel => {
+            GrooveKindFile::Plate => (self.plate(document, index, profiles).map_err(|error| vec![error])?, None),
+            GrooveKindFile::Barrel => {
                 let (kind, lift) = self.barrel(document, index, files)?;
                 (kind, Some(lift))
             }

@@ -81,7 +81,7 @@ pub(super) fn check(document: &Document, machine: &MachineDescription) -> Result
 mod tests {
     use crate::{locate, machine_file};
 
-    fn read(home: &str) -> Result<machine_file::Machine, String> {
+    fn read(home: &str) -> Result<machine_file::MachineConfig, String> {
         let located = locate::locate("machines", "cam_grinder", "yaml", None).expect("a shipped machine");
         let overrides = [format!("x_axis.home={home}")];
         machine_file::parse(&located.path, &located.text, &overrides).map_err(|error| error.to_string())

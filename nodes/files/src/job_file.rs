@@ -8,7 +8,7 @@ use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, Stock
 use super::lift_file::ProfileLift;
 use super::limits;
 use super::locate::{Located, locate};
-use super::machine_file::{self, Machine};
+use super::machine_file::{self, MachineConfig};
 use super::names;
 use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, pass_names, passes};
@@ -16,7 +16,7 @@ use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
 use super::recorded_files::NamedFile;
 use super::schema;
-use super::start_file::{DryRunFile, StartFile};
+use super::start_file::{DryRunFile, StartLobeFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
 use camwright::cam::follower::Follower;
@@ -138,7 +138,7 @@ pub(super) struct JobFile {
     form_compensation: Option<CompensationFile>,
     /// Name or number (from 1) of the lobe to begin with on the part in the machine; 0 begins with a new part.
     /// Default: 0.
-    start_at: Option<StartFile>,
+    start_at: Option<StartLobeFile>,
     /// Measures the stiffness of machine and cut on every journal before its correction; `{}` selects the
     /// defaults. Needs `runout_correction`. Default: no measurement.
     identification: Option<IdentificationFile>,
@@ -258,7 +258,7 @@ pub struct Job {
     /// Inspection follower of each profile, if the job has one.
     pub gauges: Vec<Option<Follower>>,
     /// The machine it is for.
-    pub machine: Machine,
+    pub machine: MachineConfig,
     /// It begins with a lobe in its middle: the part in the machine stays as it is, and the lobes before are not in `spec`.
     pub starts_in_the_middle: bool,
     /// Faults that strike in it.

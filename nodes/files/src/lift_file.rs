@@ -10,7 +10,7 @@ use super::contour_table::{self, Orientation};
 use super::job_files::JobFiles;
 use super::lift_context::LiftContext;
 use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
-use super::lift_text::{self, AngleUnit, Format, Printed};
+use super::lift_text::{self, AngleUnitFile, Printed, TextFormat};
 use super::locate::Located;
 use super::schema;
 use super::table_files::TableFiles;
@@ -63,7 +63,7 @@ pub struct LiftFile {
     #[schemars(length(min = 1, max = 20))]
     columns: Option<Vec<String>>,
     /// Meaning of a column of angles. Default: cam, or as named by the columns.
-    angle: Option<AngleUnit>,
+    angle: Option<AngleUnitFile>,
     /// Lines to skip. Default: the lines before the first number.
     header_lines: Option<usize>,
     /// Numbers have a decimal comma; columns are then separated by semicolons, tabs or blanks. Default: false.
@@ -158,10 +158,10 @@ pub(super) fn read(
         Ok(located)
     };
     let source = match (&file.table, &file.half_table, &file.closing_table, &file.opening_table) {
-        (Some(table), ..) => Source::Whole(found("table", table)?),
-        (_, Some(half), ..) => Source::Half(found("half_table", half)?),
+        (Some(table), ..) => LiftSource::Whole(found("table", table)?),
+        (_, Some(half), ..) => LiftSource::Half(found("half_table", half)?),
         (_, _, Some(closing), Some(opening)) => {
-            Source::Halves { closing: found("closing_table", closing)?, opening: found("opening_table", opening)? }
+            LiftSource::Halves { closing: found("closing_table", closing)?, opening: found("opening_table", opening)? }
         }
         (.., None, _) => return Err(profile.refuse("opening_table", "opening_table needs a closing_table")),
         (.., None) => return Err(profile.refuse("closing_table", "closing_table needs an opening_table")),
@@ -218,8 +218,8 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
     }
     let step = match (file.step_cam_deg, file.step_crank_deg) {
         (Some(_), Some(_)) => Some("both"),
-        (Some(_), None) if file.angle == Some(AngleUnit::Crank) => Some("step_cam_deg and angle: crank"),
-        (None, Some(_)) if file.angle == Some(AngleUnit::Cam) => Some("step_crank_deg and angle: cam"),
+        (Some(_), None) if file.angle == Some(AngleUnitFile::Crank) => Some("step_cam_deg and angle: crank"),
+        (None, Some(_)) if file.angle == Some(AngleUnitFile::Cam) => Some("step_crank_deg and angle: cam"),
         _ => None,
     };
     if let Some(both) = step {
@@ -230,7 +230,7 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
 }
 
 /// Files of a table.
-enum Source {
+enum LiftSource {
     Whole(Located),
     /// One flank, for both.
     Half(Located),
@@ -241,13 +241,13 @@ enum Source {
 }
 
 impl LiftFile {
-    fn format(&self, mm_per_deg: Option<f64>) -> Format {
+    fn format(&self, mm_per_deg: Option<f64>) -> TextFormat {
         let angle = match (self.step_cam_deg, self.step_crank_deg) {
-            (Some(_), _) => Some(AngleUnit::Cam),
-            (_, Some(_)) => Some(AngleUnit::Crank),
+            (Some(_), _) => Some(AngleUnitFile::Cam),
+            (_, Some(_)) => Some(AngleUnitFile::Crank),
             _ => self.angle,
         };
-        Format {
+        TextFormat {
             columns: self.columns.clone(),
             angle,
             header_lines: self.header_lines,
@@ -277,12 +277,16 @@ impl LiftFile {
     }
 }
 
-fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Result<ProfileLift, Vec<ConfigError>> {
+fn read_table(
+    file: &LiftFile,
+    profile: &LiftContext<'_>,
+    source: &LiftSource,
+) -> Result<ProfileLift, Vec<ConfigError>> {
     let format = file.format(profile.mm_per_deg());
     let mut warnings = Vec::new();
     let base_mm;
     let (table, files) = match source {
-        Source::Whole(located) => {
+        LiftSource::Whole(located) => {
             let mut printed = lift_text::read(located, &format)?;
             base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Orientation::Whole)?;
             let declaration = file.declaration(&printed);
@@ -292,13 +296,13 @@ fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Re
             let turned = table.turned_by(file.zero_deg.unwrap_or(0.0));
             (turned.map_err(|error| profile.refuse("zero_deg", error))?, vec![located.path.clone()])
         }
-        Source::Half(located) => {
+        LiftSource::Half(located) => {
             let mut printed = lift_text::read(located, &format)?;
             base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Orientation::Half)?;
             let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![located.path.clone()])
         }
-        Source::Halves { closing, opening } => {
+        LiftSource::Halves { closing, opening } => {
             let (first, second) = (lift_text::read(closing, &format), lift_text::read(opening, &format));
             let (mut first, mut second) = match (first, second) {
                 (Ok(first), Ok(second)) => (first, second),
@@ -389,7 +393,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
         keys.push(format!("table={:?}", located.path.display().to_string()));
     }
     // What the header says its angles are is what they are, where no job declares them.
-    let header = located.text.lines().map(str::trim).find(|line| line.contains(AngleUnit::Crank.column()));
+    let header = located.text.lines().map(str::trim).find(|line| line.contains(AngleUnitFile::Crank.column()));
     if header.is_some_and(|line| !line.starts_with('#')) && !gives("angle") && !gives("columns") {
         keys.push("angle=crank".into());
     }

@@ -19,20 +19,20 @@ use std::path::Path;
 /// Declared unit of the angles of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum AngleUnit {
+pub enum AngleUnitFile {
     /// Degrees of the cam: one turn is 360.
     Cam,
     /// Degrees of the crank: one turn of the cam is 720.
     Crank,
 }
 
-impl AngleUnit {
+impl AngleUnitFile {
     /// Name of a column of such angles.
     #[must_use]
     pub const fn column(self) -> &'static str {
         match self {
-            AngleUnit::Cam => "cam_angle_deg",
-            AngleUnit::Crank => "crank_angle_deg",
+            AngleUnitFile::Cam => "cam_angle_deg",
+            AngleUnitFile::Crank => "crank_angle_deg",
         }
     }
 
@@ -40,19 +40,19 @@ impl AngleUnit {
     #[must_use]
     pub const fn core(self) -> camwright::cam::lift::AngleUnit {
         match self {
-            AngleUnit::Cam => camwright::cam::lift::AngleUnit::CamDegrees,
-            AngleUnit::Crank => camwright::cam::lift::AngleUnit::CrankDegrees,
+            AngleUnitFile::Cam => camwright::cam::lift::AngleUnit::CamDegrees,
+            AngleUnitFile::Crank => camwright::cam::lift::AngleUnit::CrankDegrees,
         }
     }
 }
 
 /// Declared format of a table's text.
 #[derive(Debug, Clone, Default)]
-pub struct Format {
+pub struct TextFormat {
     /// Names of the columns; none: the file's header has them.
     pub columns: Option<Vec<String>>,
     /// Unit of the angles; `None`: cam degrees, unless the declared columns say otherwise.
-    pub angle: Option<AngleUnit>,
+    pub angle: Option<AngleUnitFile>,
     /// Lines to skip before anything is read; none: what does not begin with a number is a title.
     pub header_lines: Option<usize>,
     /// Numbers have a decimal comma.
@@ -88,7 +88,7 @@ pub struct Printed {
     /// Unit of the printed values.
     pub unit: LengthUnit,
     /// Unit of the angles.
-    pub angle: AngleUnit,
+    pub angle: AngleUnitFile,
     /// The last digit printed (mm).
     pub last_digit_mm: f64,
     pub lines: usize,
@@ -99,8 +99,8 @@ pub struct Printed {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Column {
-    Angle(AngleUnit),
+enum TableColumn {
+    Angle(AngleUnitFile),
     /// Lifts or increments; what a unit is in mm, none for degrees of an arm.
     Value {
         form: LiftForm,
@@ -118,19 +118,19 @@ enum Column {
 const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, lift_inch, lift_deg, increment_mm, \
                      increment_um, increment_inch, increment_deg, azimuth_deg, radius_mm, radius_inch, x_mm, y_mm, x_inch, y_inch";
 
-fn column(name: &str) -> Option<Column> {
-    let value = |form, mm_per_unit, unit| Some(Column::Value { form, mm_per_unit: Some(mm_per_unit), unit });
-    let degrees = |form| Some(Column::Value { form, mm_per_unit: None, unit: LengthUnit::Millimetre });
+fn column(name: &str) -> Option<TableColumn> {
+    let value = |form, mm_per_unit, unit| Some(TableColumn::Value { form, mm_per_unit: Some(mm_per_unit), unit });
+    let degrees = |form| Some(TableColumn::Value { form, mm_per_unit: None, unit: LengthUnit::Millimetre });
     match name {
-        "block" | "-" => Some(Column::Ignored),
-        "cam_angle_deg" | "azimuth_deg" => Some(Column::Angle(AngleUnit::Cam)),
-        "crank_angle_deg" => Some(Column::Angle(AngleUnit::Crank)),
-        "radius_mm" => Some(Column::Radius(LengthUnit::Millimetre)),
-        "radius_inch" => Some(Column::Radius(LengthUnit::Inch)),
-        "x_mm" => Some(Column::X(LengthUnit::Millimetre)),
-        "x_inch" => Some(Column::X(LengthUnit::Inch)),
-        "y_mm" => Some(Column::Y(LengthUnit::Millimetre)),
-        "y_inch" => Some(Column::Y(LengthUnit::Inch)),
+        "block" | "-" => Some(TableColumn::Ignored),
+        "cam_angle_deg" | "azimuth_deg" => Some(TableColumn::Angle(AngleUnitFile::Cam)),
+        "crank_angle_deg" => Some(TableColumn::Angle(AngleUnitFile::Crank)),
+        "radius_mm" => Some(TableColumn::Radius(LengthUnit::Millimetre)),
+        "radius_inch" => Some(TableColumn::Radius(LengthUnit::Inch)),
+        "x_mm" => Some(TableColumn::X(LengthUnit::Millimetre)),
+        "x_inch" => Some(TableColumn::X(LengthUnit::Inch)),
+        "y_mm" => Some(TableColumn::Y(LengthUnit::Millimetre)),
+        "y_inch" => Some(TableColumn::Y(LengthUnit::Inch)),
         "lift_mm" => value(LiftForm::Absolute, 1.0, LengthUnit::Millimetre),
         "lift_um" => value(LiftForm::Absolute, 1e-3, LengthUnit::Millimetre),
         "lift_inch" => value(LiftForm::Absolute, LengthUnit::Inch.mm(), LengthUnit::Inch),
@@ -170,8 +170,8 @@ impl Separator {
 }
 
 /// Columns with what they mean.
-struct Columns {
-    angle: Option<(usize, AngleUnit)>,
+struct TableColumns {
+    angle: Option<(usize, AngleUnitFile)>,
     value: usize,
     /// For points: column of y; `value` is x.
     second: Option<usize>,
@@ -187,7 +187,7 @@ struct Columns {
 /// # Errors
 /// No rows, or columns that are not known or contradict the declaration. Faults of single rows are in
 /// [`Printed::findings`].
-pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigError>> {
+pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<ConfigError>> {
     let path = &located.path;
     let text = located.text.trim_start_matches('\u{feff}');
     let lines = text.lines().count();
@@ -201,7 +201,7 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
     };
     let (columns, header) = columns(path, &titles, first_row, format)?;
     comments.extend(titles.iter().filter(|(number, _)| header != Some(*number)));
-    let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnit::Cam), |(_, angle)| angle);
+    let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnitFile::Cam), |(_, angle)| angle);
     if columns.angle.is_some() && format.step_deg.is_some() {
         let message = "the table has a column of angles, and the job declares a step as if it had none";
         return Err(at(header.unwrap_or(first_row), message.into()));
@@ -261,9 +261,9 @@ fn read_rows(
     printed: &mut Printed,
     path: &Path,
     body: &[(u64, &str)],
-    columns: &Columns,
+    columns: &TableColumns,
     separator: Separator,
-    format: &Format,
+    format: &TextFormat,
 ) {
     let mut digits = 0;
     for (index, &(number, text)) in body.iter().enumerate() {
@@ -307,8 +307,8 @@ fn columns(
     path: &Path,
     titles: &[(u64, &str)],
     first_row: u64,
-    format: &Format,
-) -> Result<(Columns, Option<u64>), Vec<ConfigError>> {
+    format: &TextFormat,
+) -> Result<(TableColumns, Option<u64>), Vec<ConfigError>> {
     let names = |text: &str| -> Vec<String> {
         Separator::from_line(text, false)
             .split(text)
@@ -317,18 +317,23 @@ fn columns(
             .collect()
     };
     let is_value = |name: &String| {
-        matches!(column(name), Some(Column::Value { .. } | Column::Radius(_) | Column::X(_) | Column::Y(_)))
+        matches!(
+            column(name),
+            Some(TableColumn::Value { .. } | TableColumn::Radius(_) | TableColumn::X(_) | TableColumn::Y(_))
+        )
     };
     let header = titles.iter().rev().find(|(_, text)| names(text).iter().any(is_value));
     let refuse = |number, message: String| vec![ConfigError::at(FileLocation::line(path, number), message)];
-    let declared_angle = || format.angle.unwrap_or(AngleUnit::Cam);
+    let declared_angle = || format.angle.unwrap_or(AngleUnitFile::Cam);
     if let Some(declared) = &format.columns {
         let columns =
             understand(declared, format.angle, format.mm_per_deg).map_err(|message| refuse(first_row, message))?;
         // A header that the file has all the same must not say something else.
         for (number, text) in titles {
             for (index, name) in names(text).into_iter().enumerate() {
-                if column(&name).is_some_and(|known| known != Column::Ignored) && declared.get(index) != Some(&name) {
+                if column(&name).is_some_and(|known| known != TableColumn::Ignored)
+                    && declared.get(index) != Some(&name)
+                {
                     let comments = declared.get(index).map_or("no such column", String::as_str);
                     return Err(refuse(*number, format!("column {name}, but the job declares {comments}")));
                 }
@@ -360,11 +365,11 @@ fn columns(
 }
 
 /// Columns by their names; `angle` is what the angles must be, `mm_per_deg` what a degree of lift is.
-fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64>) -> Result<Columns, String> {
+fn understand(names: &[String], angle: Option<AngleUnitFile>, mm_per_deg: Option<f64>) -> Result<TableColumns, String> {
     type Found = (usize, Content, LiftForm, f64, LengthUnit);
     let mut found: Option<Found> = None;
     let mut second: Option<(usize, LengthUnit)> = None;
-    let mut angles: Option<(usize, AngleUnit)> = None;
+    let mut angles: Option<(usize, AngleUnitFile)> = None;
     for (index, name) in names.iter().enumerate() {
         let mut take = |new: Found| match found.replace(new) {
             None => Ok(()),
@@ -377,19 +382,19 @@ fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64
         };
         let contour = |content, unit: LengthUnit| (index, content, LiftForm::Absolute, unit.mm(), unit);
         match column(name) {
-            Some(Column::Ignored) => {}
-            Some(Column::Angle(unit)) => match angle {
+            Some(TableColumn::Ignored) => {}
+            Some(TableColumn::Angle(unit)) => match angle {
                 Some(declared) if declared != unit => {
                     return Err(format!("column {name}, but the job declares {}", declared.column()));
                 }
                 _ if angles.is_some() => return Err("two columns of angles; one is needed".into()),
                 _ => angles = Some((index, unit)),
             },
-            Some(Column::Radius(unit)) => take(contour(Content::Radius, unit))?,
-            Some(Column::X(unit)) => take(contour(Content::Points, unit))?,
-            Some(Column::Y(_)) if second.is_some() => return Err("two columns of y; one is needed".into()),
-            Some(Column::Y(unit)) => second = Some((index, unit)),
-            Some(Column::Value { form, mm_per_unit, unit }) => match mm_per_unit.or(mm_per_deg) {
+            Some(TableColumn::Radius(unit)) => take(contour(Content::Radius, unit))?,
+            Some(TableColumn::X(unit)) => take(contour(Content::Points, unit))?,
+            Some(TableColumn::Y(_)) if second.is_some() => return Err("two columns of y; one is needed".into()),
+            Some(TableColumn::Y(unit)) => second = Some((index, unit)),
+            Some(TableColumn::Value { form, mm_per_unit, unit }) => match mm_per_unit.or(mm_per_deg) {
                 Some(mm_per_unit) => take((index, Content::Lift, form, mm_per_unit, unit))?,
                 None => {
                     return Err(format!(
@@ -414,7 +419,7 @@ fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64
         _ => {}
     }
     let second = second.map(|(index, _)| index);
-    Ok(Columns { angle: angles, value, second, content, form, mm_per_unit, unit, count: names.len() })
+    Ok(TableColumns { angle: angles, value, second, content, form, mm_per_unit, unit, count: names.len() })
 }
 
 fn begins_with_number(line: &str) -> bool {
@@ -448,7 +453,7 @@ fn decimals(cell: &str) -> i32 {
 }
 
 /// Comments and titles that name another unit than the declared one.
-fn doubts(path: &Path, comments: &[(u64, &str)], unit: LengthUnit, angle: Option<AngleUnit>) -> Vec<ConfigError> {
+fn doubts(path: &Path, comments: &[(u64, &str)], unit: LengthUnit, angle: Option<AngleUnitFile>) -> Vec<ConfigError> {
     let mut doubts = Vec::new();
     for (number, line) in comments {
         let words: Vec<String> =
@@ -469,7 +474,7 @@ fn doubts(path: &Path, comments: &[(u64, &str)], unit: LengthUnit, angle: Option
             LengthUnit::Millimetre => doubt(inches, millimetres, "millimetres"),
             LengthUnit::Inch => doubt(millimetres, inches, "inches"),
         }
-        if angle == Some(AngleUnit::Cam) {
+        if angle == Some(AngleUnitFile::Cam) {
             doubt(crank, cam, "cam degrees");
         }
     }

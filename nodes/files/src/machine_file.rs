@@ -16,7 +16,7 @@ use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, FileLocation};
 use camwright::machine::description::{
-    Axis, AxisDescription, InsertDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
+    Axis, AxisDescription, AxisScale, InsertDescription, MachineDescription, MotionLimits, Station, WheelDescription,
 };
 use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use schemars::JsonSchema;
@@ -256,7 +256,7 @@ impl WheelFile {
 
 /// A machine as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Machine {
+pub struct MachineConfig {
     /// Machine that the file describes.
     pub description: MachineDescription,
     /// Text of the file, with overrides applied.
@@ -265,7 +265,7 @@ pub struct Machine {
     pub path: PathBuf,
 }
 
-impl Machine {
+impl MachineConfig {
     /// This machine with `key=value` overrides over its file.
     ///
     /// # Errors
@@ -305,7 +305,7 @@ impl Machine {
 ///
 /// # Errors
 /// The first finding of [`read`].
-pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, ConfigError> {
+pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<MachineConfig, ConfigError> {
     read(path, text, overrides).map_err(|mut findings| findings.swap_remove(0))
 }
 
@@ -313,7 +313,7 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, C
 ///
 /// # Errors
 /// Everything that is wrong with it: unknown keys, values out of their range, values that do not fit each other, each with its line.
-pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, Vec<ConfigError>> {
+pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<MachineConfig, Vec<ConfigError>> {
     let one = |error| vec![error];
     let document = Document::parse(path, text, overrides).map_err(one)?;
     document.require_schema("machine", SCHEMA_VERSION).map_err(one)?;
@@ -326,11 +326,11 @@ pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, Ve
     let description = describe(&file, hash, wheel, insert);
     homing_file::check(&document, &description).map_err(one)?;
     description.validate().map_err(|error| one(ConfigError::at(FileLocation::file(path), error.to_string())))?;
-    Ok(Machine { description, source: document.text, path: path.to_path_buf() })
+    Ok(MachineConfig { description, source: document.text, path: path.to_path_buf() })
 }
 
 /// The machine that a job names under `machine`.
-pub(super) fn named(job: &Document, name: &str) -> Result<Machine, Vec<ConfigError>> {
+pub(super) fn named(job: &Document, name: &str) -> Result<MachineConfig, Vec<ConfigError>> {
     let found = job.locate(MACHINES, name, "yaml").map_err(|error| vec![job.error("machine", error.to_string())])?;
     read(&found.path, &found.text, &[])
 }
@@ -393,7 +393,7 @@ fn describe(
 fn rotary(file: &RotaryFile) -> AxisDescription {
     AxisDescription {
         axis: Axis::C,
-        scale: Scale::Rotary { counts_per_turn: file.counts_per_turn },
+        scale: AxisScale::Rotary { counts_per_turn: file.counts_per_turn },
         limits: MotionLimits {
             velocity: rad_s_from_rpm(file.max_speed_rpm),
             acceleration: file.max_acceleration_rad_s2,
@@ -416,7 +416,7 @@ fn rotary(file: &RotaryFile) -> AxisDescription {
 fn linear(axis: Axis, file: &LinearFile) -> AxisDescription {
     AxisDescription {
         axis,
-        scale: Scale::Linear { counts_per_mm: file.counts_per_mm },
+        scale: AxisScale::Linear { counts_per_mm: file.counts_per_mm },
         limits: MotionLimits {
             velocity: file.max_speed_mm_s,
             acceleration: file.max_acceleration_mm_s2,

@@ -46,7 +46,7 @@ pub(super) struct MillingFile {
     /// Cams of the part.
     #[schemars(length(max = 100))]
     #[serde(default)]
-    cams: Vec<CamFile>,
+    cams: Vec<MilledCamFile>,
     /// Grooves of the part.
     #[schemars(length(max = 100))]
     #[serde(default)]
@@ -99,7 +99,7 @@ enum CutsWithFile {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct CamFile {
+struct MilledCamFile {
     /// Name of the cam, different from all cams and grooves.
     #[schemars(schema_with = "names::schema")]
     name: String,

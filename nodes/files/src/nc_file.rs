@@ -3,7 +3,7 @@
 use super::ConfigError;
 use super::yaml::Document;
 use camwright::gcode::archimedean::Knots;
-use camwright::gcode::post::Control;
+use camwright::gcode::post::NcControl;
 use camwright::gcode::{Dialect, NumberFormat, XValues};
 use camwright::math::units::{mm_from_um, rad_from_deg};
 use schemars::JsonSchema;
@@ -125,7 +125,7 @@ enum KnotsFile {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NcSettings {
     /// The control that runs it.
-    pub control: Control,
+    pub control: NcControl,
     /// Number of the main program.
     pub program_number: u32,
     /// X is where the cutting edge meets the wheel line, not the cutter's centre.
@@ -158,7 +158,7 @@ impl NcFile {
         let format = NumberFormat::new(self.linear_decimals, self.rotary_decimals, x_values)
             .map_err(|error| document.error("nc", error.to_string()))?;
         Ok(NcSettings {
-            control: Control {
+            control: NcControl {
                 dialect: match self.control {
                     ControlFile::Linuxcnc => Dialect::LinuxCnc,
                     ControlFile::Fanuc => Dialect::Fanuc,

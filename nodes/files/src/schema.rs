@@ -4,7 +4,7 @@
 //! come the check of a file with all findings at once, `camwright schema`, the tables of `docs/reference`, and the ranges of ROS
 //! parameters that override a key.
 
-use super::yaml::{Document, Value, YamlNode};
+use super::yaml::{Document, YamlNode, YamlValue};
 use super::{ConfigError, FileLocation};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -40,7 +40,7 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(document: &Document) -> Res
 
 /// Everything in a document that its schema does not allow, in the order of the schema.
 fn findings(document: &Document, schema: &Json) -> Vec<ConfigError> {
-    let mut check = Check { document, findings: Vec::new(), more: 0 };
+    let mut check = SchemaCheck { document, findings: Vec::new(), more: 0 };
     check.value(schema, &document.root, &mut KeyPath::default());
     if check.more > 0 {
         let message = format!("has {} more errors; correct these first", check.more);
@@ -72,13 +72,13 @@ impl KeyPath {
     }
 }
 
-struct Check<'a> {
+struct SchemaCheck<'a> {
     document: &'a Document,
     findings: Vec<ConfigError>,
     more: usize,
 }
 
-impl Check<'_> {
+impl SchemaCheck<'_> {
     fn report(&mut self, path: &KeyPath, message: &str) {
         if self.findings.len() >= MAX_FINDINGS {
             self.more += 1;
@@ -93,7 +93,7 @@ impl Check<'_> {
             return;
         }
         let types = types(schema);
-        if matches!(node.value, Value::Null) && types.contains(&"null") {
+        if matches!(node.value, YamlValue::Null) && types.contains(&"null") {
             return;
         }
         if !types.is_empty() && !types.iter().any(|name| is_of_type(&node.value, name)) {
@@ -101,19 +101,19 @@ impl Check<'_> {
             return;
         }
         match &node.value {
-            Value::Integer(value) => self.number(schema, *value as f64, path),
-            Value::Float(value) => self.number(schema, *value, path),
-            Value::Text(text) => self.text(schema, (&node.value, text), path),
-            Value::List(list) => self.list(schema, list, path),
-            Value::Map(entries) => self.map(schema, entries, path),
-            Value::Bool(value) => {
+            YamlValue::Integer(value) => self.number(schema, *value as f64, path),
+            YamlValue::Float(value) => self.number(schema, *value, path),
+            YamlValue::Text(text) => self.text(schema, (&node.value, text), path),
+            YamlValue::List(list) => self.list(schema, list, path),
+            YamlValue::Map(entries) => self.map(schema, entries, path),
+            YamlValue::Bool(value) => {
                 let allowed = schema["enum"].as_array();
                 if allowed.is_some_and(|allowed| !allowed.contains(&Json::Bool(*value))) {
                     let words = words(schema).unwrap_or_default().join(", ");
                     self.report(path, &format!(" is {value}; it must be one of {words}"));
                 }
             }
-            Value::Null => {}
+            YamlValue::Null => {}
         }
     }
 
@@ -132,10 +132,10 @@ impl Check<'_> {
     }
 
     /// Returns whether a value is one of these words, and reports one that is not.
-    fn is_word(&mut self, value: &Value, words: &[&str], path: &KeyPath) -> bool {
+    fn is_word(&mut self, value: &YamlValue, words: &[&str], path: &KeyPath) -> bool {
         match value {
-            Value::Text(text) if words.contains(&text.as_str()) => return true,
-            Value::Text(text) => {
+            YamlValue::Text(text) if words.contains(&text.as_str()) => return true,
+            YamlValue::Text(text) => {
                 self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, words)));
             }
             other => self.report(path, &format!(" is {}; it must be one of {}", shown(other), words.join(", "))),
@@ -143,7 +143,7 @@ impl Check<'_> {
         false
     }
 
-    fn text(&mut self, schema: &Json, (value, text): (&Value, &str), path: &KeyPath) {
+    fn text(&mut self, schema: &Json, (value, text): (&YamlValue, &str), path: &KeyPath) {
         if let Some(words) = words(schema) {
             self.is_word(value, &words, path);
             return;
@@ -176,7 +176,7 @@ impl Check<'_> {
         }
         for (index, item) in list.iter().enumerate() {
             let named = match item.get("name").map(|name| &name.value) {
-                Some(Value::Text(name)) if super::names::is_name(name) => name.clone(),
+                Some(YamlValue::Text(name)) if super::names::is_name(name) => name.clone(),
                 _ => index.to_string(),
             };
             path.push(index.to_string(), named);
@@ -227,7 +227,7 @@ impl Check<'_> {
     /// A value that may have one of several forms.
     fn alternatives(&mut self, alternatives: &[&Json], node: &YamlNode, path: &mut KeyPath) {
         let (empty, forms): (Vec<&Json>, Vec<&Json>) = alternatives.iter().partition(|form| types(form) == ["null"]);
-        if matches!(node.value, Value::Null) && !empty.is_empty() {
+        if matches!(node.value, YamlValue::Null) && !empty.is_empty() {
             return;
         }
         let alternatives = forms.as_slice();
@@ -251,7 +251,7 @@ impl Check<'_> {
 
     /// Keys with values, of which one says which of the forms they have.
     fn tagged(&mut self, tag: &str, forms: &[&Json], node: &YamlNode, path: &mut KeyPath) {
-        let Value::Map(entries) = &node.value else {
+        let YamlValue::Map(entries) = &node.value else {
             let wanted = type_names(&["object"]);
             self.report(path, &format!(" is {}; it must be {wanted}, among them {tag}", shown(&node.value)));
             return;
@@ -262,7 +262,7 @@ impl Check<'_> {
         let form = match word {
             Some(word) if self.is_word(word, &words, path) => forms
                 .iter()
-                .find(|form| matches!(word, Value::Text(text) if form["properties"][tag]["const"] == **text)),
+                .find(|form| matches!(word, YamlValue::Text(text) if form["properties"][tag]["const"] == **text)),
             Some(_) => None,
             None => {
                 self.report(path, &format!(" is missing; it must be one of {}", words.join(", ")));
@@ -325,15 +325,15 @@ fn count(schema: &Json, key: &str) -> Option<usize> {
     schema[key].as_u64().and_then(|count| usize::try_from(count).ok())
 }
 
-fn is_of_type(value: &Value, name: &str) -> bool {
+fn is_of_type(value: &YamlValue, name: &str) -> bool {
     match value {
-        Value::Null => name == "null",
-        Value::Bool(_) => name == "boolean",
-        Value::Integer(_) => name == "integer" || name == "number",
-        Value::Float(_) => name == "number",
-        Value::Text(_) => name == "string",
-        Value::List(_) => name == "array",
-        Value::Map(_) => name == "object",
+        YamlValue::Null => name == "null",
+        YamlValue::Bool(_) => name == "boolean",
+        YamlValue::Integer(_) => name == "integer" || name == "number",
+        YamlValue::Float(_) => name == "number",
+        YamlValue::Text(_) => name == "string",
+        YamlValue::List(_) => name == "array",
+        YamlValue::Map(_) => name == "object",
     }
 }
 
@@ -353,15 +353,15 @@ fn type_names(types: &[&str]) -> String {
     names.join(" or ")
 }
 
-fn shown(value: &Value) -> String {
+fn shown(value: &YamlValue) -> String {
     match value {
-        Value::Null => "empty".to_owned(),
-        Value::Bool(value) => value.to_string(),
-        Value::Integer(value) => value.to_string(),
-        Value::Float(value) => value.to_string(),
-        Value::Text(text) => format!("the text {}", shown_text(text)),
-        Value::List(_) => "a list".to_owned(),
-        Value::Map(_) => "keys with values".to_owned(),
+        YamlValue::Null => "empty".to_owned(),
+        YamlValue::Bool(value) => value.to_string(),
+        YamlValue::Integer(value) => value.to_string(),
+        YamlValue::Float(value) => value.to_string(),
+        YamlValue::Text(text) => format!("the text {}", shown_text(text)),
+        YamlValue::List(_) => "a list".to_owned(),
+        YamlValue::Map(_) => "keys with values".to_owned(),
     }
 }
 

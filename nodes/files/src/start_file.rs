@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Name of a lobe, or its number from 1 in the order in which they are ground.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(untagged)]
-pub(super) enum StartFile {
+pub(super) enum StartLobeFile {
     Number(usize),
     Name(String),
 }
@@ -23,20 +23,20 @@ pub(super) struct DryRunFile {
     pub(super) stand_off_mm: f64,
 }
 
-impl StartFile {
+impl StartLobeFile {
     /// Index of the lobe; `None` for the beginning with a new part.
     pub(super) fn index(&self, document: &Document, lobes: &[LobeSpec]) -> Result<Option<usize>, ConfigError> {
         let named = |name: &str| lobes.iter().position(|lobe| lobe.name == name);
         let numbered = |number: usize| number.checked_sub(1).filter(|index| *index < lobes.len());
         let found = match self {
-            StartFile::Number(0) => return Ok(None),
-            StartFile::Name(name) if name.is_empty() => return Ok(None),
-            StartFile::Number(number) => named(&number.to_string()).or_else(|| numbered(*number)),
-            StartFile::Name(name) => named(name).or_else(|| name.parse().ok().and_then(numbered)),
+            StartLobeFile::Number(0) => return Ok(None),
+            StartLobeFile::Name(name) if name.is_empty() => return Ok(None),
+            StartLobeFile::Number(number) => named(&number.to_string()).or_else(|| numbered(*number)),
+            StartLobeFile::Name(name) => named(name).or_else(|| name.parse().ok().and_then(numbered)),
         };
         let text = match self {
-            StartFile::Number(number) => number.to_string(),
-            StartFile::Name(name) => name.clone(),
+            StartLobeFile::Number(number) => number.to_string(),
+            StartLobeFile::Name(name) => name.clone(),
         };
         let names = || lobes.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>().join(", ");
         found.map(Some).ok_or_else(|| {

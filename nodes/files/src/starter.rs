@@ -5,7 +5,7 @@ use super::file_kind::FileKind;
 use super::locate::locate;
 use super::names::{MAX_NAME, is_name};
 use super::schema::{self, alternatives, tag, types};
-use super::yaml::{Document, Value, YamlNode};
+use super::yaml::{Document, YamlNode, YamlValue};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -73,11 +73,11 @@ impl FileKind {
     /// A shipped example was replaced by a file that cannot be read.
     pub fn starter_file(self, name: &str) -> Result<String, ConfigError> {
         let (starter, schema) = (self.starter(), self.schema());
-        let Value::Map(mut entries) = example(&starter, starter.example)? else { return Ok(String::new()) };
+        let YamlValue::Map(mut entries) = example(&starter, starter.example)? else { return Ok(String::new()) };
         for (_, node) in entries.iter_mut().filter(|(key, _)| key == "name") {
-            node.value = Value::Text(name.to_owned());
+            node.value = YamlValue::Text(name.to_owned());
         }
-        let mut writer = Writer::default();
+        let mut writer = StarterWriter::default();
         writer.comment(&format!("{}. Each key has its meaning, unit and range.", starter.title), 0);
         writer.comment(&format!("All keys: `camwright schema {} --table`.", self.name()), 0);
         writer.comment("A # directly in front of a key switches an optional key off: remove it.", 0);
@@ -86,7 +86,7 @@ impl FileKind {
         for (key, source) in starter.optional {
             if entries.iter().all(|(present, _)| present != key) {
                 let value = optional_value(&starter, &schema, key, source)?;
-                let mut optional = Writer { seen: writer.seen.clone(), ..Writer::default() };
+                let mut optional = StarterWriter { seen: writer.seen.clone(), ..StarterWriter::default() };
                 optional.map(&schema, &[((*key).to_owned(), YamlNode { line: 0, value })], "", 0, false);
                 writer.text.push_str(&switched_off(&optional.text));
             }
@@ -103,23 +103,23 @@ pub fn starter_name(stem: &str) -> String {
     if is_name(&name) { name } else { "mine".to_owned() }
 }
 
-fn example(starter: &Starter, name: &str) -> Result<Value, ConfigError> {
+fn example(starter: &Starter, name: &str) -> Result<YamlValue, ConfigError> {
     // With its folder, so that a file of this name in the current folder is not taken for it.
     let located = locate(starter.folder, &format!("{}/{name}", starter.folder), "yaml", None)?;
     Ok(Document::with_overrides(&located, &[])?.root.value)
 }
 
 /// Value of an optional key: that of an example, the default, or a group of defaults.
-fn optional_value(starter: &Starter, schema: &Json, key: &str, source: &str) -> Result<Value, ConfigError> {
+fn optional_value(starter: &Starter, schema: &Json, key: &str, source: &str) -> Result<YamlValue, ConfigError> {
     if !source.is_empty()
-        && let Value::Map(entries) = example(starter, source)?
+        && let YamlValue::Map(entries) = example(starter, source)?
         && let Some((_, node)) = entries.into_iter().find(|(name, _)| name == key)
     {
         return Ok(node.value);
     }
     let default = &schema["properties"][key]["default"];
     let value = serde_json::from_value::<YamlNode>(default.clone()).map(|node| node.value);
-    Ok(value.ok().filter(|value| *value != Value::Null).unwrap_or(Value::Map(Vec::new())))
+    Ok(value.ok().filter(|value| *value != YamlValue::Null).unwrap_or(YamlValue::Map(Vec::new())))
 }
 
 /// Text with a `#` in front of every line that is no comment.
@@ -129,13 +129,13 @@ fn switched_off(text: &str) -> String {
 }
 
 #[derive(Default)]
-struct Writer {
+struct StarterWriter {
     text: String,
     /// Paths of keys that have their comment; `[]` stands for the elements of a list.
     seen: BTreeSet<String>,
 }
 
-impl Writer {
+impl StarterWriter {
     /// Writes the entries of a mapping. The first key of a list element follows its dash.
     fn map(&mut self, schema: &Json, entries: &[(String, YamlNode)], path: &str, indent: usize, is_element: bool) {
         let words = tag_words(schema);
@@ -153,11 +153,11 @@ impl Writer {
                 self.comment(&about, if is_first { indent - 2 } else { indent });
             }
             match &node.value {
-                Value::Map(inner) if !inner.is_empty() => {
+                YamlValue::Map(inner) if !inner.is_empty() => {
                     self.line(&format!("{lead}{key}:"));
                     self.map(property, inner, &path, indent + 2, false);
                 }
-                Value::List(items) if items.iter().any(|item| matches!(item.value, Value::Map(_))) => {
+                YamlValue::List(items) if items.iter().any(|item| matches!(item.value, YamlValue::Map(_))) => {
                     self.line(&format!("{lead}{key}:"));
                     let elements = &list_form(property)["items"];
                     items.iter().for_each(|item| self.element(elements, item, &format!("{path}[]"), indent + 4));
@@ -171,20 +171,20 @@ impl Writer {
     fn element(&mut self, schema: &Json, node: &YamlNode, path: &str, indent: usize) {
         let line = format!("{}- {}", " ".repeat(indent - 2), flow(&node.value, true));
         match &node.value {
-            Value::Map(entries) if !self.knows(&node.value, path) || line.chars().count() > WIDTH => {
+            YamlValue::Map(entries) if !self.knows(&node.value, path) || line.chars().count() > WIDTH => {
                 self.map(schema, entries, path, indent, true);
             }
             _ => self.line(&line),
         }
     }
 
-    fn knows(&self, value: &Value, path: &str) -> bool {
+    fn knows(&self, value: &YamlValue, path: &str) -> bool {
         match value {
-            Value::Map(entries) => entries.iter().all(|(key, node)| {
+            YamlValue::Map(entries) => entries.iter().all(|(key, node)| {
                 let path = joined(path, key);
                 self.seen.contains(&path) && self.knows(&node.value, &path)
             }),
-            Value::List(items) => items.iter().all(|item| self.knows(&item.value, &format!("{path}[]"))),
+            YamlValue::List(items) => items.iter().all(|item| self.knows(&item.value, &format!("{path}[]"))),
             _ => true,
         }
     }
@@ -250,7 +250,7 @@ fn form<'a>(schema: &'a Json, entries: &[(String, YamlNode)]) -> &'a Json {
     let word = tag(&forms).and_then(|tag| {
         let (_, node) = entries.iter().find(|(key, _)| key == tag)?;
         match &node.value {
-            Value::Text(word) => Some((tag, word)),
+            YamlValue::Text(word) => Some((tag, word)),
             _ => None,
         }
     });
@@ -265,19 +265,19 @@ fn list_form(schema: &Json) -> &Json {
 }
 
 /// A value in one line of YAML.
-fn flow(value: &Value, is_inner: bool) -> String {
+fn flow(value: &YamlValue, is_inner: bool) -> String {
     match value {
-        Value::Null => "null".to_owned(),
-        Value::Bool(value) => value.to_string(),
-        Value::Integer(value) => value.to_string(),
+        YamlValue::Null => "null".to_owned(),
+        YamlValue::Bool(value) => value.to_string(),
+        YamlValue::Integer(value) => value.to_string(),
         // The debug form keeps the point that makes a YAML number a float.
-        Value::Float(value) => format!("{value:?}"),
-        Value::Text(text) => quoted(text, is_inner),
-        Value::List(items) => {
+        YamlValue::Float(value) => format!("{value:?}"),
+        YamlValue::Text(text) => quoted(text, is_inner),
+        YamlValue::List(items) => {
             let items: Vec<String> = items.iter().map(|item| flow(&item.value, true)).collect();
             format!("[{}]", items.join(", "))
         }
-        Value::Map(entries) => {
+        YamlValue::Map(entries) => {
             let entries: Vec<String> =
                 entries.iter().map(|(key, node)| format!("{key}: {}", flow(&node.value, true))).collect();
             format!("{{{}}}", entries.join(", "))
@@ -288,7 +288,8 @@ fn flow(value: &Value, is_inner: bool) -> String {
 /// A text, in quotes where YAML would read it as something else. Inside of brackets a comma ends a text.
 fn quoted(text: &str, is_inner: bool) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./ ".contains(c) || (c == ',' && !is_inner);
-    let is_same = |text: &str| serde_saphyr::from_str::<Value>(text).is_ok_and(|read| read == Value::Text(text.into()));
+    let is_same =
+        |text: &str| serde_saphyr::from_str::<YamlValue>(text).is_ok_and(|read| read == YamlValue::Text(text.into()));
     if text.chars().all(is_plain) && is_same(text) { text.to_owned() } else { Json::from(text).to_string() }
 }
 

@@ -33,7 +33,7 @@ pub(super) enum SurfaceFile {
         profiles: Vec<ProfileFile>,
         /// Cams in the order of the part.
         #[schemars(length(min = 1, max = 100))]
-        cams: Vec<CamFile>,
+        cams: Vec<SurfaceCamFile>,
     },
     /// Cylinder about the axis.
     Cylinder {
@@ -187,7 +187,7 @@ impl Visitor<'_> for AxisVisitor {
 /// A length of the part that is one cam.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CamFile {
+pub(super) struct SurfaceCamFile {
     /// Name of its profile.
     profile: String,
     /// Azimuth of its cam angle 0.
@@ -369,7 +369,7 @@ fn solid_key(error: &SurfaceError) -> &'static str {
 fn read_cams(
     document: &Document,
     profiles: &[ProfileFile],
-    cams: &[CamFile],
+    cams: &[SurfaceCamFile],
     files: &mut JobFiles,
 ) -> Result<ReadSurface, Vec<ConfigError>> {
     const PROFILES: &str = "surface.profiles";
@@ -424,9 +424,9 @@ fn read_cams(
 }
 
 /// The key of the cam that the core refuses.
-fn cam_key(cams: &[CamFile], error: &SurfaceError) -> String {
+fn cam_key(cams: &[SurfaceCamFile], error: &SurfaceError) -> String {
     let cam = |index: usize, key: &str| format!("surface.cams.{index}.{key}");
-    let found = |is: &dyn Fn(&CamFile) -> bool| cams.iter().position(is);
+    let found = |is: &dyn Fn(&SurfaceCamFile) -> bool| cams.iter().position(is);
     match error {
         SurfaceError::ZNotIncreasing { row, .. } => cam(*row, "from_mm"),
         SurfaceError::RoughCam { cam: index, .. } => cam(*index, "profile"),

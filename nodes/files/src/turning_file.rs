@@ -5,7 +5,7 @@ use super::fault_file::{self, FaultFile, JobFault};
 use super::job_files::JobFiles;
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
-use super::machine_file::{self, Machine};
+use super::machine_file::{self, MachineConfig};
 use super::names;
 use super::recorded_files::NamedFile;
 use super::schema;
@@ -16,7 +16,7 @@ use camwright::cam::surface::mesh::MeshReading;
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
 use camwright::simulation::turned_part::{MAX_CELLS, MIN_AZIMUTHS, PartGrid};
-use camwright::toolpath::insert_path::{Feed, Passes};
+use camwright::toolpath::insert_path::{InsertFeed, Passes};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -66,7 +66,7 @@ pub(super) struct TurningFile {
     #[schemars(range(min = -1e5, max = 1e5))]
     part_zero_mm: f64,
     /// Passes before the finishing pass. Default: the finishing pass takes all stock.
-    roughing: Option<RoughingFile>,
+    roughing: Option<TurningRoughingFile>,
     /// Last pass.
     finishing: FinishingFile,
     /// Angles of a turn at which the path is computed with exact derivatives.
@@ -115,7 +115,7 @@ impl TurnedFile {
 
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct RoughingFile {
+struct TurningRoughingFile {
     /// Stock on the section in the rake plane before the first pass. Default: all that the bar has over the
     /// part.
     #[schemars(range(min = 1e-6, max = 1e4))]
@@ -209,7 +209,7 @@ pub struct TurnedJob {
     /// The file of its surface and how that was read, if it is a mesh.
     pub mesh: Option<(PathBuf, MeshReading)>,
     /// The machine it is for.
-    pub machine: Machine,
+    pub machine: MachineConfig,
     /// Faults that strike in it.
     pub faults: Vec<JobFault>,
     /// Grid of the simulated part and of its form map.
@@ -308,10 +308,10 @@ fn spindle(document: &Document, file: &TurningFile) -> Option<ConfigError> {
 }
 
 /// Feeds of roughing and finishing.
-fn feeds(document: &Document, file: &TurningFile) -> Result<(Feed, Feed), Vec<ConfigError>> {
+fn feeds(document: &Document, file: &TurningFile) -> Result<(InsertFeed, InsertFeed), Vec<ConfigError>> {
     let feed = |key: &str, along_z: Option<f64>, along_curve: Option<f64>| match (along_z, along_curve) {
-        (Some(feed), None) => Ok(Feed::AlongZ(feed)),
-        (None, Some(feed)) => Ok(Feed::AlongCurve(feed)),
+        (Some(feed), None) => Ok(InsertFeed::AlongZ(feed)),
+        (None, Some(feed)) => Ok(InsertFeed::AlongCurve(feed)),
         (Some(_), Some(_)) => {
             Err(vec![document.error(key, format!("{key} needs one of along_z_mm and along_curve_mm, it has both"))])
         }
@@ -335,7 +335,7 @@ fn feeds(document: &Document, file: &TurningFile) -> Result<(Feed, Feed), Vec<Co
 }
 
 /// The passes; the stock, where the job does not say it, is all that the bar has over the part in the rake plane, where it is cut.
-fn passes(file: &TurningFile, surface: &Surface, height_mm: f64, rough_feed: Feed) -> Passes {
+fn passes(file: &TurningFile, surface: &Surface, height_mm: f64, rough_feed: InsertFeed) -> Passes {
     let (from_mm, to_mm) = file.turned.range_mm();
     let in_plane = |radius_mm: f64| (radius_mm * radius_mm - height_mm * height_mm).max(0.0).sqrt();
     let most_mm = (in_plane(file.bar_radius_mm) - in_plane(surface.bounds(from_mm, to_mm).least_mm)).max(0.0);
@@ -352,8 +352,8 @@ fn passes(file: &TurningFile, surface: &Surface, height_mm: f64, rough_feed: Fee
 }
 
 /// The grid over what is turned.
-fn grid(document: &Document, file: &TurningFile, feed: Feed) -> Result<PartGrid, ConfigError> {
-    let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = feed;
+fn grid(document: &Document, file: &TurningFile, feed: InsertFeed) -> Result<PartGrid, ConfigError> {
+    let (InsertFeed::AlongZ(feed_mm) | InsertFeed::AlongCurve(feed_mm)) = feed;
     let (from_mm, to_mm) = file.turned.range_mm();
     let azimuths = file.form_grid.azimuths.unwrap_or(AZIMUTHS);
     let column_mm = file.form_grid.column_mm.unwrap_or(feed_mm / COLUMNS_PER_FEED);

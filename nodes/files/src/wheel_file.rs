@@ -89,13 +89,13 @@ pub(super) struct ThermalFile {
     pub(super) time_constant_s: f64,
     /// State of a machine without a state file.
     #[serde(default)]
-    start: StartFile,
+    start: ThermalStartFile,
 }
 
 /// Initial state of a machine that has never run.
 #[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum StartFile {
+enum ThermalStartFile {
     #[default]
     /// Without growth.
     Cold,
@@ -106,8 +106,8 @@ enum StartFile {
 impl ThermalFile {
     pub(super) fn thermal(&self) -> ThermalDescription {
         let start_share = match self.start {
-            StartFile::Cold => 0.0,
-            StartFile::Warm => 1.0,
+            ThermalStartFile::Cold => 0.0,
+            ThermalStartFile::Warm => 1.0,
         };
         ThermalDescription { growth_mm: mm_from_um(self.growth_um), time_constant_s: self.time_constant_s, start_share }
     }

@@ -18,12 +18,12 @@ const MAX_SHOWN: usize = 80;
 pub struct YamlNode {
     /// Line from 1; 0 for a value that came from an override.
     pub line: u64,
-    pub value: Value,
+    pub value: YamlValue,
 }
 
 /// Kinds of YAML values.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
+pub enum YamlValue {
     Null,
     Bool(bool),
     Integer(i64),
@@ -37,49 +37,49 @@ pub enum Value {
 struct ValueVisitor;
 
 impl<'de> Visitor<'de> for ValueVisitor {
-    type Value = Value;
+    type Value = YamlValue;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a YAML value")
     }
-    fn visit_unit<E>(self) -> Result<Value, E> {
-        Ok(Value::Null)
+    fn visit_unit<E>(self) -> Result<YamlValue, E> {
+        Ok(YamlValue::Null)
     }
-    fn visit_none<E>(self) -> Result<Value, E> {
-        Ok(Value::Null)
+    fn visit_none<E>(self) -> Result<YamlValue, E> {
+        Ok(YamlValue::Null)
     }
-    fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
-        Ok(Value::Bool(value))
+    fn visit_bool<E>(self, value: bool) -> Result<YamlValue, E> {
+        Ok(YamlValue::Bool(value))
     }
-    fn visit_i64<E>(self, value: i64) -> Result<Value, E> {
-        Ok(Value::Integer(value))
+    fn visit_i64<E>(self, value: i64) -> Result<YamlValue, E> {
+        Ok(YamlValue::Integer(value))
     }
-    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Value, E> {
-        i64::try_from(value).map(Value::Integer).map_err(|_| E::custom(format!("the integer {value} is too large")))
+    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<YamlValue, E> {
+        i64::try_from(value).map(YamlValue::Integer).map_err(|_| E::custom(format!("the integer {value} is too large")))
     }
-    fn visit_f64<E>(self, value: f64) -> Result<Value, E> {
-        Ok(Value::Float(value))
+    fn visit_f64<E>(self, value: f64) -> Result<YamlValue, E> {
+        Ok(YamlValue::Float(value))
     }
-    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
-        Ok(Value::Text(value.to_owned()))
+    fn visit_str<E>(self, value: &str) -> Result<YamlValue, E> {
+        Ok(YamlValue::Text(value.to_owned()))
     }
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Value, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<YamlValue, A::Error> {
         let mut list = Vec::new();
         while let Some(node) = seq.next_element::<YamlNode>()? {
             list.push(node);
         }
-        Ok(Value::List(list))
+        Ok(YamlValue::List(list))
     }
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<YamlValue, A::Error> {
         let mut entries = Vec::new();
         while let Some(entry) = map.next_entry::<String, YamlNode>()? {
             entries.push(entry);
         }
-        Ok(Value::Map(entries))
+        Ok(YamlValue::Map(entries))
     }
 }
 
-impl<'de> Deserialize<'de> for Value {
+impl<'de> Deserialize<'de> for YamlValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(ValueVisitor)
     }
@@ -87,7 +87,7 @@ impl<'de> Deserialize<'de> for Value {
 
 impl<'de> Deserialize<'de> for YamlNode {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let spanned = Spanned::<Value>::deserialize(deserializer)?;
+        let spanned = Spanned::<YamlValue>::deserialize(deserializer)?;
         Ok(YamlNode { line: spanned.referenced.line(), value: spanned.value })
     }
 }
@@ -95,19 +95,19 @@ impl<'de> Deserialize<'de> for YamlNode {
 impl Serialize for YamlNode {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match &self.value {
-            Value::Null => serializer.serialize_unit(),
-            Value::Bool(value) => serializer.serialize_bool(*value),
-            Value::Integer(value) => serializer.serialize_i64(*value),
-            Value::Float(value) => serializer.serialize_f64(*value),
-            Value::Text(value) => serializer.serialize_str(value),
-            Value::List(list) => {
+            YamlValue::Null => serializer.serialize_unit(),
+            YamlValue::Bool(value) => serializer.serialize_bool(*value),
+            YamlValue::Integer(value) => serializer.serialize_i64(*value),
+            YamlValue::Float(value) => serializer.serialize_f64(*value),
+            YamlValue::Text(value) => serializer.serialize_str(value),
+            YamlValue::List(list) => {
                 let mut seq = serializer.serialize_seq(Some(list.len()))?;
                 for node in list {
                     seq.serialize_element(node)?;
                 }
                 seq.end()
             }
-            Value::Map(entries) => {
+            YamlValue::Map(entries) => {
                 let mut map = serializer.serialize_map(Some(entries.len()))?;
                 for (key, node) in entries {
                     map.serialize_entry(key, node)?;
@@ -122,13 +122,13 @@ impl YamlNode {
     pub(super) fn to_json(&self) -> serde_json::Value {
         use serde_json::Value as Json;
         match &self.value {
-            Value::Null => Json::Null,
-            Value::Bool(value) => Json::Bool(*value),
-            Value::Integer(value) => Json::from(*value),
-            Value::Float(value) => Json::from(*value),
-            Value::Text(text) => Json::String(text.clone()),
-            Value::List(list) => list.iter().map(YamlNode::to_json).collect(),
-            Value::Map(entries) => entries.iter().map(|(key, node)| (key.clone(), node.to_json())).collect(),
+            YamlValue::Null => Json::Null,
+            YamlValue::Bool(value) => Json::Bool(*value),
+            YamlValue::Integer(value) => Json::from(*value),
+            YamlValue::Float(value) => Json::from(*value),
+            YamlValue::Text(text) => Json::String(text.clone()),
+            YamlValue::List(list) => list.iter().map(YamlNode::to_json).collect(),
+            YamlValue::Map(entries) => entries.iter().map(|(key, node)| (key.clone(), node.to_json())).collect(),
         }
     }
 
@@ -136,33 +136,33 @@ impl YamlNode {
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&YamlNode> {
         path.split('.').try_fold(self, |node, part| match &node.value {
-            Value::Map(entries) => entries.iter().find(|(key, _)| key == part).map(|(_, node)| node),
-            Value::List(list) => element_index(list, part).map(|index| &list[index]),
+            YamlValue::Map(entries) => entries.iter().find(|(key, _)| key == part).map(|(_, node)| node),
+            YamlValue::List(list) => element_index(list, part).map(|index| &list[index]),
             _ => None,
         })
     }
 
     /// Writes a value at a dotted path; the mappings on the way must exist, the last key may be new.
-    fn set(&mut self, path: &str, value: Value) -> Result<(), String> {
+    fn set(&mut self, path: &str, value: YamlValue) -> Result<(), String> {
         let mut node = self;
         let mut parts = path.split('.').peekable();
         while let Some(part) = parts.next() {
             let is_last = parts.peek().is_none();
             node = match &mut node.value {
-                Value::Map(entries) => {
+                YamlValue::Map(entries) => {
                     let index = entries.iter().position(|(key, _)| key == part);
                     let index = match index {
                         Some(index) => index,
                         // What a file may leave out may be set all the same; who reads the file refuses what it does not know.
                         None => {
-                            let value = if is_last { Value::Null } else { Value::Map(Vec::new()) };
+                            let value = if is_last { YamlValue::Null } else { YamlValue::Map(Vec::new()) };
                             entries.push((part.to_owned(), YamlNode { line: 0, value }));
                             entries.len() - 1
                         }
                     };
                     &mut entries[index].1
                 }
-                Value::List(list) => {
+                YamlValue::List(list) => {
                     let Some(index) = element_index(list, part) else {
                         return Err(format!("the list has no element {part:?} to set {path:?} in"));
                     };
@@ -180,8 +180,8 @@ impl YamlNode {
     fn forget_lines(&mut self) {
         self.line = 0;
         match &mut self.value {
-            Value::List(list) => list.iter_mut().for_each(YamlNode::forget_lines),
-            Value::Map(entries) => entries.iter_mut().for_each(|(_, node)| node.forget_lines()),
+            YamlValue::List(list) => list.iter_mut().for_each(YamlNode::forget_lines),
+            YamlValue::Map(entries) => entries.iter_mut().for_each(|(_, node)| node.forget_lines()),
             _ => {}
         }
     }
@@ -189,7 +189,7 @@ impl YamlNode {
 
 fn element_index(list: &[YamlNode], part: &str) -> Option<usize> {
     let by_name = list.iter().position(|node| match node.get("name").map(|name| &name.value) {
-        Some(Value::Text(name)) => name == part,
+        Some(YamlValue::Text(name)) => name == part,
         _ => false,
     });
     by_name.or_else(|| part.parse().ok().filter(|index| *index < list.len()))
@@ -228,7 +228,7 @@ impl Document {
             let refuse =
                 |message: String| ConfigError::at(FileLocation::file(path), format!("override {over:?}: {message}"));
             let (key, value) = over.split_once('=').ok_or_else(|| refuse("has no '='".into()))?;
-            let value: Value =
+            let value: YamlValue =
                 serde_saphyr::from_str(value.trim()).map_err(|_| refuse("its value is not YAML".into()))?;
             root.set(key.trim(), value).map_err(refuse)?;
         }
@@ -278,7 +278,7 @@ impl Document {
     #[must_use]
     pub fn text_at(&self, path: &str) -> Option<&str> {
         match self.root.get(path).map(|node| &node.value) {
-            Some(Value::Text(text)) => Some(text),
+            Some(YamlValue::Text(text)) => Some(text),
             _ => None,
         }
     }
@@ -301,7 +301,7 @@ impl Document {
                 format!("has no schema; expected schema: {expected}"),
             ));
         };
-        let Value::Text(schema) = &node.value else {
+        let YamlValue::Text(schema) = &node.value else {
             return Err(self.error("schema", format!("schema must be the text {expected}")));
         };
         let version = schema.strip_prefix(&format!("camwright/{kind}/")).and_then(|v| v.parse::<u32>().ok());
@@ -350,15 +350,15 @@ mod tests {
     #[test]
     fn overrides_are_written_into_the_text_that_is_used() {
         let document = document(&["infeed.total_mm=0.5", "lobes.I1.phase_deg=80"]).unwrap();
-        assert_eq!(document.root.get("infeed.total_mm").unwrap().value, Value::Float(0.5));
+        assert_eq!(document.root.get("infeed.total_mm").unwrap().value, YamlValue::Float(0.5));
         let again = Document::parse(Path::new("job.yaml"), &document.text, &[]).unwrap();
-        assert_eq!(again.root.get("lobes.I1.phase_deg").unwrap().value, Value::Integer(80));
+        assert_eq!(again.root.get("lobes.I1.phase_deg").unwrap().value, YamlValue::Integer(80));
     }
 
     #[test]
     fn an_override_makes_the_group_that_a_file_leaves_out() {
         let document = document(&["speed.law=time_optimal"]).unwrap();
-        assert_eq!(document.root.get("speed.law").unwrap().value, Value::Text("time_optimal".into()));
+        assert_eq!(document.root.get("speed.law").unwrap().value, YamlValue::Text("time_optimal".into()));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_planning::{AnyPrepared, FORM_TOLERANCE_MM, PreparedJob};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Publisher, Qos, RosError};
-use camwright_scene::{self as scene, Colour, Frames, MarkerPose};
+use camwright_scene::{self as scene, Frames, MarkerPose, Rgba};
 use std::sync::Mutex;
 
 /// Azimuths of a form: half a degree.
@@ -21,7 +21,7 @@ const DEPTH: u32 = 64;
 /// Magnification of a drawn error: the tolerance is then as wide as a pencil line is long.
 const MAGNIFICATION: f64 = 1000.0;
 
-const DESIGN: Colour = [0.10, 0.75, 0.95, 1.0];
+const DESIGN: Rgba = [0.10, 0.75, 0.95, 1.0];
 const DESIGN_WIDTH: f64 = 0.0003;
 const ERROR_WIDTH: f64 = 0.0006;
 const LETTERS: f64 = 0.008;

@@ -2,7 +2,7 @@
 
 use super::observed::Observed;
 use super::report::ClauseReport;
-use camwright::machine::description::{Axis, MachineDescription as Described, Scale};
+use camwright::machine::description::{Axis, AxisScale, MachineDescription as Described};
 use camwright_files::convert::machine_now::described_machine;
 use camwright_files::convert::si_from_core;
 use camwright_msgs::camwright_msgs::msg::{AxisDescription, MachineDescription};
@@ -82,10 +82,10 @@ fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, repo
     // Counts for so many micrometres, or for so many turns.
     let (numerator, denominator) = (declared.counts_per_unit_numerator, declared.counts_per_unit_denominator);
     let is_same = match own.scale {
-        Scale::Linear { counts_per_mm } => {
+        AxisScale::Linear { counts_per_mm } => {
             i128::from(numerator) * 1000 == i128::from(denominator) * i128::from(counts_per_mm)
         }
-        Scale::Rotary { counts_per_turn } => {
+        AxisScale::Rotary { counts_per_turn } => {
             i128::from(numerator) == i128::from(denominator) * i128::from(counts_per_turn)
         }
     };

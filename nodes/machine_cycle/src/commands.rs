@@ -2,7 +2,7 @@
 
 use super::messages::{MachineOrder, TimedCommand};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{Axis, MachineDescription, Scale};
+use camwright::machine::description::{Axis, AxisScale, MachineDescription};
 use camwright::simulation::MachineCommand;
 use camwright_files::convert::machine_report::{input_name, input_named};
 use camwright_files::convert::time::TickClock;
@@ -78,9 +78,9 @@ fn reach_counts(machine: &MachineDescription, axis: Axis) -> i64 {
     let own = machine.axis(axis);
     let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
     match own.scale {
-        Scale::Rotary { counts_per_turn } => counts_per_turn.saturating_mul(MAX_TURNS),
+        AxisScale::Rotary { counts_per_turn } => counts_per_turn.saturating_mul(MAX_TURNS),
         // Twice the travel: hard limits lie beyond the soft ones.
-        scale @ Scale::Linear { .. } => 2 * scale.counts(high - low).abs().max(scale.counts(high).abs()),
+        scale @ AxisScale::Linear { .. } => 2 * scale.counts(high - low).abs().max(scale.counts(high).abs()),
     }
 }
 

@@ -8,7 +8,7 @@ use super::messages::{Inbound, MachineOrder, Outbound, TimedCommand};
 use super::pacing::{CycleTime, Pace, Pacing, PacingStep, Slip};
 use super::partners::MachinePartners;
 use super::stream_state::StreamState;
-use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::alarm::{AlarmKind, AlarmSeverity};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::buffer::{SetpointBuffer, Supply};
 use camwright::simulation::fault::Fault;
@@ -345,7 +345,7 @@ impl CyclicLoop {
     }
 
     pub fn is_stopped_by_alarm(&self) -> bool {
-        self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+        self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > AlarmSeverity::Warning)
     }
 
     /// Executes one tick: step of the machine, state of the stream, messages, keyframe.
@@ -421,7 +421,7 @@ impl CyclicLoop {
         self.bounds.tick.store(tick, Ordering::Relaxed);
         self.bounds.in_motion.store(self.state.has_holder, Ordering::Relaxed);
         let alarms =
-            self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
+            self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > AlarmSeverity::Warning).count();
         self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
     }
 

@@ -69,7 +69,7 @@ pub enum Slip {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum PacingMode {
     OnTime,
     Behind {
         quiet_ticks: u32,
@@ -86,7 +86,7 @@ enum Mode {
 #[derive(Debug)]
 pub struct Pacing {
     clock: TickClock,
-    mode: Mode,
+    mode: PacingMode,
     /// When a tick of a machine that is behind is due, and when the last one was executed (monotonic, ns).
     deadline_ns: i64,
     last_ns: i64,
@@ -97,7 +97,7 @@ pub struct Pacing {
 
 impl Pacing {
     pub fn new(clock: TickClock) -> Self {
-        Self { clock, mode: Mode::OnTime, deadline_ns: 0, last_ns: 0, resumes: true, slip: None }
+        Self { clock, mode: PacingMode::OnTime, deadline_ns: 0, last_ns: 0, resumes: true, slip: None }
     }
 
     /// The node is inactive.
@@ -107,7 +107,7 @@ impl Pacing {
 
     /// No motion may begin now.
     pub fn withholds_credit(&self) -> bool {
-        matches!(self.mode, Mode::MakingUp { .. } | Mode::Behind { quiet_ticks: 1.., .. })
+        matches!(self.mode, PacingMode::MakingUp { .. } | PacingMode::Behind { quiet_ticks: 1.., .. })
     }
 
     /// A slip since it was last asked for.
@@ -118,7 +118,7 @@ impl Pacing {
     /// Lateness of the next wake-up against the system clock (ns); negative: it is not due yet.
     pub fn behind_ns(&self, moment: &CycleTime) -> i64 {
         let next = moment.tick.saturating_add(1);
-        let is_batch = moment.rests && self.mode == Mode::OnTime;
+        let is_batch = moment.rests && self.mode == PacingMode::OnTime;
         let due = if is_batch { next.next_multiple_of(REST_BATCH_TICKS) } else { next };
         moment.system_ns.saturating_sub(self.clock.ns(due))
     }
@@ -129,14 +129,14 @@ impl Pacing {
         let resumes = std::mem::take(&mut self.resumes);
         self.judge(moment, behind_ns, resumes);
         let step = match self.mode {
-            Mode::OnTime | Mode::MakingUp { .. } if behind_ns >= 0 => PacingStep::Tick(behind_ns),
-            Mode::OnTime if moment.rests => wait(-behind_ns),
-            Mode::OnTime | Mode::MakingUp { .. } | Mode::Ahead => {
+            PacingMode::OnTime | PacingMode::MakingUp { .. } if behind_ns >= 0 => PacingStep::Tick(behind_ns),
+            PacingMode::OnTime if moment.rests => wait(-behind_ns),
+            PacingMode::OnTime | PacingMode::MakingUp { .. } | PacingMode::Ahead => {
                 let slow_ns = (self.last_ns + cycle_ns + cycle_ns / 10).saturating_sub(moment.monotonic_ns);
                 let wait_ns = slow_ns.min(behind_ns.saturating_neg());
                 if wait_ns <= 0 { PacingStep::Tick(0) } else { wait(wait_ns) }
             }
-            Mode::Behind { .. } => {
+            PacingMode::Behind { .. } => {
                 let late_ns = moment.monotonic_ns - self.deadline_ns;
                 if late_ns >= 0 { PacingStep::Tick(late_ns) } else { wait(-late_ns) }
             }
@@ -153,47 +153,47 @@ impl Pacing {
         let is_late = behind_ns > slip_ns;
         self.mode = match self.mode {
             // Nobody has heard of a tick yet.
-            _ if moment.tick == 0 && is_late => Mode::MakingUp { most_ns: 0 },
-            Mode::OnTime | Mode::Ahead if is_late => {
+            _ if moment.tick == 0 && is_late => PacingMode::MakingUp { most_ns: 0 },
+            PacingMode::OnTime | PacingMode::Ahead if is_late => {
                 self.slip = Some(if resumes { Slip::Inactive(behind_ns) } else { Slip::Stalled(behind_ns) });
                 self.deadline_ns = moment.monotonic_ns;
-                Mode::Behind { quiet_ticks: 0, most_ns: behind_ns }
+                PacingMode::Behind { quiet_ticks: 0, most_ns: behind_ns }
             }
-            Mode::OnTime if behind_ns < -slip_ns => {
+            PacingMode::OnTime if behind_ns < -slip_ns => {
                 self.slip = Some(Slip::ClockSetBack(-behind_ns));
-                Mode::Ahead
+                PacingMode::Ahead
             }
-            Mode::Ahead if behind_ns >= -i64::from(self.clock.cycle_time_ns) => Mode::OnTime,
-            Mode::Behind { quiet_ticks, most_ns } if is_late => {
+            PacingMode::Ahead if behind_ns >= -i64::from(self.clock.cycle_time_ns) => PacingMode::OnTime,
+            PacingMode::Behind { quiet_ticks, most_ns } if is_late => {
                 let most_ns = most_ns.max(behind_ns);
                 match (moment.is_idle, quiet_ticks) {
-                    (false, _) => Mode::Behind { quiet_ticks: 0, most_ns },
-                    (true, QUIET_TICKS..) => Mode::MakingUp { most_ns },
-                    (true, 0) => Mode::Behind { quiet_ticks: 1, most_ns },
-                    (true, _) => Mode::Behind { quiet_ticks, most_ns },
+                    (false, _) => PacingMode::Behind { quiet_ticks: 0, most_ns },
+                    (true, QUIET_TICKS..) => PacingMode::MakingUp { most_ns },
+                    (true, 0) => PacingMode::Behind { quiet_ticks: 1, most_ns },
+                    (true, _) => PacingMode::Behind { quiet_ticks, most_ns },
                 }
             }
-            Mode::MakingUp { most_ns } if is_late && !moment.is_idle => {
+            PacingMode::MakingUp { most_ns } if is_late && !moment.is_idle => {
                 self.deadline_ns = moment.monotonic_ns;
-                Mode::Behind { quiet_ticks: 0, most_ns }
+                PacingMode::Behind { quiet_ticks: 0, most_ns }
             }
-            Mode::Behind { most_ns, .. } if !is_late => self.made_up(most_ns),
-            Mode::MakingUp { most_ns } if behind_ns < 0 => self.made_up(most_ns),
+            PacingMode::Behind { most_ns, .. } if !is_late => self.made_up(most_ns),
+            PacingMode::MakingUp { most_ns } if behind_ns < 0 => self.made_up(most_ns),
             mode => mode,
         };
     }
 
-    fn made_up(&mut self, most_ns: i64) -> Mode {
+    fn made_up(&mut self, most_ns: i64) -> PacingMode {
         if most_ns > 0 {
             self.slip = Some(Slip::MadeUp(most_ns));
         }
-        Mode::OnTime
+        PacingMode::OnTime
     }
 
     /// A tick is about to be executed.
     fn executed(&mut self, moment: &CycleTime, cycle_ns: i64) {
         self.last_ns = moment.monotonic_ns;
-        if let Mode::Behind { quiet_ticks, .. } = &mut self.mode {
+        if let PacingMode::Behind { quiet_ticks, .. } = &mut self.mode {
             if *quiet_ticks > 0 {
                 *quiet_ticks += 1;
             }

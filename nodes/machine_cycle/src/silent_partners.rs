@@ -8,7 +8,7 @@ use super::cyclic_loop::CyclicLoop;
 use super::messages::CyclicInput;
 use super::partners::MachinePartners;
 use super::stream_state::StreamState;
-use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::alarm::{AlarmKind, AlarmSeverity};
 use camwright_threads::silence::HEARTBEAT;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -24,7 +24,7 @@ impl CyclicLoop {
     pub fn raise_outside(&mut self, kind: AlarmKind, value: f64) {
         self.report_applied(CyclicInput::Alarm(kind, value));
         self.machine.raise(kind, value, 0.0);
-        if kind.entry().severity > Severity::Warning {
+        if kind.entry().severity > AlarmSeverity::Warning {
             self.buffer.close();
             self.partners.attends = false;
         }

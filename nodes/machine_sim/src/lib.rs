@@ -48,7 +48,7 @@ use camwright_threads::ring::{Receiver, Sender, Waker, ring};
 use camwright_threads::system_time::system_time_ns;
 use health::Health;
 use loading::Loads;
-use pump::{Context, MachinePump, Outlets};
+use pump::{Context, MachineOutlets, MachinePump};
 use scene_outlet::SceneOutlet;
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -77,15 +77,15 @@ pub struct MachineSim {
     bounds: Arc<Bounds>,
     waker: Waker,
     _spin: SpinThread,
-    _endpoints: Endpoints,
+    _endpoints: MachineEndpoints,
     _diagnostics: Diagnostics,
 }
 
 #[derive(Debug)]
-struct Endpoints {
+struct MachineEndpoints {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
-    _around: work_area::Endpoints,
+    _around: work_area::WorkAreaEndpoints,
     _command: TimerHandle,
 }
 
@@ -184,7 +184,7 @@ impl MachineSim {
         let (waker, pump_waker) = (Waker::default(), Waker::default());
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &pump_waker);
-        let setup = Setup {
+        let setup = LoadedSetup {
             clock: tick_clock(&node, &file.description, pace),
             node,
             file,
@@ -207,7 +207,7 @@ impl MachineSim {
         threads.spawn(&setup.node, "machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
         let endpoints = setup.offer_endpoints(&desk)?;
-        let Setup { node, file, pace, inlet, bounds, waker, health, .. } = setup;
+        let LoadedSetup { node, file, pace, inlet, bounds, waker, health, .. } = setup;
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
@@ -236,7 +236,7 @@ impl MachineSim {
 
 /// Machine file, state and pace, as the parameters of the node name them.
 struct LoadedMachine {
-    file: machine_file::Machine,
+    file: machine_file::MachineConfig,
     /// None: the state is not stored.
     state_file: Option<PathBuf>,
     machine: Machine,
@@ -282,9 +282,9 @@ fn tick_clock(node: &Node, machine: &MachineDescription, pace: Pace) -> TickCloc
 }
 
 /// Values that the phases of the start share.
-struct Setup {
+struct LoadedSetup {
     node: Node,
-    file: machine_file::Machine,
+    file: machine_file::MachineConfig,
     pace: Pace,
     clock: TickClock,
     inlet: CycleInlet,
@@ -297,7 +297,7 @@ struct Setup {
     area: AreaRequests,
 }
 
-impl Setup {
+impl LoadedSetup {
     fn cycle(&self, machine: Machine, inbound: Receiver<Inbound>, outbound: Sender<Outbound>) -> CyclicLoop {
         let period_s = keyframe_outlet::period_s(self.node.parameters());
         let keyframes = Keyframes::new(period_s, self.file.description.cycle_time_s(), self.pace);
@@ -324,7 +324,7 @@ impl Setup {
         };
         let drops = &self.bounds.drops;
         let scene = SceneOutlet::new(&self.node, machine, lasting.wheel_radius_mm, self.inlet.clone(), drops)?;
-        let mut outlets = Outlets::new(&self.node, is_fast, machine, self.clock, drops)?;
+        let mut outlets = MachineOutlets::new(&self.node, is_fast, machine, self.clock, drops)?;
         outlets.begin(lasting)?;
         Ok(MachinePump::new(context, outlets, scene))
     }
@@ -354,7 +354,7 @@ impl Setup {
         answers(&self.node, &self.inlet, &self.resets, &self.loads, state)
     }
 
-    fn offer_endpoints(&self, desk: &Arc<CommandServer>) -> Result<Endpoints, NodeError> {
+    fn offer_endpoints(&self, desk: &Arc<CommandServer>) -> Result<MachineEndpoints, NodeError> {
         let (node, machine) = (&self.node, &self.file.description);
         let subscriptions = subscriptions(node, machine, self.clock, &self.inlet, &self.bounds, &self.waker, desk)?;
         let mut services = services(node, machine, &self.inlet, &self.resets, &self.loads)?;
@@ -369,7 +369,12 @@ impl Setup {
         };
         let mut command = desk.open(in_motion, alarm)?;
         services.append(&mut command.services);
-        Ok(Endpoints { _subscriptions: subscriptions, _services: services, _around: around, _command: command.timer })
+        Ok(MachineEndpoints {
+            _subscriptions: subscriptions,
+            _services: services,
+            _around: around,
+            _command: command.timer,
+        })
     }
 }
 
@@ -512,7 +517,7 @@ fn services(
 
 /// Files and topics that follow the state that outlives a run.
 struct StateOutlets {
-    file: machine_file::Machine,
+    file: machine_file::MachineConfig,
     state_file: Option<PathBuf>,
     counters: CounterOutlet,
     area: AreaRequests,

@@ -7,7 +7,7 @@ use super::inputs::InputOutlet;
 use super::keyframe_outlet::KeyframeOutlet;
 use super::scene_outlet::SceneOutlet;
 use super::work_area::WorkAreaOutlet;
-use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
+use camwright::machine::alarm::{Alarm as CoreAlarm, AlarmSeverity};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::tick_report::{IoState, MotionState, TickReport};
@@ -47,7 +47,7 @@ const SAMPLE_PATIENCE: Duration = Duration::from_secs(1);
 
 /// The publishers of the machine.
 #[derive(Debug)]
-pub(super) struct Outlets {
+pub(super) struct MachineOutlets {
     joint_states: Telemetry<JointState>,
     stream: Publisher<MachineStream>,
     io: Publisher<MachineIo>,
@@ -62,7 +62,7 @@ pub(super) struct Outlets {
     keyframes: KeyframeOutlet,
 }
 
-impl Outlets {
+impl MachineOutlets {
     pub(super) fn new(
         node: &Node,
         publishes_clock: bool,
@@ -113,7 +113,7 @@ pub(super) struct Context {
 /// Builds and publishes messages until the cyclic thread ends.
 pub(super) struct MachinePump {
     context: Context,
-    outlets: Outlets,
+    outlets: MachineOutlets,
     scene: SceneOutlet,
     latches: Vec<Latch>,
     last_io: Option<IoState>,
@@ -131,7 +131,7 @@ pub(super) struct MachinePump {
 }
 
 impl MachinePump {
-    pub(super) fn new(context: Context, outlets: Outlets, scene: SceneOutlet) -> Self {
+    pub(super) fn new(context: Context, outlets: MachineOutlets, scene: SceneOutlet) -> Self {
         let mut joint_names = camwright_files::convert::setpoints::joint_names();
         joint_names.push(WHEEL_JOINT.to_owned());
         Self {
@@ -294,8 +294,8 @@ impl MachinePump {
         let entry = alarm.kind.entry();
         let text = format!("alarm {}: {alarm} ({})", entry.number, entry.remedy);
         match entry.severity {
-            Severity::Warning => self.context.node.logger().warn(&text),
-            Severity::Stop | Severity::PowerOff => self.context.node.logger().error(&text),
+            AlarmSeverity::Warning => self.context.node.logger().warn(&text),
+            AlarmSeverity::Stop | AlarmSeverity::PowerOff => self.context.node.logger().error(&text),
         }
     }
 

@@ -15,7 +15,7 @@ use camwright_msgs::tf2_msgs::msg::TFMessage;
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Parameter, Publisher, Qos, RosError, Telemetry};
-use camwright_scene::{self as scene, Colour, MarkerPose, Tree};
+use camwright_scene::{self as scene, MarkerPose, Rgba, Tree};
 use camwright_threads::drops::DropCounter;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -33,8 +33,8 @@ const MARKER_DEPTH: u32 = 256;
 const TOLD_AGAIN: u32 = MARKER_DEPTH / 2;
 
 const PUBLISH_TF: &str = "publish_tf";
-const STOCK: Colour = [0.72, 0.74, 0.78, 1.0];
-const GRIT: Colour = [0.62, 0.45, 0.30, 0.45];
+const STOCK: Rgba = [0.72, 0.74, 0.78, 1.0];
+const GRIT: Rgba = [0.62, 0.45, 0.30, 0.45];
 const LETTERS: f64 = 0.012;
 
 /// Publishers for viewers.

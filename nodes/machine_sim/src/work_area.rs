@@ -35,7 +35,7 @@ impl AreaRequests {
 
 /// Subscriptions and services of the machine's surroundings.
 #[derive(Debug)]
-pub(super) struct Endpoints {
+pub(super) struct WorkAreaEndpoints {
     pub(super) services: Vec<ServiceHandle>,
     _loader: Option<(Subscription, TimerHandle)>,
 }
@@ -46,9 +46,9 @@ pub(super) fn offer(
     inlet: &CycleInlet,
     requests: &AreaRequests,
     loader_timeout: Option<Duration>,
-) -> Result<Endpoints, RosError> {
+) -> Result<WorkAreaEndpoints, RosError> {
     let mut services = vec![judge(node, inlet)?, reset_shift(node, inlet)?];
-    let Some(timeout) = loader_timeout else { return Ok(Endpoints { services, _loader: None }) };
+    let Some(timeout) = loader_timeout else { return Ok(WorkAreaEndpoints { services, _loader: None }) };
     for (name, order) in AreaOrder::ALL {
         let (way, waiting) = (inlet.clone(), Arc::clone(&requests.0));
         services.push(node.service_deferred::<Trigger>(name, move |_, responder| {
@@ -56,7 +56,7 @@ pub(super) fn offer(
             way.send(Inbound::Area(order));
         })?);
     }
-    Ok(Endpoints { services, _loader: Some(watch_loader(node, inlet, timeout)?) })
+    Ok(WorkAreaEndpoints { services, _loader: Some(watch_loader(node, inlet, timeout)?) })
 }
 
 fn judge(node: &Node, inlet: &CycleInlet) -> Result<ServiceHandle, RosError> {

@@ -1,6 +1,6 @@
 //! Check of a file that users write, of whatever kind.
 
-use super::finding::Report;
+use super::finding::CheckReport;
 use super::findings::{check_job, check_table, is_table};
 use camwright_files::file_kind::FileKind;
 use camwright_files::locate::{Located, list, locate};
@@ -16,7 +16,7 @@ const NAMED: [&str; 3] = ["jobs", "lifts", "machines"];
 ///
 /// # Errors
 /// There is no such file.
-pub fn check_file(name: &str, overrides: &[String]) -> Result<Report, ConfigError> {
+pub fn check_file(name: &str, overrides: &[String]) -> Result<CheckReport, ConfigError> {
     if is_table(name) {
         return locate("lifts", name, "csv", None).map(|located| check_table(&located, overrides));
     }
@@ -48,15 +48,15 @@ fn not_found(name: &str) -> ConfigError {
     ConfigError::at(FileLocation::file(Path::new(name)), message)
 }
 
-fn check_by_schema(located: &Located, overrides: &[String]) -> Report {
+fn check_by_schema(located: &Located, overrides: &[String]) -> CheckReport {
     let document = match Document::with_overrides(located, overrides) {
         Ok(document) => document,
-        Err(error) => return Report::refused(&located.path, vec![error]),
+        Err(error) => return CheckReport::refused(&located.path, vec![error]),
     };
     match FileKind::ALL.into_iter().find(|kind| document.kind() == Some(kind.name())) {
         Some(FileKind::Machine) => check_machine(located, overrides),
         Some(FileKind::Job | FileKind::TurningJob | FileKind::MillingJob) => check_job(located, overrides, None),
-        None => Report::refused(&located.path, vec![unknown_kind(&document)]),
+        None => CheckReport::refused(&located.path, vec![unknown_kind(&document)]),
     }
 }
 
@@ -77,7 +77,7 @@ fn unknown_kind(document: &Document) -> ConfigError {
     }
 }
 
-fn check_machine(located: &Located, overrides: &[String]) -> Report {
+fn check_machine(located: &Located, overrides: &[String]) -> CheckReport {
     match machine_file::read(&located.path, &located.text, overrides) {
         Ok(machine) => {
             let stations = match machine.description.stations.len() {
@@ -85,9 +85,9 @@ fn check_machine(located: &Located, overrides: &[String]) -> Report {
                 count => format!("{count} stations"),
             };
             let summary = format!("{}: {}, {}, {stations}", machine.description.name, machine.kind(), machine.travel());
-            Report { file: located.path.clone(), findings: Vec::new(), summary: Some(summary), notes: Vec::new() }
+            CheckReport { file: located.path.clone(), findings: Vec::new(), summary: Some(summary), notes: Vec::new() }
         }
-        Err(errors) => Report::refused(&located.path, errors),
+        Err(errors) => CheckReport::refused(&located.path, errors),
     }
 }
 
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::Severity;
 
-    fn checked(name: &str, overrides: &[&str]) -> Report {
+    fn checked(name: &str, overrides: &[&str]) -> CheckReport {
         check_file(name, &overrides.iter().map(ToString::to_string).collect::<Vec<_>>()).expect("a file")
     }
 

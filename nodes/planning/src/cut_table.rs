@@ -19,7 +19,7 @@ fn stride(prepared: &PreparedJob) -> u64 {
 }
 
 /// A row of `speed_plan.csv`: one interpolation period of a cut.
-pub(super) struct Row {
+pub(super) struct PassRow {
     pub(super) c_deg: f64,
     /// Since the start of the pass.
     pub(super) t_s: f64,
@@ -35,7 +35,7 @@ pub(super) fn pass_rows<'a>(
     index: usize,
     lobe: &'a PlannedLobe,
     pass: usize,
-) -> impl Iterator<Item = Row> + 'a {
+) -> impl Iterator<Item = PassRow> + 'a {
     let cycle_ns = u64::from(prepared.machine.cycle_time_ns);
     let sense = f64::from(prepared.machine.rotation_sense);
     let stride = usize::try_from(stride(prepared)).unwrap_or(usize::MAX);
@@ -60,7 +60,7 @@ pub(super) fn pass_rows<'a>(
             let angle = sample.c.value;
             // On the way to the part and from it, with C turning on, nothing is cut.
             let on_part = (0.0..=turns_rad).contains(&angle);
-            Row {
+            PassRow {
                 c_deg: deg_from_rad(start_rad + sample.c.value),
                 t_s,
                 c: [sample.c.first, sample.c.second, sample.c.third],

@@ -38,7 +38,7 @@ impl fmt::Display for Finding {
 
 /// Findings of one file.
 #[derive(Debug, Clone)]
-pub struct Report {
+pub struct CheckReport {
     /// The file that was checked.
     pub file: PathBuf,
     /// Errors and warnings, errors first.
@@ -49,7 +49,7 @@ pub struct Report {
     pub notes: Vec<String>,
 }
 
-impl Report {
+impl CheckReport {
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
         self.findings.iter().map(|finding| finding.severity).max()

@@ -1,6 +1,6 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
-use super::finding::{Finding, Report, warning};
+use super::finding::{CheckReport, Finding, warning};
 use super::program::check_milled;
 use super::turning::check_turned;
 use super::{PreparedJob, deflection, error_location::blame, plan};
@@ -22,7 +22,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// There is no such file.
-pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<Report, ConfigError> {
+pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<CheckReport, ConfigError> {
     let table = || locate("lifts", name, "csv", None).map(|located| check_table(&located, overrides));
     match if is_table(name) { None } else { Some(locate("jobs", name, "yaml", None)) } {
         Some(Ok(located)) => Ok(check_job(&located, overrides, machine)),
@@ -37,12 +37,12 @@ pub(super) fn is_table(name: &str) -> bool {
     extension.is_some_and(|extension| ["csv", "txt", "tab", "tsv", "dat"].contains(&extension.as_str()))
 }
 
-pub(super) fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> Report {
+pub(super) fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> CheckReport {
     let job = match any_job::read(located, overrides) {
         Ok(AnyJob::Ground(job)) => *job,
         Ok(AnyJob::Turned(job)) => return check_turned(&located.path, *job, machine),
         Ok(AnyJob::Milled(job)) => return check_milled(&located.path, &job),
-        Err(errors) => return Report::refused(&located.path, errors),
+        Err(errors) => return CheckReport::refused(&located.path, errors),
     };
     let warnings = warnings(&job);
     match plan(job.clone(), machine) {
@@ -50,10 +50,10 @@ pub(super) fn check_job(located: &Located, overrides: &[String], machine: Option
             let mut findings = warnings;
             findings.extend(planned_warnings(&prepared));
             let notes = super::lifts::notes(&prepared.job, Some(&prepared));
-            Report { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
+            CheckReport { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
         }
         Err(first) => {
-            let mut report = Report::refused(&located.path, all_errors(&job, machine, first));
+            let mut report = CheckReport::refused(&located.path, all_errors(&job, machine, first));
             // Why a table makes no contour often shows in the jerk of its reading.
             report.notes = super::lifts::notes(&job, None);
             report.findings.extend(warnings);
@@ -172,10 +172,10 @@ fn overlooked(prepared: &PreparedJob) -> Vec<Finding> {
     (0..gauges.len()).filter_map(of_profile).collect()
 }
 
-pub(super) fn check_table(located: &Located, overrides: &[String]) -> Report {
+pub(super) fn check_table(located: &Located, overrides: &[String]) -> CheckReport {
     let lift = match lift_file::read_alone(located, overrides) {
         Ok(lift) => lift,
-        Err(errors) => return Report::refused(&located.path, errors),
+        Err(errors) => return CheckReport::refused(&located.path, errors),
     };
     let summary = lift.table.as_ref().map(|table| {
         format!(
@@ -188,7 +188,7 @@ pub(super) fn check_table(located: &Located, overrides: &[String]) -> Report {
     });
     let notes = super::lifts::readings(&lift).iter().map(ToString::to_string).collect();
     let findings = lift.warnings.into_iter().map(warning).collect();
-    Report { file: located.path.clone(), findings, summary, notes }
+    CheckReport { file: located.path.clone(), findings, summary, notes }
 }
 
 /// A length as people write it: to a picometre, below which an inch is no decimal part of a millimetre.

@@ -49,7 +49,7 @@ pub use deflection::{FORM_TOLERANCE_MM, LobeDeflection};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use error_location::blame;
 pub use export::write;
-pub use finding::{Finding, Report, Severity};
+pub use finding::{CheckReport, Finding, Severity};
 pub use findings::check;
 pub use inspect::{inspections, write_inspection};
 pub use journals::{

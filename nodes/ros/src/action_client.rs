@@ -49,12 +49,12 @@ impl From<&CancelGoalResponse> for CancelOutcome {
 
 type FeedbackCallback<A> = Arc<Mutex<Box<dyn FnMut(<A as Action>::Feedback) + Send>>>;
 
-struct Goal<A: Action> {
+struct AcceptedGoal<A: Action> {
     feedback: FeedbackCallback<A>,
     status: GoalStatus,
 }
 
-type Goals<A> = Arc<Mutex<BTreeMap<GoalId, Goal<A>>>>;
+type Goals<A> = Arc<Mutex<BTreeMap<GoalId, AcceptedGoal<A>>>>;
 
 struct ActionClientCore<A: Action> {
     action: String,
@@ -161,7 +161,7 @@ impl<A: Action> ActionClient<A> {
 
     fn register(&self, feedback: impl FnMut(A::Feedback) + Send + 'static) -> ClientGoal<A> {
         let id = GoalId::random();
-        let goal = Goal { feedback: Arc::new(Mutex::new(Box::new(feedback))), status: GoalStatus::Unknown };
+        let goal = AcceptedGoal { feedback: Arc::new(Mutex::new(Box::new(feedback))), status: GoalStatus::Unknown };
         self.core.goals.lock().unwrap_or_else(PoisonError::into_inner).insert(id, goal);
         ClientGoal { inner: Arc::new(ClientGoalInner { core: Arc::clone(&self.core), id, accepted: false.into() }) }
     }

@@ -27,7 +27,7 @@ use super::clock::from_time;
 use super::error::RosError;
 use super::executor::TimerHandle;
 use super::goal_handle::GoalHandle;
-use super::goal_table::{Entry, GoalTableCore, is_cancelable};
+use super::goal_table::{GoalEntry, GoalTableCore, is_cancelable};
 use super::node::Node;
 use super::qos::Qos;
 use super::services::{Responder, ServiceHandle};
@@ -207,7 +207,7 @@ impl<A: Action> GoalTableCore<A> {
         let handle = GoalHandle::new(self, id, goal, client, Arc::clone(&status));
         {
             let mut goals = self.goals();
-            let entry = Entry { stamp: stamp.clone(), status, result: None, waiting: Vec::new(), ended: None };
+            let entry = GoalEntry { stamp: stamp.clone(), status, result: None, waiting: Vec::new(), ended: None };
             goals.insert(id, entry);
             responder.send(&A::send_goal_response(true, stamp));
             self.publish_status(&goals);

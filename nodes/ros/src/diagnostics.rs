@@ -16,16 +16,16 @@ use super::{error::RosError, executor::TimerHandle, node::Node, qos::Qos, topics
 /// Report period of a node, by REP-107.
 const PERIOD: Duration = Duration::from_secs(1);
 
-type Report = Box<dyn FnMut() -> Vec<DiagnosticStatus> + Send>;
+type StatusReport = Box<dyn FnMut() -> Vec<DiagnosticStatus> + Send>;
 
-struct Reporter {
+struct DiagnosticsReporter {
     node: super::node::WeakNode,
     publisher: Publisher<DiagnosticArray>,
     hardware_id: String,
-    report: Mutex<Report>,
+    report: Mutex<StatusReport>,
 }
 
-impl Reporter {
+impl DiagnosticsReporter {
     fn publish(&self) {
         let Some(node) = self.node.upgrade() else { return };
         let mut status = (self.report.lock().unwrap_or_else(PoisonError::into_inner))();
@@ -62,7 +62,7 @@ impl Reporter {
 /// A node's diagnostics; dropping it ends the reports.
 #[must_use = "dropping it ends the reports"]
 pub struct Diagnostics {
-    reporter: Arc<Reporter>,
+    reporter: Arc<DiagnosticsReporter>,
     _timer: TimerHandle,
 }
 
@@ -99,7 +99,7 @@ impl Node {
         hardware_id: &str,
         report: impl FnMut() -> Vec<DiagnosticStatus> + Send + 'static,
     ) -> Result<Diagnostics, RosError> {
-        let reporter = Arc::new(Reporter {
+        let reporter = Arc::new(DiagnosticsReporter {
             node: self.downgrade(),
             publisher: self.publisher("/diagnostics", &Qos::default_topic())?,
             hardware_id: hardware_id.to_string(),

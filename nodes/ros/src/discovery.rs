@@ -75,7 +75,7 @@ impl From<&EndpointDescription> for Endpoint {
 }
 
 #[derive(Default)]
-struct State {
+struct DiscoveryState {
     /// Ours; what discovery says of its endpoints is known better from the loopback.
     own: Option<[u8; 12]>,
     writers: BTreeMap<GUID, Endpoint>,
@@ -95,7 +95,7 @@ type Listener = Arc<dyn Fn() + Send + Sync>;
 /// A node's view of the graph.
 #[derive(Default)]
 pub(super) struct Graph {
-    state: Mutex<State>,
+    state: Mutex<DiscoveryState>,
     changed: Condvar,
     listeners: Mutex<Vec<(u64, Listener)>>,
     next_listener: AtomicU64,
@@ -108,7 +108,7 @@ impl fmt::Debug for Graph {
 }
 
 impl Graph {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, DiscoveryState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -315,7 +315,7 @@ impl Graph {
     }
 }
 
-impl State {
+impl DiscoveryState {
     fn matches(&self) -> Matches<'_> {
         Matches { matched: &self.matched, nodes: &self.nodes }
     }

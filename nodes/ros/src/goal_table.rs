@@ -29,7 +29,7 @@ const MAX_GOALS: usize = 1024;
 /// Clients that may wait for the result of one goal.
 const MAX_WAITING_FOR_RESULT: usize = 64;
 
-pub(super) struct Entry<A: Action> {
+pub(super) struct GoalEntry<A: Action> {
     pub(super) stamp: Time,
     pub(super) status: Arc<AtomicI8>,
     pub(super) result: Option<A::Result>,
@@ -37,7 +37,7 @@ pub(super) struct Entry<A: Action> {
     pub(super) ended: Option<Instant>,
 }
 
-impl<A: Action> Entry<A> {
+impl<A: Action> GoalEntry<A> {
     pub(super) fn status(&self) -> GoalStatus {
         GoalStatus::from_number(self.status.load(Ordering::Acquire))
     }
@@ -46,7 +46,7 @@ impl<A: Action> Entry<A> {
 pub(super) struct GoalTableCore<A: Action> {
     pub(super) name: String,
     /// Guards the table and the order of what is published about it: the status is published with the lock held.
-    pub(super) goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
+    pub(super) goals: Mutex<BTreeMap<GoalId, GoalEntry<A>>>,
     /// Dropped where a client leaves no room: an action goes on without it.
     pub(super) feedback: Telemetry<A::FeedbackMessage>,
     pub(super) status: Publisher<GoalStatusArray>,
@@ -58,7 +58,7 @@ pub(super) struct GoalTableCore<A: Action> {
 }
 
 impl<A: Action> GoalTableCore<A> {
-    pub(super) fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, Entry<A>>> {
+    pub(super) fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, GoalEntry<A>>> {
         self.goals.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -67,7 +67,7 @@ impl<A: Action> GoalTableCore<A> {
     }
 
     /// Publishes the status, at once or, with many goals, soon: a message names them all, and each goal changes it three times.
-    pub(super) fn publish_status(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
+    pub(super) fn publish_status(&self, goals: &BTreeMap<GoalId, GoalEntry<A>>) {
         if goals.len() <= PUBLISHED_AT_ONCE {
             return self.publish_status_now(goals);
         }
@@ -83,7 +83,7 @@ impl<A: Action> GoalTableCore<A> {
         });
     }
 
-    fn publish_status_now(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
+    fn publish_status_now(&self, goals: &BTreeMap<GoalId, GoalEntry<A>>) {
         let mut status_list: Vec<GoalStatusMsg> = goals
             .iter()
             .map(|(id, entry)| GoalStatusMsg {
@@ -97,7 +97,7 @@ impl<A: Action> GoalTableCore<A> {
         }
     }
 
-    pub(super) fn set(&self, goals: &BTreeMap<GoalId, Entry<A>>, id: GoalId, status: GoalStatus) {
+    pub(super) fn set(&self, goals: &BTreeMap<GoalId, GoalEntry<A>>, id: GoalId, status: GoalStatus) {
         if let Some(entry) = goals.get(&id) {
             entry.status.store(status as i8, Ordering::Release);
             self.publish_status(goals);

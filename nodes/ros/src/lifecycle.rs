@@ -229,7 +229,7 @@ pub trait LifecycleCallbacks: Send + 'static {
     }
 }
 
-struct Request {
+struct TransitionRequest {
     edge: &'static TransitionEdge,
     done: Box<dyn FnOnce(Result<(), String>) + Send>,
 }
@@ -237,7 +237,7 @@ struct Request {
 struct LifecycleCore {
     state: Mutex<LifecycleState>,
     changed: Condvar,
-    requests: Mutex<Option<Sender<Request>>>,
+    requests: Mutex<Option<Sender<TransitionRequest>>>,
     thread: Mutex<Option<ThreadId>>,
     events: Publisher<TransitionEvent>,
     node: WeakNode,
@@ -301,7 +301,7 @@ impl LifecycleCore {
 
     fn ask(&self, edge: &'static TransitionEdge, done: impl FnOnce(Result<(), String>) + Send + 'static) {
         let requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
-        let request = Request { edge, done: Box::new(done) };
+        let request = TransitionRequest { edge, done: Box::new(done) };
         match requests.as_ref().map(|requests| requests.send(request)) {
             Some(Ok(())) => {}
             Some(Err(mpsc::SendError(request))) => (request.done)(Err("the node is leaving".into())),
@@ -399,7 +399,7 @@ impl Node {
     /// # Errors
     /// The node is shut down, or the operating system refuses a thread.
     pub fn lifecycle(&self, mut callbacks: impl LifecycleCallbacks) -> Result<Lifecycle, RosError> {
-        let (sender, requests) = mpsc::channel::<Request>();
+        let (sender, requests) = mpsc::channel::<TransitionRequest>();
         let core = Arc::new(LifecycleCore {
             state: Mutex::new(LifecycleState::Unconfigured),
             changed: Condvar::new(),
@@ -421,7 +421,7 @@ impl Node {
             .supervisor()
             .spawn(&format!("lifecycle {}", self.name()), move || {
                 let _current = running.logger.enter();
-                for Request { edge, done } in requests {
+                for TransitionRequest { edge, done } in requests {
                     done(running.run(edge, &mut callbacks));
                 }
             })

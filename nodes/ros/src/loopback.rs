@@ -20,14 +20,14 @@ use camwright_threads::system_time::system_time_ns;
 /// Hands a body to a reader, on the executor thread.
 pub(super) type Deliver = Box<dyn Fn(Bytes, SampleInfo) + Send>;
 
-struct Reader {
+struct LocalReader {
     guid: GUID,
     type_name: String,
     qos: Qos,
     deliver: Deliver,
 }
 
-struct Writer {
+struct LocalWriter {
     guid: GUID,
     type_name: String,
     qos: Qos,
@@ -35,8 +35,8 @@ struct Writer {
     history: VecDeque<(Bytes, SampleInfo)>,
 }
 
-impl Writer {
-    fn suits(&self, reader: &Reader) -> bool {
+impl LocalWriter {
+    fn suits(&self, reader: &LocalReader) -> bool {
         let (offered, asked) = (&self.qos, &reader.qos);
         self.type_name == reader.type_name
             && (offered.reliability == Reliability::Reliable || asked.reliability == Reliability::BestEffort)
@@ -54,14 +54,14 @@ impl Writer {
 }
 
 #[derive(Default)]
-struct Topic {
-    readers: Vec<Reader>,
-    writers: Vec<Writer>,
+struct LocalTopic {
+    readers: Vec<LocalReader>,
+    writers: Vec<LocalWriter>,
 }
 
 /// A node's own endpoints, by DDS topic.
 pub(super) struct Loopback {
-    topics: Mutex<HashMap<String, Topic>>,
+    topics: Mutex<HashMap<String, LocalTopic>>,
     graph: Arc<Graph>,
 }
 
@@ -84,7 +84,7 @@ impl Loopback {
         Arc::new(Loopback { topics: Mutex::default(), graph: Arc::clone(graph) })
     }
 
-    fn topics(&self) -> MutexGuard<'_, HashMap<String, Topic>> {
+    fn topics(&self) -> MutexGuard<'_, HashMap<String, LocalTopic>> {
         self.topics.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -96,7 +96,7 @@ impl Loopback {
         guid: GUID,
         deliver: Deliver,
     ) -> LocalEndpoint {
-        let reader = Reader { guid, type_name: type_name.to_string(), qos: *qos, deliver };
+        let reader = LocalReader { guid, type_name: type_name.to_string(), qos: *qos, deliver };
         let mut topics = self.topics();
         let local = topics.entry(topic.to_string()).or_default();
         let mut matches = Vec::new();
@@ -115,7 +115,8 @@ impl Loopback {
     }
 
     pub(super) fn add_writer(self: &Arc<Self>, topic: &str, type_name: &str, qos: &Qos, guid: GUID) -> LocalEndpoint {
-        let writer = Writer { guid, type_name: type_name.to_string(), qos: *qos, written: 0, history: VecDeque::new() };
+        let writer =
+            LocalWriter { guid, type_name: type_name.to_string(), qos: *qos, written: 0, history: VecDeque::new() };
         let mut topics = self.topics();
         let local = topics.entry(topic.to_string()).or_default();
         let matches: Vec<_> =

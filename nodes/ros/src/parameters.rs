@@ -281,7 +281,7 @@ type Validator = Box<dyn Fn(&Parameters, &ParameterChanges) -> Result<(), String
 type ChangeFollower = Box<dyn Fn(&ParameterChanges) + Send>;
 type Publication = Box<dyn Fn(&ParameterChanges) + Send + Sync>;
 
-struct Entry {
+struct ParameterEntry {
     declaration: Parameter,
     value: ParameterValue,
 }
@@ -293,7 +293,7 @@ struct Hooks {
 }
 
 struct Inner {
-    entries: Mutex<BTreeMap<String, Entry>>,
+    entries: Mutex<BTreeMap<String, ParameterEntry>>,
     /// Also orders changes: validators, store and followers see one change after the other.
     hooks: Mutex<Hooks>,
     publication: OnceLock<Publication>,
@@ -326,7 +326,7 @@ impl Parameters {
                 given.map_or_else(|| declaration.default.clone(), |o| o.value.clone().meant_as(&declaration.example));
             declaration.check(&value).map_err(refuse)?;
             let name = declaration.name.clone();
-            if entries.insert(name.clone(), Entry { declaration, value }).is_some() {
+            if entries.insert(name.clone(), ParameterEntry { declaration, value }).is_some() {
                 return Err(RosError::Parameter { name, reason: "is declared twice".into() });
             }
         }
@@ -339,7 +339,7 @@ impl Parameters {
         let _the_first_stays = self.inner.publication.set(Box::new(publication));
     }
 
-    fn entries(&self) -> MutexGuard<'_, BTreeMap<String, Entry>> {
+    fn entries(&self) -> MutexGuard<'_, BTreeMap<String, ParameterEntry>> {
         self.inner.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

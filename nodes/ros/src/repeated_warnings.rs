@@ -20,7 +20,7 @@ const OTHERS: &str = "further refusals";
 
 /// Warnings of a node that repeat.
 pub(super) struct RepeatedWarnings {
-    counts: Counts,
+    counts: WarningCounts,
     executor: Weak<Executor>,
     logger: Logger,
 }
@@ -28,7 +28,7 @@ pub(super) struct RepeatedWarnings {
 impl RepeatedWarnings {
     pub(super) fn new(executor: &Arc<Executor>, logger: &Logger) -> Arc<Self> {
         let (executor, logger) = (Arc::downgrade(executor), logger.clone());
-        Arc::new(RepeatedWarnings { counts: Counts::default(), executor, logger })
+        Arc::new(RepeatedWarnings { counts: WarningCounts::default(), executor, logger })
     }
 
     /// Writes the first warning of a kind and counts the others.
@@ -57,11 +57,11 @@ impl RepeatedWarnings {
 
 /// Counts of repetitions in the current period, by kind.
 #[derive(Debug, Default)]
-struct Counts {
+struct WarningCounts {
     repeated: Mutex<BTreeMap<String, u64>>,
 }
 
-impl Counts {
+impl WarningCounts {
     fn repeated(&self) -> MutexGuard<'_, BTreeMap<String, u64>> {
         self.repeated.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn repetitions_are_counted_until_a_period_without_any() {
-        let counts = Counts::default();
+        let counts = WarningCounts::default();
         assert_eq!(counts.add("empty trajectory"), Some("empty trajectory".to_string()));
         assert_eq!(counts.add("empty trajectory"), None);
         assert_eq!(counts.add("empty trajectory"), None);
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn kinds_beyond_the_bound_are_counted_as_one() {
-        let counts = Counts::default();
+        let counts = WarningCounts::default();
         let begun = (0..1000).filter_map(|index| counts.add(&format!("point {index}"))).collect::<Vec<_>>();
         assert_eq!(begun.len(), MAX_KINDS + 1);
         assert_eq!(begun.last().map(String::as_str), Some(OTHERS));

@@ -29,7 +29,7 @@ const MAX_WAITING: usize = 8192;
 
 /// State of one client.
 #[derive(Debug)]
-struct Client<T> {
+struct ReplyQueue<T> {
     last_request: Instant,
     /// Replies written since the beginning of the current step.
     written: usize,
@@ -42,7 +42,7 @@ struct Client<T> {
 /// Replies that wait, by client.
 #[derive(Debug)]
 pub(super) struct ReplyPace<K: Ord, T> {
-    clients: BTreeMap<K, Client<T>>,
+    clients: BTreeMap<K, ReplyQueue<T>>,
 }
 
 impl<K: Ord, T> Default for ReplyPace<K, T> {
@@ -54,7 +54,8 @@ impl<K: Ord, T> Default for ReplyPace<K, T> {
 impl<K: Ord + Copy, T> ReplyPace<K, T> {
     /// Registers a request.
     pub(super) fn request(&mut self, client: K, now: Instant) {
-        let fresh = || Client { last_request: now, written: 0, step: now, waits_since: now, waiting: VecDeque::new() };
+        let fresh =
+            || ReplyQueue { last_request: now, written: 0, step: now, waits_since: now, waiting: VecDeque::new() };
         self.clients.entry(client).or_insert_with(fresh).last_request = now;
     }
 

@@ -86,7 +86,7 @@ impl no_key::SerializerAdapter<Bytes> for RawBytes {
 mod tests {
     use super::*;
     #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    struct Sample {
+    struct ReceivedSample {
         flag: bool,
         number: f64,
         text: String,
@@ -95,13 +95,13 @@ mod tests {
 
     #[test]
     fn octets_are_the_body_of_any_message() {
-        let sample = Sample { flag: true, number: 0.1, text: "Nocken ß".into(), list: vec![1, 2, 3] };
+        let sample = ReceivedSample { flag: true, number: 0.1, text: "Nocken ß".into(), list: vec![1, 2, 3] };
         let body = to_cdr(&sample).expect("serialisable");
         let octets: Octets = from_cdr(&body).expect("octets are never refused");
         assert_eq!(octets.0, body);
         assert_eq!(to_cdr(&octets).expect("serialisable"), body);
-        assert_eq!(from_cdr::<Sample>(&octets.0).expect("the same body"), sample);
+        assert_eq!(from_cdr::<ReceivedSample>(&octets.0).expect("the same body"), sample);
         assert_eq!(from_cdr::<Octets>(&[]).expect("empty").0, Vec::<u8>::new());
-        assert!(from_cdr::<Sample>(&body[..9]).is_err(), "a cut message is refused");
+        assert!(from_cdr::<ReceivedSample>(&body[..9]).is_err(), "a cut message is refused");
     }
 }

@@ -38,7 +38,7 @@ use camwright_ros::{
 
 pub use selection::regex;
 pub use selection::{Selection, TopicFilter};
-use session::{Outlets, Session};
+use session::{RecorderOutlets, Session};
 pub use settings::MIN_FREE_MB;
 use settings::RecorderSettings;
 
@@ -57,7 +57,7 @@ struct Active {
 /// State shared by the node's callbacks.
 struct Shared {
     node: Node,
-    outlets: Outlets,
+    outlets: RecorderOutlets,
     /// Locked for the moments of activation and deactivation (the life cycle's thread) and by services (the executor's); never
     /// while waiting for the other.
     active: Mutex<Option<Active>>,
@@ -295,7 +295,7 @@ impl RunLogger {
         node.parameters().on_set(settings::check);
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
         let splits = node.publisher("events/write_split", &Qos::default_topic())?;
-        let outlets = Outlets { status, splits };
+        let outlets = RecorderOutlets { status, splits };
         let shared = Arc::new(Shared {
             node: node.clone(),
             outlets,

@@ -38,7 +38,7 @@ enum TopicRole {
 }
 
 /// A topic that is subscribed to.
-struct Entry {
+struct TopicSubscription {
     type_name: String,
     subscription: Subscription,
     /// A publisher matched once; from then on it is shown in the status.
@@ -47,7 +47,7 @@ struct Entry {
 
 #[derive(Default)]
 struct Topics {
-    entries: BTreeMap<String, Entry>,
+    entries: BTreeMap<String, TopicSubscription>,
     /// Topic and type of what is not recorded, so that it is said once.
     refused: BTreeSet<(String, String)>,
 }
@@ -70,7 +70,7 @@ struct Progress {
 
 /// Publishers of a recording's status.
 #[derive(Clone)]
-pub(super) struct Outlets {
+pub(super) struct RecorderOutlets {
     pub(super) status: Publisher<RecorderStatus>,
     pub(super) splits: Publisher<WriteSplitEvent>,
 }
@@ -98,7 +98,7 @@ pub(super) struct Session {
     held: Mutex<Vec<HeldMessage>>,
     definitions: Mutex<Definitions>,
     alarms: Mutex<Alarms>,
-    outlets: Outlets,
+    outlets: RecorderOutlets,
     joint_states: String,
     stream: String,
 }
@@ -113,7 +113,11 @@ fn unsigned(ns: i64) -> u64 {
 
 impl Session {
     /// Opens the bag. Nothing is subscribed to before [`Session::refresh`].
-    pub(super) fn start(node: &Node, settings: RecorderSettings, outlets: Outlets) -> Result<Arc<Self>, SessionError> {
+    pub(super) fn start(
+        node: &Node,
+        settings: RecorderSettings,
+        outlets: RecorderOutlets,
+    ) -> Result<Arc<Self>, SessionError> {
         let joint_states = node.resolve_topic("joint_states")?;
         let stream = node.resolve_topic("machine/stream")?;
         let supervisor = node.supervisor().clone();
@@ -289,7 +293,7 @@ impl Session {
         }
     }
 
-    fn subscribe(self: &Arc<Self>, found: &TopicInfo, definition: DefinitionText) -> Result<Entry, String> {
+    fn subscribe(self: &Arc<Self>, found: &TopicInfo, definition: DefinitionText) -> Result<TopicSubscription, String> {
         let offers: Vec<_> = found.publishers.iter().map(|p| p.qos).collect();
         let recorded = self.recording.add_topic(Topic {
             name: found.name.clone(),
@@ -320,7 +324,7 @@ impl Session {
                 session.receive(&recorded, meaning, cdr, message);
             })
             .map_err(|error| error.to_string())?;
-        Ok(Entry { type_name: found.type_name.clone(), subscription, was_matched: false })
+        Ok(TopicSubscription { type_name: found.type_name.clone(), subscription, was_matched: false })
     }
 
     fn note_missing(&self, count: u64, topic: &RecordedTopic) {

@@ -11,7 +11,7 @@ const SOLID_AZIMUTHS: usize = 90;
 const LINE_AZIMUTHS: usize = 360;
 
 /// Red, green, blue, opacity (0..1).
-pub type Colour = [f32; 4];
+pub type Rgba = [f32; 4];
 
 /// Frame and identity of a marker.
 ///
@@ -26,7 +26,7 @@ pub struct MarkerPose<'a> {
 }
 
 impl MarkerPose<'_> {
-    fn marker(&self, kind: i32, colour: Colour) -> Marker {
+    fn marker(&self, kind: i32, colour: Rgba) -> Marker {
         let [r, g, b, a] = colour;
         Marker {
             header: Header { frame_id: self.frame.to_owned(), ..Header::default() },
@@ -42,7 +42,7 @@ impl MarkerPose<'_> {
         }
     }
 
-    fn line(&self, points: Vec<Point>, width: f64, colour: Colour) -> Marker {
+    fn line(&self, points: Vec<Point>, width: f64, colour: Rgba) -> Marker {
         let scale = Vector3 { x: width, y: 0.0, z: 0.0 };
         Marker { scale, points, ..self.marker(Marker::LINE_STRIP, colour) }
     }
@@ -56,7 +56,7 @@ pub fn gone(place: MarkerPose<'_>) -> Marker {
 
 /// A body between two places along the axis: radii at equal steps of a turn, the place (m).
 #[must_use]
-pub fn solid(place: MarkerPose<'_>, sections: &[(f64, &[f64])], colour: Colour) -> Marker {
+pub fn solid(place: MarkerPose<'_>, sections: &[(f64, &[f64])], colour: Rgba) -> Marker {
     let even = |radii: &[f64]| (0..SOLID_AZIMUTHS).map(|i| radius_at(radii, azimuth(i, SOLID_AZIMUTHS))).collect();
     let sections: Vec<(f64, Vec<f64>)> = sections.iter().map(|(z, radii)| (*z, even(radii))).collect();
     Marker { points: body(&sections), ..place.marker(Marker::TRIANGLE_LIST, colour) }
@@ -64,13 +64,13 @@ pub fn solid(place: MarkerPose<'_>, sections: &[(f64, &[f64])], colour: Colour) 
 
 /// An outline round the axis at a place along it (m).
 #[must_use]
-pub fn outline(place: MarkerPose<'_>, radii: &[f64], z: f64, width: f64, colour: Colour) -> Marker {
+pub fn outline(place: MarkerPose<'_>, radii: &[f64], z: f64, width: f64, colour: Rgba) -> Marker {
     place.line(ring(radii, z, LINE_AZIMUTHS), width, colour)
 }
 
 /// Both edges of a lobe as one line (m).
 #[must_use]
-pub fn rings(place: MarkerPose<'_>, radii: &[f64], [from, to]: [f64; 2], width: f64, colour: Colour) -> Marker {
+pub fn rings(place: MarkerPose<'_>, radii: &[f64], [from, to]: [f64; 2], width: f64, colour: Rgba) -> Marker {
     let mut points = ring(radii, from, LINE_AZIMUTHS);
     points.extend(ring(radii, to, LINE_AZIMUTHS));
     place.line(points, width, colour)
@@ -78,7 +78,7 @@ pub fn rings(place: MarkerPose<'_>, radii: &[f64], [from, to]: [f64; 2], width: 
 
 /// A wheel as long as it is wide, or an insert, about the axis Z of its frame (m).
 #[must_use]
-pub fn wheel(place: MarkerPose<'_>, radius: f64, width: f64, colour: Colour) -> Marker {
+pub fn wheel(place: MarkerPose<'_>, radius: f64, width: f64, colour: Rgba) -> Marker {
     let scale = Vector3 { x: 2.0 * radius, y: 2.0 * radius, z: width };
     Marker { scale, ..place.marker(Marker::CYLINDER, colour) }
 }

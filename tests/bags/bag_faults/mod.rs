@@ -12,7 +12,7 @@ mod table;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use camwright_bag::check::{Finding, Severity, check};
+use camwright_bag::check::{BagFinding, BagSeverity, check};
 use draft::Draft;
 use serde_json::Value;
 use support::{Domain, repository};
@@ -33,9 +33,9 @@ fn exit_code(bag: &Path) -> Option<i32> {
 }
 
 /// The finding that names a fault; what the check says instead fails the test.
-fn found(fault: &Fault, bag: &Path) -> Finding {
+fn found(fault: &Fault, bag: &Path) -> BagFinding {
     let report = check(bag).expect("there is a bag");
-    let is_it = |finding: &&Finding| {
+    let is_it = |finding: &&BagFinding| {
         finding.severity == fault.severity && finding.place == fault.place && finding.text.contains(fault.text)
     };
     let finding = report.findings.iter().find(is_it);
@@ -44,8 +44,8 @@ fn found(fault: &Fault, bag: &Path) -> Finding {
 
 /// The first two columns of a line of the table.
 fn judged_by_us(fault: &Fault, bag: &Path) -> String {
-    let Finding { severity, place, text } = found(fault, bag);
-    let word = if severity == Severity::Error { "error" } else { "warning" };
+    let BagFinding { severity, place, text } = found(fault, bag);
+    let word = if severity == BagSeverity::Error { "error" } else { "warning" };
     let text = text.replace(&format!("{}/", bag.display()), "").replace(&bag.display().to_string(), "run");
     let text = masked(&text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|"));
     format!("| {} | {word}: {place}: {text} |", fault.what)
@@ -90,7 +90,7 @@ fn every_fault_is_named_with_its_place_and_a_good_bag_is_clean() {
         let line = judged_by_us(fault, &bag);
         let documented = lines.next().unwrap_or_default();
         assert!(documented.starts_with(&line), "bags/FAULTS.md says\n{documented}\nand the check\n{line}");
-        let expected = if fault.severity == Severity::Error { 2 } else { 1 };
+        let expected = if fault.severity == BagSeverity::Error { 2 } else { 1 };
         assert_eq!(exit_code(&bag), Some(expected), "{}", fault.what);
     }
     assert_eq!(lines.next(), None, "bags/FAULTS.md has a line too many");

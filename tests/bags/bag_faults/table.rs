@@ -6,7 +6,7 @@
 use super::draft::{
     Draft, INPUTS, JOINTS, PAGES, STATUS, cdr, find, footer_at, message_with, patch_last, records, without_crc,
 };
-use camwright_bag::check::Severity;
+use camwright_bag::check::BagSeverity;
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
 use mcap::records::op;
 use std::path::Path;
@@ -14,7 +14,7 @@ use std::path::Path;
 pub struct Fault {
     pub what: &'static str,
     pub make: fn() -> Draft,
-    pub severity: Severity,
+    pub severity: BagSeverity,
     /// Location of the finding, and a part of its sentence.
     pub place: &'static str,
     pub text: &'static str,
@@ -31,7 +31,7 @@ macro_rules! broken {
                 change(&mut draft);
                 draft
             },
-            severity: Severity::$severity,
+            severity: BagSeverity::$severity,
             place: $place,
             text: $text,
         }
@@ -472,7 +472,7 @@ fn runs() -> Vec<Fault> {
             }
         ),
     ];
-    let two = |what, place, text, make| Fault { what, make, severity: Severity::Error, place, text };
+    let two = |what, place, text, make| Fault { what, make, severity: BagSeverity::Error, place, text };
     all.push(two("second file without what is latched", "run_1.mcap", "topic /plan_pages is latched, and", || {
         let mut draft = Draft::in_two_files();
         draft.files[1].retain(|m| m.topic != PAGES || m.sequence > 2);

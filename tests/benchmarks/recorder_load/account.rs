@@ -1,8 +1,8 @@
 //! Account of every message of a load: from the bag, from the recorder's status, and the agreement of the two.
 
 use super::load::{Sent, TOPIC, number};
-use camwright_bag::check::{Severity, check};
-use camwright_bag::{Bag, Message};
+use camwright_bag::check::{BagSeverity, check};
+use camwright_bag::{Bag, BagMessage};
 use std::path::Path;
 
 /// Recorder's status of the topic.
@@ -28,7 +28,7 @@ pub struct Found {
 }
 
 impl Found {
-    fn add(&mut self, message: &Message) {
+    fn add(&mut self, message: &BagMessage) {
         let Some(number) = number(&message.data) else {
             self.foreign += 1;
             return;
@@ -109,7 +109,8 @@ pub fn disagreements(path: &Path, sent: &Sent, reported: ReportedCounts) -> Vec<
     equal("twice, out of order or foreign", found.disordered + found.foreign, 0);
     let report = check(path).expect("there is a bag");
     // That messages were lost is itself a finding.
-    let is_clean = if lost.total == 0 { report.findings.is_empty() } else { report.worst() != Some(Severity::Error) };
+    let is_clean =
+        if lost.total == 0 { report.findings.is_empty() } else { report.worst() != Some(BagSeverity::Error) };
     if !is_clean {
         wrong.push(format!("bag check: {}", report.to_text()));
     }

@@ -4,7 +4,7 @@ use super::recorders::RunLoggerProcess;
 use super::support::{Domain, Guarded, PATIENCE, command::Shared, processes::in_domain};
 use camwright_analysis::rerun;
 use camwright_bag::check::check;
-use camwright_bag::{Bag, Message};
+use camwright_bag::{Bag, BagMessage};
 use camwright_files::convert::time::ns_from_time;
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineStream, RecorderStatus};
 use camwright_msgs::cdr::message_from_sample;
@@ -97,7 +97,7 @@ impl Steps {
     }
 }
 
-fn decode<M: serde::de::DeserializeOwned>(message: &Message) -> M {
+fn decode<M: serde::de::DeserializeOwned>(message: &BagMessage) -> M {
     message_from_sample(&message.data).expect("the bag's messages are of their types")
 }
 

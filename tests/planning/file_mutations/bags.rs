@@ -2,7 +2,7 @@
 
 use super::mutate;
 use super::random::Random;
-use camwright_bag::{Bag, BagWriter, Message, RecordingOutcome, Topic, WriterOptions};
+use camwright_bag::{Bag, BagMessage, BagWriter, RecordingOutcome, Topic, WriterOptions};
 use std::fs;
 use std::path::Path;
 
@@ -12,7 +12,7 @@ pub struct BagSeed {
     storage: (String, Vec<u8>),
     metadata: String,
     topics: Vec<Topic>,
-    messages: Vec<Message>,
+    messages: Vec<BagMessage>,
 }
 
 /// Bytes of the number that begins a message, of what messages hold, and of counts.

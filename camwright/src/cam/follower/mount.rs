@@ -31,13 +31,13 @@ pub(crate) struct Mount {
 pub(super) enum MountKind {
     SlidingTip { height_mm: f64, offset_mm: f64, radius_mm: f64 },
     SlidingFace { base_radius_mm: f64 },
-    SwingingTip { swing: Swing, arm_mm: f64, radius_mm: f64 },
-    SwingingFace { swing: Swing, face_offset_mm: f64 },
+    SwingingTip { swing: ArmSwing, arm_mm: f64, radius_mm: f64 },
+    SwingingFace { swing: ArmSwing, face_offset_mm: f64 },
 }
 
 /// Angle ψ of an arm over the lift.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Swing {
+pub(super) struct ArmSwing {
     pub(super) pivot_mm: f64,
     /// σ: +1 if the arm reaches ahead, −1 if behind.
     pub(super) sense: f64,
@@ -186,7 +186,7 @@ impl Mount {
         Ok(())
     }
 
-    fn swing(&self) -> Option<&Swing> {
+    fn swing(&self) -> Option<&ArmSwing> {
         match &self.kind {
             MountKind::SlidingTip { .. } | MountKind::SlidingFace { .. } => None,
             MountKind::SwingingTip { swing, .. } | MountKind::SwingingFace { swing, .. } => Some(swing),
@@ -194,7 +194,7 @@ impl Mount {
     }
 }
 
-impl Swing {
+impl ArmSwing {
     fn new(pivot: &Pivot, rest_rad: f64, bound_rad: f64) -> Result<Self, FollowerError> {
         let rad_per_lift = match pivot.lift {
             SwingLift::Degrees => rad_from_deg(1.0),
@@ -244,7 +244,7 @@ fn swinging_tip(base_radius_mm: f64, radius_mm: f64, arm_mm: f64, pivot: &Pivot)
     // Half the angle from the half perimeter: well conditioned where the cosine is near ±1.
     let (p, a, c) = (prime_radius_mm, arm_mm, pivot_mm);
     let rest_rad = 2.0 * libm::atan2(libm::sqrt((p + a - c) * (p - a + c)), libm::sqrt((a + c - p) * (a + c + p)));
-    Ok(MountKind::SwingingTip { swing: Swing::new(pivot, rest_rad, PI)?, arm_mm, radius_mm })
+    Ok(MountKind::SwingingTip { swing: ArmSwing::new(pivot, rest_rad, PI)?, arm_mm, radius_mm })
 }
 
 fn swinging_face(base_radius_mm: f64, face_offset_mm: f64, pivot: &Pivot) -> Result<MountKind, FollowerError> {
@@ -254,5 +254,5 @@ fn swinging_face(base_radius_mm: f64, face_offset_mm: f64, pivot: &Pivot) -> Res
         return Err(FollowerError::FaceOutOfReach { face_offset_mm, pivot_mm, base_radius_mm, least_mm, most_mm });
     }
     let rest_rad = libm::asin((base_radius_mm - face_offset_mm) / pivot_mm);
-    Ok(MountKind::SwingingFace { swing: Swing::new(pivot, rest_rad, FRAC_PI_2)?, face_offset_mm })
+    Ok(MountKind::SwingingFace { swing: ArmSwing::new(pivot, rest_rad, FRAC_PI_2)?, face_offset_mm })
 }

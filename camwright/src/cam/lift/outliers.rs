@@ -55,7 +55,7 @@ pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Ve
         return found;
     }
     let values = lifts.iter().map(|lift| lift.map_or(f64::NAN, |units| units as f64)).collect();
-    let mut series = Series { values, cut: vec![false; lifts.len()], closed };
+    let mut series = LiftSequence { values, cut: vec![false; lifts.len()], closed };
     let coarse = (FINE / lifts.len() as f64).max(1.0);
     while found.len() < MOST {
         let Some(worst) = series.worst(digits, SHARE * coarse * coarse) else { break };
@@ -71,7 +71,7 @@ struct Worst {
     bound: f64,
 }
 
-struct Series {
+struct LiftSequence {
     /// Lift at each slot; not a number where there is none.
     values: Vec<f64>,
     /// A step has been found between the slot before and this one.
@@ -79,7 +79,7 @@ struct Series {
     closed: bool,
 }
 
-impl Series {
+impl LiftSequence {
     fn index(&self, from: usize, offset: isize) -> Option<usize> {
         let n = self.values.len();
         let index =

@@ -1,30 +1,30 @@
-use super::{Command, CommandRefused, Mode, State, Unit};
+use super::{Command, CommandRefused, Mode, PackmlState, Unit};
 use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
 /// A cell in a state, brought there by commands alone.
-fn unit_in(state: State) -> Unit {
+fn unit_in(state: PackmlState) -> Unit {
     use Command::{Abort, Clear, Hold, Reset, Start, Stop, Suspend, Unhold, Unsuspend};
     // A command, or `None` for the end of what is acted on.
     let way: &[Option<Command>] = match state {
-        State::Stopped => &[],
-        State::Resetting => &[Some(Reset)],
-        State::Idle => &[Some(Reset), None],
-        State::Starting => &[Some(Reset), None, Some(Start)],
-        State::Execute => &[Some(Reset), None, Some(Start), None],
-        State::Holding => &[Some(Reset), None, Some(Start), None, Some(Hold)],
-        State::Held => &[Some(Reset), None, Some(Start), None, Some(Hold), None],
-        State::Unholding => &[Some(Reset), None, Some(Start), None, Some(Hold), None, Some(Unhold)],
-        State::Suspending => &[Some(Reset), None, Some(Start), None, Some(Suspend)],
-        State::Suspended => &[Some(Reset), None, Some(Start), None, Some(Suspend), None],
-        State::Unsuspending => &[Some(Reset), None, Some(Start), None, Some(Suspend), None, Some(Unsuspend)],
-        State::Completing => &[Some(Reset), None, Some(Start), None, None],
-        State::Complete => &[Some(Reset), None, Some(Start), None, None, None],
-        State::Stopping => &[Some(Reset), None, Some(Stop)],
-        State::Aborting => &[Some(Abort)],
-        State::Aborted => &[Some(Abort), None],
-        State::Clearing => &[Some(Abort), None, Some(Clear)],
+        PackmlState::Stopped => &[],
+        PackmlState::Resetting => &[Some(Reset)],
+        PackmlState::Idle => &[Some(Reset), None],
+        PackmlState::Starting => &[Some(Reset), None, Some(Start)],
+        PackmlState::Execute => &[Some(Reset), None, Some(Start), None],
+        PackmlState::Holding => &[Some(Reset), None, Some(Start), None, Some(Hold)],
+        PackmlState::Held => &[Some(Reset), None, Some(Start), None, Some(Hold), None],
+        PackmlState::Unholding => &[Some(Reset), None, Some(Start), None, Some(Hold), None, Some(Unhold)],
+        PackmlState::Suspending => &[Some(Reset), None, Some(Start), None, Some(Suspend)],
+        PackmlState::Suspended => &[Some(Reset), None, Some(Start), None, Some(Suspend), None],
+        PackmlState::Unsuspending => &[Some(Reset), None, Some(Start), None, Some(Suspend), None, Some(Unsuspend)],
+        PackmlState::Completing => &[Some(Reset), None, Some(Start), None, None],
+        PackmlState::Complete => &[Some(Reset), None, Some(Start), None, None, None],
+        PackmlState::Stopping => &[Some(Reset), None, Some(Stop)],
+        PackmlState::Aborting => &[Some(Abort)],
+        PackmlState::Aborted => &[Some(Abort), None],
+        PackmlState::Clearing => &[Some(Abort), None, Some(Clear)],
     };
     let mut unit = Unit::new(0.0);
     for step in way {
@@ -39,24 +39,24 @@ fn unit_in(state: State) -> Unit {
 
 /// The table of the technical report, a line for each state: RESET START STOP HOLD UNHOLD SUSPEND UNSUSPEND ABORT CLEAR, then where the
 /// state leads by itself. Written down apart from the code: by number, 0 for refused.
-const TABLE: [(State, [u8; 9], u8); 17] = [
-    (State::Clearing, [0, 0, 0, 0, 0, 0, 0, 8, 0], 2),
-    (State::Stopped, [15, 0, 0, 0, 0, 0, 0, 8, 0], 0),
-    (State::Starting, [0, 0, 7, 0, 0, 0, 0, 8, 0], 6),
-    (State::Idle, [0, 3, 7, 0, 0, 0, 0, 8, 0], 0),
-    (State::Suspended, [0, 0, 7, 10, 0, 0, 14, 8, 0], 0),
-    (State::Execute, [0, 0, 7, 10, 0, 13, 0, 8, 0], 16),
-    (State::Stopping, [0, 0, 0, 0, 0, 0, 0, 8, 0], 2),
-    (State::Aborting, [0, 0, 0, 0, 0, 0, 0, 0, 0], 9),
-    (State::Aborted, [0, 0, 0, 0, 0, 0, 0, 0, 1], 0),
-    (State::Holding, [0, 0, 7, 0, 0, 0, 0, 8, 0], 11),
-    (State::Held, [0, 0, 7, 0, 12, 0, 0, 8, 0], 0),
-    (State::Unholding, [0, 0, 7, 0, 0, 0, 0, 8, 0], 6),
-    (State::Suspending, [0, 0, 7, 0, 0, 0, 0, 8, 0], 5),
-    (State::Unsuspending, [0, 0, 7, 0, 0, 0, 0, 8, 0], 6),
-    (State::Resetting, [0, 0, 7, 0, 0, 0, 0, 8, 0], 4),
-    (State::Completing, [0, 0, 7, 0, 0, 0, 0, 8, 0], 17),
-    (State::Complete, [15, 0, 7, 0, 0, 0, 0, 8, 0], 0),
+const TABLE: [(PackmlState, [u8; 9], u8); 17] = [
+    (PackmlState::Clearing, [0, 0, 0, 0, 0, 0, 0, 8, 0], 2),
+    (PackmlState::Stopped, [15, 0, 0, 0, 0, 0, 0, 8, 0], 0),
+    (PackmlState::Starting, [0, 0, 7, 0, 0, 0, 0, 8, 0], 6),
+    (PackmlState::Idle, [0, 3, 7, 0, 0, 0, 0, 8, 0], 0),
+    (PackmlState::Suspended, [0, 0, 7, 10, 0, 0, 14, 8, 0], 0),
+    (PackmlState::Execute, [0, 0, 7, 10, 0, 13, 0, 8, 0], 16),
+    (PackmlState::Stopping, [0, 0, 0, 0, 0, 0, 0, 8, 0], 2),
+    (PackmlState::Aborting, [0, 0, 0, 0, 0, 0, 0, 0, 0], 9),
+    (PackmlState::Aborted, [0, 0, 0, 0, 0, 0, 0, 0, 1], 0),
+    (PackmlState::Holding, [0, 0, 7, 0, 0, 0, 0, 8, 0], 11),
+    (PackmlState::Held, [0, 0, 7, 0, 12, 0, 0, 8, 0], 0),
+    (PackmlState::Unholding, [0, 0, 7, 0, 0, 0, 0, 8, 0], 6),
+    (PackmlState::Suspending, [0, 0, 7, 0, 0, 0, 0, 8, 0], 5),
+    (PackmlState::Unsuspending, [0, 0, 7, 0, 0, 0, 0, 8, 0], 6),
+    (PackmlState::Resetting, [0, 0, 7, 0, 0, 0, 0, 8, 0], 4),
+    (PackmlState::Completing, [0, 0, 7, 0, 0, 0, 0, 8, 0], 17),
+    (PackmlState::Complete, [15, 0, 7, 0, 0, 0, 0, 8, 0], 0),
 ];
 
 #[test]
@@ -88,9 +88,9 @@ fn every_command_in_every_state_follows_the_table_or_is_refused_with_a_reason() 
 
 #[test]
 fn numbers_are_those_of_the_report_and_every_name_is_one() {
-    let numbers: Vec<u8> = State::ALL.into_iter().map(|state| state as u8).collect();
+    let numbers: Vec<u8> = PackmlState::ALL.into_iter().map(|state| state as u8).collect();
     assert_eq!(numbers, (1..=17).collect::<Vec<u8>>());
-    assert_eq!(TABLE.map(|(state, ..)| state), State::ALL);
+    assert_eq!(TABLE.map(|(state, ..)| state), PackmlState::ALL);
     assert_eq!(Command::ALL.map(|command| command as u8), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
     for command in Command::ALL {
         assert_eq!(Command::from_number(command as u8), Some(command));
@@ -105,7 +105,7 @@ fn numbers_are_those_of_the_report_and_every_name_is_one() {
 #[test]
 fn start_is_for_modes_that_produce_and_modes_change_at_rest() {
     for mode in Mode::ALL {
-        let mut unit = unit_in(State::Idle);
+        let mut unit = unit_in(PackmlState::Idle);
         unit.select(mode).expect("at rest");
         for command in Command::ALL {
             let mut unit = unit;
@@ -114,12 +114,17 @@ fn start_is_for_modes_that_produce_and_modes_change_at_rest() {
                 (Command::Start, Mode::Manual | Mode::SetUp) => {
                     assert_eq!(is_taken, Err(CommandRefused::Mode { mode }));
                 }
-                _ => assert_eq!(is_taken.is_ok(), State::Idle.commanded(command).is_some(), "{command} in {mode}"),
+                _ => {
+                    assert_eq!(is_taken.is_ok(), PackmlState::Idle.commanded(command).is_some(), "{command} in {mode}")
+                }
             }
         }
-        for state in State::ALL {
+        for state in PackmlState::ALL {
             let mut unit = unit_in(state);
-            let at_rest = matches!(state, State::Stopped | State::Idle | State::Complete | State::Aborted);
+            let at_rest = matches!(
+                state,
+                PackmlState::Stopped | PackmlState::Idle | PackmlState::Complete | PackmlState::Aborted
+            );
             assert_eq!(unit.select(mode).is_ok(), at_rest, "{mode} in {state}");
             assert_eq!(unit.mode(), if at_rest { mode } else { Mode::Automatic });
         }
@@ -138,12 +143,12 @@ fn times_add_up_to_all_of_it() {
     }
     let times_s = unit.accumulated_s(53.0);
     for (state, wanted_s) in [
-        (State::Stopped, 2.0),
-        (State::Resetting, 0.5),
-        (State::Idle, 7.5),
-        (State::Starting, 1.0),
-        (State::Execute, 30.0),
-        (State::Completing, 2.0),
+        (PackmlState::Stopped, 2.0),
+        (PackmlState::Resetting, 0.5),
+        (PackmlState::Idle, 7.5),
+        (PackmlState::Starting, 1.0),
+        (PackmlState::Execute, 30.0),
+        (PackmlState::Completing, 2.0),
     ] {
         assert!((times_s[state as usize] - wanted_s).abs() < 1e-12, "{state}: {times_s:?}");
     }

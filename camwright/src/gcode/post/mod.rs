@@ -37,7 +37,7 @@ const MAX_NAME: usize = 20;
 
 /// The control that runs a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Control {
+pub struct NcControl {
     pub dialect: Dialect,
     pub format: NumberFormat,
     /// Blocks that it reads in a second for as long as it takes.
@@ -128,7 +128,7 @@ pub struct PostRequest<'a> {
     pub spindle: Option<(Direction, u32)>,
     /// True if the coolant is on.
     pub coolant: bool,
-    pub control: Control,
+    pub control: NcControl,
     /// Features in machining order.
     pub features: Vec<FeatureRequest<'a>>,
 }

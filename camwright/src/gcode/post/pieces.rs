@@ -1,7 +1,7 @@
 //! The turn of a call in whole increments: chains of pieces, rounded, judged as they will be driven, and slow enough for the control.
 
 use super::turn::SubprogramMotion;
-use super::{Control, FeatureRequest, PassRequest, PostError, PostedTurn};
+use super::{FeatureRequest, NcControl, PassRequest, PostError, PostedTurn};
 use crate::gcode::archimedean::{Chain, ChainDeviation, ChainRequest, Travelling, theoretical_pieces};
 use crate::gcode::{Block, Dialect, MIN_RATE_MM_MIN, NcAxis, NumberFormat, Target};
 use crate::math::units::{rpm_from_rad_s, um_from_mm};
@@ -33,7 +33,7 @@ const MAX_TURN_BLOCKS: u64 = 100_000;
 
 /// A knot in increments.
 #[derive(Debug, Clone, PartialEq)]
-struct Knot {
+struct RoundedKnot {
     c: i64,
     /// The axes that move, in the order of [`SubprogramMotion::axes`].
     positions: Vec<i64>,
@@ -51,7 +51,7 @@ struct BlockRun {
 /// A turn in pieces.
 pub(super) struct Pieces {
     axes: Vec<CarriageAxis>,
-    knots: Vec<Knot>,
+    knots: Vec<RoundedKnot>,
     stretches: Vec<BlockRun>,
     times_s: Vec<f64>,
     tolerance_mm: f64,
@@ -68,7 +68,7 @@ impl Pieces {
     /// The fewest pieces within the tolerance, or within a wider one where the control would not read them in time.
     pub(super) fn fitting(
         turn: &SubprogramMotion<'_>,
-        control: &Control,
+        control: &NcControl,
         of: &FeatureRequest<'_>,
         pass: &PassRequest<'_>,
     ) -> Result<Self, PostError> {
@@ -107,7 +107,7 @@ impl Pieces {
 
     fn new(
         turn: &SubprogramMotion<'_>,
-        control: &Control,
+        control: &NcControl,
         pass: &PassRequest<'_>,
         tolerance_mm: f64,
         widely: bool,
@@ -157,7 +157,7 @@ impl Pieces {
     }
 
     /// Share of the tolerance (mm) used by rounding of both ends of a piece, and on LinuxCNC by the steps of very slow pieces.
-    fn rounding_mm(&self, turn: &SubprogramMotion<'_>, control: &Control) -> f64 {
+    fn rounding_mm(&self, turn: &SubprogramMotion<'_>, control: &NcControl) -> f64 {
         let last_digit = |axis| control.format.value(axis, 1);
         let steepest = self.axes.iter().flat_map(|axis| {
             (0..LOOKS_PER_TURN).map(|look| {
@@ -188,7 +188,7 @@ impl Pieces {
             // Two knots that C cannot resolve are one; the first and the last knot of a run lie on the path.
             match self.knots.last_mut() {
                 Some(last) if last.c == c => last.positions = positions,
-                _ => self.knots.push(Knot { c, positions }),
+                _ => self.knots.push(RoundedKnot { c, positions }),
             }
         }
         self.stretches.push(BlockRun { from, to: self.knots.len() - 1, moving });
@@ -205,7 +205,7 @@ impl Pieces {
         for stretch in &self.stretches {
             (is_end[stretch.from], is_end[stretch.to]) = (true, true);
         }
-        let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());
+        let mut knots: Vec<RoundedKnot> = Vec::with_capacity(self.knots.len());
         let mut places = alloc::vec![0; self.knots.len()];
         for (index, knot) in self.knots.iter().enumerate() {
             if let Some(last) = knots.last().cloned() {
@@ -213,7 +213,7 @@ impl Pieces {
                 let time_s = turn.time_s(u, v);
                 let way_mm = self.distance_mm(&last, knot);
                 if way_mm > 0.0 && way_mm * 60.0 / time_s < MIN_RATE_MM_MIN * 1.001 {
-                    let level = Knot { c: knot.c, positions: last.positions.clone() };
+                    let level = RoundedKnot { c: knot.c, positions: last.positions.clone() };
                     let next = self.knots.get(index + 1).filter(|_| widely && !is_end[index]);
                     if next.is_some_and(|next| {
                         self.room_mm(turn, &last, &level) >= 0.0 && self.room_mm(turn, &level, next) >= 0.0
@@ -237,11 +237,11 @@ impl Pieces {
     }
 
     /// Tolerance left beside a chord (mm): below 0 the path goes farther from it than that.
-    fn room_mm(&self, turn: &SubprogramMotion<'_>, from: &Knot, to: &Knot) -> f64 {
+    fn room_mm(&self, turn: &SubprogramMotion<'_>, from: &RoundedKnot, to: &RoundedKnot) -> f64 {
         let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let mut farthest_mm = 0.0_f64;
         for (index, axis) in self.axes.iter().enumerate() {
-            let value = |knot: &Knot| self.format.value(NcAxis::from(*axis), knot.positions[index]);
+            let value = |knot: &RoundedKnot| self.format.value(NcAxis::from(*axis), knot.positions[index]);
             let (at_begin, at_end) = (value(from), value(to));
             for look in 0..=LOOKS_PER_PIECE {
                 let share = f64::from(look) / f64::from(LOOKS_PER_PIECE);
@@ -256,9 +256,9 @@ impl Pieces {
     fn add_steps(
         &self,
         turn: &SubprogramMotion<'_>,
-        (from, to): (&Knot, &Knot),
+        (from, to): (&RoundedKnot, &RoundedKnot),
         room_mm: f64,
-        knots: &mut Vec<Knot>,
+        knots: &mut Vec<RoundedKnot>,
     ) -> Result<(), PostError> {
         let ways: Vec<i64> = from.positions.iter().zip(&to.positions).map(|(a, b)| b - a).collect();
         let increments = ways.iter().map(|way| way.abs()).max().unwrap_or(0);
@@ -288,7 +288,7 @@ impl Pieces {
             for (u_rad, positions) in [(middle - half, position(step)), (middle + half, position(step + 1))] {
                 let c = self.format.count(NcAxis::C, u_rad.clamp(begins, ends))?;
                 if c < to.c && knots.last().is_some_and(|last| last.c < c) {
-                    knots.push(Knot { c, positions });
+                    knots.push(RoundedKnot { c, positions });
                 }
             }
         }
@@ -296,7 +296,7 @@ impl Pieces {
     }
 
     /// Linear way from a knot to another (mm).
-    fn distance_mm(&self, from: &Knot, to: &Knot) -> f64 {
+    fn distance_mm(&self, from: &RoundedKnot, to: &RoundedKnot) -> f64 {
         let square = |(index, axis): (usize, &CarriageAxis)| {
             let way = self.format.value(NcAxis::from(*axis), to.positions[index] - from.positions[index]);
             way * way
@@ -306,7 +306,7 @@ impl Pieces {
 
     /// The time of every block, and how many of them there are in a second.
     fn time(&mut self, turn: &SubprogramMotion<'_>) {
-        let angle = |knot: &Knot| self.format.value(NcAxis::C, knot.c);
+        let angle = |knot: &RoundedKnot| self.format.value(NcAxis::C, knot.c);
         self.times_s = self.knots.windows(2).map(|pair| turn.time_s(angle(&pair[0]), angle(&pair[1]))).collect();
         self.count_rate();
     }
@@ -425,7 +425,7 @@ impl Pieces {
 
     /// Result for the report; (feature, pass, subprogram) locate the turn.
     pub(super) fn into_posted(self, (feature, pass, subprogram): (usize, usize, usize)) -> PostedTurn {
-        let value = |knot: &Knot| {
+        let value = |knot: &RoundedKnot| {
             let positions = self.axes.iter().zip(&knot.positions);
             let positions = positions.map(|(axis, count)| self.format.value(NcAxis::from(*axis), *count)).collect();
             (self.format.value(NcAxis::C, knot.c), positions)

@@ -1,6 +1,6 @@
 //! Motion of the axes over the angle of a call: lead-in, cut at full depth, lead-out.
 
-use super::{Control, FeatureRequest, PassRequest, ProgramTurnSpeed};
+use super::{FeatureRequest, NcControl, PassRequest, ProgramTurnSpeed};
 use crate::math::hermite::Sample;
 use crate::math::units::TURN_RAD;
 use crate::toolpath::cutter_path::{CarriageAxis, CutterPath};
@@ -23,7 +23,7 @@ pub(super) struct SubprogramMotion<'a> {
 }
 
 impl<'a> SubprogramMotion<'a> {
-    pub(super) fn new(control: &Control, of: &'a FeatureRequest<'a>, pass: &PassRequest<'a>) -> Self {
+    pub(super) fn new(control: &NcControl, of: &'a FeatureRequest<'a>, pass: &PassRequest<'a>) -> Self {
         Self {
             path: of.path,
             stands_mm: &of.stands_mm,

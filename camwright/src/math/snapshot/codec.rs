@@ -8,14 +8,14 @@ const DEPTH: usize = 10;
 
 /// A value that is not as it was.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
+pub enum SnapshotValue {
     /// A whole number, a yes or no (1 or 0), a case by its number.
     Whole(i64),
     Number(f64),
     Text,
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for SnapshotValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Whole(whole) => write!(f, "{whole}"),
@@ -42,7 +42,7 @@ pub enum SnapshotError {
     Impossible(&'static str),
     /// Compared, a value is another one.
     #[error("it was {recorded}, it is {now}")]
-    Differs { recorded: Value, now: Value },
+    Differs { recorded: SnapshotValue, now: SnapshotValue },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,7 +11,7 @@ mod codec;
 mod macros;
 mod values;
 
-pub use codec::{FieldPath, SnapshotCodec, SnapshotError, Value};
+pub use codec::{FieldPath, SnapshotCodec, SnapshotError, SnapshotValue};
 
 /// State that can be written and restored.
 pub trait Snapshot {

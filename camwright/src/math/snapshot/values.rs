@@ -1,6 +1,6 @@
 //! Numbers, yes or no, texts and lists.
 
-use super::{Snapshot, SnapshotCodec, SnapshotError, Value};
+use super::{Snapshot, SnapshotCodec, SnapshotError, SnapshotValue};
 use alloc::collections::VecDeque;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -18,7 +18,7 @@ impl SnapshotCodec<'_> {
         own: &mut T,
         there: T,
         is_same: bool,
-        value: impl Fn(T) -> Value,
+        value: impl Fn(T) -> SnapshotValue,
     ) -> Result<(), SnapshotError> {
         if self.is_comparing() && !is_same {
             return Err(SnapshotError::Differs { recorded: value(there), now: value(*own) });
@@ -35,7 +35,7 @@ impl SnapshotCodec<'_> {
     /// Those of the walk.
     pub fn bits(&mut self, own: &mut u64) -> Result<(), SnapshotError> {
         let there = u64::from_le_bytes(self.word(own.to_le_bytes())?);
-        self.settle(own, there, there == *own, |bits| Value::Whole(bits.cast_signed()))
+        self.settle(own, there, there == *own, |bits| SnapshotValue::Whole(bits.cast_signed()))
     }
 
     /// Length of a list, at most `max`; on the codec it is followed by its items.
@@ -90,7 +90,7 @@ macro_rules! whole {
                 let there = u64::from_le_bytes(codec.word(own.to_le_bytes())?);
                 let value = <$type>::try_from(there).ok().filter(|_| there <= $max);
                 let value = value.ok_or(SnapshotError::Impossible("a whole number is larger than it can be"))?;
-                let whole = |value: $type| Value::Whole(i64::try_from(value).unwrap_or(i64::MAX));
+                let whole = |value: $type| SnapshotValue::Whole(i64::try_from(value).unwrap_or(i64::MAX));
                 codec.settle(self, value, value == *self, whole)
             }
         }
@@ -107,7 +107,7 @@ whole! {
 impl Snapshot for u8 {
     fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let [there] = codec.word([*self])?;
-        codec.settle(self, there, there == *self, |value| Value::Whole(value.into()))
+        codec.settle(self, there, there == *self, |value| SnapshotValue::Whole(value.into()))
     }
 }
 
@@ -117,7 +117,7 @@ impl Snapshot for i64 {
         if there.unsigned_abs() > MAX_WHOLE {
             return Err(SnapshotError::Impossible("a whole number is larger than it can be"));
         }
-        codec.settle(self, there, there == *self, Value::Whole)
+        codec.settle(self, there, there == *self, SnapshotValue::Whole)
     }
 }
 
@@ -127,7 +127,7 @@ impl Snapshot for f64 {
         if there.is_nan() || there.abs() > MAX_NUMBER {
             return Err(SnapshotError::Impossible("a number is larger than it can be, or none"));
         }
-        codec.settle(self, there, there.to_bits() == self.to_bits(), Value::Number)
+        codec.settle(self, there, there.to_bits() == self.to_bits(), SnapshotValue::Number)
     }
 }
 
@@ -139,7 +139,7 @@ impl Snapshot for bool {
             1 => true,
             _ => return Err(SnapshotError::Impossible("neither yes nor no")),
         };
-        codec.settle(self, there, there == *self, |yes| Value::Whole(yes.into()))
+        codec.settle(self, there, there == *self, |yes| SnapshotValue::Whole(yes.into()))
     }
 }
 
@@ -149,7 +149,7 @@ impl Snapshot for String {
         if !codec.is_reading() {
             return self.bytes().try_for_each(|octet| match codec.word([octet])? {
                 [there] if there == octet => Ok(()),
-                _ => Err(SnapshotError::Differs { recorded: Value::Text, now: Value::Text }),
+                _ => Err(SnapshotError::Differs { recorded: SnapshotValue::Text, now: SnapshotValue::Text }),
             });
         }
         let mut octets = Vec::with_capacity(count);

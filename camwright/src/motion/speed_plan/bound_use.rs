@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use crate::job::grinding::InfeedDirection;
     use crate::job::infeed::{BLEND_SHARE, InfeedSchedule};
-    use crate::machine::description::Scale;
+    use crate::machine::description::AxisScale;
     use crate::math::units::TURN_RAD;
     use crate::motion::speed_plan::tests::{C, X, eccentric, request};
     use crate::motion::speed_plan::{SpeedPlan, SpeedRequest};
@@ -199,8 +199,8 @@ mod tests {
     #[test]
     fn a_planned_turn_is_at_one_of_its_bounds_nearly_everywhere() {
         let path = eccentric(40.0, 6.0);
-        let infeed =
-            InfeedSchedule::new(0.08, 0.04 / 3600.0, 3600, Scale::Linear { counts_per_mm: 100_000 }).expect("2 turns");
+        let infeed = InfeedSchedule::new(0.08, 0.04 / 3600.0, 3600, AxisScale::Linear { counts_per_mm: 100_000 })
+            .expect("2 turns");
         for removal_rate_mm2_s in [3.0, 20.0, 60.0] {
             let speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s: 31.0 };
             let asked = SpeedRequest { speed, ..request(&path, &infeed, 1.0) };

@@ -1,6 +1,6 @@
 use super::*;
 use crate::job::grinding::{InfeedDirection, WheelPower};
-use crate::machine::description::{Axis, Scale};
+use crate::machine::description::{Axis, AxisScale};
 use alloc::string::ToString;
 
 pub(super) const C: MotionLimits = MotionLimits { velocity: 31.4, acceleration: 300.0, jerk: 30_000.0 };
@@ -13,7 +13,7 @@ pub(super) fn eccentric(mean: f64, e: f64) -> PeriodicSpline {
 }
 
 fn schedule() -> InfeedSchedule {
-    InfeedSchedule::new(0.36, 0.000_05, 3600, Scale::Linear { counts_per_mm: 100_000 }).expect("2 turns")
+    InfeedSchedule::new(0.36, 0.000_05, 3600, AxisScale::Linear { counts_per_mm: 100_000 }).expect("2 turns")
 }
 
 pub(super) fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64) -> SpeedRequest<'a> {

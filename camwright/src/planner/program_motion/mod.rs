@@ -175,10 +175,10 @@ struct ProgramWalk<'a> {
     steps: Vec<(usize, ProgramStep)>,
 }
 
-type Fault = (usize, ProgramMotionFault);
+type LocatedFault = (usize, ProgramMotionFault);
 
 impl ProgramWalk<'_> {
-    fn check_move(&mut self, index: usize, done: &Done) -> Result<(), Fault> {
+    fn check_move(&mut self, index: usize, done: &Done) -> Result<(), LocatedFault> {
         match done.action {
             MotionAction::Rapid(pose) => {
                 self.end_run()?;
@@ -216,7 +216,7 @@ impl ProgramWalk<'_> {
         }
     }
 
-    fn order(&mut self, index: usize, step: ProgramStep) -> Result<(), Fault> {
+    fn order(&mut self, index: usize, step: ProgramStep) -> Result<(), LocatedFault> {
         self.end_run()?;
         self.steps.push((index, step));
         Ok(())
@@ -255,7 +255,7 @@ impl ProgramWalk<'_> {
     }
 
     /// Ends the current run of feeds.
-    fn end_run(&mut self) -> Result<(), Fault> {
+    fn end_run(&mut self) -> Result<(), LocatedFault> {
         let feeds = core::mem::take(&mut self.feeds);
         let (Some(first), Some(last)) = (feeds.first(), feeds.last()) else { return Ok(()) };
         let done = (first.done, last.done);

@@ -2,7 +2,7 @@
 //! have to reproduce. Run at other optimisation levels by `.ci/run`.
 
 use super::*;
-use crate::interpolator::Outcome;
+use crate::interpolator::MotionOutcome;
 use crate::machine::description::{Structure, ThermalDescription};
 use crate::simulation::workpiece::Lobe;
 
@@ -83,6 +83,9 @@ fn the_stream_between_interpolator_and_machine_changes_no_bit() {
         assert_eq!(streamed.step(&[]), direct.step(&[]));
     }
     assert!(!streamed.is_running());
-    assert_eq!((streamed.outcome(), direct.outcome()), (Some(Outcome::Completed), Some(Outcome::Completed)));
+    assert_eq!(
+        (streamed.outcome(), direct.outcome()),
+        (Some(MotionOutcome::Completed), Some(MotionOutcome::Completed))
+    );
     assert!(streamed.machine() == direct.machine(), "the machines differ");
 }

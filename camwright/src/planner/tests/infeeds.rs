@@ -1,7 +1,7 @@
 //! Infeed per turn, and at constant depth along the normal.
 
 use super::*;
-use crate::interpolator::Outcome;
+use crate::interpolator::MotionOutcome;
 use crate::toolpath::wheel_path::ToolPath;
 
 fn job_with(course: InfeedCourse, direction: InfeedDirection) -> JobSpec {
@@ -31,7 +31,7 @@ fn every_kind_of_infeed_is_planned_within_limits_and_ground_to_the_design() {
             let planned = planned(&job);
             assert!(planned.report.max_ratio() <= 1.0 + 1e-6, "{course:?} {direction:?}: {:?}", planned.report);
             let simulated = simulated(planned.plan.clone(), &machine(), |_, _| {});
-            assert_eq!(simulated.outcome, Outcome::Completed);
+            assert_eq!(simulated.outcome, MotionOutcome::Completed);
         }
     }
 }

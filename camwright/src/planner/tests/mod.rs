@@ -7,7 +7,7 @@ use crate::job::grinding::{
     HoldInCut, HomePosition, InfeedCourse, InfeedDirection, LobeSpec, PassSpec, ProfileSpec, SpeedLaw,
 };
 use crate::machine::description::{
-    AlarmRetract, AxisDescription, ContactDescription, DriveSettings, MotionLimits, Scale, Station, StiffnessAt,
+    AlarmRetract, AxisDescription, AxisScale, ContactDescription, DriveSettings, MotionLimits, Station, StiffnessAt,
     WheelDescription,
 };
 use crate::machine::persistent_state::PersistentState;
@@ -24,7 +24,7 @@ use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
-fn axis(axis: Axis, scale: Scale, limits: MotionLimits, soft_limits: Option<(f64, f64)>) -> AxisDescription {
+fn axis(axis: Axis, scale: AxisScale, limits: MotionLimits, soft_limits: Option<(f64, f64)>) -> AxisDescription {
     AxisDescription {
         axis,
         scale,
@@ -52,9 +52,9 @@ pub(crate) fn machine() -> MachineDescription {
         feedback_delay_ticks: 20,
         servo_steps_per_tick: 4,
         axes: [
-            axis(Axis::C, Scale::Rotary { counts_per_turn: 3_600_000 }, limits(31.4, 300.0, 3e4), None),
-            axis(Axis::X, Scale::Linear { counts_per_mm: 100_000 }, limits(500.0, 1e4, 1e6), Some((5.0, 180.0))),
-            axis(Axis::Z, Scale::Linear { counts_per_mm: 10_000 }, limits(250.0, 2e3, 5e4), Some((-20.0, 400.0))),
+            axis(Axis::C, AxisScale::Rotary { counts_per_turn: 3_600_000 }, limits(31.4, 300.0, 3e4), None),
+            axis(Axis::X, AxisScale::Linear { counts_per_mm: 100_000 }, limits(500.0, 1e4, 1e6), Some((5.0, 180.0))),
+            axis(Axis::Z, AxisScale::Linear { counts_per_mm: 10_000 }, limits(250.0, 2e3, 5e4), Some((-20.0, 400.0))),
         ],
         stations: (0..8_u32)
             .map(|i| Station { switch: format!("LS{}", i + 1), position_mm: 40.0 + 45.0 * f64::from(i) })

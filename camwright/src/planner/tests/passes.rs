@@ -1,7 +1,7 @@
 //! Several passes over a lobe, each with its own infeed and speed.
 
 use super::*;
-use crate::interpolator::Outcome;
+use crate::interpolator::MotionOutcome;
 
 fn in_two_passes() -> JobSpec {
     let mut job = job();
@@ -59,7 +59,7 @@ fn each_pass_begins_where_the_one_before_ended() {
 #[test]
 fn both_passes_are_executed_without_an_alarm() {
     let simulated = simulated(planned(&in_two_passes()).plan, &machine(), |_, _| {});
-    assert_eq!(simulated.outcome, Outcome::Completed);
+    assert_eq!(simulated.outcome, MotionOutcome::Completed);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 use super::*;
 use crate::cam::form::Form;
-use crate::interpolator::Outcome;
+use crate::interpolator::MotionOutcome;
 use crate::job::grinding::JobError;
 use crate::motion::plan::{PlanCommand, Segment};
 use crate::planner::deflection::Deflections;
@@ -36,7 +36,7 @@ fn spark_out_ends_when_the_force_is_steady_after_the_predicted_turns() {
                 turned[lobe] = (turned[lobe].0.min(c), turned[lobe].1.max(c));
             }
         });
-        assert_eq!(simulated.outcome, Outcome::Completed);
+        assert_eq!(simulated.outcome, MotionOutcome::Completed);
         // A turn more or less for each lobe, and what the two searches of the table take longer.
         let took_s = (simulated.last_tick - simulated.first_tick) as f64 * soft.cycle_time_s();
         assert!((took_s - planned.plan.duration_s).abs() < 2.5, "{took_s} s, {} s", planned.plan.duration_s);

@@ -115,7 +115,7 @@ fn a_table_that_arrives_too_late_waits_for_the_next_turn() {
         station.position_mm += 4.0;
     }
     let run = run(&planned, &late);
-    assert_eq!(run.ticks.outcome, crate::interpolator::Outcome::Completed);
+    assert_eq!(run.ticks.outcome, crate::interpolator::MotionOutcome::Completed);
     let more_s = run.duration_s(&late) - as_planned.duration_s(&late);
     // Three lobes come turning, each a turn of 1 s later; the first only 0.1 s.
     assert!((more_s - 3.1).abs() < 0.1, "{more_s}");
@@ -129,7 +129,7 @@ fn c_stops_between_the_passes_of_a_lobe() {
     job.passes.insert(0, rough);
     let planned = planned(&job);
     let run = run(&planned, &machine());
-    assert_eq!(run.ticks.outcome, crate::interpolator::Outcome::Completed);
+    assert_eq!(run.ticks.outcome, crate::interpolator::MotionOutcome::Completed);
     for lobe in 0..4 {
         let ends: Vec<(f64, f64)> = planned
             .plan

@@ -34,7 +34,7 @@ use crate::simulation::tick_report::{MotionState, TickReport};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 pub use cases::{FaultCase, every_fault, seeded_moments};
-use swing::Swing;
+use swing::FreeOscillation;
 
 const C: usize = Axis::C as usize;
 const X: usize = Axis::X as usize;
@@ -348,7 +348,7 @@ impl<'a> Campaign<'a> {
         let inside = |c_rad: f64, x_mm: f64| self.path_mm(state.target, c_rad) - x_mm;
         let mut worst_mm = inside(state.c_rad, state.x_mm).max(0.0);
         let mut swings = [(c, state.c_swing, c_dead), (x, state.x_swing, x_dead)]
-            .map(|(axis, swing, is_dead)| Swing::new(axis.drive.structure.filter(|_| is_dead), swing));
+            .map(|(axis, swing, is_dead)| FreeOscillation::new(axis.drive.structure.filter(|_| is_dead), swing));
         let brake = c.limits.acceleration;
         // X goes by the law of its retreat, over what is surely enough to leave; or it brakes and is drawn back.
         let (v0, far_mm) = (state.x_mm_s, 100.0_f64);
@@ -359,7 +359,7 @@ impl<'a> Campaign<'a> {
         let step_s = tick_s / f64::from(steps);
         let c_stop_s = state.c_rad_s.abs() / brake;
         // Until the path stands still and X is on its way out, and a turn of the slowest swing beyond.
-        let swing_s = swings.iter().map(Swing::period_s).fold(0.0, f64::max);
+        let swing_s = swings.iter().map(FreeOscillation::period_s).fold(0.0, f64::max);
         let end_s = c_stop_s.max(v0.abs() / x.limits.acceleration) + swing_s + 4.0 * tick_s;
         let mut at_s = 0.0;
         while at_s <= end_s {

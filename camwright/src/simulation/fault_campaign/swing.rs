@@ -5,14 +5,14 @@ use crate::math::units::TURN_RAD;
 
 /// The structure of an axis without power, by small steps of q̈ = −ω² q − 2 ζ ω q̇ − v̇ (see `mechanics.rs`).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Swing {
+pub(super) struct FreeOscillation {
     structure: Option<Structure>,
     start: f64,
     ahead: f64,
     growth: f64,
 }
 
-impl Swing {
+impl FreeOscillation {
     /// Parts of a servo step: with 32 of them one of 250 Hz loses 1e-5 of its height in a period.
     const PARTS: u32 = 32;
 

@@ -9,7 +9,7 @@ mod gain;
 pub use flaw::{AxisFlaw, DriveFlaw, FlawAxes, FlawEffect};
 pub use gain::{FeedForward, GainSearch, GainTrial, MinimumGain};
 
-use crate::interpolator::{Motion, Outcome, PrepareError, Prepared};
+use crate::interpolator::{Motion, MotionOutcome, PrepareError, Prepared};
 use crate::job::turning::TurningJob;
 use crate::machine::description::{Axis, DescriptionError, Effect, MachineDescription};
 use crate::machine::persistent_state::PersistentState;
@@ -17,7 +17,7 @@ use crate::motion::plan::Plan;
 use crate::simulation::Machine;
 use crate::simulation::closed_loop::{ClosedLoop, Simulated, SimulationError};
 use crate::simulation::turned_part::{FormMap, FormMapError, FormPoint, PartGrid, TurnedPart, TurnedPartError};
-use crate::toolpath::insert_path::{Feed, cusp_mm};
+use crate::toolpath::insert_path::{InsertFeed, cusp_mm};
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::sync::Arc;
@@ -47,7 +47,7 @@ pub enum TurningDrivesError {
     Simulation(#[from] SimulationError),
     /// The same, without an alarm.
     #[error("the motion ended as {0:?}")]
-    Ended(Outcome),
+    Ended(MotionOutcome),
     /// It cannot be compared with its design.
     #[error(transparent)]
     Form(#[from] FormMapError),
@@ -142,7 +142,7 @@ impl<'a> TurningDrives<'a> {
         grid: PartGrid,
     ) -> Result<Self, TurningDrivesError> {
         let insert = machine.insert.ok_or(TurningDrivesError::NotALathe)?;
-        let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = job.feed;
+        let (InsertFeed::AlongZ(feed_mm) | InsertFeed::AlongCurve(feed_mm)) = job.feed;
         let plan = Arc::new(plan.clone());
         let ideal = machine.clone().without(Effect::Servo);
         let ideal = map(job, &plan, &ideal, grid)?;
@@ -215,7 +215,7 @@ pub fn turn(
     let motion = Prepared::new(Motion::Plan(plan.clone()), description)?;
     let mut closed_loop = ClosedLoop::direct(machine);
     let simulated = closed_loop.simulate(Box::new(motion), |_, _| {})?;
-    if simulated.outcome != Outcome::Completed {
+    if simulated.outcome != MotionOutcome::Completed {
         return Err(TurningDrivesError::Ended(simulated.outcome));
     }
     let part = closed_loop.machine().turned_part().ok_or(TurningDrivesError::NotALathe)?.clone();

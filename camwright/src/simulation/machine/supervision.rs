@@ -1,6 +1,6 @@
 //! Active alarms, and how far the motion has reacted to them.
 
-use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
+use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, AlarmSeverity};
 use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::math::fixed_list::FixedList;
 
@@ -53,7 +53,7 @@ impl Supervision {
         let alarm = Alarm { kind, tick, value, bound };
         self.alarms.push(alarm);
         self.raised.push(alarm);
-        if kind.entry().severity == Severity::Warning {
+        if kind.entry().severity == AlarmSeverity::Warning {
             return;
         }
         if let AlarmKind::FollowingError(axis) | AlarmKind::DriveFault(axis) | AlarmKind::EncoderJump(axis) = kind {
@@ -80,12 +80,12 @@ impl Supervision {
 
     /// An alarm has stopped the motion, or is stopping it.
     pub(super) fn is_stopping(&self) -> bool {
-        self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+        self.alarms.iter().any(|alarm| alarm.kind.entry().severity > AlarmSeverity::Warning)
     }
 
     /// An alarm keeps the power of the drives off once the axes rest.
     pub(super) fn requires_power_off(&self) -> bool {
-        self.alarms.iter().any(|alarm| alarm.kind.entry().severity == Severity::PowerOff)
+        self.alarms.iter().any(|alarm| alarm.kind.entry().severity == AlarmSeverity::PowerOff)
     }
 
     pub(super) fn take_kill(&mut self, axis: Axis) -> bool {

@@ -16,10 +16,10 @@ use alloc::vec::Vec;
 /// plan and twice the knots.
 const CELLS: u32 = 72;
 
-type Range = (f64, f64);
+type ValueSpan = (f64, f64);
 
 /// Ranges of the first three derivatives of a slide over the turned angle (mm/rad, mm/rad², mm/rad³).
-type Derivatives = [Range; 3];
+type Derivatives = [ValueSpan; 3];
 
 /// The cells of a path, from its begin to its end.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,9 +35,9 @@ pub(super) struct Cells {
 pub(super) struct SpindleMotion {
     /// Time (s).
     pub(super) time_s: f64,
-    speed: Range,
-    acceleration: Range,
-    jerk: Range,
+    speed: ValueSpan,
+    acceleration: ValueSpan,
+    jerk: ValueSpan,
 }
 
 impl SpindleMotion {
@@ -107,7 +107,7 @@ impl Cells {
         c: &MotionLimits,
     ) -> (f64, SpeedBound) {
         let SpindleMotion { speed: w, acceleration: a, jerk: j, .. } = *turning;
-        let maximum = |range: Range| f64::max(-range.0, range.1);
+        let maximum = |range: ValueSpan| f64::max(-range.0, range.1);
         let w2 = (w.0 * w.0, w.1 * w.1);
         let (w3, wa3) = ((w2.0 * w.0, w2.1 * w.1), scaled(a, (3.0 * w.0, 3.0 * w.1)));
         let mut worst = [
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use crate::cam::surface::Surface;
     use crate::cam::surface::solid::Solid;
-    use crate::toolpath::insert_path::{Feed, PathRequest};
+    use crate::toolpath::insert_path::{InsertFeed, PathRequest};
 
     /// ω = 2 + t − t² over a second turns by 2 + ½ − ⅓; its acceleration is 1 − 2t, its jerk −2.
     #[test]
@@ -189,7 +189,7 @@ mod tests {
             plane_y_mm: 0.0,
             from_mm: 1.0,
             to_mm: 3.0,
-            feed: Feed::AlongZ(0.5),
+            feed: InsertFeed::AlongZ(0.5),
             angles: 360,
             start_rad: 0.0,
             stock_mm: 0.0,

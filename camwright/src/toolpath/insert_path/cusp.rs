@@ -5,7 +5,7 @@
 //! s²/8 · (1/R − κ) = c²/8R/(1 − Rκ). Seen along the normal of the surface, which leans out of the rake plane by some angle, it is that
 //! times the cosine.
 
-use super::{Feed, InsertPath, InsertPathError};
+use super::{InsertFeed, InsertPath, InsertPathError};
 use crate::cam::surface::Surface;
 use crate::math::units::TURN_RAD;
 use crate::toolpath::rake_section::{RakeSection, SectionPoint};
@@ -51,7 +51,7 @@ impl InsertPath {
     }
 }
 
-fn height_mm(point: &SectionPoint, feed: Feed, insert_radius_mm: f64) -> f64 {
+fn height_mm(point: &SectionPoint, feed: InsertFeed, insert_radius_mm: f64) -> f64 {
     let steep = libm::sqrt(1.0 + point.by_z * point.by_z);
     // The insert does not touch a section as hollow as its own radius: that is reported as a hollow, not as a cusp.
     let open = 1.0 - insert_radius_mm * point.hollow();
@@ -59,8 +59,8 @@ fn height_mm(point: &SectionPoint, feed: Feed, insert_radius_mm: f64) -> f64 {
         return 0.0;
     }
     let in_plane_mm = match feed {
-        Feed::AlongZ(feed_mm) => (feed_mm * steep) * (feed_mm * steep) / open,
-        Feed::AlongCurve(feed_mm) => feed_mm * feed_mm * open,
+        InsertFeed::AlongZ(feed_mm) => (feed_mm * steep) * (feed_mm * steep) / open,
+        InsertFeed::AlongCurve(feed_mm) => feed_mm * feed_mm * open,
     } / (8.0 * insert_radius_mm);
     // (1, −r′/r, −r_z) outward, round and along the part; the section's normal is (1, −dx/dz) in x and z, and x leans by ψ.
     let (round, along) = (-point.surface.by_azimuth / point.surface.radius_mm, -point.surface.by_z);

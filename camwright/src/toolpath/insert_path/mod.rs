@@ -137,7 +137,7 @@ pub enum InsertPathError {
 
 /// Feed of the insert along the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Feed {
+pub enum InsertFeed {
     /// Z at constant speed: the same way every turn (mm), and all the time.
     AlongZ(f64),
     /// The contact at constant speed along each section: at every angle it goes the same way along that section's curve each turn, at
@@ -152,11 +152,11 @@ pub struct PathRequest {
     pub insert_radius_mm: f64,
     /// Height of the rake plane above the axis (mm): −H for a tool H below centre.
     pub plane_y_mm: f64,
-    /// Start of the insert's centre along z (mm); with [`Feed::AlongCurve`] start of the contact.
+    /// Start of the insert's centre along z (mm); with [`InsertFeed::AlongCurve`] start of the contact.
     pub from_mm: f64,
     /// End (mm), in either direction.
     pub to_mm: f64,
-    pub feed: Feed,
+    pub feed: InsertFeed,
     /// Angles a turn: 180 to 3600, a step of 2° to 0.1°.
     pub angles: u32,
     /// Turned angle θ = σ·C at which it begins (rad).
@@ -224,7 +224,7 @@ impl PathRequest {
         if !(r > 0.0 && r <= LARGEST_INSERT_MM) {
             return bad(InsertPathKey::InsertRadius, r, "above 0 and up to 1000 mm");
         }
-        let (Feed::AlongZ(feed) | Feed::AlongCurve(feed)) = self.feed;
+        let (InsertFeed::AlongZ(feed) | InsertFeed::AlongCurve(feed)) = self.feed;
         if !(feed > 0.0 && feed <= r) {
             return bad(InsertPathKey::Feed, feed, "above 0 and no more than the radius of the insert");
         }
@@ -284,13 +284,13 @@ impl InsertPath {
         let reach = request.reach_mm();
         let (low, high) = (request.from_mm.min(request.to_mm), request.from_mm.max(request.to_mm));
         // The centre lies up to a radius beyond the contact, and what it touches may, up to another beyond that.
-        let room = if matches!(request.feed, Feed::AlongZ(_)) { reach } else { 2.0 * reach };
+        let room = if matches!(request.feed, InsertFeed::AlongZ(_)) { reach } else { 2.0 * reach };
         let section = RakeSection::new(surface, request.plane_y_mm, low - room, high + room)?.within(budget);
         let hollows = Hollows::find(&section, reach)?;
         let contacts = Contacts::new(&section, reach, &hollows);
         let (x, z) = match request.feed {
-            Feed::AlongZ(feed) => Self::along_z(&contacts, request, feed)?,
-            Feed::AlongCurve(feed) => along_curve::spiral(&contacts, request, feed)?,
+            InsertFeed::AlongZ(feed) => Self::along_z(&contacts, request, feed)?,
+            InsertFeed::AlongCurve(feed) => along_curve::spiral(&contacts, request, feed)?,
         };
         let hollow = contacts.bridged_hollow()?;
         let accuracy = InsertPathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places: 0 };
@@ -413,7 +413,7 @@ impl InsertPath {
     /// Height of the cusps that its feed leaves (mm), see [`cusp_mm`].
     #[must_use]
     pub fn cusp_mm(&self) -> f64 {
-        let (Feed::AlongZ(feed) | Feed::AlongCurve(feed)) = self.request.feed;
+        let (InsertFeed::AlongZ(feed) | InsertFeed::AlongCurve(feed)) = self.request.feed;
         cusp_mm(self.request.insert_radius_mm, feed)
     }
 

@@ -6,7 +6,7 @@
 //! pass takes besides. The first pass meets the bar, which is no parallel: it takes at most its depth where the stock is at least what the bar
 //! stands beyond the part, as a turning job must say, and less, or nothing, elsewhere.
 
-use super::{Feed, InsertPath, InsertPathError, InsertPathKey, PathRequest};
+use super::{InsertFeed, InsertPath, InsertPathError, InsertPathKey, PathRequest};
 use crate::cam::surface::Surface;
 use alloc::vec::Vec;
 
@@ -19,7 +19,7 @@ pub struct Passes {
     pub finish_mm: f64,
     /// Most that a roughing pass takes (mm).
     pub deepest_mm: f64,
-    pub rough_feed: Feed,
+    pub rough_feed: InsertFeed,
 }
 
 /// Depth and feed of one pass.
@@ -29,7 +29,7 @@ pub struct PassStep {
     pub depth_mm: f64,
     /// Stock left on the section (mm).
     pub stock_mm: f64,
-    pub feed: Feed,
+    pub feed: InsertFeed,
 }
 
 /// One pass and its path.
@@ -87,7 +87,7 @@ impl Passes {
     ///
     /// # Errors
     /// What [`Self::stocks_mm`] says.
-    pub fn steps(&self, finish: Feed) -> Result<Vec<PassStep>, InsertPathError> {
+    pub fn steps(&self, finish: InsertFeed) -> Result<Vec<PassStep>, InsertPathError> {
         let stocks = self.stocks_mm()?;
         let last = stocks.len() - 1;
         let mut before_mm = self.stock_mm;

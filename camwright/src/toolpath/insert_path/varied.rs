@@ -58,7 +58,7 @@ impl InsertPath {
         let constant = self.spindle_law(c.velocity, limits, c)?;
         let cells = Cells::new(self);
         let limits = AxisLimits { spindle_rad_s: limits.spindle_rad_s.min(c.velocity), ..*limits };
-        let varied = Fit::new(&cells, &limits, &c).law(self.x().end() - self.x().start());
+        let varied = SpeedFit::new(&cells, &limits, &c).law(self.x().end() - self.x().start());
         Ok(match varied {
             Some(VariedLaw { law, range_rad_s, ramp_s, bounds }) if law.end() < constant.law.end() => {
                 SpindleLaw { law, rad_s: range_rad_s.0, range_rad_s, ramp_s, bounds, fastest: constant.fastest }
@@ -69,7 +69,7 @@ impl InsertPath {
 }
 
 /// A path's cells and what is allowed there.
-struct Fit<'a> {
+struct SpeedFit<'a> {
     cells: &'a Cells,
     limits: &'a AxisLimits,
     c: &'a MotionLimits,
@@ -110,7 +110,7 @@ struct Ramp {
     cells: usize,
 }
 
-impl<'a> Fit<'a> {
+impl<'a> SpeedFit<'a> {
     fn new(cells: &'a Cells, limits: &'a AxisLimits, c: &'a MotionLimits) -> Self {
         let square = |cell| {
             let rad_s = SPARE * cells.fastest(cell, limits);

@@ -2,7 +2,7 @@
 
 use super::error::ReportError;
 use camwright_bag::schema_evolution::{add_empty_lists, lists_since};
-use camwright_bag::{Bag, Message, Topic};
+use camwright_bag::{Bag, BagMessage, Topic};
 use camwright_files::convert::time::{TickClock, ns_from_time};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, AppliedInput, FormMap, GaugeReading, InterpolatorState, JobFilePage, JobStatus, LobeForm, MachineAlarms,
@@ -114,7 +114,7 @@ impl RecordedRun {
         Ok(recorded)
     }
 
-    fn add_message(&mut self, name: &str, message: &Message) {
+    fn add_message(&mut self, name: &str, message: &BagMessage) {
         let outcome = match name {
             "machine/description" => push(&mut self.machines, message),
             "machine/stream" if self.clock.is_none() => self.add_stream(message),
@@ -140,7 +140,7 @@ impl RecordedRun {
         }
     }
 
-    fn add_stream(&mut self, message: &Message) -> Result<(), String> {
+    fn add_stream(&mut self, message: &BagMessage) -> Result<(), String> {
         let stream: MachineStream = message_from_sample(&message.data)?;
         if let Some(machine) = self.machines.first() {
             self.clock =
@@ -172,7 +172,7 @@ impl RecordedRun {
     }
 }
 
-fn push<T: DeserializeOwned>(into: &mut Vec<TimedMessage<T>>, message: &Message) -> Result<(), String> {
+fn push<T: DeserializeOwned>(into: &mut Vec<TimedMessage<T>>, message: &BagMessage) -> Result<(), String> {
     into.push(TimedMessage { ns: message.log_time_ns, message: message_from_sample(&message.data)? });
     Ok(())
 }

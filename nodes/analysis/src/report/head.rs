@@ -3,7 +3,7 @@
 use super::chart::{Chart, Curve, Mark, Size};
 use super::columns::Columns;
 use super::findings::Findings;
-use super::judge::{Tone, WorstError};
+use super::judge::{VerdictTone, WorstError};
 use super::lag::Residual;
 use super::part_drawing::DrawnSection;
 use super::text::{escape, fixed, signed, um};
@@ -21,9 +21,9 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     let verdict = findings.verdict;
     titles(out, findings);
     let tone = match verdict.tone {
-        Tone::Good => "good",
-        Tone::Wrong => "wrong",
-        Tone::Waits => "waits",
+        VerdictTone::Good => "good",
+        VerdictTone::Wrong => "wrong",
+        VerdictTone::Waits => "waits",
     };
     let _infallible = write!(
         out,

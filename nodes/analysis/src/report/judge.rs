@@ -15,7 +15,7 @@ pub const BURNT: &str = "NOT GOOD, BURNT";
 
 /// Emphasis of the verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Tone {
+pub(super) enum VerdictTone {
     Good,
     Wrong,
     Waits,
@@ -38,7 +38,7 @@ pub(super) struct WorstError {
 /// Verdict of the report.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ReportVerdict {
-    pub(super) tone: Tone,
+    pub(super) tone: VerdictTone,
     pub(super) word: &'static str,
     pub(super) reason: String,
     pub(super) worst: Option<WorstError>,
@@ -75,9 +75,9 @@ pub(super) fn judge(
             let all = if count > 1 { format!("All {count} lobes are") } else { "The part is".into() };
             let reserve = fixed(worst.allowed_um - worst.error_um.abs(), 2);
             let reason = format!("{all} within the allowed ±{allowed} µm; the worst place has {reserve} µm to spare.");
-            (Tone::Good, "GOOD", reason)
+            (VerdictTone::Good, "GOOD", reason)
         }
-        (0, Some(burnt)) => (Tone::Wrong, BURNT, format!("The form is within tolerance. {}", burnt_text(burnt))),
+        (0, Some(burnt)) => (VerdictTone::Wrong, BURNT, format!("The form is within tolerance. {}", burnt_text(burnt))),
         (bad, _) => {
             let over = fixed(worst.error_um.abs() - worst.allowed_um, 2);
             let side = if worst.error_um > 0.0 { "more material" } else { "less material" };
@@ -87,7 +87,7 @@ pub(super) fn judge(
                 count => format!("{bad} of {count} lobes are out of tolerance"),
             };
             let reason = format!("{which}: the worst place has {over} µm {side} than the allowed ±{allowed} µm.");
-            (Tone::Wrong, "NOT GOOD", reason)
+            (VerdictTone::Wrong, "NOT GOOD", reason)
         }
     };
     let lag = lags.get(worst.index).and_then(Option::as_ref);
@@ -107,7 +107,7 @@ pub fn burnt(lobes: &[LobeResult]) -> Option<&LobeResult> {
 }
 
 fn without_part(word: &'static str, reason: String, causes: Vec<String>) -> ReportVerdict {
-    ReportVerdict { tone: Tone::Waits, word, reason, worst: None, causes }
+    ReportVerdict { tone: VerdictTone::Waits, word, reason, worst: None, causes }
 }
 
 fn burnt_text(lobe: &LobeResult) -> String {
@@ -185,7 +185,7 @@ fn not_complete(recorded: &RecordedRun, story: &JobTimeline<'_>, status: &JobSta
         causes.push(status.message.clone());
     }
     causes.push(format!("{done} of {of} lobes or parts were judged."));
-    ReportVerdict { tone: Tone::Wrong, word: "NOT COMPLETE", reason, worst: None, causes }
+    ReportVerdict { tone: VerdictTone::Wrong, word: "NOT COMPLETE", reason, worst: None, causes }
 }
 
 /// Share of each cause in the error at the worst position of a lobe.

@@ -6,7 +6,7 @@ use super::table::table;
 use super::text::{escape, fixed, signed};
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
-use camwright::toolpath::insert_path::Feed;
+use camwright::toolpath::insert_path::InsertFeed;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::TurnedResult;
 use camwright_planning::AnyPrepared;
@@ -62,8 +62,8 @@ fn axis_lines(name: &str, axis: &AxisShare) -> Vec<String> {
 
 fn cusp_name(findings: &Findings<'_>) -> String {
     let Ok(AnyPrepared::Turned(prepared)) = findings.again else { return "cusp of the feed".into() };
-    let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = prepared.job.spec.feed;
-    let along = if matches!(prepared.job.spec.feed, Feed::AlongZ(_)) { "Z" } else { "the curve" };
+    let (InsertFeed::AlongZ(feed_mm) | InsertFeed::AlongCurve(feed_mm)) = prepared.job.spec.feed;
+    let along = if matches!(prepared.job.spec.feed, InsertFeed::AlongZ(_)) { "Z" } else { "the curve" };
     let radius =
         prepared.machine.insert.map_or_else(String::new, |insert| format!(", R {} mm", fixed(insert.radius_mm, 2)));
     format!("cusp of the feed, {} mm a turn along {along}{radius}", fixed(feed_mm, 3))

@@ -2,7 +2,7 @@
 
 use super::difference::ReplayDifference;
 use super::recorded::RecordedInputs;
-use camwright::interpolator::{AppliedInput as Applied, Interpolator, Request, TickInputs};
+use camwright::interpolator::{AppliedInput as Applied, Interpolator, MotionRequest, TickInputs};
 use camwright::machine::description::Axis;
 use camwright_files::convert::applied_input::{input as applied_input, kind_name};
 use camwright_files::convert::motion_record::{MotionRecord, StartRecord};
@@ -118,7 +118,7 @@ impl<'a> InterpolatorReplay<'a> {
     /// One tick, with the inputs that it applied.
     fn tick(&mut self, tick: u64) -> Result<camwright::machine::setpoint::Setpoint, Box<ReplayDifference>> {
         let mut given: Vec<Applied> = Vec::new();
-        let mut requests: Vec<Request> = Vec::new();
+        let mut requests: Vec<MotionRequest> = Vec::new();
         while let Some(message) = self.recorded.interpolator_inputs.get(self.next).filter(|input| input.tick <= tick) {
             if message.kind == AppliedInput::START {
                 // Of the next motion: this one was sent beyond the tick at which an alarm ended it.

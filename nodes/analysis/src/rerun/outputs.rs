@@ -1,7 +1,7 @@
 //! Recorded outputs of a tick, compared with the replayed ones.
 
 use super::difference::ReplayDifference;
-use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
+use camwright::machine::description::{AXIS_COUNT, Axis, AxisScale, MachineDescription};
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::gauge::readings;
 use camwright_files::convert::machine_report::{io_message, joint_values, latch_message, motion_number};
@@ -24,7 +24,7 @@ pub(super) enum Output {
 /// Size of a count (m or rad).
 fn size(machine: &MachineDescription, axis: Axis) -> Option<(Axis, f64)> {
     let per_unit = match machine.axis(axis).scale {
-        scale @ (Scale::Linear { .. } | Scale::Rotary { .. }) => scale.counts_per_unit(),
+        scale @ (AxisScale::Linear { .. } | AxisScale::Rotary { .. }) => scale.counts_per_unit(),
     };
     Some((axis, si_from_core(axis, 1.0 / per_unit)))
 }

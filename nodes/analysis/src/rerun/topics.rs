@@ -1,7 +1,7 @@
 //! Topics of a recorded cell, and their messages.
 
 use super::error::RerunError;
-use camwright_bag::{Bag, Message};
+use camwright_bag::{Bag, BagMessage};
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineInput, PlanPage};
 use camwright_msgs::cdr::message_from_sample;
@@ -24,7 +24,7 @@ pub(super) struct ReplayTopics {
 }
 
 /// Reads a message of a bag.
-pub(super) fn read<T: DeserializeOwned>(bag: &Bag, message: &Message) -> Result<T, RerunError> {
+pub(super) fn read<T: DeserializeOwned>(bag: &Bag, message: &BagMessage) -> Result<T, RerunError> {
     message_from_sample(&message.data).map_err(|reason| {
         let topic = bag.topics().get(message.topic).map_or("", |topic| topic.name.as_str());
         RerunError::Cannot(format!("message {} of {topic} cannot be read: {reason}", message.sequence))

@@ -8,10 +8,10 @@ pub(super) mod tracking;
 mod wanted;
 
 use super::engine_messages::{PreparedMotion, ToEngine};
-use super::goals::{Goal, by};
+use super::goals::{RunningGoal, by};
 use super::{Shared, lock};
 use arrival::TrajectoryArrival;
-use camwright::interpolator::Request;
+use camwright::interpolator::MotionRequest;
 use camwright::interpolator::trajectory::TrajectoryStart;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
@@ -59,12 +59,12 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
             return;
         }
         let name = by(OF_A_GOAL, handle.client());
-        lock(&self.0.served).begin(Goal::Trajectory(handle), name, String::new());
+        lock(&self.0.served).begin(RunningGoal::Trajectory(handle), name, String::new());
         self.0.begin_made(motion);
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.request(Request::Cancel)
+        self.0.request(MotionRequest::Cancel)
     }
 }
 
@@ -97,7 +97,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
                     "speed scaling {factor} ignored, allowed is 0 to 1: a trajectory may use its limits to the full"
                 );
                 this.node.warn_once("speed scaling out of 0 to 1 ignored", &text);
-            } else if !this.request(Request::SetOverride(factor)) {
+            } else if !this.request(MotionRequest::SetOverride(factor)) {
                 let text = "speed scaling ignored: no message from the machine yet";
                 this.node.warn_once(text, text);
             }
@@ -134,7 +134,7 @@ impl Shared {
 
     fn begin_from_topic(&self, wanted: &RequestedTrajectory, name: String) -> Result<(), String> {
         let motion = self.motion_from_rest(wanted)?;
-        lock(&self.served).begin(Goal::Topic, name, String::new());
+        lock(&self.served).begin(RunningGoal::Topic, name, String::new());
         self.begin_made(Ok(motion));
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Summaries of a bag in `metadata.yaml`, in its storage and by its recorder, compared with its content.
 
-use super::report::Report;
+use super::report::BagReport;
 use super::walk::BagWalk;
 use crate::metadata::RECORDER_VERSION;
 use crate::metadata::{self, BagMetadata, NO_START_NS};
@@ -27,7 +27,7 @@ pub(super) fn agree(walk: &mut BagWalk, yaml: Option<&BagMetadata>) {
     walk.report = report;
 }
 
-fn in_all(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
+fn in_all(walk: &BagWalk, report: &mut BagReport, yaml: &BagMetadata) {
     let seen = report.message_count;
     if yaml.message_count != seen {
         report.error(PLACE, format!("message_count is {}, the files have {seen}", yaml.message_count));
@@ -51,7 +51,7 @@ fn in_all(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
     }
 }
 
-fn by_topic(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
+fn by_topic(walk: &BagWalk, report: &mut BagReport, yaml: &BagMetadata) {
     for topic in &yaml.topics {
         let name = &topic.name;
         match walk.counts.get(name) {
@@ -77,7 +77,7 @@ fn by_topic(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
 }
 
 /// The entry of each file against the file.
-fn by_file(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
+fn by_file(walk: &BagWalk, report: &mut BagReport, yaml: &BagMetadata) {
     for (declared, (name, seen)) in yaml.files.iter().zip(&walk.files) {
         let (first, last) = seen.log_times_ns.unwrap_or((NO_START_NS, NO_START_NS));
         let figures = [
@@ -92,7 +92,7 @@ fn by_file(walk: &BagWalk, report: &mut Report, yaml: &BagMetadata) {
 }
 
 /// Differences between `metadata.yaml` and the last record within the storage that the content of the files does not decide.
-fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
+fn differences(report: &mut BagReport, yaml: &BagMetadata, record: &BagMetadata) {
     let differs = [
         ("message_count", yaml.message_count != record.message_count),
         ("topics_with_message_count", yaml.topics != record.topics),
@@ -109,7 +109,7 @@ fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
 }
 
 /// Checks the recorder's own summary of the run.
-fn check_recorded_summary(walk: &BagWalk, report: &mut Report, yaml: Option<&BagMetadata>) {
+fn check_recorded_summary(walk: &BagWalk, report: &mut BagReport, yaml: Option<&BagMetadata>) {
     let Some(declared) = walk.record.as_ref().or(yaml).map(|m| m.custom_data.clone()) else { return };
     let is_ours = declared.contains_key(RECORDER_VERSION);
     let lost: u64 = match declared.get("camwright.lost_total").map(|lost| lost.parse()) {
@@ -143,7 +143,7 @@ fn check_recorded_summary(walk: &BagWalk, report: &mut Report, yaml: Option<&Bag
 }
 
 /// Every later file begins with the last message of each latched topic.
-fn latched(walk: &BagWalk, report: &mut Report) {
+fn latched(walk: &BagWalk, report: &mut BagReport) {
     for (name, topic) in &walk.topics {
         for file in &topic.headless {
             report.error(
@@ -155,7 +155,7 @@ fn latched(walk: &BagWalk, report: &mut Report) {
 }
 
 /// Checks the last counts of the recorder: the bag cannot have fewer messages, and cannot have lost more.
-fn account(walk: &BagWalk, report: &mut Report, lost: u64) {
+fn account(walk: &BagWalk, report: &mut BagReport, lost: u64) {
     let accounts: Vec<_> =
         walk.topics.iter().filter_map(|(name, topic)| Some((name, topic.account.as_ref()?))).collect();
     // Two recorders in the graph receive each other's status, and one that continued in another bag first reported that one.

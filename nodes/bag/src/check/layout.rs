@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mcap::records::{ChunkHeader, ChunkIndex, Footer, MessageIndex, Record, op};
 
-use super::report::{FindingCount, Report};
+use super::report::{BagReport, FindingCount};
 use crate::BagError;
 use crate::records::open_file;
 use crate::salvage::walk_chunk;
@@ -61,7 +61,7 @@ struct Layout {
 }
 
 /// Looks at a file whose records can be read; returns whether it has a summary.
-pub(super) fn check(report: &mut Report, path: &Path, place: &str) -> bool {
+pub(super) fn check(report: &mut BagReport, path: &Path, place: &str) -> bool {
     let layout = match Layout::from_file(path) {
         Ok(layout) => layout,
         Err(reason) => {
@@ -152,7 +152,7 @@ impl Layout {
     }
 
     /// Checks the offsets of the summary in the footer, and the summary of its sections.
-    fn sections(&self, report: &mut Report, place: &str) {
+    fn sections(&self, report: &mut BagReport, place: &str) {
         let Some((footer_at, footer)) = &self.footer else { return report.error(place, "it has no footer") };
         if Some(footer.summary_start) != self.data_end {
             let (declared, seen) = (footer.summary_start, self.data_end.unwrap_or(0));
@@ -180,7 +180,7 @@ impl Layout {
     }
 
     /// The index of chunks against the chunks.
-    fn chunks(&self, report: &mut Report, place: &str) {
+    fn chunks(&self, report: &mut BagReport, place: &str) {
         if self.bare > 0 {
             let text = "messages stand outside of chunks (fastwrite): no index leads to them, players cannot seek or choose topics, \
                         Foxglove loads the whole file";
@@ -217,7 +217,7 @@ impl Layout {
     }
 
     /// The indexes of messages behind chunks against the messages in them.
-    fn message_indexes(&self, report: &mut Report, place: &str) {
+    fn message_indexes(&self, report: &mut BagReport, place: &str) {
         let filled = self.chunks.iter().filter(|(_, chunk)| chunk.range_ns.is_some());
         let (with, without): (Vec<_>, Vec<_>) = filled.partition(|(_, chunk)| !chunk.indexes.is_empty());
         if !without.is_empty() && with.is_empty() {
@@ -235,7 +235,7 @@ impl Layout {
         }
     }
 
-    fn metadata(&self, report: &mut Report, place: &str) {
+    fn metadata(&self, report: &mut BagReport, place: &str) {
         let declared: BTreeMap<u64, (u64, String)> =
             self.metadata_indexes.iter().map(|(at, length, name)| (*at, (*length, name.clone()))).collect();
         if declared != self.metadata {

@@ -16,7 +16,7 @@ mod walk;
 
 use std::path::{Path, PathBuf};
 
-pub use report::{Finding, Report, Severity};
+pub use report::{BagFinding, BagReport, BagSeverity};
 
 use super::BagError;
 use super::channels::{files_in, is_of_bag};
@@ -31,7 +31,7 @@ const STORAGE: &str = "mcap";
 ///
 /// # Errors
 /// Only when there is nothing to check; whatever is wrong with a bag is a finding.
-pub fn check(path: &Path) -> Result<Report, BagError> {
+pub fn check(path: &Path) -> Result<BagReport, BagError> {
     let is_file = std::fs::metadata(path).map_err(|e| BagError::io("open", path, e))?.is_file();
     let mut walk = BagWalk::default();
     let (files, yaml) = if is_file { (vec![path.to_owned()], None) } else { directory(&mut walk.report, path) };
@@ -45,7 +45,7 @@ pub fn check(path: &Path) -> Result<Report, BagError> {
 }
 
 /// The storage files, and what `metadata.yaml` says.
-fn directory(report: &mut Report, path: &Path) -> (Vec<PathBuf>, Option<BagMetadata>) {
+fn directory(report: &mut BagReport, path: &Path) -> (Vec<PathBuf>, Option<BagMetadata>) {
     const PLACE: &str = metadata::FILE_NAME;
     let lying = files_in(path).unwrap_or_default();
     let yaml = match BagMetadata::read_from(path) {

@@ -2,7 +2,7 @@
 
 use mcap::records::MessageHeader;
 
-use super::report::{FindingCount, Report};
+use super::report::{BagReport, FindingCount};
 
 /// Errors of log times, with the first message that shows each.
 #[derive(Default)]
@@ -28,7 +28,7 @@ impl OrderCheck {
         self.last_ns = Some(t);
     }
 
-    pub(super) fn add_to(&self, report: &mut Report) {
+    pub(super) fn add_to(&self, report: &mut BagReport) {
         const PLACE: &str = "messages";
         if let Some(text) = self.at_zero.sentence("with the log time 0, which viewers refuse") {
             report.error(PLACE, text);

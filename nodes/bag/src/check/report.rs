@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
+pub enum BagSeverity {
     /// Worth knowing: no reader loses a message by it that knows how to go on, and some can do less with the bag.
     Warning,
     /// Damaged, incomplete, or not what rosbag2 writes.
@@ -14,9 +14,9 @@ pub enum Severity {
 
 /// Something found in a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
+pub struct BagFinding {
     /// Severity.
-    pub severity: Severity,
+    pub severity: BagSeverity,
     /// The file, relative to the bag where it is within.
     pub place: String,
     /// Text of the finding, with the actual and the expected value.
@@ -33,19 +33,19 @@ const MAX_FINDINGS: usize = 1000;
 
 /// Report of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Report {
+pub struct BagReport {
     /// In the order they were found.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<BagFinding>,
     /// Number of further findings, and the worst of them.
-    pub more: (u64, Option<Severity>),
+    pub more: (u64, Option<BagSeverity>),
     pub message_count: u64,
     pub topic_count: usize,
 }
 
-impl Report {
+impl BagReport {
     /// The worst finding; none when the bag is clean.
     #[must_use]
-    pub fn worst(&self) -> Option<Severity> {
+    pub fn worst(&self) -> Option<BagSeverity> {
         self.findings.iter().map(|f| f.severity).max().max(self.more.1)
     }
 
@@ -53,14 +53,14 @@ impl Report {
     pub fn to_text(&self) -> String {
         let verdict = match self.worst() {
             None => "CLEAN",
-            Some(Severity::Warning) => "READABLE, WITH WARNINGS",
-            Some(Severity::Error) => "DAMAGED",
+            Some(BagSeverity::Warning) => "READABLE, WITH WARNINGS",
+            Some(BagSeverity::Error) => "DAMAGED",
         };
         let mut text = format!("{verdict}: {} messages on {} topics\n", self.message_count, self.topic_count);
         for finding in &self.findings {
             let word = match finding.severity {
-                Severity::Warning => "warning",
-                Severity::Error => "error",
+                BagSeverity::Warning => "warning",
+                BagSeverity::Error => "error",
             };
             text.push_str(&format!("{word}: {}: {}\n", finding.place, finding.text));
         }
@@ -77,7 +77,7 @@ impl Report {
             .findings
             .iter()
             .map(|f| {
-                let severity = if f.severity == Severity::Error { "error" } else { "warning" };
+                let severity = if f.severity == BagSeverity::Error { "error" } else { "warning" };
                 let (place, text) = (quoted(&f.place), quoted(&f.text));
                 format!("{{\"severity\":\"{severity}\",\"place\":{place},\"text\":{text}}}")
             })
@@ -92,16 +92,16 @@ impl Report {
     }
 
     pub(super) fn error(&mut self, place: impl Into<String>, text: impl Into<String>) {
-        self.find(Severity::Error, place.into(), text.into());
+        self.find(BagSeverity::Error, place.into(), text.into());
     }
 
     pub(super) fn warning(&mut self, place: impl Into<String>, text: impl Into<String>) {
-        self.find(Severity::Warning, place.into(), text.into());
+        self.find(BagSeverity::Warning, place.into(), text.into());
     }
 
-    fn find(&mut self, severity: Severity, place: String, text: String) {
+    fn find(&mut self, severity: BagSeverity, place: String, text: String) {
         if self.findings.len() < MAX_FINDINGS {
-            self.findings.push(Finding { severity, place, text });
+            self.findings.push(BagFinding { severity, place, text });
         } else {
             self.more = (self.more.0 + 1, self.more.1.max(Some(severity)));
         }

@@ -5,11 +5,11 @@ use std::rc::Rc;
 
 use mcap::records::{Channel as ChannelRecord, MessageHeader, SchemaHeader, Statistics};
 
-use super::report::{FindingCount, Report};
+use super::report::{BagReport, FindingCount};
 use crate::definition::TypeDefinition;
 use crate::qos::{self, Durability};
 use crate::sequence_check::{Numbers, SequenceCheck};
-use crate::values::{self, Value};
+use crate::values::{self, FieldValue};
 use crate::well_formed::well_formed;
 
 /// Types whose messages are inputs with a number of their own, counted from 0.
@@ -76,8 +76,8 @@ impl TopicCheck {
         let (mut found, mut bag) = (BTreeMap::new(), String::new());
         // It was found to be well formed.
         let _ = values::read(definition, data, 0, &mut |path, value| match (path, value) {
-            ("bag", Value::Text(path)) => bag = path.rsplit('/').next().unwrap_or_default().to_owned(),
-            (path, Value::Unsigned(value, _)) if !path.contains('.') => drop(found.insert(path.to_owned(), value)),
+            ("bag", FieldValue::Text(path)) => bag = path.rsplit('/').next().unwrap_or_default().to_owned(),
+            (path, FieldValue::Unsigned(value, _)) if !path.contains('.') => drop(found.insert(path.to_owned(), value)),
             _ => {}
         });
         let value = |name: &str| found.get(name).copied();
@@ -97,7 +97,7 @@ impl TopicCheck {
     }
 
     /// Reports the content of the topic in a file.
-    pub(super) fn close_file(&mut self, report: &mut Report, place: &str, name: &str, is_whole_later_file: bool) {
+    pub(super) fn close_file(&mut self, report: &mut BagReport, place: &str, name: &str, is_whole_later_file: bool) {
         let (missing, doubled) = (std::mem::take(&mut self.missing), std::mem::take(&mut self.doubled));
         if missing > 0 {
             report.error(place, format!("topic {name}: {missing} messages are missing by their numbers"));
@@ -172,7 +172,7 @@ impl FileTopics {
         self.schemas.len()
     }
 
-    pub(super) fn schema(&mut self, report: &mut Report, place: &str, header: SchemaHeader, data: &[u8]) {
+    pub(super) fn schema(&mut self, report: &mut BagReport, place: &str, header: SchemaHeader, data: &[u8]) {
         let SchemaHeader { id, name, encoding } = header;
         let text = String::from_utf8_lossy(data).into_owned();
         if let Some(Schema { name: other, text: other_text, .. }) = self.schemas.get(&id).map(Rc::as_ref) {
@@ -201,7 +201,7 @@ impl FileTopics {
     /// Takes a channel; the topic's name where it is new in the file.
     pub(super) fn channel(
         &mut self,
-        report: &mut Report,
+        report: &mut BagReport,
         place: &str,
         channel: ChannelRecord,
         topics: &mut BTreeMap<String, TopicCheck>,
@@ -244,7 +244,7 @@ impl FileTopics {
     }
 
     /// Looks at what stands beside a channel; returns its type's hash.
-    fn metadata_of(&self, report: &mut Report, place: &str, channel: &ChannelRecord) -> String {
+    fn metadata_of(&self, report: &mut BagReport, place: &str, channel: &ChannelRecord) -> String {
         let topic = &channel.topic;
         if channel.message_encoding != "cdr" {
             let encoding = &channel.message_encoding;
@@ -286,7 +286,7 @@ impl FileTopics {
 }
 
 /// Checks that a type's hash has the right form, and matches its definition if the type is known.
-fn judge_hash(report: &mut Report, place: &str, topic: &str, declared: (&Schema, &str)) {
+fn judge_hash(report: &mut BagReport, place: &str, topic: &str, declared: (&Schema, &str)) {
     let (schema, hash) = declared;
     let type_name = &schema.name;
     let digits = hash.strip_prefix("RIHS01_").unwrap_or_default();

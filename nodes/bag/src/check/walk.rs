@@ -8,7 +8,7 @@ use mcap::records::{MessageHeader, Record, Statistics};
 
 use super::layout;
 use super::order::OrderCheck;
-use super::report::Report;
+use super::report::BagReport;
 use super::report::place_of;
 use super::topics::{FileTopics, TopicCheck};
 use crate::BagError;
@@ -18,7 +18,7 @@ use crate::records::{Records, strict};
 /// State of the walk through a bag.
 #[derive(Default)]
 pub(super) struct BagWalk {
-    pub(super) report: Report,
+    pub(super) report: BagReport,
     /// Messages of each topic, by name.
     pub(super) counts: BTreeMap<String, u64>,
     pub(super) topics: BTreeMap<String, TopicCheck>,

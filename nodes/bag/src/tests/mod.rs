@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::check::{Severity, check};
+use super::check::{BagSeverity, check};
 use super::metadata::BagMetadata;
 use super::qos::{Durability, Reliability};
 use super::recording::{Recording, RecordingOptions};
@@ -58,7 +58,7 @@ fn write_bag(path: &Path, preset: Preset, count: u64) -> BagMetadata {
     writer.close(RecordingOutcome::Complete, 0).expect("the disk has room")
 }
 
-fn read_all(bag: &Bag) -> Vec<Message> {
+fn read_all(bag: &Bag) -> Vec<BagMessage> {
     let mut messages = bag.messages();
     let mut all = Vec::new();
     while let Some(message) = messages.next_message().expect("the bag is readable") {
@@ -91,7 +91,7 @@ fn every_preset_gives_back_every_byte_and_checks_clean() {
         }
         let report = check(&path).expect("there is a bag");
         // What has no chunks has no index either.
-        let expected = (preset == Preset::FastWrite).then_some(Severity::Warning);
+        let expected = (preset == Preset::FastWrite).then_some(BagSeverity::Warning);
         assert_eq!((report.worst(), report.findings.len()), (expected, usize::from(expected.is_some())), "{report:?}");
         assert_eq!((report.message_count, report.topic_count), (1001, 2));
     }
@@ -180,7 +180,7 @@ fn a_recording_that_was_cut_off_reads_up_to_its_last_flush() {
     assert_eq!(bag.custom_data()["camwright.outcome"], "open");
     assert_eq!(read_all(&bag).len(), 200);
     let report = check(&path).expect("there is a bag");
-    assert_eq!(report.worst(), Some(Severity::Error));
+    assert_eq!(report.worst(), Some(BagSeverity::Error));
     assert!(report.to_text().contains("the recording was killed"), "{}", report.to_text());
 }
 
@@ -222,7 +222,7 @@ fn a_file_that_is_no_bag_is_refused_without_panic() {
     for content in [&b""[..], b"x", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n\x06\xff\xff\xff\xff\xff\xff\xff\x7f"] {
         std::fs::write(&file, content).expect("writable");
         drop(Bag::open(&file));
-        assert_eq!(check(&file).expect("there is a file").worst(), Some(Severity::Error));
+        assert_eq!(check(&file).expect("there is a file").worst(), Some(BagSeverity::Error));
     }
     assert!(check(&dir.path().join("none")).is_err());
 }
@@ -320,7 +320,7 @@ fn what_is_recorded_reaches_the_file_within_the_flush_interval() {
 }
 
 /// Every message of a recovered bag is one of the original's, and missing ones are reported.
-fn judge_recovery(original: &[Message], damaged: &Path, into: &Path, what: &str) -> usize {
+fn judge_recovery(original: &[BagMessage], damaged: &Path, into: &Path, what: &str) -> usize {
     let recovery = recover::recover(damaged, into).unwrap_or_else(|error| panic!("{what}: {error}"));
     let found = read_all(&Bag::open(into).expect("it was closed"));
     assert_eq!(found.len() as u64, recovery.message_count, "{what}");
@@ -370,7 +370,7 @@ fn a_file_cut_anywhere_gives_back_all_that_is_whole_before_the_cut() {
             let report = check(&into).expect("there is a bag");
             let worst = report.worst();
             assert!(
-                worst.is_none() || (preset == Preset::FastWrite && worst == Some(Severity::Warning)),
+                worst.is_none() || (preset == Preset::FastWrite && worst == Some(BagSeverity::Warning)),
                 "{}",
                 report.to_text()
             );

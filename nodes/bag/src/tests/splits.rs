@@ -117,7 +117,7 @@ fn a_killed_bag_of_several_files_is_recovered_as_one_with_every_message_once() {
     let recovery = recover(&path, &into).expect("there is something to recover");
     assert!(recovery.was_open && !recovery.missing.contains_key("/pages"), "{}", recovery.to_text());
     let report = check(&into).expect("there is a bag");
-    assert_eq!(report.worst(), recovery.missing.values().any(|n| *n > 0).then_some(Severity::Error), "{report:?}");
+    assert_eq!(report.worst(), recovery.missing.values().any(|n| *n > 0).then_some(BagSeverity::Error), "{report:?}");
     let bag = Bag::open(&into).expect("it was closed");
     let mut pages: Vec<u32> = read_all(&bag).iter().filter(|m| m.topic == 0).map(|m| m.sequence).collect();
     pages.sort_unstable();
@@ -143,7 +143,7 @@ fn a_number_that_comes_again_in_a_first_file_and_a_gap_between_files_are_found()
     let id = writer.add_topic(&topic("/a", "std_msgs/msg/String")).expect("it is open");
     for (sequence, time) in [(1, 1), (2, 2), (2, 3)] {
         let (log_time_ns, publish_time_ns) = (START + time, START);
-        let message = Message { topic: 0, sequence, log_time_ns, publish_time_ns, data: string_cdr("x") };
+        let message = BagMessage { topic: 0, sequence, log_time_ns, publish_time_ns, data: string_cdr("x") };
         writer.copy(id, &message).expect("it is open");
     }
     writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");

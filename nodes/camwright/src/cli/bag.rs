@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use camwright_bag::check::{self, Severity};
+use camwright_bag::check::{self, BagSeverity};
 use camwright_bag::export::TableFormat;
 use camwright_bag::info::BagInfo;
 use camwright_bag::recover;
@@ -162,8 +162,8 @@ fn check_bag(bag: &Path, json: bool) -> Result<(String, u8), camwright_bag::BagE
     let report = check::check(bag)?;
     let code = match report.worst() {
         None => 0,
-        Some(Severity::Warning) => 1,
-        Some(Severity::Error) => 2,
+        Some(BagSeverity::Warning) => 1,
+        Some(BagSeverity::Error) => 2,
     };
     Ok((if json { report.to_json() } else { wrapped(&report.to_text(), 2) }, code))
 }

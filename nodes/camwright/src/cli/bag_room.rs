@@ -1,7 +1,8 @@
 //! Directory and predicted size of the bag of `camwright run`, checked before a node starts.
 
 use super::pace::PaceArg;
-use crate::bag_size::{BagSize, Pace};
+use crate::bag_size::BagSize;
+use camwright_machine_cycle::pacing::Pace;
 use camwright_planning::AnyPrepared;
 use camwright_ros::running::NodeError;
 use std::path::Path;

@@ -3,7 +3,7 @@
 use super::check_parameters;
 use super::output::{say, wrapped};
 use camwright_files::{ConfigError, FileLocation};
-use camwright_planning::{self as planning, Finding, Report, Severity};
+use camwright_planning::{self as planning, CheckReport, Finding, Severity};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
@@ -73,7 +73,7 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
     })
 }
 
-fn check(args: &CheckArgs) -> Result<Report, ConfigError> {
+fn check(args: &CheckArgs) -> Result<CheckReport, ConfigError> {
     let Some(located) = check_parameters::parameter_file(&args.file) else {
         return planning::check_file(&args.file, &args.set);
     };

@@ -3,11 +3,11 @@
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_files::locate::{Located, locate};
 use camwright_files::schema::nearest;
-use camwright_files::yaml::{Document, Value, YamlNode};
+use camwright_files::yaml::{Document, YamlNode, YamlValue};
 use camwright_files::{ConfigError, FileLocation};
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
-use camwright_planning::{Finding, Report, Severity};
+use camwright_planning::{CheckReport, Finding, Severity};
 use camwright_ros::running::NodeError;
 use camwright_ros::{NodeParameters, Parameters, RosArgs, parse_parameter_file};
 use camwright_run_logger::RunLogger;
@@ -24,7 +24,7 @@ pub(super) fn parameter_file(name: &str) -> Option<Located> {
 }
 
 /// Checks names, types and ranges of all parameters of a file.
-pub(super) fn check(located: &Located) -> Result<Report, NodeError> {
+pub(super) fn check(located: &Located) -> Result<CheckReport, NodeError> {
     let nodes = declared()?;
     let mut check = Check { file: &located.path, nodes: &nodes, findings: Vec::new() };
     let mut summary = None;
@@ -43,7 +43,7 @@ pub(super) fn check(located: &Located) -> Result<Report, NodeError> {
     }
     let findings = check.findings;
     let is_good = findings.iter().all(|finding| finding.severity == Severity::Warning);
-    Ok(Report { file: located.path.clone(), findings, summary: summary.filter(|_| is_good), notes: Vec::new() })
+    Ok(CheckReport { file: located.path.clone(), findings, summary: summary.filter(|_| is_good), notes: Vec::new() })
 }
 
 /// The four nodes with the parameters that they declare.
@@ -61,7 +61,7 @@ fn declared() -> Result<Vec<(String, Parameters)>, NodeError> {
 /// Lines of the parameters of each group, in the order of the file; empty for text whose lines are unknown.
 fn lines(located: &Located) -> Vec<Vec<u64>> {
     fn groups(node: &YamlNode, into: &mut Vec<Vec<u64>>) {
-        let Value::Map(entries) = &node.value else { return };
+        let YamlValue::Map(entries) = &node.value else { return };
         for (key, value) in entries {
             if key == PARAMETERS {
                 let mut group = Vec::new();
@@ -74,7 +74,7 @@ fn lines(located: &Located) -> Vec<Vec<u64>> {
     }
     fn parameters(node: &YamlNode, into: &mut Vec<u64>) {
         match &node.value {
-            Value::Map(entries) => entries.iter().for_each(|(_, value)| parameters(value, into)),
+            YamlValue::Map(entries) => entries.iter().for_each(|(_, value)| parameters(value, into)),
             _ => into.push(node.line),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::output::{say, wrapped};
 use crate::bag_size;
-use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::alarm::{AlarmKind, AlarmSeverity};
 use camwright::simulation::fault::FAULTS;
 use camwright_files::ConfigError;
 use camwright_files::any_job;
@@ -130,9 +130,9 @@ fn lift(name: &str) -> Vec<String> {
 fn alarm(kind: AlarmKind) -> Vec<String> {
     let entry = kind.entry();
     let severity = match entry.severity {
-        Severity::Warning => "warning",
-        Severity::Stop => "stop",
-        Severity::PowerOff => "power off",
+        AlarmSeverity::Warning => "warning",
+        AlarmSeverity::Stop => "stop",
+        AlarmSeverity::PowerOff => "power off",
     };
     let axis = kind.axis().map_or_else(String::new, |axis| format!("{}: ", axis.joint()));
     vec![entry.number.to_string(), severity.to_owned(), format!("{axis}{}", entry.name), entry.remedy.to_owned()]

@@ -2,7 +2,8 @@
 
 use super::output::{say, wrapped};
 use super::plan_turned;
-use crate::bag_size::{BagSize, Pace};
+use crate::bag_size::BagSize;
+use camwright_machine_cycle::pacing::Pace;
 use camwright_planning::{self as planning, AnyPrepared, BoundSummary, PassSummary, RemovalClass};
 use serde::Serialize;
 use std::cell::Cell;

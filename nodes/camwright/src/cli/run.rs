@@ -3,8 +3,8 @@
 use super::bag_room;
 use super::batch::Batch;
 use super::pace::PaceArg;
-use super::run_cell::Cell;
-use super::run_client::Client;
+use super::run_cell::CellNodes;
+use super::run_client::CellClient;
 use super::run_report::Report;
 use super::turned_report::TurnedReport;
 use camwright_analysis::report;
@@ -120,8 +120,8 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let mut request = Request::from_args(args)?;
     let own = request.prepare_cell(ros_args)?;
     let page = start_page(args, ros_args)?;
-    let client = Client::new(ros_args)?;
-    let cell = own.as_ref().map(|own| Cell::start(&own.ros_args)).transpose()?;
+    let client = CellClient::new(ros_args)?;
+    let cell = own.as_ref().map(|own| CellNodes::start(&own.ros_args)).transpose()?;
     let planned = own.map(|own| own.planned);
     client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
     let finished = run_job(&client, &mut request, ros_args, &shutdown);
@@ -217,7 +217,7 @@ impl Request {
         bag_room::is_free(&self.bag)?;
         let machine = any_job::machine_of(job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
         let folders = folders_of(&args.set);
-        let ros_args = Cell::arguments(&machine, &args.set_machine, folders, args.pace, ros_args, &self.bag);
+        let ros_args = CellNodes::arguments(&machine, &args.set_machine, folders, args.pace, ros_args, &self.bag);
         let machine = MachineSim::machine_from_args(&ros_args)?;
         let overrides = JobPlanner::overrides_from_args(&ros_args, job, &args.set)?;
         let read = read_job(job, &overrides)?;
@@ -302,7 +302,7 @@ fn start_page(args: &RunArgs, ros_args: &RosArgs) -> Result<Option<OperatorPage>
 
 /// Takes command, finds the phase of the part with `--find-phase`, and runs all parts.
 fn run_job(
-    client: &Client,
+    client: &CellClient,
     request: &mut Request,
     ros_args: &RosArgs,
     shutdown: &Shutdown,
@@ -327,7 +327,7 @@ fn run_job(
 }
 
 /// Lets other processes of this user operate the cell during the job.
-fn serve_operators(client: &Client, ros_args: &RosArgs) -> Option<HolderSocket> {
+fn serve_operators(client: &CellClient, ros_args: &RosArgs) -> Option<HolderSocket> {
     let operator = Operator::new(client.node.clone(), ros_args, "camwright run");
     match HolderSocket::serve(&operator, client.node.supervisor()) {
         Ok(socket) => Some(socket),
@@ -369,7 +369,7 @@ fn page_of(bag: &Path) -> Option<PathBuf> {
 
 /// Runs all parts until one fails; the outcome is that of the last part.
 fn run_parts(
-    client: &Client,
+    client: &CellClient,
     job: &str,
     args: &RunArgs,
     mut batch: Option<Batch>,

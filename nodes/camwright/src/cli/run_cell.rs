@@ -10,14 +10,14 @@ use camwright_run_logger::RunLogger;
 use std::path::Path;
 
 /// The four nodes in this process.
-pub(super) struct Cell {
+pub(super) struct CellNodes {
     logger: RunLogger,
     machine: MachineSim,
     interpolator: AxisInterpolator,
     planner: JobPlanner,
 }
 
-impl Cell {
+impl CellNodes {
     /// Arguments of the nodes for a machine with `key=value` overrides of its file. Overrides of jobs may name files in `file_folders`.
     pub(super) fn arguments(
         machine: &str,

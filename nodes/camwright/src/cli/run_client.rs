@@ -33,7 +33,7 @@ struct CellState {
 }
 
 /// Client node of the cell.
-pub(super) struct Client {
+pub(super) struct CellClient {
     pub(super) node: Node,
     action: ActionClient<RunJob>,
     heard: Arc<(Mutex<CellState>, Condvar)>,
@@ -41,7 +41,7 @@ pub(super) struct Client {
     _subscriptions: Vec<Subscription>,
 }
 
-impl Client {
+impl CellClient {
     pub(super) fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
         let node = Node::new(NodeOptions::new("camwright", ros_args))?;
         let heard: Arc<(Mutex<CellState>, Condvar)> = Arc::default();

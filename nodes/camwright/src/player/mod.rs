@@ -25,7 +25,7 @@ use camwright_bag::progress;
 use camwright_bag::{Bag, BagError};
 use camwright_ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
 use camwright_run_logger::{Selection, TopicFilter, regex};
-use playback::{Outlets, PlaybackRequest, Player, Track};
+use playback::{PlaybackRequest, Player, PlayerOutlets, Track};
 use services::PlayerCommand;
 
 /// How long no further subscriber may turn up before the first message goes out. A peer that is already running finds a new
@@ -181,7 +181,7 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
         let period = Duration::from_secs_f64(1.0 / hertz);
         node.publisher::<Clock>("/clock", &Qos::default_topic()).map(|publisher| (publisher, period))
     };
-    let outlets = Outlets {
+    let outlets = PlayerOutlets {
         clock: args.clock.map(clock).transpose()?,
         splits: node.publisher("events/read_split", &Qos::default_topic())?,
         node_name: node.fully_qualified_name().to_owned(),

@@ -14,7 +14,7 @@ use indicatif::ProgressBar;
 use super::PlaybackSummary;
 use super::pace::PlaybackPace;
 use super::services::PlayerCommand;
-use camwright_bag::{Bag, BagError, Message, Messages};
+use camwright_bag::{Bag, BagError, BagMessage, Messages};
 use camwright_ros::{Publisher, RawPublisher, from_time, to_time};
 
 /// Messages that are published before it is looked again what is asked.
@@ -35,7 +35,7 @@ impl Track {
 }
 
 /// What is told besides the bag's messages.
-pub(super) struct Outlets {
+pub(super) struct PlayerOutlets {
     /// The bag's time, and how often.
     pub(super) clock: Option<(Publisher<Clock>, Duration)>,
     pub(super) splits: Publisher<ReadSplitEvent>,
@@ -60,13 +60,13 @@ pub(super) struct PlaybackRequest {
 pub(super) struct Player<'a> {
     bag: &'a Bag,
     tracks: &'a [Track],
-    outlets: Outlets,
+    outlets: PlayerOutlets,
     orders: mpsc::Receiver<PlayerCommand>,
     wish: PlaybackRequest,
     pace: PlaybackPace,
     /// None: the playback is over, or was stopped.
     messages: Option<Messages<'a>>,
-    next: Option<Message>,
+    next: Option<BagMessage>,
     file: usize,
     next_clock: Instant,
     played: PlaybackSummary,
@@ -76,7 +76,7 @@ impl<'a> Player<'a> {
     pub(super) fn new(
         bag: &'a Bag,
         tracks: &'a [Track],
-        outlets: Outlets,
+        outlets: PlayerOutlets,
         orders: mpsc::Receiver<PlayerCommand>,
         wish: PlaybackRequest,
     ) -> Self {

@@ -5,7 +5,7 @@ use crate::digest;
 use crate::record_text::record_text;
 use camwright::interpolator::quantity::MotionQuantity;
 use camwright::interpolator::tolerance::{MotionPhase, ToleranceViolation};
-use camwright::interpolator::{AppliedInput as Applied, Request};
+use camwright::interpolator::{AppliedInput as Applied, MotionRequest};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::setpoint::Latch;
 use camwright_msgs::camwright_msgs::msg::AppliedInput;
@@ -30,13 +30,13 @@ struct BrokenRecord {
 pub fn message(input: &Applied, machine: &MachineDescription) -> AppliedInput {
     let plain = |kind: u8| AppliedInput { kind, ..AppliedInput::default() };
     match input {
-        Applied::Request(Request::Hold) => plain(AppliedInput::HOLD),
-        Applied::Request(Request::Unhold) => plain(AppliedInput::UNHOLD),
-        Applied::Request(Request::Cancel) => plain(AppliedInput::CANCEL),
-        Applied::Request(Request::SetOverride(value)) => {
+        Applied::Request(MotionRequest::Hold) => plain(AppliedInput::HOLD),
+        Applied::Request(MotionRequest::Unhold) => plain(AppliedInput::UNHOLD),
+        Applied::Request(MotionRequest::Cancel) => plain(AppliedInput::CANCEL),
+        Applied::Request(MotionRequest::SetOverride(value)) => {
             AppliedInput { value: *value, ..plain(AppliedInput::OVERRIDE) }
         }
-        Applied::Request(Request::Decision) => plain(AppliedInput::DECISION),
+        Applied::Request(MotionRequest::Decision) => plain(AppliedInput::DECISION),
         Applied::Feedback(latch) => AppliedInput {
             text: input_name(latch.input, machine).to_owned(),
             counts: latch.counts,
@@ -68,11 +68,11 @@ pub fn input(message: &AppliedInput, machine: &MachineDescription) -> Result<Opt
     let request = |request| Ok(Some(Applied::Request(request)));
     match message.kind {
         AppliedInput::START | AppliedInput::SPLICE => Ok(None),
-        AppliedInput::HOLD => request(Request::Hold),
-        AppliedInput::UNHOLD => request(Request::Unhold),
-        AppliedInput::CANCEL => request(Request::Cancel),
-        AppliedInput::OVERRIDE => request(Request::SetOverride(message.value)),
-        AppliedInput::DECISION => request(Request::Decision),
+        AppliedInput::HOLD => request(MotionRequest::Hold),
+        AppliedInput::UNHOLD => request(MotionRequest::Unhold),
+        AppliedInput::CANCEL => request(MotionRequest::Cancel),
+        AppliedInput::OVERRIDE => request(MotionRequest::SetOverride(message.value)),
+        AppliedInput::DECISION => request(MotionRequest::Decision),
         AppliedInput::FEEDBACK => {
             let input = input_named(&message.text, machine)
                 .ok_or_else(|| format!("the machine has no input {:?}", message.text))?;
@@ -144,11 +144,11 @@ mod tests {
             time_s: 5e-324,
         };
         let inputs = [
-            Applied::Request(Request::Hold),
-            Applied::Request(Request::Unhold),
-            Applied::Request(Request::Cancel),
-            Applied::Request(Request::SetOverride(0.1 + 0.2)),
-            Applied::Request(Request::Decision),
+            Applied::Request(MotionRequest::Hold),
+            Applied::Request(MotionRequest::Unhold),
+            Applied::Request(MotionRequest::Cancel),
+            Applied::Request(MotionRequest::SetOverride(0.1 + 0.2)),
+            Applied::Request(MotionRequest::Decision),
             Applied::Feedback(latch(Input::Station(2), true)),
             Applied::Feedback(latch(Input::Home(Axis::Z), false)),
             Applied::Feedback(latch(Input::SteadyForce, true)),

@@ -2,7 +2,7 @@
 
 use super::{m_from_mm, si_from_core};
 use crate::machine_file;
-use camwright::machine::description::{Axis, MachineDescription, Scale};
+use camwright::machine::description::{Axis, AxisScale, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineDescription as DescriptionMessage, StationDescription,
@@ -13,7 +13,7 @@ pub const WHEEL_JOINT: &str = "wheel_spindle";
 
 /// Description message of a machine file and its persistent state.
 #[must_use]
-pub fn description_message(file: &machine_file::Machine, lasting: &PersistentState) -> DescriptionMessage {
+pub fn description_message(file: &machine_file::MachineConfig, lasting: &PersistentState) -> DescriptionMessage {
     let machine = &file.description;
     DescriptionMessage {
         name: machine.name.clone(),
@@ -45,13 +45,13 @@ pub fn description_message(file: &machine_file::Machine, lasting: &PersistentSta
 fn axis_message(machine: &MachineDescription, axis: Axis) -> AxisDescription {
     let own = machine.axis(axis);
     let (numerator, denominator) = match own.scale {
-        Scale::Linear { counts_per_mm } => (counts_per_mm, 1000),
-        Scale::Rotary { counts_per_turn } => (counts_per_turn, 1),
+        AxisScale::Linear { counts_per_mm } => (counts_per_mm, 1000),
+        AxisScale::Rotary { counts_per_turn } => (counts_per_turn, 1),
     };
     let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
     AxisDescription {
         joint: axis.joint().to_owned(),
-        linear: matches!(own.scale, Scale::Linear { .. }),
+        linear: matches!(own.scale, AxisScale::Linear { .. }),
         counts_per_unit_numerator: numerator,
         counts_per_unit_denominator: denominator,
         has_soft_limits: own.soft_limits.is_some(),

@@ -21,7 +21,7 @@ mod segment_reader;
 pub mod setpoints;
 pub mod time;
 
-use camwright::machine::description::{Axis, Scale};
+use camwright::machine::description::{Axis, AxisScale};
 use camwright::math::units::um_from_mm;
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
 
@@ -70,19 +70,19 @@ pub fn si_from_file(axis: Axis, value: f64) -> f64 {
 
 /// Position of a count as ROS has it (m or rad).
 #[must_use]
-pub fn si_from_counts(scale: Scale, counts: i64) -> f64 {
+pub fn si_from_counts(scale: AxisScale, counts: i64) -> f64 {
     match scale {
         // One division, so that the nearest count of the result is the count again.
-        Scale::Linear { counts_per_mm } => counts as f64 / (counts_per_mm as f64 * 1000.0),
-        Scale::Rotary { .. } => scale.position(counts),
+        AxisScale::Linear { counts_per_mm } => counts as f64 / (counts_per_mm as f64 * 1000.0),
+        AxisScale::Rotary { .. } => scale.position(counts),
     }
 }
 
 /// The nearest count to a position as ROS has it (m or rad).
 #[must_use]
-pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
+pub fn counts_from_si(scale: AxisScale, position: f64) -> i64 {
     match scale {
-        Scale::Linear { counts_per_mm } => {
+        AxisScale::Linear { counts_per_mm } => {
             #[allow(
                 clippy::cast_possible_truncation,
                 reason = "the cast saturates; a wild position is refused by its limits"
@@ -90,7 +90,7 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
             let counts = (position * (counts_per_mm as f64 * 1000.0)).round() as i64;
             counts
         }
-        Scale::Rotary { .. } => scale.counts(position),
+        AxisScale::Rotary { .. } => scale.counts(position),
     }
 }
 
@@ -148,8 +148,8 @@ mod tests {
     /// counts → m → counts is exact over the whole travel and for a headstock that has turned for days.
     #[test]
     fn counts_survive_the_way_through_si_units() {
-        let linear = Scale::Linear { counts_per_mm: 100_000 };
-        let rotary = Scale::Rotary { counts_per_turn: 3_600_000 };
+        let linear = AxisScale::Linear { counts_per_mm: 100_000 };
+        let rotary = AxisScale::Rotary { counts_per_turn: 3_600_000 };
         for i in 0..200_000_i64 {
             let counts = i * 7919 - 500_000_000;
             assert_eq!(counts_from_si(linear, si_from_counts(linear, counts)), counts);

@@ -43,7 +43,7 @@ impl ChunkBuffer {
 
 /// Why a trajectory is no chunk.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum ChunkError {
+pub enum ChunkMessageError {
     /// Joints are not those of the machine.
     #[error("joints are {found:?}, the machine takes {wanted:?}")]
     Joints {
@@ -106,16 +106,16 @@ pub fn chunk_from_trajectory(
     trajectory: &JointTrajectory,
     machine: &MachineDescription,
     clock: TickClock,
-) -> Result<ChunkBuffer, ChunkError> {
+) -> Result<ChunkBuffer, ChunkMessageError> {
     if trajectory.joint_names != joint_names() {
-        return Err(ChunkError::Joints { found: trajectory.joint_names.clone(), wanted: joint_names() });
+        return Err(ChunkMessageError::Joints { found: trajectory.joint_names.clone(), wanted: joint_names() });
     }
     let stamp = &trajectory.header.stamp;
-    let first_tick = clock.tick(stamp).ok_or(ChunkError::Stamp { sec: stamp.sec, nanosec: stamp.nanosec })?;
+    let first_tick = clock.tick(stamp).ok_or(ChunkMessageError::Stamp { sec: stamp.sec, nanosec: stamp.nanosec })?;
     let mut chunk = ChunkBuffer { first_tick, ..ChunkBuffer::default() };
     let mut previous: Option<u64> = None;
     for (index, point) in trajectory.points.iter().enumerate() {
-        let refuse = |what: String| ChunkError::Point { index, what };
+        let refuse = |what: String| ChunkMessageError::Point { index, what };
         let since = point_tick(point, clock, previous).map_err(&refuse)?;
         let position = values("positions", &point.positions).map_err(&refuse)?;
         let mut setpoint = Setpoint {

@@ -6,7 +6,7 @@ use super::run::PartsRun;
 use super::{CellEvent, Shared, lock};
 use crate::job_slot::JobSlot;
 use camwright::cell::loading::Handshake;
-use camwright::cell::packml::{Command, State, Unit};
+use camwright::cell::packml::{Command, PackmlState, Unit};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
 use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandResponse};
 use camwright_msgs::std_srvs::srv::Trigger;
@@ -214,7 +214,7 @@ impl CellController {
         let alarm = shared.stopping_alarm();
         let state = self.unit.state();
         match alarm {
-            Some(alarm) if !matches!(state, State::Aborting | State::Aborted | State::Clearing) => {
+            Some(alarm) if !matches!(state, PackmlState::Aborting | PackmlState::Aborted | PackmlState::Clearing) => {
                 self.reason = Reason { text: alarm.text, alarm: alarm.number, remedy: alarm.remedy };
                 self.by_alarm = true;
                 self.end_run(shared);
@@ -225,7 +225,7 @@ impl CellController {
                 self.by_alarm = true;
             }
             // Somebody else has reset the machine.
-            None if state == State::Aborted && self.by_alarm && !self.needs_clear => {
+            None if state == PackmlState::Aborted && self.by_alarm && !self.needs_clear => {
                 self.by_alarm = false;
                 self.command(shared, Command::Clear);
             }
@@ -239,15 +239,15 @@ impl CellController {
             return;
         }
         match (self.unit.state(), self.motion_state()) {
-            (State::Execute, InterpolatorState::HOLDING | InterpolatorState::HELD) => {
+            (PackmlState::Execute, InterpolatorState::HOLDING | InterpolatorState::HELD) => {
                 self.reason = Reason::new("the feed is held");
                 self.cause = Some(SuspensionCause::Feed);
                 self.command(shared, Command::Hold);
             }
-            (State::Held, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING) => {
+            (PackmlState::Held, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING) => {
                 self.command(shared, Command::Unhold);
             }
-            (State::Suspended, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING)
+            (PackmlState::Suspended, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING)
                 if self.cause == Some(SuspensionCause::Command) =>
             {
                 self.command(shared, Command::Unsuspend);
@@ -266,17 +266,17 @@ impl CellController {
             self.command(shared, Command::Stop);
         }
         match self.unit.state() {
-            State::Resetting | State::Starting | State::Completing => self.complete(shared),
-            State::Execute => self.produce(shared),
-            State::Holding => self.stop_feed(shared, busy, inside),
-            State::Suspending if self.cause == Some(SuspensionCause::Loading) => self.complete(shared),
-            State::Suspending => self.stop_feed(shared, busy, inside),
-            State::Unsuspending if self.cause == Some(SuspensionCause::Loading) => self.complete(shared),
-            State::Unholding | State::Unsuspending => self.release_feed(shared, busy),
-            State::Suspended => self.load(shared),
-            State::Stopping if !busy && !inside => self.complete(shared),
-            State::Aborting if !busy => self.complete(shared),
-            State::Clearing => self.clear(shared),
+            PackmlState::Resetting | PackmlState::Starting | PackmlState::Completing => self.complete(shared),
+            PackmlState::Execute => self.produce(shared),
+            PackmlState::Holding => self.stop_feed(shared, busy, inside),
+            PackmlState::Suspending if self.cause == Some(SuspensionCause::Loading) => self.complete(shared),
+            PackmlState::Suspending => self.stop_feed(shared, busy, inside),
+            PackmlState::Unsuspending if self.cause == Some(SuspensionCause::Loading) => self.complete(shared),
+            PackmlState::Unholding | PackmlState::Unsuspending => self.release_feed(shared, busy),
+            PackmlState::Suspended => self.load(shared),
+            PackmlState::Stopping if !busy && !inside => self.complete(shared),
+            PackmlState::Aborting if !busy => self.complete(shared),
+            PackmlState::Clearing => self.clear(shared),
             _ => {}
         }
     }
@@ -350,7 +350,7 @@ impl CellController {
     fn answered(&mut self, shared: &Shared, asked: DeviceRequest, success: bool, message: &str) {
         self.devices.answered(asked);
         match asked {
-            DeviceRequest::Reset if !success && self.unit.state() == State::Clearing => {
+            DeviceRequest::Reset if !success && self.unit.state() == PackmlState::Clearing => {
                 self.refuse_clear(shared, message);
             }
             DeviceRequest::Chuck(_) if !success => self.answer_chuck(false, message),
@@ -402,7 +402,7 @@ impl CellController {
             return;
         }
         self.reason = Reason::default();
-        if self.unit.state() == State::Aborted && self.command(shared, Command::Clear) {
+        if self.unit.state() == PackmlState::Aborted && self.command(shared, Command::Clear) {
             self.complete(shared);
         }
         if self.command(shared, Command::Reset) {

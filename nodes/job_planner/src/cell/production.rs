@@ -9,7 +9,7 @@ use camwright::cell::loading::{
     Handshake, HandshakeGoal, HandshakeProgress, HandshakeRequest, HandshakeStep, LoaderState, LoadingCommand,
     LoadingInputs, Timeouts, Wait,
 };
-use camwright::cell::packml::{Command, State};
+use camwright::cell::packml::{Command, PackmlState};
 use camwright::simulation::work_area::ActuatorPosition;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, WorkArea};
@@ -197,7 +197,7 @@ impl CellController {
 
     /// The leave to enter lasts for as long as somebody is inside, whatever becomes of the run.
     pub(super) fn let_go_of_handshake(&mut self) {
-        let is_needed = matches!(self.unit.state(), State::Suspending | State::Suspended);
+        let is_needed = matches!(self.unit.state(), PackmlState::Suspending | PackmlState::Suspended);
         if !is_needed && !self.is_inside() {
             self.handshake = None;
         }
@@ -241,7 +241,7 @@ impl CellController {
         let state = self.unit.state();
         let refused = match &self.chuck {
             Some(_) => Some("the chuck is being worked already".to_owned()),
-            None if state != State::Suspended => Some(format!("the cell is {state}")),
+            None if state != PackmlState::Suspended => Some(format!("the cell is {state}")),
             None => Handshake::chuck_refused(self.handshake.as_ref(), &self.seen(shared)).map(str::to_owned),
         };
         if let Some(reason) = refused {

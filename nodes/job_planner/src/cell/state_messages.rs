@@ -59,7 +59,7 @@ impl CellController {
 
     fn loading_state(&self, shared: &Shared) -> LoadingState {
         let area = self.area.clone().unwrap_or_default();
-        let asks = matches!(self.unit.state(), camwright::cell::packml::State::Suspended);
+        let asks = matches!(self.unit.state(), camwright::cell::packml::PackmlState::Suspended);
         let handshake = self.handshake.as_ref();
         LoadingState {
             request: handshake.filter(|_| asks).map_or(LoadingState::NONE, |handshake| handshake.request() as u8),

@@ -6,7 +6,7 @@ use crate::chart::Point;
 
 /// A mark on the paper; later ones lie above.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Mark {
+pub(super) enum DrawingItem {
     /// A line through points.
     Line { points: Vec<Point>, pen: Pen },
     /// The inside of a closed line.
@@ -20,7 +20,7 @@ pub(crate) struct Drawing {
     pub(super) width_mm: f64,
     pub(super) height_mm: f64,
     pub(super) title: String,
-    pub(super) marks: Vec<Mark>,
+    pub(super) marks: Vec<DrawingItem>,
 }
 
 /// A drawing, and the name of its files.
@@ -40,21 +40,21 @@ impl Drawing {
     /// A line through points, without those that are not seen.
     pub(crate) fn line(&mut self, points: &[Point], pen: Pen) {
         if points.len() > 1 && points.iter().flatten().all(|value| value.is_finite()) {
-            self.marks.push(Mark::Line { points: thinned(points), pen });
+            self.marks.push(DrawingItem::Line { points: thinned(points), pen });
         }
     }
 
     /// The inside of a closed line.
     pub(crate) fn area(&mut self, points: &[Point], colour: Colour) {
         if points.len() > 2 && points.iter().flatten().all(|value| value.is_finite()) {
-            self.marks.push(Mark::Area { points: thinned(points), colour });
+            self.marks.push(DrawingItem::Area { points: thinned(points), colour });
         }
     }
 
     /// Lettering; `at` is the end or the middle of its base line.
     pub(crate) fn text(&mut self, at: Point, lettering: Lettering, text: &str) {
         let (strokes, pen) = lettering.strokes(at, text);
-        self.marks.push(Mark::Text { text: text.into(), strokes, pen });
+        self.marks.push(DrawingItem::Text { text: text.into(), strokes, pen });
     }
 }
 
@@ -63,8 +63,8 @@ impl Drawing {
     /// The smallest and the largest place of anything on it (mm).
     pub(crate) fn extent(&self) -> [Point; 2] {
         let points = self.marks.iter().flat_map(|mark| match mark {
-            Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
-            Mark::Text { strokes, .. } => strokes.concat(),
+            DrawingItem::Line { points, .. } | DrawingItem::Area { points, .. } => points.clone(),
+            DrawingItem::Text { strokes, .. } => strokes.concat(),
         });
         points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], point| {
             [[low[0].min(point[0]), low[1].min(point[1])], [high[0].max(point[0]), high[1].max(point[1])]]

@@ -1,6 +1,6 @@
 //! A drawing as PNG.
 
-use super::canvas::{Drawing, Mark};
+use super::canvas::{Drawing, DrawingItem};
 use super::pen::{Colour, Pen};
 use crate::chart::Point;
 use std::io;
@@ -20,12 +20,12 @@ pub(crate) fn png(drawing: &Drawing) -> io::Result<Vec<u8>> {
     pixmap.fill(tiny_skia::Color::WHITE);
     for mark in &drawing.marks {
         match mark {
-            Mark::Line { points, pen } => draw(&mut pixmap, &[points], *pen),
-            Mark::Text { strokes, pen, .. } => {
+            DrawingItem::Line { points, pen } => draw(&mut pixmap, &[points], *pen),
+            DrawingItem::Text { strokes, pen, .. } => {
                 let strokes: Vec<&[Point]> = strokes.iter().map(Vec::as_slice).collect();
                 draw(&mut pixmap, &strokes, *pen);
             }
-            Mark::Area { points, colour } => {
+            DrawingItem::Area { points, colour } => {
                 if let Some(path) = path(&[points]) {
                     pixmap.fill_path(&path, &paint(*colour), FillRule::EvenOdd, Transform::identity(), None);
                 }

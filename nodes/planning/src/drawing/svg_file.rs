@@ -1,6 +1,6 @@
 //! A drawing as SVG.
 
-use super::canvas::{Drawing, Mark};
+use super::canvas::{Drawing, DrawingItem};
 use super::pen::{Colour, Pen};
 use crate::chart::Point;
 use std::fmt::Write as _;
@@ -16,11 +16,11 @@ pub(crate) fn svg(drawing: &Drawing) -> String {
     );
     for mark in &drawing.marks {
         let _infallible = match mark {
-            Mark::Line { points, pen } => writeln!(text, "<path {} d=\"{}\"/>", stroke(*pen), path(points)),
-            Mark::Area { points, colour } => {
+            DrawingItem::Line { points, pen } => writeln!(text, "<path {} d=\"{}\"/>", stroke(*pen), path(points)),
+            DrawingItem::Area { points, colour } => {
                 writeln!(text, "<path fill=\"{}\" d=\"{}Z\"/>", hex(*colour), path(points))
             }
-            Mark::Text { text: label, strokes, pen } => {
+            DrawingItem::Text { text: label, strokes, pen } => {
                 let letters: String = strokes.iter().map(|points| path(points)).collect();
                 writeln!(
                     text,

@@ -12,9 +12,9 @@ pub(super) const SMALL: Lettering =
 
 /// Values over the angle of C.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Chart(pub(super) Axes);
+pub(super) struct TurnChart(pub(super) Axes);
 
-impl Chart {
+impl TurnChart {
     pub(super) fn new(frame: Frame, up: Scale) -> Self {
         Self(Axes { frame, across: Scale::TURN_DEG, up })
     }

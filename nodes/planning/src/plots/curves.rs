@@ -1,7 +1,7 @@
 //! Curves over one turn of C.
 
 use super::super::turn::LobeTurnPoint;
-use super::chart::{CURVE_MM, Chart, SMALL};
+use super::chart::{CURVE_MM, SMALL, TurnChart};
 use super::sheet::{DrawnPass, ROOM, Sheet, colour};
 use crate::chart::{Frame, Scale, round_step};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
@@ -54,7 +54,7 @@ pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
     let labels = ["X (mm)", "X′ (mm/rad)", "X″ (mm/rad²)", "X‴ (mm/rad³)"];
     let of: [fn(&Sample) -> f64; 4] = [|x| x.value, |x| x.first, |x| x.second, |x| x.third];
     for (row, (label, of)) in (0_u8..).zip(labels.into_iter().zip(of)) {
-        let chart = Chart::new(frame(row, 4), Scale::around(samples.iter().map(|(_, x)| of(x))));
+        let chart = TurnChart::new(frame(row, 4), Scale::around(samples.iter().map(|(_, x)| of(x))));
         chart.axes(&mut drawing, label, row == 3);
         if row == 0 {
             chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
@@ -188,7 +188,7 @@ struct AxisDerivative<'a> {
 }
 
 impl AxisDerivative<'_> {
-    fn draw(&self, drawing: &mut Drawing, cut: &DrawnPass<'_>, row: u8) -> Chart {
+    fn draw(&self, drawing: &mut Drawing, cut: &DrawnPass<'_>, row: u8) -> TurnChart {
         // Digits of a constant speed are no motion.
         let tiny = 1e-9 * self.limit;
         let value =
@@ -202,7 +202,7 @@ impl AxisDerivative<'_> {
         let is_near = rests || used >= NEAR;
         let limits = [Some(limit), has_both.then_some(-limit), (!has_both).then_some(0.0)];
         let shown = limits.into_iter().flatten().filter(|value| is_near || *value == 0.0);
-        let chart = Chart::new(frame(row, 3), Scale::around(values().chain(shown)));
+        let chart = TurnChart::new(frame(row, 3), Scale::around(values().chain(shown)));
         chart.axes(drawing, self.label, row == 2);
         if is_near {
             for sign in if has_both { &[1.0, -1.0][..] } else { &[1.0] } {
@@ -220,12 +220,12 @@ impl AxisDerivative<'_> {
     }
 
     /// The curve in the colours of what sets the speed.
-    fn curve(&self, drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &Chart) {
+    fn curve(&self, drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &TurnChart) {
         coloured(drawing, cut, chart, |point| self.factor * (self.of)(point));
     }
 }
 
-fn coloured(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &Chart, of: impl Fn(&LobeTurnPoint) -> f64) {
+fn coloured(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &TurnChart, of: impl Fn(&LobeTurnPoint) -> f64) {
     let points = &cut.turn.points;
     for arc in &cut.arcs {
         for stretch in cut.stretches(*arc) {
@@ -251,7 +251,7 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     // A bound far above what is reached would make the curve small.
     let bound = turn.points.iter().map(|point| point.allowed_mm2_s).fold(0.0, f64::max);
     let highest = if varies && bound < 1.6 * peak { bound } else { peak };
-    let chart = Chart::new(wide, Scale::around([0.0, 1.03 * highest].into_iter()));
+    let chart = TurnChart::new(wide, Scale::around([0.0, 1.03 * highest].into_iter()));
     chart.axes(&mut drawing, "Q′ (mm³ per mm of width and s)", true);
     chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
     let mut legend = Vec::new();
@@ -276,7 +276,7 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
 }
 
 /// Shares of the turn's time beside the chart, on its scale.
-fn histogram(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &Chart) {
+fn histogram(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &TurnChart) {
     let classes = &cut.summary.removal_classes;
     let left = chart.0.frame.right() + 8.0;
     let frame = Frame { left, width: ROOM.right() - left, ..chart.0.frame };

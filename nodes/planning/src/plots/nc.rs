@@ -1,6 +1,6 @@
 //! Drawings of `camwright post`: the cutter along its path, and the segments of its program.
 
-use super::chart::{CURVE_MM, Chart, SMALL};
+use super::chart::{CURVE_MM, SMALL, TurnChart};
 use super::contour::PartView;
 use super::curves::{ALLOWED, frame};
 use super::sheet::{PAPER, ROOM, legend_entry, sheet};
@@ -198,7 +198,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
         let knots: Vec<(f64, f64)> =
             turn.knots.iter().filter(|knot| full(knot.0)).map(|knot| (deg_from_rad(knot.0), knot.1[index])).collect();
         let letter = axis.letter();
-        let travel = Chart::new(frame(3 * place, rows), Scale::around(knots.iter().map(|knot| knot.1)));
+        let travel = TurnChart::new(frame(3 * place, rows), Scale::around(knots.iter().map(|knot| knot.1)));
         travel.axes(&mut drawing, &format!("{letter} (mm)"), false);
         travel.curve(&mut drawing, knots.iter().copied(), CURVE);
         for (c_deg, value) in &knots {
@@ -212,7 +212,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
                 [(pair[0].0, slope), (pair[1].0, slope)]
             })
             .collect();
-        let steps = Chart::new(frame(3 * place + 1, rows), Scale::around(slopes.iter().map(|slope| slope.1)));
+        let steps = TurnChart::new(frame(3 * place + 1, rows), Scale::around(slopes.iter().map(|slope| slope.1)));
         steps.axes(&mut drawing, &format!("d{letter}/dC (mm/deg)"), false);
         steps.curve(&mut drawing, slopes.into_iter(), CURVE);
         let errors: Vec<(f64, f64)> = (0..=CURVE_POINTS)
@@ -222,7 +222,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
             })
             .collect();
         let allowed = um_from_mm(turn.tolerance_mm);
-        let chart = Chart::new(frame(3 * place + 2, rows), Scale::around([-allowed, allowed].into_iter()));
+        let chart = TurnChart::new(frame(3 * place + 2, rows), Scale::around([-allowed, allowed].into_iter()));
         chart.axes(&mut drawing, "error (µm)", 3 * place + 3 == rows);
         chart.curve(&mut drawing, errors.into_iter(), Pen::solid(Colour(0, 114, 178), 0.2));
         for level in [-allowed, allowed] {

@@ -6,7 +6,7 @@
 //! | `x_axis` | the turn that asks most of X: its place, speed, acceleration and jerk with what is allowed of them, and the spindle's speed |
 //! | `clearance` | the angles between insert and surface over a turn, with what is asked of them |
 
-use super::chart::{CURVE_MM, Chart, SMALL};
+use super::chart::{CURVE_MM, SMALL, TurnChart};
 use super::contour::PartView;
 use super::curves::{ALLOWED, LIMIT, frame};
 use super::sheet::{ROOM, legend_entry, sheet};
@@ -169,7 +169,7 @@ impl Turned<'_> {
             let near = bounds.filter(|(limit, _)| used(*limit) >= NEAR);
             let shown = near.into_iter().flat_map(|(limit, _)| [limit, -limit]);
             let scale = Scale::around(values.iter().map(|(_, value)| *value).chain(shown));
-            let chart = Chart::new(frame(row, 5), scale);
+            let chart = TurnChart::new(frame(row, 5), scale);
             chart.axes(&mut drawing, label, row == 4);
             if let Some((limit, allowed)) = near {
                 for sign in [1.0, -1.0] {
@@ -218,7 +218,7 @@ impl Turned<'_> {
             let closed = rows.iter().map(|row| (row.turned_deg, of(row).angle_deg));
             let closed: Vec<(f64, f64)> = closed.chain(rows.first().map(|row| (360.0, of(row).angle_deg))).collect();
             let values = closed.iter().map(|(_, value)| *value);
-            let chart = Chart::new(frame(row, 2), Scale::around(values.chain([min.least_deg])));
+            let chart = TurnChart::new(frame(row, 2), Scale::around(values.chain([min.least_deg])));
             chart.axes(&mut drawing, label, row == 1);
             chart.level(&mut drawing, min.least_deg, LIMIT);
             chart.curve(&mut drawing, closed.into_iter(), CURVE);

@@ -9,7 +9,7 @@
 //! | `<feature>/<pass>_segments.svg`, `.png` | travels over the angle with their knots, slopes, errors with the tolerance |
 
 use super::super::files::Files;
-use super::super::finding::{Finding, Report, Severity};
+use super::super::finding::{CheckReport, Finding, Severity};
 use super::super::plan;
 use super::super::plots::nc::program_plots;
 use super::request::ToPost;
@@ -58,7 +58,7 @@ pub fn compare_program(
 }
 
 /// Report of a milling job before anything is written.
-pub(crate) fn check_milled(path: &Path, job: &MilledJob) -> Report {
+pub(crate) fn check_milled(path: &Path, job: &MilledJob) -> CheckReport {
     let posted = milled::with_request(job, |to_post| {
         let posted = post(&to_post.request).map_err(|error| to_post.document.error(key(&error), error.to_string()))?;
         let blocks: usize = posted.calls.iter().map(|call| posted.turns[call.0].blocks).sum();
@@ -69,9 +69,11 @@ pub(crate) fn check_milled(path: &Path, job: &MilledJob) -> Report {
     let warnings = job.lifts.iter().flat_map(|(_, lift)| &lift.warnings);
     let warnings = warnings.map(|warning| Finding { severity: Severity::Warning, error: warning.clone() }).collect();
     match posted {
-        Ok((summary, notes)) => Report { file: path.to_path_buf(), findings: warnings, summary: Some(summary), notes },
+        Ok((summary, notes)) => {
+            CheckReport { file: path.to_path_buf(), findings: warnings, summary: Some(summary), notes }
+        }
         Err(error) => {
-            let mut report = Report::refused(path, vec![error]);
+            let mut report = CheckReport::refused(path, vec![error]);
             report.findings.extend(warnings);
             report
         }

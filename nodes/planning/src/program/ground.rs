@@ -17,7 +17,7 @@ use camwright_files::nc_file::NcSettings;
 const OUTLINE_POINTS: u32 = 720;
 
 /// A lobe's path and what bounds it.
-struct Lobe {
+struct LobePath {
     path: CutterPath,
     highest_mm: f64,
     speeds: Vec<Speed>,
@@ -139,7 +139,7 @@ pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError
 }
 
 /// The path of the cutter's centre, or of its edge, around every lobe.
-fn lobes(prepared: &PreparedJob, settings: &NcSettings) -> Vec<Lobe> {
+fn lobes(prepared: &PreparedJob, settings: &NcSettings) -> Vec<LobePath> {
     let sense = f64::from(settings.control.rotation_sense);
     let lobe = |planned: &PlannedLobe| {
         let mut path = CutterPath::from_periphery(&planned.tool_path);
@@ -150,7 +150,7 @@ fn lobes(prepared: &PreparedJob, settings: &NcSettings) -> Vec<Lobe> {
         let coefficients = path.travels.iter().flat_map(|travel| travel.position.coefficients());
         let highest_mm = coefficients.copied().fold(f64::NEG_INFINITY, f64::max);
         let start_rad = sense * planned.start_rad;
-        Lobe {
+        LobePath {
             path,
             highest_mm,
             speeds: planned.passes.iter().map(|plan| Speed::from_speed_plan(plan, start_rad)).collect(),
@@ -167,7 +167,7 @@ fn infeed_turns(pass: &PassSpec, plan: &SpeedPlan) -> u32 {
 fn passes<'a>(
     prepared: &PreparedJob,
     planned: &PlannedLobe,
-    lobe: &'a Lobe,
+    lobe: &'a LobePath,
     settings: &NcSettings,
 ) -> Vec<PassRequest<'a>> {
     let spec = &prepared.job.spec;

@@ -5,7 +5,7 @@ use camwright::machine::description::{Axis, MachineDescription};
 use camwright::planner::plan_check::{PlanCheckError, PlanFault};
 use camwright::planner::{PlanError, TurningError, TurningKey};
 use camwright::toolpath::insert_clearance::{InsertClearanceError, InsertClearanceKey, beside_centre};
-use camwright::toolpath::insert_path::{Feed, InsertPathError, InsertPathKey};
+use camwright::toolpath::insert_path::{InsertFeed, InsertPathError, InsertPathKey};
 use camwright::toolpath::rake_section::RakeSectionError;
 use camwright_files::ConfigError;
 use camwright_files::turning_file::TurnedJob;
@@ -90,8 +90,8 @@ fn path_cause(job: &TurnedJob, pass: usize, error: &InsertPathError) -> Cause {
     let (of, feed) =
         if pass >= passes { ("finishing", job.spec.feed) } else { ("roughing", job.spec.passes.rough_feed) };
     let feed = match feed {
-        Feed::AlongZ(_) => format!("{of}.along_z_mm"),
-        Feed::AlongCurve(_) => format!("{of}.along_curve_mm"),
+        InsertFeed::AlongZ(_) => format!("{of}.along_z_mm"),
+        InsertFeed::AlongCurve(_) => format!("{of}.along_curve_mm"),
     };
     match error {
         InsertPathError::BadNumber { what, .. } => match what {

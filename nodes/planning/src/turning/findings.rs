@@ -2,7 +2,7 @@
 
 use super::prepared::{PreparedTurning, plan_turned};
 use super::summary::{MeshSummary, TurningSummary, mesh_summary, turning_summary};
-use crate::finding::{Finding, Report, warning};
+use crate::finding::{CheckReport, Finding, warning};
 use crate::lifts;
 use camwright::toolpath::insert_clearance::{OFFSET_DEG, beside_centre};
 use camwright_files::ConfigError;
@@ -11,7 +11,7 @@ use camwright_files::turning_file::TurnedJob;
 use std::path::Path;
 
 /// Checks a turning job that has been read, planning it to the end.
-pub(crate) fn check_turned(file: &Path, job: TurnedJob, machine: Option<&MachineNow>) -> Report {
+pub(crate) fn check_turned(file: &Path, job: TurnedJob, machine: Option<&MachineNow>) -> CheckReport {
     let mut findings: Vec<Finding> =
         job.lifts.iter().flat_map(|(_, lift)| lift.warnings.iter().cloned().map(warning)).collect();
     let mut notes = read_notes(&job);
@@ -22,10 +22,10 @@ pub(crate) fn check_turned(file: &Path, job: TurnedJob, machine: Option<&Machine
                 findings.extend(warnings(&prepared, &summary));
                 notes.extend(turning_notes(&summary));
             }
-            Report { file: file.to_path_buf(), findings, summary: Some(prepared.summary()), notes }
+            CheckReport { file: file.to_path_buf(), findings, summary: Some(prepared.summary()), notes }
         }
         Err(error) => {
-            let mut report = Report::refused(file, vec![error]);
+            let mut report = CheckReport::refused(file, vec![error]);
             report.findings.extend(findings);
             // What cannot be turned may be so for how its mesh was read.
             notes.extend(mesh);

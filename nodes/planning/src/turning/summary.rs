@@ -11,7 +11,7 @@ use camwright::motion::point_to_point::MOVE_SHARE;
 use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::PlannedPass;
 use camwright::toolpath::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
-use camwright::toolpath::insert_path::{BoundShare, Feed};
+use camwright::toolpath::insert_path::{BoundShare, InsertFeed};
 use serde::Serialize;
 use std::path::Path;
 
@@ -274,8 +274,8 @@ fn clearance_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> 
 fn pass_summary(prepared: &PreparedTurning, pass: &PlannedPass) -> TurnedPassSummary {
     let request = pass.path.request();
     let (feed_mm, feed_along) = match request.feed {
-        Feed::AlongZ(feed) => (feed, "z"),
-        Feed::AlongCurve(feed) => (feed, "curve"),
+        InsertFeed::AlongZ(feed) => (feed, "z"),
+        InsertFeed::AlongCurve(feed) => (feed, "curve"),
     };
     let (slowest, fastest) = pass.speed_range_rad_s();
     let (x_from, x_to) = pass.path.x_range_mm();

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{AnyPrepared, prepare_any};
-use camwright::interpolator::Outcome;
+use camwright::interpolator::MotionOutcome;
 use camwright::machine::description::Effect;
 use camwright::machine::description::MachineDescription;
 use camwright::machine::wheel_state::WheelNow;
@@ -143,7 +143,7 @@ fn ideal_drives_leave_the_cusps_of_the_feed_and_ordinary_ones_some_micrometres()
     let prepared = prepared(&[]).unwrap();
     let um = |machine: &MachineDescription| {
         let (simulated, part) = simulate_turned_on(&prepared, machine).unwrap();
-        assert_eq!(simulated.outcome, Outcome::Completed);
+        assert_eq!(simulated.outcome, MotionOutcome::Completed);
         let map = turned_form(&prepared, &part).unwrap();
         (um_from_mm(map.lowest().deviation_mm), um_from_mm(map.highest().deviation_mm))
     };
