@@ -21,11 +21,11 @@ fn main() -> ExitCode {
     };
     println!("reference cut: {:?}", reference_cut());
     let mut tally: BTreeMap<&str, u64> = BTreeMap::new();
-    let (mut wrong, mut most_turns) = (0_u64, 0);
+    let (mut wrong, mut max_turns) = (0_u64, 0);
     for seed in first..first.saturating_add(count) {
         let what = match judge_cut(seed) {
             CutVerdict::Planned(turns) => {
-                most_turns = most_turns.max(turns);
+                max_turns = max_turns.max(turns);
                 "planned"
             }
             CutVerdict::Refused(why) => why,
@@ -42,6 +42,6 @@ fn main() -> ExitCode {
         }
     }
     let last = first.saturating_add(count).saturating_sub(1);
-    println!("{count} cuts, seeds {first} to {last}, up to {most_turns} turns: {tally:?}");
+    println!("{count} cuts, seeds {first} to {last}, up to {max_turns} turns: {tally:?}");
     if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -70,10 +70,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "\ncam along z, relief {:.0} deg, clearance at least {:.0} deg:",
         deg_from_rad(flank.relief_rad),
-        deg_from_rad(flank.least_clearance_rad)
+        deg_from_rad(flank.min_clearance_rad)
     );
     let heights = map.heights()?;
-    let offset = |height: f64| deg_from_rad(libm::asin(height / heights.least_radius_mm));
+    let offset = |height: f64| deg_from_rad(libm::asin(height / heights.min_radius_mm));
     println!(
         "  heights that work: {:.3} to {:.3} mm below centre (offset angle {:.1} to {:.1} deg), best {:.3} mm ({:.1} deg)",
         heights.lowest_mm,

@@ -108,7 +108,7 @@ fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
             }
             let out = interpolator.step(&TickInputs { tick, requests: &[] });
             interpolator.stop_tail(&mut tail);
-            let _told = interpolator.desired_at(tick);
+            let _desired = interpolator.desired_at(tick);
             let (counts, velocity) = (out.setpoint.counts, out.setpoint.velocity);
             interpolator.measured(&Measured { tick, counts, velocity });
             for event in out.events.iter() {

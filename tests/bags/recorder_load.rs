@@ -191,7 +191,7 @@ fn publish_until(recorder: &RunLoggerProcess, text: &str, condition: impl Fn(&Ru
             publisher.publish(&Text { data: text.to_owned() }).expect("room");
         }
         // At the rate of the recorder's status.
-        let _told = recorder.wait_status(Duration::from_millis(100), |_| false);
+        let _status = recorder.wait_status(Duration::from_millis(100), |_| false);
     }
 }
 

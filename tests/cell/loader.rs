@@ -190,7 +190,7 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
     loaded.robot.loading("a leave", |loading| loading.clear_to_enter).expect("a leave");
     loaded.command(CellCommandRequest::STOP).expect("it stops");
     let stopped = loaded.state(CellState::STOPPED);
-    assert!(stopped.stop_reason == "STOP was said" && stopped.holder.is_empty(), "{stopped:?}");
+    assert!(stopped.stop_reason == "STOP was commanded" && stopped.holder.is_empty(), "{stopped:?}");
     assert!(mode(CellState::MANUAL).success);
     loaded.command(CellCommandRequest::RESET).expect("in every mode");
     loaded.state(CellState::IDLE);
@@ -237,7 +237,7 @@ fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
     let cell = Cell::start(&[]);
     let (sender, states) = mpsc::channel();
     let qos = Qos::latched(1).keep_last(500);
-    let _heard = cell.client.node.subscribe("job_planner/cell_state", &qos, move |state: CellState, _| {
+    let _subscription = cell.client.node.subscribe("job_planner/cell_state", &qos, move |state: CellState, _| {
         drop(sender.send(state));
     });
     let until = |wanted: u8| loop {
@@ -422,7 +422,7 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
     let loaded = Loaded::start(10.0);
     loaded.grind();
     loaded.command(CellCommandRequest::SUSPEND).expect("it is suspended");
-    assert_eq!(loaded.state(CellState::SUSPENDED).stop_reason, "SUSPEND was said");
+    assert_eq!(loaded.state(CellState::SUSPENDED).stop_reason, "SUSPEND was commanded");
     loaded.command(CellCommandRequest::UNSUSPEND).expect("it goes on");
     loaded.state(CellState::EXECUTE);
     for (fault, alarm, remedy) in [

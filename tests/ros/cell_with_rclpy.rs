@@ -125,11 +125,11 @@ fn look_around(operator: &mut Operator<'_>) {
     operator.peer.ask("subscribe", topic);
     for node in ["run_logger", "machine_sim", "axis_interpolator", "job_planner"] {
         // The node itself first, then its parts under its name.
-        let told = operator.peer.message_where("/diagnostics", |told| told["status"][0]["name"] == node);
-        for status in told["status"].as_array().expect("a list") {
+        let report = operator.peer.message_where("/diagnostics", |report| report["status"][0]["name"] == node);
+        for status in report["status"].as_array().expect("a list") {
             let of_node = |name: &str| name == node || name.starts_with(&format!("{node}: "));
-            assert!(status["name"].as_str().is_some_and(of_node), "{told}");
-            assert!(status["message"].as_str().is_some_and(|text| !text.is_empty()), "{told}");
+            assert!(status["name"].as_str().is_some_and(of_node), "{report}");
+            assert!(status["message"].as_str().is_some_and(|text| !text.is_empty()), "{report}");
         }
     }
 }
@@ -164,7 +164,7 @@ fn ask_the_planner(operator: &mut Operator<'_>) {
     assert_eq!(get(operator)["double_value"], 30.0);
     assert!(planned(operator) > before + 1.0, "half the work speed takes longer than {before} s");
     assert_eq!(set(operator, json!({ "type": 4, "string_value": "fast" }))["successful"], false);
-    assert_eq!(set(operator, json!({ "type": 0 }))["successful"], true, "back to what the job says");
+    assert_eq!(set(operator, json!({ "type": 0 }))["successful"], true, "back to the settings of the job");
 }
 
 /// Acts as a client of `ros2_control`: a trajectory that is followed, and one that breaks its tolerance.
@@ -191,8 +191,8 @@ fn follow_trajectories(operator: &mut Operator<'_>) {
     assert_eq!((status, &result["error_code"]), (SUCCEEDED, &json!(0)), "{result}");
     let (status, result) = follow(0.0, 1e-5);
     assert_eq!((status, &result["error_code"]), (ABORTED, &json!(-4)), "{result}");
-    let said = result["error_string"].as_str().expect("a text");
-    assert!(said.starts_with("z_axis: position error ") && said.contains("exceeds 0.010000 mm by"), "{said}");
+    let text = result["error_string"].as_str().expect("a text");
+    assert!(text.starts_with("z_axis: position error ") && text.contains("exceeds 0.010000 mm by"), "{text}");
 }
 
 /// A cancelled job comes to rest and says so.
@@ -204,8 +204,8 @@ fn cancel_a_job(operator: &mut Operator<'_>) {
     let (status, result) = operator.result(&goal);
     assert_eq!(status, CANCELED, "{result}");
     assert_eq!(result["success"], false);
-    let said = "was cancelled: the axes are at rest and the wheel is retracted";
-    assert!(result["message"].as_str().is_some_and(|text| text.contains(said)), "{result}");
+    let words = "was cancelled: the axes are at rest and the wheel is retracted";
+    assert!(result["message"].as_str().is_some_and(|text| text.contains(words)), "{result}");
 }
 
 /// A second sender of setpoints is refused while the cell holds its cut, with the name of who has command.

@@ -20,7 +20,7 @@ fn the_robot_in_rclpy_tends_ten_parts() {
     });
     let (sender, states) = mpsc::channel();
     let qos = Qos::latched(1).keep_last(500);
-    let _heard = cell.client.node.subscribe("job_planner/cell_state", &qos, move |state: CellState, _| {
+    let _subscription = cell.client.node.subscribe("job_planner/cell_state", &qos, move |state: CellState, _| {
         drop(sender.send(state));
     });
     let script = repository().join("nodes/camwright/examples/loader_robot.py");
@@ -30,8 +30,8 @@ fn the_robot_in_rclpy_tends_ten_parts() {
         command.args(["--set", pair]);
     }
     let mut robot = Guarded::start("loader_robot.py", &mut command);
-    let said = robot.line(PATIENCE).unwrap_or_else(|| panic!("it ended{}", robot.complaint()));
-    assert_eq!(said, "10 of 10 parts tended in 11 visits", "{}", robot.complaint());
+    let line = robot.line(PATIENCE).unwrap_or_else(|| panic!("it ended{}", robot.complaint()));
+    assert_eq!(line, "10 of 10 parts tended in 11 visits", "{}", robot.complaint());
     let status = robot.wait(PATIENCE);
     assert!(status.success(), "it ends with {status}{}", robot.complaint());
     loop {

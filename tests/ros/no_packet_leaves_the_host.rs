@@ -61,7 +61,7 @@ fn a_node_with_default_settings_sends_no_packet_off_this_machine() {
 
 /// The same watch sees the packets of a node with range SUBNET; without this the test above would show nothing.
 #[test]
-fn a_node_that_is_told_to_speak_to_the_subnet_does() {
+fn a_node_configured_for_the_subnet_speaks_to_it() {
     let Some(hosts) = Hosts::new("subnet") else { return };
     let domain = Domain::reserve();
     let before = hosts.sent("cable");
@@ -89,7 +89,7 @@ fn announce_strangers(hosts: &Hosts, domain: &Domain, answered: impl Fn() -> boo
 }
 
 #[test]
-fn a_stranger_on_another_host_is_neither_heard_nor_answered() {
+fn a_stranger_on_another_host_is_ignored() {
     let Some(hosts) = Hosts::new("stranger") else { return };
     let domain = Domain::reserve();
     let lo_before = hosts.sent("lo");
@@ -123,8 +123,8 @@ fn a_node_that_shall_be_secure_refuses_to_start() {
         command.args(arguments).current_dir(support::repository()).env("ROS_SECURITY_ENABLE", "true");
         let mut node = Guarded::start(binary, &mut command);
         assert_eq!(node.wait(PATIENCE).code(), Some(1), "{binary}{}", node.complaint());
-        let said = node.stderr();
-        assert!(said.contains("ROS_SECURITY_ENABLE=true, but DDS security is not supported"), "{binary}: {said}");
+        let stderr = node.stderr();
+        assert!(stderr.contains("ROS_SECURITY_ENABLE=true, but DDS security is not supported"), "{binary}: {stderr}");
     }
 }
 
@@ -147,9 +147,9 @@ fn settings_without_effect_are_named_in_one_warning() {
     }
     node.interrupt();
     assert!(node.wait(PATIENCE).success(), "{}", node.complaint());
-    let said = node.stderr();
-    assert_eq!(named(&node), 1, "{said}");
+    let stderr = node.stderr();
+    assert_eq!(named(&node), 1, "{stderr}");
     for setting in ["ROS_STATIC_PEERS=192.0.2.7", "RMW_IMPLEMENTATION=rmw_zenoh_cpp", "--enclave /cell"] {
-        assert!(said.contains(setting), "{setting}: {said}");
+        assert!(stderr.contains(setting), "{setting}: {stderr}");
     }
 }

@@ -178,9 +178,9 @@ fn a_thousand_goals_at_once_are_all_answered_and_those_rejected_are_counted() {
     let server = machine.action_server::<Home>("~/home", homing.clone()).expect("a server");
     let client = operator.action_client::<Home>("/machine/home").expect("a client");
     client.wait_for_server(PATIENCE).expect("the server is there");
-    let (told, reports) = mpsc::channel();
+    let (sender, reports) = mpsc::channel();
     let _reports = operator
-        .subscribe("/diagnostics", &Qos::default_topic(), move |report: DiagnosticArray, _| drop(told.send(report)))
+        .subscribe("/diagnostics", &Qos::default_topic(), move |report: DiagnosticArray, _| drop(sender.send(report)))
         .expect("a subscription");
 
     for (wish, count) in [("reject", 1000), ("", 1000), ("reject", 300)] {

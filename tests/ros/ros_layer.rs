@@ -135,8 +135,8 @@ fn a_second_subscription_of_a_node_hears_only_what_comes_after_it() {
     let (listener, _b) = node(&domain, "listener");
     let hear = || {
         let (sender, receiver) = mpsc::channel();
-        let heard = move |text: Text, _: &_| drop(sender.send(text.data));
-        let subscription = listener.subscribe::<Text>("volatile", &Qos::default_topic(), heard);
+        let receive = move |text: Text, _: &_| drop(sender.send(text.data));
+        let subscription = listener.subscribe::<Text>("volatile", &Qos::default_topic(), receive);
         (subscription.expect("a subscription"), receiver)
     };
     let say = |text: &str| publisher.publish(&Text { data: text.into() }).expect("published");
@@ -253,8 +253,8 @@ fn names_are_remapped_and_two_namespaces_do_not_meet() {
     let out = one.publisher::<Text>("machine/stream", &Qos::default_topic()).expect("a publisher");
     assert_eq!(out.topic(), "/cell1/flow");
     assert_eq!(two.resolve_topic("~/state").expect("valid"), "/cell2/press/state");
-    let heard = Arc::new(AtomicUsize::new(0));
-    let count = Arc::clone(&heard);
+    let received = Arc::new(AtomicUsize::new(0));
+    let count = Arc::clone(&received);
     let stray = two
         .subscribe::<Text>("flow", &Qos::default_topic(), move |_, _| {
             count.fetch_add(1, Ordering::SeqCst);
@@ -262,12 +262,12 @@ fn names_are_remapped_and_two_namespaces_do_not_meet() {
         .expect("a subscription");
     assert!(!stray.wait_matched(1, Duration::from_millis(500)));
     out.publish(&Text::default()).expect("published");
-    assert_eq!(heard.load(Ordering::SeqCst), 0);
+    assert_eq!(received.load(Ordering::SeqCst), 0);
     assert!(matches!(one.publisher::<Text>("a b", &Qos::default_topic()), Err(RosError::Name(_))));
 }
 
 #[test]
-fn parameters_are_guarded_described_and_told() {
+fn parameters_are_guarded_described_and_reported() {
     let domain = Domain::reserve();
     let options = NodeOptions::new("holder", &args(&domain, "--ros-args -p rate:=5 -p holder:group.name:=given"))
         .parameter(Parameter::double("rate", 1.0).describe("in Hz").range(0.0, 10.0))

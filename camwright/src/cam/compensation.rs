@@ -43,9 +43,9 @@ pub struct CompensationSpec {
     /// Harmonics of a turn that are learned; what is shorter is left alone.
     pub harmonics: u32,
     /// Largest correction along the normal (mm).
-    pub most_mm: f64,
+    pub max_mm: f64,
     /// Steepest correction over the cam angle (mm/rad).
-    pub most_slope_mm_rad: f64,
+    pub max_slope_mm_rad: f64,
 }
 
 impl Default for CompensationSpec {
@@ -53,8 +53,8 @@ impl Default for CompensationSpec {
         Self {
             gain: 0.7,
             harmonics: USUAL_HARMONICS,
-            most_mm: 0.02,
-            most_slope_mm_rad: 0.005 * 180.0 / core::f64::consts::PI,
+            max_mm: 0.02,
+            max_slope_mm_rad: 0.005 * 180.0 / core::f64::consts::PI,
         }
     }
 }
@@ -207,8 +207,8 @@ impl FormCurve {
     #[must_use]
     pub fn bounded(&self, spec: &CompensationSpec) -> (Self, bool) {
         let (size, slope) = self.largest();
-        let fits = |value: f64, most: f64| if value > most { most / value } else { 1.0 };
-        let times = fits(size, spec.most_mm).min(fits(slope, spec.most_slope_mm_rad));
+        let fits = |value: f64, max: f64| if value > max { max / value } else { 1.0 };
+        let times = fits(size, spec.max_mm).min(fits(slope, spec.max_slope_mm_rad));
         (Self::default().plus(times, self), times < 1.0)
     }
 }
@@ -254,8 +254,8 @@ pub struct LobeLearning {
     pub gain: f64,
     /// Parts that were learned from.
     pub parts: u64,
-    /// Correction and error of the part with which the error was least.
-    pub least: Option<(FormCurve, FormCurve)>,
+    /// Correction and error of the part with the smallest error.
+    pub smallest: Option<(FormCurve, FormCurve)>,
     /// The correction was taken back to that one: the next part says what error it has now.
     pub taken_back: bool,
 }
@@ -263,7 +263,7 @@ pub struct LobeLearning {
 impl LobeLearning {
     #[must_use]
     pub fn new(spec: &CompensationSpec) -> Self {
-        Self { correction: FormCurve::default(), gain: spec.gain, parts: 0, least: None, taken_back: false }
+        Self { correction: FormCurve::default(), gain: spec.gain, parts: 0, smallest: None, taken_back: false }
     }
 
     /// Learns from the error of the part that was ground with [`Self::correction`].
@@ -279,9 +279,9 @@ impl LobeLearning {
             return Learned::Stopped;
         }
         let rms_mm = error.rms_mm();
-        let least_mm = self.least.as_ref().map(|(_, least)| least.rms_mm());
-        match &self.least {
-            Some((correction, _)) if !self.taken_back && least_mm.is_some_and(|least| rms_mm > least + SAME_MM) => {
+        let min_mm = self.smallest.as_ref().map(|(_, error)| error.rms_mm());
+        match &self.smallest {
+            Some((correction, _)) if !self.taken_back && min_mm.is_some_and(|least| rms_mm > least + SAME_MM) => {
                 self.correction = correction.clone();
                 self.taken_back = true;
                 self.gain *= 0.5;
@@ -293,12 +293,12 @@ impl LobeLearning {
             }
             _ => {}
         }
-        if self.taken_back || least_mm.is_none_or(|least| rms_mm <= least) {
-            let as_expected = least_mm.is_some_and(|least| rms_mm <= (1.0 - 0.5 * self.gain) * least);
+        if self.taken_back || min_mm.is_none_or(|least| rms_mm <= least) {
+            let as_expected = min_mm.is_some_and(|least| rms_mm <= (1.0 - 0.5 * self.gain) * least);
             if as_expected && !self.taken_back {
                 self.gain = (2.0 * self.gain).min(spec.gain);
             }
-            self.least = Some((self.correction.clone(), error.clone()));
+            self.smallest = Some((self.correction.clone(), error.clone()));
             self.taken_back = false;
         }
         let (correction, was_bounded) = self.correction.plus(-self.gain, &error).bounded(spec);

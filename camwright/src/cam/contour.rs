@@ -121,7 +121,7 @@ pub struct Contour {
     follower: Follower,
     base_radius_mm: f64,
     mount: Mount,
-    most_concave: Option<Extremum>,
+    max_concave: Option<Extremum>,
     max_pressure_angle: Extremum,
 }
 
@@ -141,7 +141,7 @@ impl Contour {
             follower: *follower,
             base_radius_mm,
             mount,
-            most_concave: None,
+            max_concave: None,
             max_pressure_angle: Extremum { angle_rad: 0.0, value: 0.0 },
         };
         let (grid, breaks) = (lift.grid(), lift.breaks());
@@ -172,7 +172,7 @@ impl Contour {
         }
         let concave = smallest(&|angle| contour.local(angle).curvature());
         let steepest = smallest(&|angle| -contour.pressure_angle(angle).abs());
-        contour.most_concave = (concave.value < 0.0).then_some(concave);
+        contour.max_concave = (concave.value < 0.0).then_some(concave);
         let value = contour.pressure_angle(steepest.angle_rad);
         contour.max_pressure_angle = Extremum { angle_rad: steepest.angle_rad, value };
         Ok(contour)
@@ -312,13 +312,13 @@ impl Contour {
     /// The most concave place and its curvature (1/mm, negative); `None` if the contour is convex throughout.
     #[must_use]
     pub fn maximum_concavity(&self) -> Option<Extremum> {
-        self.most_concave
+        self.max_concave
     }
 
     /// Radius that a wheel must stay below (mm); `None` if any wheel will do.
     #[must_use]
     pub fn largest_wheel_radius_mm(&self) -> Option<f64> {
-        self.most_concave.map(|place| -1.0 / place.value)
+        self.max_concave.map(|place| -1.0 / place.value)
     }
 
     /// Radius up to which a wheel is comfortable (mm), a tenth below [`Self::largest_wheel_radius_mm`]: towards the limit

@@ -48,7 +48,7 @@ pub(super) const LEFT_MM: f64 = 1e-4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CorrectionTarget {
     /// To the least radius, less a depth (mm, 0 or more) that every phase loses besides. At 0 the turn begins and ends without a step.
-    LeastRadius {
+    MinRadius {
         /// The depth (mm).
         extra_depth_mm: f64,
     },
@@ -61,7 +61,7 @@ pub enum CorrectionTarget {
 pub enum CorrectionStart {
     /// The angle at which the minimum radius leaves the wheel, the first such angle of the headstock from this one on (rad): the correction
     /// can be ready by then. The part turns forward to it, with the wheel at its last logged position.
-    AtLeastRadius {
+    AtMinRadius {
         /// Earliest (rad).
         from_rad: f64,
     },
@@ -82,14 +82,14 @@ pub enum CorrectionError {
     },
     /// The circle is larger than the part.
     #[error(
-        "target radius {target_mm:.5} mm is {:.3} um above the least radius {least_mm:.5} mm: that phase would not be cut",
-        um_from_mm(*.target_mm - *.least_mm)
+        "target radius {target_mm:.5} mm is {:.3} um above the least radius {min_mm:.5} mm: that phase would not be cut",
+        um_from_mm(*.target_mm - *.min_mm)
     )]
-    TargetAboveLeast {
+    TargetAboveMin {
         /// Target (mm).
         target_mm: f64,
         /// Least radius (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
     /// An extra depth that is none.
     #[error("extra depth {extra_depth_mm} mm must be 0 or more")]
@@ -190,17 +190,17 @@ impl Correction {
         // Between phases as well, and at the start itself, which is what the turn ends on: else a place in between would not be cut.
         let places = state.phases() * PARTS as usize;
         let met = (0..=places).map(|place| state.radius_mm(start_rad + phase_rad(place, places) - TURN_RAD));
-        let least_mm = met.fold(f64::INFINITY, f64::min);
+        let min_mm = met.fold(f64::INFINITY, f64::min);
         let target_mm = match target {
-            CorrectionTarget::LeastRadius { extra_depth_mm } if extra_depth_mm >= 0.0 && extra_depth_mm.is_finite() => {
-                least_mm - extra_depth_mm
+            CorrectionTarget::MinRadius { extra_depth_mm } if extra_depth_mm >= 0.0 && extra_depth_mm.is_finite() => {
+                min_mm - extra_depth_mm
             }
-            CorrectionTarget::LeastRadius { extra_depth_mm } => {
+            CorrectionTarget::MinRadius { extra_depth_mm } => {
                 return Err(CorrectionError::ExtraDepth { extra_depth_mm });
             }
-            CorrectionTarget::Radius(target_mm) if target_mm <= least_mm => target_mm,
+            CorrectionTarget::Radius(target_mm) if target_mm <= min_mm => target_mm,
             CorrectionTarget::Radius(target_mm) => {
-                return Err(CorrectionError::TargetAboveLeast { target_mm, least_mm });
+                return Err(CorrectionError::TargetAboveMin { target_mm, min_mm });
             }
         };
         let (ratio, leaves_mm) =
@@ -362,14 +362,14 @@ fn ramp(difference_mm: f64) -> Result<HermiteSpline, HermiteError> {
 
 /// C at which the turn begins.
 fn start_of(state: &PartState<'_>, start: CorrectionStart) -> Result<f64, CorrectionError> {
-    let (CorrectionStart::AtLeastRadius { from_rad: wanted_rad } | CorrectionStart::At(wanted_rad)) = start;
+    let (CorrectionStart::AtMinRadius { from_rad: wanted_rad } | CorrectionStart::At(wanted_rad)) = start;
     let logged_rad = state.logged_until_rad().unwrap_or(f64::NEG_INFINITY);
     if !(wanted_rad >= logged_rad && wanted_rad.is_finite()) {
         return Err(CorrectionError::BeforeLogEnds { start_rad: wanted_rad, logged_rad });
     }
     Ok(match start {
         CorrectionStart::At(start_rad) => start_rad,
-        CorrectionStart::AtLeastRadius { from_rad } => minimum_radius_from(state, from_rad),
+        CorrectionStart::AtMinRadius { from_rad } => minimum_radius_from(state, from_rad),
     })
 }
 
@@ -380,11 +380,11 @@ fn minimum_radius_from(state: &PartState<'_>, from_rad: f64) -> f64 {
     let at = |place: usize| from_rad - TURN_RAD + phase_rad(place, count);
     let radii: Vec<f64> = (0..=2 * count + 1).map(|place| state.radius_mm(at(place))).collect();
     // Of a part that nothing is cut from, a turn before is the same but for rounding.
-    let is_least = |place: &usize| radii[place - count..*place].iter().all(|radius| radii[*place] <= radius + 1e-12);
+    let is_minimum = |place: &usize| radii[place - count..*place].iter().all(|radius| radii[*place] <= radius + 1e-12);
     let is_low = |place: &usize| radii[*place] <= radii[place - 1] && radii[*place] <= radii[place + 1];
-    let Some(place) = (count..=2 * count).find(|place| is_low(place) && is_least(place)) else {
+    let Some(place) = (count..=2 * count).find(|place| is_low(place) && is_minimum(place)) else {
         // The part is rounder than a dwell turn is deep: every place is less than all before it.
-        return (count..=2 * count).find(is_least).map_or(from_rad, at);
+        return (count..=2 * count).find(is_minimum).map_or(from_rad, at);
     };
     let step_rad = phase_rad(1, count);
     let (low_rad, _) = golden_section(at(place) - step_rad, at(place) + step_rad, &|c_rad| state.radius_mm(c_rad));

@@ -42,7 +42,7 @@ pub enum GaugeError {
     },
     /// A contact stands at the wheel, or opposite it where its other end is.
     #[error(
-        "contact at {angle_deg:.3} deg after the wheel is {distance_deg:.3} deg from the wheel line, at least {least_deg} deg are needed: \
+        "contact at {angle_deg:.3} deg after the wheel is {distance_deg:.3} deg from the wheel line, at least {min_deg} deg are needed: \
          its reading belongs to no side of a cut"
     )]
     AtTheWheel {
@@ -51,7 +51,7 @@ pub enum GaugeError {
         /// Distance from the wheel line (deg).
         distance_deg: f64,
         /// Least allowed (deg).
-        least_deg: f64,
+        min_deg: f64,
     },
     /// Two gauges that are no part of half a turn apart.
     #[error("gauges {apart_deg} deg apart: must be more than 0 and less than 180 deg")]
@@ -62,7 +62,7 @@ pub enum GaugeError {
     /// No cut lies between two gauges.
     #[error(
         "gauges at {angle_deg:.3} and {second_deg:.3} deg after the wheel have neither the wheel nor its opposite between them: the cut \
-         comes {cut_after_deg:.3} deg after the first and must come {least_deg} deg before the second"
+         comes {cut_after_deg:.3} deg after the first and must come {min_deg} deg before the second"
     )]
     NoCutBetween {
         /// The first (deg).
@@ -72,7 +72,7 @@ pub enum GaugeError {
         /// Way from the first to the cut (deg).
         cut_after_deg: f64,
         /// Least way from the cut to the second (deg).
-        least_deg: f64,
+        min_deg: f64,
     },
     /// Two gauges of a kind that the method does not know.
     #[error(
@@ -168,7 +168,7 @@ impl Gauge {
                 angle_deg: deg_from_rad(angle_rad),
                 second_deg: deg_from_rad(angle_rad + apart_rad),
                 cut_after_deg: deg_from_rad(gauge.cut_after_rad()),
-                least_deg: NEAREST_DEG,
+                min_deg: NEAREST_DEG,
             });
         }
         Ok(gauge)
@@ -279,7 +279,7 @@ fn clear_of_the_wheel(angle_rad: f64, period_rad: f64) -> Result<(), GaugeError>
     let beyond = angle_rad - period_rad * libm::floor(angle_rad / period_rad);
     let distance_deg = deg_from_rad(beyond.min(period_rad - beyond));
     if distance_deg < NEAREST_DEG {
-        return Err(GaugeError::AtTheWheel { angle_deg, distance_deg, least_deg: NEAREST_DEG });
+        return Err(GaugeError::AtTheWheel { angle_deg, distance_deg, min_deg: NEAREST_DEG });
     }
     Ok(())
 }

@@ -185,8 +185,8 @@ fn creeping_n(friction_n: f64) -> f64 {
 
 /// Adds the friction of a creeping axis to the uncertainty of the line.
 fn with_friction(found: GrindingStiffness, friction_n: f64, points: &[ForcePoint]) -> GrindingStiffness {
-    let (least_mm, most_mm) = minimum_and_maximum(points.iter().map(|point| point.way_mm));
-    let range_mm = most_mm - least_mm;
+    let (min_mm, max_mm) = minimum_and_maximum(points.iter().map(|point| point.way_mm));
+    let range_mm = max_mm - min_mm;
     let friction_n = creeping_n(friction_n);
     let more = |measured: MeasuredValue, by: f64| MeasuredValue {
         uncertainty: libm::hypot(measured.uncertainty, by),
@@ -233,9 +233,9 @@ fn push(request: &IdentifyRequest<'_>) -> Result<Vec<ForcePoint>, IdentifyError>
             force_n: mean(chunk, |pushed| -pushed.motor_n) - air_n,
         })
         .collect();
-    let most_n = together.iter().map(|point| point.force_n).fold(0.0, f64::max);
+    let max_n = together.iter().map(|point| point.force_n).fold(0.0, f64::max);
     // Until the axis starts to slow down it pushes; what is below a share of the force may still be the closing contact.
-    Ok(together.into_iter().filter(|point| point.force_n >= PRESSING_SHARE * most_n).collect())
+    Ok(together.into_iter().filter(|point| point.force_n >= PRESSING_SHARE * max_n).collect())
 }
 
 impl core::fmt::Display for Identified {

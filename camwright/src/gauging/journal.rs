@@ -246,7 +246,7 @@ impl JournalCorrection {
         let (decided, begins) = match request.mode {
             GaugingMode::Exact => {
                 let target = CorrectionTarget::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
-                let start = CorrectionStart::AtLeastRadius { from_rad: earliest_rad };
+                let start = CorrectionStart::AtMinRadius { from_rad: earliest_rad };
                 let first = Correction::exact(&state, start, target)?;
                 let start_rad = first.start_rad();
                 // At the least radius the turn begins without slope; noise must not make the wheel dip below it on its way in.
@@ -255,10 +255,8 @@ impl JournalCorrection {
                 let entered = PartState::measure(&record, WheelLog::new(&logged)?, request.law, &settings)?;
                 let decided = match Correction::exact(&entered, CorrectionStart::At(start_rad), target) {
                     // On entering the wheel has already been at the target, but for rounding and the noise between two phases.
-                    Err(CorrectionError::TargetAboveLeast { target_mm, least_mm })
-                        if target_mm - least_mm < MAX_BELOW_MM =>
-                    {
-                        Correction::exact(&entered, CorrectionStart::At(start_rad), CorrectionTarget::Radius(least_mm))?
+                    Err(CorrectionError::TargetAboveMin { target_mm, min_mm }) if target_mm - min_mm < MAX_BELOW_MM => {
+                        Correction::exact(&entered, CorrectionStart::At(start_rad), CorrectionTarget::Radius(min_mm))?
                     }
                     other => other?,
                 };

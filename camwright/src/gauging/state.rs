@@ -61,9 +61,9 @@ pub struct MeasureSettings {
     /// Cuts before this angle of the headstock are left out (rad): where a dwell began, or the last fault ended.
     pub from_rad: Option<f64>,
     /// Depth (mm) that every phase must have lost at every cut. Where the wheel takes nothing, nothing is known.
-    pub least_depth_mm: f64,
+    pub min_depth_mm: f64,
     /// Largest scatter of the readings about the contact law (mm), see [`PartState::scatter_mm`]; `None` takes any.
-    pub most_scatter_mm: Option<f64>,
+    pub max_scatter_mm: Option<f64>,
 }
 
 impl Default for MeasureSettings {
@@ -72,8 +72,8 @@ impl Default for MeasureSettings {
             fit: Fit::Readings { harmonics: USUAL_HARMONICS },
             phases: None,
             from_rad: None,
-            least_depth_mm: USUAL_MIN_DEPTH_MM,
-            most_scatter_mm: Some(USUAL_MAX_SCATTER_MM),
+            min_depth_mm: USUAL_MIN_DEPTH_MM,
+            max_scatter_mm: Some(USUAL_MAX_SCATTER_MM),
         }
     }
 }
@@ -150,21 +150,21 @@ impl<'a> PartState<'a> {
             Fit::Depths { harmonics } => fit::by_depths(record, &known, (first_rad, until_rad), phases, harmonics)?,
             Fit::Readings { harmonics } => fit::by_readings(record, &known, until_rad, phases, harmonics)?,
         };
-        if let (Some(scatter_mm), Some(most_mm)) = (fitted.scatter_mm, settings.most_scatter_mm)
-            && (scatter_mm.is_nan() || scatter_mm > most_mm)
+        if let (Some(scatter_mm), Some(max_mm)) = (fitted.scatter_mm, settings.max_scatter_mm)
+            && (scatter_mm.is_nan() || scatter_mm > max_mm)
         {
-            return Err(StateError::Scatter { scatter_mm, most_mm });
+            return Err(StateError::Scatter { scatter_mm, max_mm });
         }
         for (index, deviation) in fitted.deviations.iter().enumerate() {
             let phase = phase_rad(index, phases);
             for c_rad in fit::cuts_of(phase, first_rad, until_rad) {
                 let depth_mm = known.depth_mm(c_rad) + known.weight(c_rad) * deviation;
-                if depth_mm < settings.least_depth_mm {
+                if depth_mm < settings.min_depth_mm {
                     return Err(StateError::NotCut {
                         phase_deg: deg_from_rad(phase),
                         c_deg: deg_from_rad(c_rad),
                         depth_mm,
-                        least_mm: settings.least_depth_mm,
+                        min_mm: settings.min_depth_mm,
                     });
                 }
             }

@@ -36,18 +36,18 @@ pub enum StateError {
     /// The readings do not follow the contact law.
     #[error(
         "readings scatter by {:.3} um about the contact law, at most {:.3} um are allowed: gauge, wheel positions or stiffness are wrong",
-        um_from_mm(*.scatter_mm), um_from_mm(*.most_mm)
+        um_from_mm(*.scatter_mm), um_from_mm(*.max_mm)
     )]
     Scatter {
         /// Standard deviation found (mm).
         scatter_mm: f64,
         /// Allowed (mm).
-        most_mm: f64,
+        max_mm: f64,
     },
     /// A phase that was not cut.
     #[error(
         "phase {phase_deg:.2} deg was not cut at C = {c_deg:.2} deg: depth {:.3} um, more than {:.3} um are needed",
-        um_from_mm(*.depth_mm), um_from_mm(*.least_mm)
+        um_from_mm(*.depth_mm), um_from_mm(*.min_mm)
     )]
     NotCut {
         /// The phase (deg).
@@ -57,7 +57,7 @@ pub enum StateError {
         /// Its depth of cut, as measured (mm).
         depth_mm: f64,
         /// Least (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
     /// Radii that are no numbers, or too few of them.
     #[error(transparent)]

@@ -46,14 +46,14 @@ pub enum StiffnessMapError {
         value: f64,
         uncertainty: f64,
     },
-    #[error("z = {first_mm} mm and z = {second_mm} mm are one place: less than {least_mm} mm apart")]
+    #[error("z = {first_mm} mm and z = {second_mm} mm are one place: less than {min_mm} mm apart")]
     SamePlace {
         /// One (mm).
         first_mm: f64,
         /// The other (mm).
         second_mm: f64,
         /// Least distance of two (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
     #[error("nothing was measured")]
     Empty,
@@ -123,7 +123,7 @@ impl StiffnessMap {
         places.sort_by(|a, b| a.z_mm.total_cmp(&b.z_mm));
         if let Some(pair) = places.windows(2).find(|pair| pair[1].z_mm - pair[0].z_mm <= SAME_PLACE_MM) {
             let (first_mm, second_mm) = (pair[0].z_mm, pair[1].z_mm);
-            return Err(StiffnessMapError::SamePlace { first_mm, second_mm, least_mm: SAME_PLACE_MM });
+            return Err(StiffnessMapError::SamePlace { first_mm, second_mm, min_mm: SAME_PLACE_MM });
         }
         Ok(Self { places })
     }

@@ -76,12 +76,12 @@ pub enum OrderKind {
     /// The stopped wheel may press on the part.
     Push {
         /// The most (N); 0: not any more.
-        most_n: i64,
+        max_n: i64,
     },
     /// The force monitor watches.
     WatchForce {
         /// Most that the force may differ by over a turn (N); 0: not any more.
-        most_n: i64,
+        max_n: i64,
     },
 }
 

@@ -149,8 +149,8 @@ impl Interpolator {
                     PlanCommand::WheelStop => OrderKind::WheelStop,
                     PlanCommand::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
                     PlanCommand::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
-                    PlanCommand::Push { most_n } => OrderKind::Push { most_n: *most_n },
-                    PlanCommand::WatchForce { most_n } => OrderKind::WatchForce { most_n: *most_n },
+                    PlanCommand::Push { max_n } => OrderKind::Push { max_n: *max_n },
+                    PlanCommand::WatchForce { max_n } => OrderKind::WatchForce { max_n: *max_n },
                 };
                 out.orders.push(Order { tick: until, kind });
                 self.mode = ExecutionMode::Command { until };

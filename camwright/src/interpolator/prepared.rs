@@ -238,7 +238,7 @@ impl<'a> PlanWalk<'a> {
             SegmentKind::Command(PlanCommand::SetHome(axis)) if !self.searched[axis.index()] => {
                 return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
             }
-            SegmentKind::Command(PlanCommand::WatchForce { most_n }) => self.watched_n = *most_n,
+            SegmentKind::Command(PlanCommand::WatchForce { max_n }) => self.watched_n = *max_n,
             SegmentKind::Home(step) => facts.input = self.check_home(index, step)?,
             SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
         }
@@ -268,7 +268,7 @@ impl<'a> PlanWalk<'a> {
     ) -> Result<(), PrepareError> {
         let curves = Curves::from_segment(self.plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
         check_plateau(index, cut, segment, &curves)?;
-        if cut.until_steady_n.is_some_and(|most_n| i64::from(most_n) != self.watched_n) {
+        if cut.until_steady_n.is_some_and(|max_n| i64::from(max_n) != self.watched_n) {
             let what = "a cut ends at a steady force, but the force monitor has no threshold";
             return Err(PrepareError::BadCut { segment: index, what });
         }

@@ -80,14 +80,14 @@ pub enum SetupError {
     /// A wheel that touches must be stopped in time (mm).
     #[error(
         "at {speed_mm_s} mm/s the wheel would run on by {run_on_mm:.4} mm after it has touched; at most {MAX_RUN_ON_MM} mm is \
-         allowed, which is {most_mm_s:.3} mm/s"
+         allowed, which is {max_mm_s:.3} mm/s"
     )]
     RunsOn {
         speed_mm_s: f64,
         /// Stopping distance (mm).
         run_on_mm: f64,
         /// The speed that would do.
-        most_mm_s: f64,
+        max_mm_s: f64,
     },
     /// A reading is to be set of an axis that finds its zero by itself.
     #[error("only the zero of x_axis can be corrected by a probe, not that of {}", .0.joint())]
@@ -235,8 +235,8 @@ impl Probe {
         if touches {
             let run_on_mm = run_on(request.speed, &limits, machine);
             if run_on_mm > MAX_RUN_ON_MM {
-                let most_mm_s = request.speed * MAX_RUN_ON_MM / run_on_mm;
-                return Err(SetupError::RunsOn { speed_mm_s: request.speed, run_on_mm, most_mm_s });
+                let max_mm_s = request.speed * MAX_RUN_ON_MM / run_on_mm;
+                return Err(SetupError::RunsOn { speed_mm_s: request.speed, run_on_mm, max_mm_s });
             }
         }
         let stand_off = stand_off(request, at, target, touches, machine)?;
@@ -288,8 +288,8 @@ impl Probe {
         let mut push = |kind: SegmentKind, seconds: f64, label: &str| {
             plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, machine.cycle_time_s()), label));
         };
-        if let Some(most_n) = self.wheel.filter(|_| !turns) {
-            push(SegmentKind::Command(PlanCommand::Push { most_n }), order_s, "the stopped wheel may press");
+        if let Some(max_n) = self.wheel.filter(|_| !turns) {
+            push(SegmentKind::Command(PlanCommand::Push { max_n }), order_s, "the stopped wheel may press");
         }
         push(SegmentKind::Home(self.step), self.expected_s, "probe");
         if self.corrects {
@@ -297,7 +297,7 @@ impl Probe {
         }
         match self.wheel {
             Some(_) if turns => push(SegmentKind::Command(PlanCommand::WheelStop), order_s, "wheel stop"),
-            Some(_) => push(SegmentKind::Command(PlanCommand::Push { most_n: 0 }), order_s, "no more pressing"),
+            Some(_) => push(SegmentKind::Command(PlanCommand::Push { max_n: 0 }), order_s, "no more pressing"),
             None => {}
         }
         plan

@@ -114,7 +114,7 @@ impl JobSpec {
 
     fn check_wheel_power(&self) -> Result<(), JobError> {
         let Some(power) = &self.wheel_power else { return Ok(()) };
-        positive(|| Subject::Job, JobKey::WheelPowerMost, power.most_w)?;
+        positive(|| Subject::Job, JobKey::WheelPowerMax, power.max_w)?;
         positive(|| Subject::Job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
         positive(|| Subject::Job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)
     }
@@ -160,10 +160,10 @@ impl JobSpec {
 
     /// A spark-out that ends by force needs a force, and turns that nobody counts on.
     fn check_spark_out(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
-        let Some(most_n) = pass.spark_out_until_n else { return Ok(()) };
+        let Some(max_n) = pass.spark_out_until_n else { return Ok(()) };
         let refused = |why| Err(JobError::SparkOutByForce { pass: pass.name.clone(), why });
-        if !(1..=MAX_VARIATION_N).contains(&most_n) {
-            let (key, value) = (JobKey::SparkOutUntil, f64::from(most_n));
+        if !(1..=MAX_VARIATION_N).contains(&max_n) {
+            let (key, value) = (JobKey::SparkOutUntil, f64::from(max_n));
             let place = Subject::Pass(pass.name.clone());
             return Err(JobError::OutOfRange { place, key, value, wanted: "1 to 10000" });
         }
@@ -278,11 +278,11 @@ impl JobSpec {
         if !(1..=MAX_LEARNED_HARMONICS).contains(&spec.harmonics) {
             return range(JobKey::FormCompensationHarmonics, f64::from(spec.harmonics), "1 to 180");
         }
-        if !(spec.most_mm > 0.0 && spec.most_mm <= MAX_CORRECTION_MM) {
-            return range(JobKey::FormCompensationMost, spec.most_mm, "above 0 and at most 0.1");
+        if !(spec.max_mm > 0.0 && spec.max_mm <= MAX_CORRECTION_MM) {
+            return range(JobKey::FormCompensationMax, spec.max_mm, "above 0 and at most 0.1");
         }
-        if !(spec.most_slope_mm_rad > 0.0 && spec.most_slope_mm_rad <= MAX_SLOPE_MM_RAD) {
-            return range(JobKey::FormCompensationMostSlope, spec.most_slope_mm_rad, "above 0 and at most 1.146");
+        if !(spec.max_slope_mm_rad > 0.0 && spec.max_slope_mm_rad <= MAX_SLOPE_MM_RAD) {
+            return range(JobKey::FormCompensationMaxSlope, spec.max_slope_mm_rad, "above 0 and at most 1.146");
         }
         for learned in &compensation.learned {
             if !self.has_lobe(&learned.lobe) {
@@ -290,13 +290,13 @@ impl JobSpec {
             }
             let (size_mm, slope_mm_rad) = learned.correction.largest();
             // What was bounded lies on the bound, but for rounding on its way through a file.
-            if size_mm > spec.most_mm * (1.0 + ROUNDING) || slope_mm_rad > spec.most_slope_mm_rad * (1.0 + ROUNDING) {
+            if size_mm > spec.max_mm * (1.0 + ROUNDING) || slope_mm_rad > spec.max_slope_mm_rad * (1.0 + ROUNDING) {
                 return Err(JobError::LearnedTooMuch {
                     lobe: learned.lobe.clone(),
                     size_mm,
                     slope_mm_rad,
-                    most_mm: spec.most_mm,
-                    most_slope_mm_rad: spec.most_slope_mm_rad,
+                    max_mm: spec.max_mm,
+                    max_slope_mm_rad: spec.max_slope_mm_rad,
                 });
             }
         }
@@ -308,9 +308,9 @@ impl JobSpec {
         let Some(identification) = &self.identification else { return Ok(()) };
         let feed_mm = |pass: &PassSpec| pass.infeed_per_block_mm * f64::from(self.blocks_per_turn);
         let feeds = || self.passes.iter().map(feed_mm);
-        let (least_mm, most_mm) = minimum_and_maximum(feeds());
-        if most_mm.is_nan() || most_mm < 2.0 * least_mm {
-            return Err(JobError::OneFeed { least_mm, most_mm });
+        let (min_mm, max_mm) = minimum_and_maximum(feeds());
+        if max_mm.is_nan() || max_mm < 2.0 * min_mm {
+            return Err(JobError::OneFeed { min_mm, max_mm });
         }
         let total_mm: f64 = self.passes.iter().map(|pass| pass.total_infeed_mm).sum();
         let allowance_mm = self.allowance_mm();
@@ -323,7 +323,7 @@ impl JobSpec {
         positive(|| Subject::Job, JobKey::IdentificationPushSpeed, identification.push_speed_mm_s)?;
         let (key, value) = (JobKey::IdentificationPushSpeed, identification.push_speed_mm_s);
         within(|| Subject::Job, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
-        positive(|| Subject::Job, JobKey::IdentificationMostForce, identification.most_n as f64)
+        positive(|| Subject::Job, JobKey::IdentificationMaxForce, identification.max_n as f64)
     }
 
     fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {
@@ -377,15 +377,15 @@ impl JobSpec {
         for (index, lobe) in self.lobes.iter().enumerate() {
             for (other_index, other) in self.lobes.iter().enumerate() {
                 let (Some(here), Some(there)) = (place(lobe), place(other)) else { continue };
-                let (apart_mm, least_mm) = ((here - there).abs(), 0.5 * (wheel_mm + other.width_mm));
-                if index != other_index && apart_mm < least_mm {
+                let (apart_mm, min_mm) = ((here - there).abs(), 0.5 * (wheel_mm + other.width_mm));
+                if index != other_index && apart_mm < min_mm {
                     return Err(JobError::NeighbourInReach {
                         lobe: lobe.name.clone(),
                         wheel_mm,
                         other: other.name.clone(),
                         other_mm: other.width_mm,
                         apart_mm,
-                        least_mm,
+                        min_mm,
                     });
                 }
             }

@@ -128,14 +128,14 @@ pub enum DressError {
     },
     /// The wheel is used up.
     #[error(
-        "lobe {lobe}: the dress before it leaves a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {least_mm:.4} mm: mount a new wheel"
+        "lobe {lobe}: the dress before it leaves a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {min_mm:.4} mm: mount a new wheel"
     )]
     WornOut {
         lobe: String,
         /// Radius after the dress (mm).
         radius_mm: f64,
         /// Smallest allowed (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
 }
 
@@ -273,9 +273,9 @@ impl DressingSpec {
             radius_nm: nm_from_mm(now.radius_mm - self.depth_mm - now.wear_mm),
         };
         let lobe = || String::from(lobe);
-        let (radius_mm, least_mm) = (dress.radius_mm(), machine.wheel.min_radius_mm);
-        if radius_mm < least_mm {
-            return Err(DressError::WornOut { lobe: lobe(), radius_mm, least_mm });
+        let (radius_mm, min_mm) = (dress.radius_mm(), machine.wheel.min_radius_mm);
+        if radius_mm < min_mm {
+            return Err(DressError::WornOut { lobe: lobe(), radius_mm, min_mm });
         }
         let depth_mm = self.depth_mm + now.wear_mm;
         match machine.dresser.map(|dresser| dresser.max_depth_mm) {

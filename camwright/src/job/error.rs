@@ -33,7 +33,7 @@ pub enum JobError {
     /// The wheel reaches a neighbouring lobe.
     #[error(
         "lobe {lobe}: the wheel, {wheel_mm} mm wide, would also grind lobe {other}, {other_mm} mm wide and {apart_mm} mm \
-         away; at least {least_mm} mm are needed"
+         away; at least {min_mm} mm are needed"
     )]
     NeighbourInReach {
         /// The lobe being machined.
@@ -45,7 +45,7 @@ pub enum JobError {
         other_mm: f64,
         /// Distance between their stations.
         apart_mm: f64,
-        least_mm: f64,
+        min_mm: f64,
     },
     /// Two lobes stand at one station.
     #[error("lobes {first} and {second} are both at station {station}; a station holds one lobe")]
@@ -121,14 +121,14 @@ pub enum JobError {
     IdentifiesForNothing,
     /// A single feed cannot separate the stiffness of the cut from its threshold.
     #[error(
-        "the stiffness is measured at two feeds, and those of the passes lie between {least_mm} and {most_mm} mm per turn; the largest \
+        "the stiffness is measured at two feeds, and those of the passes lie between {min_mm} and {max_mm} mm per turn; the largest \
          must be twice the least"
     )]
     OneFeed {
         /// Least feed per turn (mm).
-        least_mm: f64,
+        min_mm: f64,
         /// Largest (mm).
-        most_mm: f64,
+        max_mm: f64,
     },
     /// No turn in the air to know friction by.
     #[error(
@@ -187,7 +187,7 @@ pub enum JobError {
     /// The learned correction exceeds the present limits of the job.
     #[error(
         "lobe {lobe}: the learned correction goes to {:.3} um and {:.3} um/deg; form_compensation allows {:.3} um and {:.3} um/deg; raise these limits, or learn again (form_compensation.afresh)",
-        1e3 * .size_mm, um_per_deg(*.slope_mm_rad), 1e3 * .most_mm, um_per_deg(*.most_slope_mm_rad)
+        1e3 * .size_mm, um_per_deg(*.slope_mm_rad), 1e3 * .max_mm, um_per_deg(*.max_slope_mm_rad)
     )]
     LearnedTooMuch {
         lobe: String,
@@ -196,9 +196,9 @@ pub enum JobError {
         /// Its steepest (mm/rad).
         slope_mm_rad: f64,
         /// Allowed shift (mm).
-        most_mm: f64,
+        max_mm: f64,
         /// Allowed slope (mm/rad).
-        most_slope_mm_rad: f64,
+        max_slope_mm_rad: f64,
     },
     /// A number is outside its range.
     #[error("{}{key} is {value}; it must be {wanted}", place.prefix())]

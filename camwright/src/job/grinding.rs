@@ -88,7 +88,7 @@ pub struct IdentificationSpec {
     /// Speed of the push (mm/s).
     pub push_speed_mm_s: f64,
     /// Force at which the machine stops (N).
-    pub most_n: i64,
+    pub max_n: i64,
     /// It is measured and no more: the journals stay as the passes leave them.
     pub only: bool,
     /// Replaces the stored values of the machine.
@@ -140,14 +140,14 @@ pub enum SpeedLaw {
         /// Speed of the contact along the contour (mm/s).
         footprint_speed_mm_s: f64,
         /// Largest headstock speed (rad/s).
-        most_rad_s: f64,
+        max_rad_s: f64,
     },
     /// One specific removal rate Q′ wherever the axes can follow, for the infeed of a whole turn.
     ConstantRemovalRate {
         /// Q′, volume removed per time and wheel width (mm²/s, that is mm³/(mm s)).
         removal_rate_mm2_s: f64,
         /// Largest headstock speed (rad/s).
-        most_rad_s: f64,
+        max_rad_s: f64,
     },
     /// One power of the wheel spindle per width: what chips take and what rubbing takes, P′ = e·Q′ + p·l·v.
     ConstantPower {
@@ -158,18 +158,18 @@ pub enum SpeedLaw {
         /// p, force of rubbing per area of contact (N/mm²).
         rubbing_n_mm2: f64,
         /// Largest headstock speed (rad/s).
-        most_rad_s: f64,
+        max_rad_s: f64,
     },
     /// One largest temperature in the contact, by comparison with a cut that is known to be good.
     ConstantTemperature {
         reference: ReferenceCut,
         /// Largest headstock speed (rad/s).
-        most_rad_s: f64,
+        max_rad_s: f64,
     },
     /// The fastest speed that the axes allow.
     TimeOptimal {
         /// Largest headstock speed (rad/s).
-        most_rad_s: f64,
+        max_rad_s: f64,
     },
 }
 
@@ -177,7 +177,7 @@ pub enum SpeedLaw {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelPower {
     /// Most that the spindle may give to the cut (W).
-    pub most_w: f64,
+    pub max_w: f64,
     /// Energy that a removed volume takes (J/mm³).
     pub specific_energy_j_mm3: f64,
     /// Force of rubbing per area of contact (N/mm²).
@@ -189,10 +189,10 @@ impl WheelPower {
     #[must_use]
     pub fn as_law(&self, width_mm: f64) -> SpeedLaw {
         SpeedLaw::ConstantPower {
-            power_w_mm: self.most_w / width_mm,
+            power_w_mm: self.max_w / width_mm,
             specific_energy_j_mm3: self.specific_energy_j_mm3,
             rubbing_n_mm2: self.rubbing_n_mm2,
-            most_rad_s: f64::INFINITY,
+            max_rad_s: f64::INFINITY,
         }
     }
 }
@@ -203,11 +203,11 @@ impl SpeedLaw {
     pub const fn maximum_rad_s(&self) -> f64 {
         match *self {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
-            SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
-            | SpeedLaw::ConstantRemovalRate { most_rad_s, .. }
-            | SpeedLaw::ConstantPower { most_rad_s, .. }
-            | SpeedLaw::ConstantTemperature { most_rad_s, .. }
-            | SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
+            SpeedLaw::ConstantFootprintSpeed { max_rad_s, .. }
+            | SpeedLaw::ConstantRemovalRate { max_rad_s, .. }
+            | SpeedLaw::ConstantPower { max_rad_s, .. }
+            | SpeedLaw::ConstantTemperature { max_rad_s, .. }
+            | SpeedLaw::TimeOptimal { max_rad_s } => max_rad_s,
         }
     }
 
@@ -215,25 +215,25 @@ impl SpeedLaw {
     pub(crate) fn settings(&self) -> Vec<(JobKey, f64)> {
         match *self {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => alloc::vec![(JobKey::WorkSpeed, work_speed_rad_s)],
-            SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s } => {
-                alloc::vec![(JobKey::FootprintSpeed, footprint_speed_mm_s), (JobKey::WorkSpeed, most_rad_s)]
+            SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, max_rad_s } => {
+                alloc::vec![(JobKey::FootprintSpeed, footprint_speed_mm_s), (JobKey::WorkSpeed, max_rad_s)]
             }
-            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
-                alloc::vec![(JobKey::RemovalRate, removal_rate_mm2_s), (JobKey::WorkSpeed, most_rad_s)]
+            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s } => {
+                alloc::vec![(JobKey::RemovalRate, removal_rate_mm2_s), (JobKey::WorkSpeed, max_rad_s)]
             }
-            SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s } => alloc::vec![
+            SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, max_rad_s } => alloc::vec![
                 (JobKey::Power, power_w_mm),
                 (JobKey::SpecificEnergy, specific_energy_j_mm3),
                 (JobKey::Rubbing, rubbing_n_mm2),
-                (JobKey::WorkSpeed, most_rad_s)
+                (JobKey::WorkSpeed, max_rad_s)
             ],
-            SpeedLaw::ConstantTemperature { reference, most_rad_s } => alloc::vec![
+            SpeedLaw::ConstantTemperature { reference, max_rad_s } => alloc::vec![
                 (JobKey::ReferenceFootprintSpeed, reference.footprint_speed_mm_s),
                 (JobKey::ReferenceDepth, reference.depth_mm),
                 (JobKey::ReferenceEquivalentDiameter, reference.equivalent_diameter_mm),
-                (JobKey::WorkSpeed, most_rad_s)
+                (JobKey::WorkSpeed, max_rad_s)
             ],
-            SpeedLaw::TimeOptimal { most_rad_s } => alloc::vec![(JobKey::WorkSpeed, most_rad_s)],
+            SpeedLaw::TimeOptimal { max_rad_s } => alloc::vec![(JobKey::WorkSpeed, max_rad_s)],
         }
     }
 }

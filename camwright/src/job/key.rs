@@ -27,7 +27,7 @@ named! {
         RetractClearance = "retract_clearance_mm",
         Stock = "stock_mm",
         CBetweenLobesMargin = "c_between_lobes.margin_s",
-        WheelPowerMost = "wheel_power.most_w",
+        WheelPowerMax = "wheel_power.most_w",
         WheelPowerSpecificEnergy = "wheel_power.specific_energy_j_mm3",
         WheelPowerRubbing = "wheel_power.rubbing_n_mm2",
         Clearance = "clearance_mm",
@@ -43,11 +43,11 @@ named! {
         MeasureStockMargin = "measure_stock.margin_mm",
         FormCompensationGain = "form_compensation.gain",
         FormCompensationHarmonics = "form_compensation.harmonics",
-        FormCompensationMost = "form_compensation.most_mm",
-        FormCompensationMostSlope = "form_compensation.most_slope_mm_rad",
+        FormCompensationMax = "form_compensation.most_mm",
+        FormCompensationMaxSlope = "form_compensation.most_slope_mm_rad",
         IdentificationPush = "identification.push_mm",
         IdentificationPushSpeed = "identification.push_speed_mm_s",
-        IdentificationMostForce = "identification.most_n",
+        IdentificationMaxForce = "identification.most_n",
     }
 }
 

@@ -48,7 +48,7 @@ impl WheelDescription {
                 radius_mm,
                 surface_speed_m_s: self.surface_speed_m_s,
                 speed_rpm: rpm_from_rad_s(speed_rad_s),
-                most_rpm: rpm_from_rad_s(max),
+                max_rpm: rpm_from_rad_s(max),
             }),
             _ => Ok(()),
         }
@@ -66,7 +66,7 @@ impl WheelDescription {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "a wheel of radius {radius_mm:.4} mm turns at {speed_rpm:.1} rpm for its surface speed of {surface_speed_m_s} m/s; its \
-     spindle is allowed {most_rpm:.1} rpm"
+     spindle is allowed {max_rpm:.1} rpm"
 )]
 pub struct WheelTooFast {
     /// Radius of the wheel (mm).
@@ -75,5 +75,5 @@ pub struct WheelTooFast {
     pub surface_speed_m_s: f64,
     /// Speed of its spindle.
     pub speed_rpm: f64,
-    pub most_rpm: f64,
+    pub max_rpm: f64,
 }

@@ -50,11 +50,11 @@ pub fn wrap_turn(rad: f64) -> f64 {
 /// away from zero. `None` where it is no finite number, or has more than the 15 digits that a number of this size keeps.
 #[must_use]
 pub fn increments(value: f64, decimals: u32) -> Option<i64> {
-    const MOST: f64 = 1e15;
+    const MAX_COUNT: f64 = 1e15;
     let count = libm::round(value * per_unit(decimals));
     #[allow(clippy::cast_possible_truncation, reason = "a whole number of 15 digits")]
     let whole = count as i64;
-    (libm::fabs(count) < MOST).then_some(whole)
+    (libm::fabs(count) < MAX_COUNT).then_some(whole)
 }
 
 /// The value of so many units of the last decimal place: the number that its decimal text means.

@@ -194,12 +194,12 @@ pub enum PlanCommand {
     /// The wheel, which does not turn, may press on the part from now on.
     Push {
         /// With so much at most (N); 0: not any more.
-        most_n: i64,
+        max_n: i64,
     },
     /// The force monitor watches from now on.
     WatchForce {
         /// Most that the normal force may differ by over a turn of C (N); 0: it does not watch.
-        most_n: i64,
+        max_n: i64,
     },
     /// Dress the wheel, at the dresser, to this radius; `x_axis` stays the distance of its cutting point.
     Dress {

@@ -58,14 +58,14 @@ pub(super) fn check_clearance(
             // The dresser is touched, not cut into.
             let touched = *body == Body::Dresser && segment.phase == Phase::Dress;
             let clearance_mm = if touched { 0.0 } else { job.clearance_mm };
-            if way.least_x_mm < extent.radius_mm + clearance_mm - ROUNDING_MM {
+            if way.min_x_mm < extent.radius_mm + clearance_mm - ROUNDING_MM {
                 return Err(PlanError::Collision {
                     step: segment.label.clone(),
                     lobe: segment.lobe,
                     what: describe(*body, job),
                     obstacle: if let Body::Obstacle(index) = body { Some(*index) } else { None },
                     reach_mm: extent.radius_mm,
-                    x_mm: way.least_x_mm,
+                    x_mm: way.min_x_mm,
                     z_mm: way.z_mm,
                     clearance_mm,
                 });
@@ -78,7 +78,7 @@ pub(super) fn check_clearance(
 
 /// Travel of the wheel in a segment.
 struct MovePath {
-    least_x_mm: f64,
+    min_x_mm: f64,
     z_mm: (f64, f64),
     last_x_mm: f64,
     last_z_mm: f64,
@@ -87,7 +87,7 @@ struct MovePath {
 impl MovePath {
     fn from_segment(segment: &Segment, plan: &Plan, machine: &MachineDescription, x_mm: f64, z_mm: f64) -> Self {
         let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
-        let (mut least_x_mm, mut last_x_mm, mut last_z_mm) = (x_mm, x_mm, z_mm);
+        let (mut min_x_mm, mut last_x_mm, mut last_z_mm) = (x_mm, x_mm, z_mm);
         let mut z_range = (z_mm, z_mm);
         match &segment.kind {
             SegmentKind::Move(targets) => {
@@ -98,7 +98,7 @@ impl MovePath {
                         Axis::C => {}
                     }
                 }
-                least_x_mm = least_x_mm.min(last_x_mm);
+                min_x_mm = min_x_mm.min(last_x_mm);
             }
             SegmentKind::Search { axis: Axis::Z, input, travel_counts, offset_counts, .. } => {
                 let farthest = z_mm + position(Axis::Z, *travel_counts);
@@ -109,7 +109,7 @@ impl MovePath {
             }
             SegmentKind::Cut(cut) => {
                 if let Some((min, last)) = cut_positions(plan, cut) {
-                    (least_x_mm, last_x_mm) = (min.min(x_mm), last);
+                    (min_x_mm, last_x_mm) = (min.min(x_mm), last);
                 }
             }
             SegmentKind::Search { .. }
@@ -120,7 +120,7 @@ impl MovePath {
             | SegmentKind::Home(_) => {}
         }
         z_range = (z_range.0.min(last_z_mm), z_range.1.max(last_z_mm));
-        Self { least_x_mm, z_mm: z_range, last_x_mm, last_z_mm }
+        Self { min_x_mm, z_mm: z_range, last_x_mm, last_z_mm }
     }
 
     fn moves_table(&self) -> bool {

@@ -122,9 +122,9 @@ impl LobeTransitions<'_> {
         let planner = self.planner;
         let path = &planner.shapes[self.stopping.path].path;
         let in_turn_rad_s = pass.speed_in_turn_rad_s(path_rad - self.stopping_begin.path_rad);
-        let most_rad_s = largest_lead_speed_rad_s(path, &planner.machine.axis(Axis::X).limits);
+        let max_rad_s = largest_lead_speed_rad_s(path, &planner.machine.axis(Axis::X).limits);
         FlyingStart {
-            speed_rad_s: share * in_turn_rad_s.min(most_rad_s),
+            speed_rad_s: share * in_turn_rad_s.min(max_rad_s),
             clear_x_mm: self.clear_x_mm,
             rapid_mm_s: planner.job.rapid_speed_mm_s,
         }

@@ -89,7 +89,7 @@ pub fn plan_corrections(
 ) -> Result<PlannedCorrection, PlanError> {
     let start = PlanStart { counts: first.report.end_counts, c_homed: true };
     let mut sequence = Sequence::new(job, machine, &[], start);
-    let most_rad_s = job.passes.last().map_or(0.0, |pass| pass.speed.maximum_rad_s());
+    let max_rad_s = job.passes.last().map_or(0.0, |pass| pass.speed.maximum_rad_s());
     for (index, (lobe, correction)) in first.lobes.iter().zip(corrections).enumerate() {
         let name = &lobe.design.name;
         let place = || Subject::Lobe(name.clone());
@@ -106,7 +106,7 @@ pub fn plan_corrections(
             path: &path,
             offset: &offset,
             turns: correction.turns,
-            most_rad_s,
+            max_rad_s,
             c: machine.axis(Axis::C).limits,
             x: machine.axis(Axis::X).limits,
             cycle_time_s: machine.cycle_time_s(),

@@ -84,8 +84,8 @@ impl<'a> GroundLobe<'a> {
 
 /// The force was the same over the last turn, as far as the cut asks for it.
 fn is_steady(cut: &CutSegment, law: &ContactLaw, deflection_mm: &[f64]) -> bool {
-    let Some(most_n) = cut.until_steady_n else { return false };
+    let Some(max_n) = cut.until_steady_n else { return false };
     let force_n = deflection_mm.iter().map(|mm| law.force_n(*mm));
     let (low_n, high_n) = minimum_and_maximum(force_n);
-    high_n - low_n <= f64::from(most_n)
+    high_n - low_n <= f64::from(max_n)
 }

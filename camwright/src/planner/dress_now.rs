@@ -32,9 +32,9 @@ pub enum DressNowError {
     TooDeep { depth_mm: f64, wear_mm: f64, allowed_mm: f64 },
     /// The wheel is used up (mm).
     #[error(
-        "the dress would leave a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {least_mm:.4} mm: mount a new wheel"
+        "the dress would leave a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {min_mm:.4} mm: mount a new wheel"
     )]
-    WornOut { radius_mm: f64, least_mm: f64 },
+    WornOut { radius_mm: f64, min_mm: f64 },
     /// A wheel so small would turn too fast.
     #[error("after the dress: {0}")]
     TooFast(WheelTooFast),
@@ -74,9 +74,9 @@ pub fn plan_dress(
         depth_mm,
         radius_nm: nm_from_mm(wheel.radius_mm - depth_mm - wear_mm),
     };
-    let (radius_mm, least_mm) = (dress.radius_mm(), machine.wheel.min_radius_mm);
-    if radius_mm < least_mm {
-        return Err(DressNowError::WornOut { radius_mm, least_mm });
+    let (radius_mm, min_mm) = (dress.radius_mm(), machine.wheel.min_radius_mm);
+    if radius_mm < min_mm {
+        return Err(DressNowError::WornOut { radius_mm, min_mm });
     }
     if depth_mm + wear_mm > dresser.max_depth_mm {
         let allowed_mm = dresser.max_depth_mm;

@@ -39,7 +39,7 @@ pub(super) fn check(
                 let middle = 0.5 * (low + high);
                 if gap_mm(middle) < needed_mm { low = middle } else { high = middle }
             }
-            return Err(PlanError::DryRun { lobe: lobe.design.name.clone(), stand_off_mm, needed_mm, least_mm: high });
+            return Err(PlanError::DryRun { lobe: lobe.design.name.clone(), stand_off_mm, needed_mm, min_mm: high });
         }
         let held_mm = extremes(lobe.tool_path.spline()).1 + job.passes_infeed_mm() + job.retract_clearance_mm;
         let what = RequiredPosition::DryRunHold;

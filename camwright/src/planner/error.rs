@@ -41,12 +41,12 @@ pub enum PlanError {
     /// The learned correction of a lobe gives no path.
     #[error(
         "lobe {lobe}: corrected by what was learned, up to {:.3} um, it cannot be ground: {source}; learn again (form_compensation.afresh) or lower the bounds of form_compensation",
-        1e3 * .most_mm
+        1e3 * .max_mm
     )]
     Compensated {
         lobe: String,
         /// Its largest correction (mm).
-        most_mm: f64,
+        max_mm: f64,
         source: ToolPathError,
     },
     /// The wheel's centre comes to the axis of the part.
@@ -147,7 +147,7 @@ pub enum PlanError {
     /// The wheel would meet the blank before the cut.
     #[error(
         "lobe {lobe}: the rapid advance ends {gap_mm:.4} mm off the contour, inside the {stock_mm} mm of stock: the wheel \
-         would touch the blank in rapid; the total infeed of {total_infeed_mm} mm must be more than {least_mm:.4} mm there"
+         would touch the blank in rapid; the total infeed of {total_infeed_mm} mm must be more than {min_mm:.4} mm there"
     )]
     TouchesBlank {
         /// Name of the lobe.
@@ -159,11 +159,11 @@ pub enum PlanError {
         /// Total infeed (mm).
         total_infeed_mm: f64,
         /// Total infeed that would just touch (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
     /// The raw part is larger than the infeed can begin above.
     #[error(
-        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock where the job says {said_mm:.4} mm; the infeed begins so that {most_mm:.4} mm \
+        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock where the job says {expected_mm:.4} mm; the infeed begins so that {max_mm:.4} mm \
          are the most, with a margin of {margin_mm:.4} mm"
     )]
     TooMuchStock {
@@ -172,15 +172,15 @@ pub enum PlanError {
         /// Measured stock (mm).
         stock_mm: f64,
         /// Stock of the job (mm).
-        said_mm: f64,
+        expected_mm: f64,
         /// Most allowed (mm).
-        most_mm: f64,
+        max_mm: f64,
         /// The job's margin (mm).
         margin_mm: f64,
     },
     /// The raw part is too small to be ground.
     #[error(
-        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock, and more than {least_mm:.4} mm are needed: there is nothing to grind"
+        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock, and more than {min_mm:.4} mm are needed: there is nothing to grind"
     )]
     NoStock {
         /// Name of the lobe.
@@ -188,7 +188,7 @@ pub enum PlanError {
         /// Measured stock (mm).
         stock_mm: f64,
         /// Stock that the passes leave (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
     /// The wheel is not clear of the part while the table or the part moves.
     #[error(
@@ -222,7 +222,7 @@ pub enum PlanError {
     /// The wheel of a dry run would come too near to a lobe.
     #[error(
         "lobe {lobe}: a dry run {stand_off_mm} mm farther out does not keep {needed_mm} mm off the contour all round (the stock and \
-         clearance_mm); {least_mm:.2} mm are enough"
+         clearance_mm); {min_mm:.2} mm are enough"
     )]
     DryRun {
         /// Name of the lobe.
@@ -232,7 +232,7 @@ pub enum PlanError {
         /// Required clearance from the contour (mm).
         needed_mm: f64,
         /// The stand-off that keeps it (mm).
-        least_mm: f64,
+        min_mm: f64,
     },
     /// The wheel would be deeper in the part than allowed.
     #[error(

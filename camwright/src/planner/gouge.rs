@@ -122,9 +122,9 @@ impl GougeCheck<'_> {
                 self.at[axis.index()] = 0;
                 self.knows_c |= *axis == Axis::C;
             }
-            SegmentKind::Command(PlanCommand::Push { most_n }) => {
+            SegmentKind::Command(PlanCommand::Push { max_n }) => {
                 let push_mm = self.request.job.identification.map_or(0.0, |identification| identification.push_mm);
-                self.pushes_mm = (*most_n > 0).then_some(push_mm);
+                self.pushes_mm = (*max_n > 0).then_some(push_mm);
             }
             SegmentKind::Command(PlanCommand::WheelStart) => self.pushes_mm = None,
             SegmentKind::Cut(cut) => self.cut(segment, cut)?,
@@ -204,12 +204,12 @@ impl GougeCheck<'_> {
             }
             let (c_rad, x_mm, z_mm) = (at(Axis::C), at(Axis::X), at(Axis::Z));
             for lobe in self.facing(z_mm) {
-                let (least_mm, surface, why) = self.bound(lobe);
+                let (min_mm, surface, why) = self.bound(lobe);
                 let gap_mm = self.gap_mm(lobe, x_mm, Some(c_rad).filter(|_| self.knows_c));
-                if gap_mm < least_mm - ROUNDING_MM {
+                if gap_mm < min_mm - ROUNDING_MM {
                     let (depth_mm, allowed_mm) = match self.pushes_mm {
                         Some(push_mm) => (-gap_mm, push_mm + ROUNDING_MM),
-                        None => (least_mm - gap_mm, ROUNDING_MM),
+                        None => (min_mm - gap_mm, ROUNDING_MM),
                     };
                     return Err(self.deep(
                         segment,

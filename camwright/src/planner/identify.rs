@@ -45,7 +45,7 @@ impl Sequence<'_> {
         self.steps.command(of, PlanCommand::WheelStop, "wheel stop");
         still(self, "wheel to rest");
         self.steps.move_axis(of, Axis::X, air, rapid, "stopped wheel to just clear of the journal")?;
-        self.steps.command(of, PlanCommand::Push { most_n: spec.most_n }, "the stopped wheel may press");
+        self.steps.command(of, PlanCommand::Push { max_n: spec.max_n }, "the stopped wheel may press");
         self.steps.move_axis(of, Axis::X, pushed, Some(spec.push_speed_mm_s), "push of the stopped wheel")?;
         self.steps.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
         self.steps.command(of, PlanCommand::WheelStart, "wheel start");

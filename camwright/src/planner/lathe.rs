@@ -270,10 +270,10 @@ fn check(job: &TurningJob) -> Result<(), TurningError> {
         (
             TurningKey::Stock,
             job.passes.stock_mm,
-            job.passes.stock_mm >= job.bar_radius_mm - design.least_mm,
+            job.passes.stock_mm >= job.bar_radius_mm - design.min_mm,
             alloc::format!(
                 "at least {:.4} mm, by which the bar is larger than the part at its least: or a pass would take more than its depth",
-                job.bar_radius_mm - design.least_mm
+                job.bar_radius_mm - design.min_mm
             ),
         ),
     ] {
@@ -319,7 +319,7 @@ fn knots(request: &PathRequest) -> f64 {
 fn air_mm(surface: &Surface, bar_mm: f64, end_mm: f64, insert: &InsertDescription, stock_mm: f64) -> f64 {
     let in_plane = |radius_mm: f64| libm::sqrt((radius_mm * radius_mm - insert.height_mm * insert.height_mm).max(0.0));
     let radius_mm = insert.radius_mm;
-    let min = in_plane(surface.bounds(end_mm - radius_mm, end_mm + radius_mm).least_mm) + radius_mm + stock_mm;
+    let min = in_plane(surface.bounds(end_mm - radius_mm, end_mm + radius_mm).min_mm) + radius_mm + stock_mm;
     let room = (min - in_plane(bar_mm)).clamp(0.0, radius_mm);
     libm::sqrt(radius_mm * radius_mm - room * room) + AIR_MM
 }

@@ -157,7 +157,7 @@ pub(super) fn shapes(
                 design()?;
                 Err(PlanError::Compensated {
                     lobe: lobe.map_or_else(String::new, |lobe| job.lobes[lobe].name.clone()),
-                    most_mm: correction.largest().0,
+                    max_mm: correction.largest().0,
                     source,
                 })
             })?,
@@ -431,7 +431,7 @@ fn check_blank(
         let middle = 0.5 * (low + high);
         if gap_at(middle) > stock_mm { high = middle } else { low = middle }
     }
-    Err(PlanError::TouchesBlank { lobe: lobe.name.clone(), gap_mm, stock_mm, total_infeed_mm, least_mm: high })
+    Err(PlanError::TouchesBlank { lobe: lobe.name.clone(), gap_mm, stock_mm, total_infeed_mm, min_mm: high })
 }
 
 /// X keeps within its soft limits on every lobe and is clear of the part whenever table or part move. Where C turns on, X stands at

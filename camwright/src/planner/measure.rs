@@ -152,10 +152,10 @@ pub fn measured_stocks(
         if let Some(broken) = gauged.iter().find(|gauged| !gauged.value_mm.is_finite()) {
             return Err(JournalError::NoReading { tick: broken.tick });
         }
-        let (_, most_mm) = minimum_and_maximum(gauged.iter().map(|gauged| gauged.value_mm));
+        let (_, max_mm) = minimum_and_maximum(gauged.iter().map(|gauged| gauged.value_mm));
         let radius_mm = match machine.gauge.map(|gauge| gauge.kind) {
-            Some(GaugeKind::Radius) => most_mm,
-            _ => 0.5 * most_mm,
+            Some(GaugeKind::Radius) => max_mm,
+            _ => 0.5 * max_mm,
         };
         Ok(radius_mm - lobe.design.contour.radius_at(0.0))
     };
@@ -250,15 +250,21 @@ fn shortened(
     };
     let (farthest_mm, needed_mm) = (begins_mm(0, 0), stock_mm + margin_mm);
     if stock_mm.is_nan() || farthest_mm + ROUNDING_MM < needed_mm {
-        let (lobe, said_mm) = (lobe.clone(), job.stock_mm);
-        return Err(PlanError::TooMuchStock { lobe, stock_mm, said_mm, most_mm: farthest_mm - margin_mm, margin_mm });
+        let (lobe, expected_mm) = (lobe.clone(), job.stock_mm);
+        return Err(PlanError::TooMuchStock {
+            lobe,
+            stock_mm,
+            expected_mm,
+            max_mm: farthest_mm - margin_mm,
+            margin_mm,
+        });
     }
     if stock_mm <= job.allowance_mm() {
-        return Err(PlanError::NoStock { lobe: lobe.clone(), stock_mm, least_mm: job.allowance_mm() });
+        return Err(PlanError::NoStock { lobe: lobe.clone(), stock_mm, min_mm: job.allowance_mm() });
     }
     let identifies = job.identification.is_some();
     let needed_mm = needed_mm + if identifies { AIR_TURNS * schedules[0].per_turn_mm() } else { 0.0 };
-    let most_turns = |number: usize, turns: u32| match (identifies, number) {
+    let max_turns = |number: usize, turns: u32| match (identifies, number) {
         (true, 0) => turns.saturating_sub(MIN_TURNS) + 1,
         // Of a job that measures its stiffness every feed is needed.
         (true, _) => 0,
@@ -267,7 +273,7 @@ fn shortened(
     let places = schedules
         .iter()
         .enumerate()
-        .flat_map(|(number, schedule)| (0..most_turns(number, schedule.turns())).map(move |turn| (number, turn)));
+        .flat_map(|(number, schedule)| (0..max_turns(number, schedule.turns())).map(move |turn| (number, turn)));
     // The offsets fall from place to place.
     let fits = |(number, turn): &(usize, u32)| begins_mm(*number, *turn) >= needed_mm - ROUNDING_MM;
     let (number, turn) = places.take_while(fits).last().unwrap_or((0, 0));

@@ -108,12 +108,12 @@ pub fn plan_program(
     }
     steps.home_headstock(home, start.c_homed)?;
     let driven = program_steps(request.motion, request.files, &request.setup, machine, steps.at)?;
-    let is_told = driven.iter().any(|(_, step)| matches!(step, ProgramStep::Cutter(true)));
-    if !is_told {
+    let is_commanded = driven.iter().any(|(_, step)| matches!(step, ProgramStep::Cutter(true)));
+    if !is_commanded {
         steps.start_wheel(home);
     }
     let mut runs = Vec::new();
-    let mut cutter_runs = !is_told;
+    let mut cutter_runs = !is_commanded;
     let faced = request.faced(&driven, machine)?;
     for ((done, step), lobe) in driven.into_iter().zip(faced) {
         let of = |phase: Phase| match lobe.and_then(|index| Some((index, request.lobes.get(index)?))) {

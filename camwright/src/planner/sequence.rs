@@ -110,10 +110,10 @@ impl<'a> Sequence<'a> {
         for (number, pass) in lobe.passes.iter().enumerate() {
             let until_steady_n = specs[number].spark_out_until_n;
             let cut = CutSegment { until_steady_n, ..self.cut_segment(lobe.path, pass, begin) };
-            if let Some(most_n) = until_steady_n.map(i64::from).filter(|most_n| *most_n != self.watched_n) {
-                let label = alloc::format!("force monitor to {most_n} N");
-                self.steps.command(of(Phase::Position, stock_mm), PlanCommand::WatchForce { most_n }, &label);
-                self.watched_n = most_n;
+            if let Some(max_n) = until_steady_n.map(i64::from).filter(|max_n| *max_n != self.watched_n) {
+                let label = alloc::format!("force monitor to {max_n} N");
+                self.steps.command(of(Phase::Position, stock_mm), PlanCommand::WatchForce { max_n }, &label);
+                self.watched_n = max_n;
             }
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
             let motion = self.steps.plan.motion_of(&cut).expect("its splines have just been put into the plan");
@@ -132,8 +132,8 @@ impl<'a> Sequence<'a> {
             }
             let mut label =
                 alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
-            if let Some(most_n) = until_steady_n {
-                label += &alloc::format!(" or until the force is steady within {most_n} N");
+            if let Some(max_n) = until_steady_n {
+                label += &alloc::format!(" or until the force is steady within {max_n} N");
             }
             if comes_turning || goes_turning {
                 label += ", c_axis turning on";

@@ -398,8 +398,8 @@ impl From<OrderKind> for MachineCommand {
             OrderKind::WheelStop => MachineCommand::WheelStop,
             OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
             OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
-            OrderKind::Push { most_n } => MachineCommand::Push { most_n },
-            OrderKind::WatchForce { most_n } => MachineCommand::WatchForce { most_n },
+            OrderKind::Push { max_n } => MachineCommand::Push { max_n },
+            OrderKind::WatchForce { max_n } => MachineCommand::WatchForce { max_n },
         }
     }
 }

@@ -15,7 +15,7 @@ const SECTORS: u32 = 72;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceMonitor {
     /// Most that the sectors of a turn may differ by (N); 0: it does not watch.
-    most_n: f64,
+    max_n: f64,
     /// Mean force of each sector when it was last passed (N).
     mean_n: [f64; SECTORS as usize],
     /// Sectors passed in one direction without a break, at most a turn.
@@ -27,12 +27,12 @@ pub struct ForceMonitor {
     is_closed: bool,
 }
 
-crate::snapshot!(ForceMonitor { most_n, mean_n, passed, sector, sum_n, count, is_closed } on {});
+crate::snapshot!(ForceMonitor { max_n, mean_n, passed, sector, sum_n, count, is_closed } on {});
 
 impl Default for ForceMonitor {
     fn default() -> Self {
         Self {
-            most_n: 0.0,
+            max_n: 0.0,
             mean_n: [0.0; SECTORS as usize],
             passed: 0,
             sector: 0,
@@ -45,8 +45,8 @@ impl Default for ForceMonitor {
 
 impl ForceMonitor {
     /// Watches anew, from the present on: its input is open until a whole turn has been seen.
-    pub fn watch(&mut self, most_n: f64) {
-        *self = Self { most_n, ..Self::default() };
+    pub fn watch(&mut self, max_n: f64) {
+        *self = Self { max_n, ..Self::default() };
     }
 
     /// The force has been the same over the last turn, within what was asked for.
@@ -57,7 +57,7 @@ impl ForceMonitor {
 
     /// A tick is over, with C there (rad, counted on over turns) and this normal force (N). Says so when its input closes or opens.
     pub fn tick(&mut self, c_rad: f64, force_n: f64) -> Option<bool> {
-        if self.most_n <= 0.0 {
+        if self.max_n <= 0.0 {
             return None;
         }
         #[allow(clippy::cast_possible_truncation, reason = "turns of a job")]
@@ -81,7 +81,7 @@ impl ForceMonitor {
             self.passed = 0;
         }
         (self.sector, self.sum_n, self.count) = (sector, force_n, 1);
-        let closed = self.passed == SECTORS && self.variation_n() <= self.most_n;
+        let closed = self.passed == SECTORS && self.variation_n() <= self.max_n;
         let changed = closed != self.is_closed;
         self.is_closed = closed;
         changed.then_some(closed)

@@ -142,9 +142,9 @@ pub struct Flank {
     /// Relief: by how much the flank falls away from the perpendicular to the rake face (rad).
     pub relief_rad: f64,
     /// Least clearance between flank and surface (rad); 3° to 5° are usual.
-    pub least_clearance_rad: f64,
+    pub min_clearance_rad: f64,
     /// Least angle between surface and rake face (rad).
-    pub least_approach_rad: f64,
+    pub min_approach_rad: f64,
     /// Height of the flank below the edge (mm).
     pub depth_mm: f64,
 }
@@ -154,8 +154,8 @@ impl Default for Flank {
     fn default() -> Self {
         Self {
             relief_rad: rad_from_deg(7.0),
-            least_clearance_rad: rad_from_deg(4.0),
-            least_approach_rad: rad_from_deg(10.0),
+            min_clearance_rad: rad_from_deg(4.0),
+            min_approach_rad: rad_from_deg(10.0),
             depth_mm: 12.0,
         }
     }
@@ -203,7 +203,7 @@ pub struct HeightRange {
     /// The H proposed (mm).
     pub best_mm: f64,
     /// The least radius rb of the surface (mm), to which offset angles belong.
-    pub least_radius_mm: f64,
+    pub min_radius_mm: f64,
 }
 
 /// Offset angles that the patent prefers, and those it asks for (deg).
@@ -269,8 +269,8 @@ impl ClearanceMap {
             }
         };
         quarter(InsertClearanceKey::Relief, flank.relief_rad)?;
-        quarter(InsertClearanceKey::MinClearance, flank.least_clearance_rad)?;
-        quarter(InsertClearanceKey::MinApproach, flank.least_approach_rad)?;
+        quarter(InsertClearanceKey::MinClearance, flank.min_clearance_rad)?;
+        quarter(InsertClearanceKey::MinApproach, flank.min_approach_rad)?;
         if !(0.0..=1000.0).contains(&flank.depth_mm) {
             let (what, value) = (InsertClearanceKey::Depth, flank.depth_mm);
             return Err(InsertClearanceError::BadNumber { what, value, allowed: "0 to 1000 mm" });
@@ -349,20 +349,20 @@ impl ClearanceMap {
     pub fn check(&self, height_mm: f64) -> Result<Clearance, InsertClearanceError> {
         let found = self.at(height_mm)?;
         let turned_deg = |place: AngleAt| deg_from_rad(wrap_turn(place.turned_rad));
-        if found.clearance.angle_rad < self.flank.least_clearance_rad {
+        if found.clearance.angle_rad < self.flank.min_clearance_rad {
             return Err(InsertClearanceError::FlankTouches {
                 height_mm,
                 clearance_deg: deg_from_rad(found.clearance.angle_rad),
-                bound_deg: deg_from_rad(self.flank.least_clearance_rad),
+                bound_deg: deg_from_rad(self.flank.min_clearance_rad),
                 turned_deg: turned_deg(found.clearance),
                 z_mm: found.clearance.z_mm,
             });
         }
-        if found.approach.angle_rad < self.flank.least_approach_rad {
+        if found.approach.angle_rad < self.flank.min_approach_rad {
             return Err(InsertClearanceError::Scrapes {
                 height_mm,
                 approach_deg: deg_from_rad(found.approach.angle_rad),
-                bound_deg: deg_from_rad(self.flank.least_approach_rad),
+                bound_deg: deg_from_rad(self.flank.min_approach_rad),
                 turned_deg: turned_deg(found.approach),
                 z_mm: found.approach.z_mm,
             });
@@ -376,13 +376,13 @@ impl ClearanceMap {
     /// # Errors
     /// No height works.
     pub fn heights(&self) -> Result<HeightRange, InsertClearanceError> {
-        let least_radius_mm = self.min.radius;
-        let edge = least_radius_mm * (1.0 - 1e-9);
+        let min_radius_mm = self.min.radius;
+        let edge = min_radius_mm * (1.0 - 1e-9);
         let margins = |height: f64| {
             let (low, high) = self.lean(height);
             let flank = &self.flank;
-            let clearance = flank.relief_rad + low.angle_rad - flank.least_clearance_rad;
-            (clearance, FRAC_PI_2 - high.angle_rad - flank.least_approach_rad)
+            let clearance = flank.relief_rad + low.angle_rad - flank.min_clearance_rad;
+            (clearance, FRAC_PI_2 - high.angle_rad - flank.min_approach_rad)
         };
         // Where a function that grows with the height passes 0; at the edges if it does nowhere.
         let zero = |function: &dyn Fn(f64) -> f64| {
@@ -399,21 +399,21 @@ impl ClearanceMap {
         if lowest_mm > highest_mm || clearance < 0.0 || approach < 0.0 {
             return Err(InsertClearanceError::NoHeight {
                 lowest_mm,
-                clearance_deg: deg_from_rad(self.flank.least_clearance_rad),
+                clearance_deg: deg_from_rad(self.flank.min_clearance_rad),
                 highest_mm,
-                approach_deg: deg_from_rad(self.flank.least_approach_rad),
+                approach_deg: deg_from_rad(self.flank.min_approach_rad),
             });
         }
         let mut best_mm = zero(&|height| margins(height).0 - margins(height).1).clamp(lowest_mm, highest_mm);
         for (from, to) in OFFSET_DEG {
-            let height = |deg: f64| least_radius_mm * libm::sin(rad_from_deg(deg));
+            let height = |deg: f64| min_radius_mm * libm::sin(rad_from_deg(deg));
             let (low, high) = (lowest_mm.max(height(from)), highest_mm.min(height(to)));
             if low <= high {
                 best_mm = best_mm.clamp(low, high);
                 break;
             }
         }
-        Ok(HeightRange { lowest_mm, highest_mm, best_mm, least_radius_mm })
+        Ok(HeightRange { lowest_mm, highest_mm, best_mm, min_radius_mm })
     }
 }
 

@@ -194,10 +194,10 @@ impl<'a> RakeSection<'a> {
         }
         let bounds = surface.bounds(from_mm, to_mm);
         let height_mm = y_mm.abs();
-        let min = bounds.least_mm.max(0.0);
+        let min = bounds.min_mm.max(0.0);
         // Not a number misses too. At the axis itself there is nothing to turn.
-        if !(bounds.least_mm > height_mm && bounds.largest_mm.is_finite()) {
-            let (azimuth, z_mm) = bounds.least_at;
+        if !(bounds.min_mm > height_mm && bounds.largest_mm.is_finite()) {
+            let (azimuth, z_mm) = bounds.min_at;
             let azimuth_deg = deg_from_rad(azimuth);
             return Err(RakeSectionError::Misses { height_mm, azimuth_deg, z_mm, bound_mm: min });
         }
@@ -306,7 +306,7 @@ impl<'a> RakeSection<'a> {
     fn walk(&self, turned_rad: f64, z_mm: f64) -> Result<f64, RakeSectionError> {
         let y = self.y_mm;
         // |d(r − ρ)/dx| = |r_φ·y/ρ² + x/ρ|, and outside ρ is at least r.
-        let min = self.bounds.least_mm;
+        let min = self.bounds.min_mm;
         let steepest = 1.0 + self.bounds.steepest_mm_rad * y.abs() / (min * min);
         let mut x = libm::sqrt(self.bounds.largest_mm * self.bounds.largest_mm - y * y) + 1e-6;
         let mut lead = 0.0;
@@ -345,7 +345,7 @@ impl<'a> RakeSection<'a> {
     /// # Errors
     /// What [`Self::point`] says.
     pub fn shortcuts(&self) -> Result<Shortcuts, RakeSectionError> {
-        let (azimuth, z) = self.bounds.least_at;
+        let (azimuth, z) = self.bounds.min_at;
         let shift_rad = libm::asin(self.y_mm / self.surface.radius(azimuth, z));
         let (angles, rows) = self.surface.looked_at();
         let mut found = Shortcuts { ignored_mm: 0.0, constant_mm: 0.0, shift_rad };

@@ -35,7 +35,7 @@ fn answer(own: &FormCurve, correction: &FormCurve, share: f64, lag_rad: f64) -> 
 }
 
 fn learned(own: &FormCurve, share: f64, lag_rad: f64, parts: usize) -> (Vec<f64>, LobeLearning) {
-    let wide = CompensationSpec { most_mm: 0.1, most_slope_mm_rad: 1.0, ..spec() };
+    let wide = CompensationSpec { max_mm: 0.1, max_slope_mm_rad: 1.0, ..spec() };
     let mut learning = LobeLearning::new(&wide);
     let mut errors = Vec::new();
     for _ in 0..parts {
@@ -137,7 +137,7 @@ fn a_correction_keeps_within_its_bounds_and_keeps_its_shape() {
     for _ in 0..6 {
         assert_eq!(learning.learn(&spec(), &own), Learned::Bounded);
         let (size, slope) = learning.correction.largest();
-        assert!(size <= spec().most_mm * (1.0 + 1e-12) && slope <= spec().most_slope_mm_rad * (1.0 + 1e-12));
+        assert!(size <= spec().max_mm * (1.0 + 1e-12) && slope <= spec().max_slope_mm_rad * (1.0 + 1e-12));
     }
     let share = learning.correction.mean_mm() / own.mean_mm();
     assert!(share < 0.0 && (learning.correction.waves_mm()[1][0] / own.waves_mm()[1][0] - share).abs() < 1e-12);

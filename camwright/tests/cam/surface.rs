@@ -195,7 +195,7 @@ fn bounds_hold_everywhere_and_are_near() {
             ratio = ratio.max(point.by_azimuth.abs() / point.radius_mm);
             assert!(point.by_azimuth.abs() <= bounds.steepest_mm_rad && point.by_z.abs() <= bounds.steepest_along);
         }
-        assert!(min >= bounds.least_mm && min < bounds.least_mm + 0.2, "seed 77, {round}: {min} {bounds:?}");
+        assert!(min >= bounds.min_mm && min < bounds.min_mm + 0.2, "seed 77, {round}: {min} {bounds:?}");
         assert!(largest <= bounds.largest_mm && largest > bounds.largest_mm - 0.2, "seed 77, {round}");
         assert!(ratio <= bounds.steepest_ratio, "seed 77, {round}");
     }

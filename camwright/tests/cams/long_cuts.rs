@@ -34,7 +34,7 @@ pub(crate) fn reference_cut() -> CutVerdict {
         MotionLimits { velocity: 10.0 * std::f64::consts::PI, acceleration: 300.0, jerk: 3e4 },
         MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 },
     );
-    let speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 3.0, most_rad_s: limits.0.velocity };
+    let speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 3.0, max_rad_s: limits.0.velocity };
     plan(&path, limits, speed, 0.0, (20, 1), 0.018)
 }
 
@@ -57,11 +57,11 @@ pub(crate) fn judge_cut(seed: u64) -> CutVerdict {
     let mut near = |value: f64| value * 10_f64.powf(random.within(-0.4, 0.4));
     let c = MotionLimits { velocity: near(31.4), acceleration: near(300.0), jerk: near(3e4) };
     let x = MotionLimits { velocity: near(500.0), acceleration: near(1e4), jerk: near(1e6) };
-    let most_rad_s = c.velocity;
+    let max_rad_s = c.velocity;
     let speed = match random.next() % 4 {
         0 => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 10_f64.powf(random.within(-1.0, 1.0)) },
-        1 => SpeedLaw::TimeOptimal { most_rad_s },
-        _ => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 10_f64.powf(random.within(-0.5, 1.3)), most_rad_s },
+        1 => SpeedLaw::TimeOptimal { max_rad_s },
+        _ => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 10_f64.powf(random.within(-0.5, 1.3)), max_rad_s },
     };
     #[allow(clippy::cast_possible_truncation, reason = "at most 4000 turns")]
     let turns = random.within(1.0, 2000.0_f64.log2() + 1.0).exp2() as u32 / 2;

@@ -89,11 +89,11 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         profile: 0,
         width_mm: 14.0,
     };
-    let most_rad_s = 10.0;
+    let max_rad_s = 10.0;
     let speed = match random.next() % 5 {
-        0 => SpeedLaw::TimeOptimal { most_rad_s },
-        1 => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 3.0, most_rad_s },
-        2 => SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: 60.0, most_rad_s },
+        0 => SpeedLaw::TimeOptimal { max_rad_s },
+        1 => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 3.0, max_rad_s },
+        2 => SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: 60.0, max_rad_s },
         _ => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 6.0 },
     };
     let course = random.one_of(&[InfeedCourse::PerAngle, InfeedCourse::PerTurn]);
@@ -149,8 +149,8 @@ fn spoil(random: &mut SplitMix64, job: &mut JobSpec) {
                 job.profiles[0].follower = Follower::Roller { radius_mm, offset_mm: 0.0 };
             }
             15 => {
-                let mut power = WheelPower { most_w: 1e4, specific_energy_j_mm3: 40.0, rubbing_n_mm2: 0.2 };
-                odd(random, &mut power.most_w);
+                let mut power = WheelPower { max_w: 1e4, specific_energy_j_mm3: 40.0, rubbing_n_mm2: 0.2 };
+                odd(random, &mut power.max_w);
                 job.wheel_power = Some(power);
             }
             16 => {
@@ -165,7 +165,7 @@ fn spoil(random: &mut SplitMix64, job: &mut JobSpec) {
             }
             _ => match &mut job.passes[last].speed {
                 SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: value }
-                | SpeedLaw::TimeOptimal { most_rad_s: value }
+                | SpeedLaw::TimeOptimal { max_rad_s: value }
                 | SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: value, .. }
                 | SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: value, .. } => odd(random, value),
                 SpeedLaw::ConstantPower { .. } | SpeedLaw::ConstantTemperature { .. } => {}

@@ -60,8 +60,8 @@ fn machine(random: &mut SplitMix64, mode: GaugingMode) -> MachineDescription {
 
 fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
     let radius_mm = random.within(12.0, 30.0);
-    let wave = |random: &mut SplitMix64, most_mm: f64| Wave {
-        mm: random.within(0.0, most_mm),
+    let wave = |random: &mut SplitMix64, max_mm: f64| Wave {
+        mm: random.within(0.0, max_mm),
         at_rad: random.within(0.0, TURN_RAD),
     };
     let passes = vec![PassSpec {
@@ -136,7 +136,7 @@ impl Journal {
         self.before = Some((line_rad, x_mm));
     }
 
-    fn least_mm(&self) -> f64 {
+    fn min_mm(&self) -> f64 {
         self.radii_mm.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
@@ -212,7 +212,7 @@ pub(crate) fn judge(seed: u64) -> JobEnd {
     };
     let noisy = machine.gauge.as_ref().is_some_and(|gauge| gauge.noise_mm > 0.0);
     let allowed_mm = if noisy { NOISY_MM } else { QUIET_MM };
-    let before_mm = radius_mm - shop.journal.least_mm();
+    let before_mm = radius_mm - shop.journal.min_mm();
     if before_mm > allowed_mm {
         return JobEnd::Gouge(format!("the first half goes {:.3} um below the design", 1e3 * before_mm));
     }
@@ -226,7 +226,7 @@ pub(crate) fn judge(seed: u64) -> JobEnd {
     };
     let asked = disturbed(&second.plan);
     let mut fault = shop.run(&second.plan, &asked).err();
-    let depth_mm = radius_mm - shop.journal.least_mm();
+    let depth_mm = radius_mm - shop.journal.min_mm();
     let radii = shop.machine.part().lobe("J1").expect("it was loaded").radii_mm();
     let on_machine_mm = radius_mm - radii.iter().copied().fold(f64::INFINITY, f64::min);
     if depth_mm.max(on_machine_mm) > allowed_mm {

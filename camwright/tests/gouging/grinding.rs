@@ -62,10 +62,10 @@ fn profile(random: &mut SplitMix64) -> ProfileSpec {
 }
 
 fn speed(random: &mut SplitMix64) -> SpeedLaw {
-    let most_rad_s = rad_s_from_rpm(random.within(60.0, 150.0));
+    let max_rad_s = rad_s_from_rpm(random.within(60.0, 150.0));
     match random.next() % 4 {
-        0 => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: random.within(2.0, 20.0), most_rad_s },
-        1 => SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: random.within(40.0, 150.0), most_rad_s },
+        0 => SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: random.within(2.0, 20.0), max_rad_s },
+        1 => SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: random.within(40.0, 150.0), max_rad_s },
         _ => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(random.within(15.0, 90.0)) },
     }
 }

@@ -27,7 +27,7 @@ fn job(random: &mut SplitMix64) -> TurningJob {
     let bounds = surface.bounds(0.0, LENGTH_MM);
     let bar_radius_mm = bounds.largest_mm + random.within(0.1, 1.0);
     let finish_mm = random.within(0.1, 0.4);
-    let stock_mm = bar_radius_mm - bounds.least_mm + finish_mm;
+    let stock_mm = bar_radius_mm - bounds.min_mm + finish_mm;
     let feed = random.within(0.2, 0.6);
     TurningJob {
         name: "random".into(),

@@ -291,14 +291,14 @@ pub(crate) fn cut_only_under(machine: &MachineDescription, e: f64, speed: SpeedL
 }
 
 /// A cut alone that sparks out for so many turns at most, until the force is steady within 40 N, and where it starts.
-pub(crate) fn sparking_out(machine: &MachineDescription, most_turns: u32) -> (Plan, [i64; AXIS_COUNT]) {
+pub(crate) fn sparking_out(machine: &MachineDescription, max_turns: u32) -> (Plan, [i64; AXIS_COUNT]) {
     let speed = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 6.0 };
-    let (mut plan, cut, stop_ticks) = cut_between(machine, 4.2, speed, None, None, most_turns);
+    let (mut plan, cut, stop_ticks) = cut_between(machine, 4.2, speed, None, None, max_turns);
     let x = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
     let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
     let cut = CutSegment { until_steady_n: Some(40), ..cut };
     plan.segments = vec![
-        segment(SegmentKind::Command(PlanCommand::WatchForce { most_n: 40 }), Phase::Position, 40, 1, 0.36),
+        segment(SegmentKind::Command(PlanCommand::WatchForce { max_n: 40 }), Phase::Position, 40, 1, 0.36),
         segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36),
     ];
     (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])

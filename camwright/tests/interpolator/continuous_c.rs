@@ -14,7 +14,7 @@ use std::sync::Arc;
 fn speeds() -> [SpeedLaw; 2] {
     [
         SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 6.0 },
-        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, most_rad_s: 12.0 },
+        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, max_rad_s: 12.0 },
     ]
 }
 

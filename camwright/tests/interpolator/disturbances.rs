@@ -142,7 +142,7 @@ fn a_cancel_retracts_out_of_a_hold_that_left_the_wheel_on_the_part() {
 #[test]
 fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
     let machine = machine();
-    let removal = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, most_rad_s: 12.0 };
+    let removal = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, max_rad_s: 12.0 };
     let mut cuts = vec![cut_only(&machine, 4.2, 6.0), cut_only_under(&machine, 8.0, removal)];
     for case in 0..2 {
         let (plan, start) = cuts[case].clone();

@@ -88,8 +88,8 @@ fn a_jog_that_is_let_go_of_comes_to_rest_within_the_limits_of_its_axis() {
     let top = velocity.iter().max().expect("many");
     let begun = velocity.iter().rposition(|v| v == top).expect("it is there");
     let way_mm = (positions[positions.len() - 1] - positions[begun]) as f64 / PER_MM as f64;
-    let least_mm = v * v / (2.0 * a) + v * a / (2.0 * j);
-    assert!(way_mm > 0.8 * least_mm && way_mm < 1.5 * least_mm, "{way_mm} mm, the least is {least_mm} mm");
+    let min_mm = v * v / (2.0 * a) + v * a / (2.0 * j);
+    assert!(way_mm > 0.8 * min_mm && way_mm < 1.5 * min_mm, "{way_mm} mm, the least is {min_mm} mm");
 }
 
 #[test]

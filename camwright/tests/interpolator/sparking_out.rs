@@ -24,9 +24,9 @@ fn left_out(bench: &Bench) -> i64 {
 }
 
 /// Runs to the end with the input closed from C there on (counts).
-fn run(most_turns: u32, closes_at: i64) -> (Bench, Plan) {
+fn run(max_turns: u32, closes_at: i64) -> (Bench, Plan) {
     let machine = machine();
-    let (plan, start) = sparking_out(&machine, most_turns);
+    let (plan, start) = sparking_out(&machine, max_turns);
     let mut bench = Bench::at(machine, start);
     bench.start_plan(plan.clone());
     let mut is_closed = false;

@@ -30,15 +30,15 @@ use long_cuts::{CutVerdict, judge_cut, reference_cut};
 #[test]
 fn no_cut_is_refused_because_its_positions_were_rounded() {
     assert_eq!(reference_cut(), CutVerdict::Planned(21));
-    let (mut planned, mut most_turns) = (0, 0);
+    let (mut planned, mut max_turns) = (0, 0);
     for seed in 1..=60 {
         match judge_cut(seed) {
-            CutVerdict::Planned(turns) => (planned, most_turns) = (planned + 1, most_turns.max(turns)),
+            CutVerdict::Planned(turns) => (planned, max_turns) = (planned + 1, max_turns.max(turns)),
             CutVerdict::Refused(_) => {}
             CutVerdict::Wrong(text) => panic!("seed {seed}: {text}"),
         }
     }
-    assert!(planned >= 20 && most_turns > 500, "{planned} were planned, of up to {most_turns} turns");
+    assert!(planned >= 20 && max_turns > 500, "{planned} were planned, of up to {max_turns} turns");
 }
 
 /// No panic, no NaN, no limit broken; lifts come back, turned lifts turn the contour.

@@ -114,7 +114,7 @@ fn check_finding(finding: &DrivesResult) {
 const TOLERANCE_MM: f64 = 0.002;
 
 fn search(feed_forward: FeedForward) -> GainSearch {
-    GainSearch { tolerance_mm: TOLERANCE_MM, most_kv_1_s: 1e4, feed_forward }
+    GainSearch { tolerance_mm: TOLERANCE_MM, max_kv_1_s: 1e4, feed_forward }
 }
 
 fn at_rpm(rpm: f64) -> TurningJob {
@@ -151,7 +151,7 @@ fn drives_are_compared_from_ideal_ones_to_those_of_the_machine() {
 
 /// At 150 1/min the lag of X is most of what is left: the gain that is found keeps the tolerance, and a tenth less does not.
 #[test]
-fn the_least_gain_keeps_the_tolerance_and_a_tenth_less_does_not() {
+fn the_lowest_gain_keeps_the_tolerance_and_a_tenth_less_does_not() {
     let (job, machine) = (at_rpm(150.0), machine());
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
     let own = machine.axis(Axis::X).drive;
@@ -189,11 +189,11 @@ fn where_no_gain_suffices_the_remaining_flaw_is_reported() {
     let (job, machine) = (at_rpm(300.0), machine());
     let study = TurningDrives::new(&job, &plan(&job, &machine), &machine, GRID).expect("a study");
     let found = study.minimum_gain(&search(FeedForward::Whole), check_finding).expect("a search");
-    let MinimumGain::NotFound { best, most_kv_1_s, flaws, tried } = found else { panic!("{found:?}") };
+    let MinimumGain::NotFound { best, max_kv_1_s, flaws, tried } = found else { panic!("{found:?}") };
     // The servo step of 0.25 ms bounds the velocity loop.
     let drive = machine.axis(Axis::X).drive;
-    let most = drive.kv_1_s * 4000.0 / drive.velocity_loop_rad_s.expect("a loop");
-    assert!(most_kv_1_s <= most && most_kv_1_s > 0.99 * most, "{most_kv_1_s} {most}");
+    let max = drive.kv_1_s * 4000.0 / drive.velocity_loop_rad_s.expect("a loop");
+    assert!(max_kv_1_s <= max && max_kv_1_s > 0.99 * max, "{max_kv_1_s} {max}");
     let best_mm = best.form.expect("no alarm").beyond_mm;
     assert!(best_mm > TOLERANCE_MM && tried.iter().all(|gain| gain.form.is_none_or(|form| form.beyond_mm >= best_mm)));
     assert!(flaws.windows(2).all(|pair| pair[0].form.beyond_mm <= pair[1].form.beyond_mm));
@@ -235,8 +235,8 @@ fn what_cannot_be_looked_for_is_refused() {
     for bad in [
         GainSearch { tolerance_mm: 0.0, ..good },
         GainSearch { tolerance_mm: f64::NAN, ..good },
-        GainSearch { most_kv_1_s: 31.0, ..good },
-        GainSearch { most_kv_1_s: f64::INFINITY, ..good },
+        GainSearch { max_kv_1_s: 31.0, ..good },
+        GainSearch { max_kv_1_s: f64::INFINITY, ..good },
     ] {
         let error = study.minimum_gain(&bad, check_finding).expect_err("refused");
         assert!(matches!(error, TurningDrivesError::OutOfRange { .. }), "{error}");

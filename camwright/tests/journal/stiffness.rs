@@ -19,7 +19,7 @@ pub(super) fn identifying_job() -> JobSpec {
     job.passes.insert(0, rough);
     (job.passes[1].total_infeed_mm, job.passes[1].infeed_per_block_mm) = (0.03, 0.006 / 3600.0);
     job.identification =
-        Some(IdentificationSpec { push_mm: 0.04, push_speed_mm_s: 0.05, most_n: 1000, only: false, afresh: false });
+        Some(IdentificationSpec { push_mm: 0.04, push_speed_mm_s: 0.05, max_n: 1000, only: false, afresh: false });
     job
 }
 

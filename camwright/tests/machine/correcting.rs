@@ -136,9 +136,9 @@ fn corrected(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> ((f64, f64), (
     let record = GaugeRecord::from_one(gauge, &readings).expect("a record");
     let log = WheelLog::new(&positions).expect("a log");
     let part = PartState::measure(&record, log, law, &MeasureSettings::default()).expect("a part");
-    let start = CorrectionStart::AtLeastRadius { from_rad: ends };
+    let start = CorrectionStart::AtMinRadius { from_rad: ends };
     let correction =
-        Correction::exact(&part, start, CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 }).expect("a turn");
+        Correction::exact(&part, start, CorrectionTarget::MinRadius { extra_depth_mm: 0.0 }).expect("a turn");
     let begins = correction.start_rad();
     turning.until(begins, feed_and_dwell);
     let before_mm = turning.runout_mm();
@@ -156,9 +156,9 @@ fn one_turn_makes_a_journal_round_on_the_machine() {
     for (ratio, gamma_deg) in
         [(0.05, 270.0), (0.1, 270.0), (0.2, 270.0), (0.5, 270.0), (0.2, 90.0), (0.2, 135.0), (0.2, 225.0), (0.2, 315.0)]
     {
-        let ((before_mm, left_mm), (told_before_mm, _)) = corrected(ratio * KG_N_MM, gamma_deg, 0.0);
+        let ((before_mm, left_mm), (reported_before_mm, _)) = corrected(ratio * KG_N_MM, gamma_deg, 0.0);
         eprintln!("km/kg {ratio}, gauge at {gamma_deg} deg: {:.3} um, {:.4} um left", 1e3 * before_mm, 1e3 * left_mm);
-        assert!((told_before_mm - before_mm).abs() < 0.02 * before_mm, "{told_before_mm} mm, {before_mm} mm");
+        assert!((reported_before_mm - before_mm).abs() < 0.02 * before_mm, "{reported_before_mm} mm, {before_mm} mm");
         assert!(left_mm < 0.01 * before_mm, "km/kg {ratio}, {gamma_deg} deg: {left_mm} of {before_mm} mm left");
     }
 }

@@ -85,14 +85,14 @@ fn grinding() -> RunEvents {
     machine.order_chuck(false).expect("the door is open");
     machine.order_door(false).expect("nobody is inside");
     rest(&mut machine, 400);
-    for (name, station, most_mm) in [("I1", "LS1", 23.1), ("E1", "LS2", 24.0)] {
-        machine.load_lobe(name, station, 15.0, vec![most_mm; 720]).expect("a round blank");
+    for (name, station, max_mm) in [("I1", "LS1", 23.1), ("E1", "LS2", 24.0)] {
+        machine.load_lobe(name, station, 15.0, vec![max_mm; 720]).expect("a round blank");
     }
     let setpoints = turned::turning(&description, 60.0, 6.0, 2400, |c| lobe.path_over_c(1.0, c));
     machine.place(setpoints[0].counts);
     let commands = [
         (3, MachineCommand::WheelStart),
-        (50, MachineCommand::WatchForce { most_n: 40 }),
+        (50, MachineCommand::WatchForce { max_n: 40 }),
         (400, MachineCommand::Ask { input: Input::Origin }),
         (3900, MachineCommand::LoseHome { axis: Axis::Z }),
     ];

@@ -42,9 +42,9 @@ fn the_turn_is_within_half_a_hundredth_of_the_best_known() {
         let bound = |_: f64, x: Sample| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, x);
         let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         let turn = TurnSpeed::fastest(&request).expect("limits above 0");
-        let (turn_s, least_s) = (turn.turn_s(), turn.minimum_s());
+        let (turn_s, min_s) = (turn.turn_s(), turn.minimum_s());
         assert!(turn_s <= 1.005 * case.best_s && turn_s > case.bound_s, "{turn_s} s against {} s", case.best_s);
-        assert!(least_s < turn_s && least_s <= case.bound_s + 0.0005, "{least_s} s is not below {} s", case.bound_s);
+        assert!(min_s < turn_s && min_s <= case.bound_s + 0.0005, "{min_s} s is not below {} s", case.bound_s);
     }
 }
 

@@ -35,7 +35,7 @@ fn from_anywhere_on_the_lobe_both_ramps_together_lose_little() {
             ratio: None,
             spark_out_turns: 2,
             leaves_turning: false,
-            speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 10.0, most_rad_s: 31.4 },
+            speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 10.0, max_rad_s: 31.4 },
             comes: None,
             goes: None,
             wheel_power: None,

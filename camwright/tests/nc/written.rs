@@ -34,7 +34,7 @@ fn a_small_program_is_written_as_it_stands_beside() {
 #[test]
 fn a_feed_is_a_minute_over_its_time() {
     for dialect in Dialect::ALL {
-        let most_error = if dialect == Dialect::Fanuc { 0.000_5 } else { 5e-7 };
+        let max_error = if dialect == Dialect::Fanuc { 0.000_5 } else { 5e-7 };
         for (index, time_s) in [0.006_5, 0.01, 0.123_456_789, 1.0, 7.0, 59.9, 119.9].into_iter().enumerate() {
             let mut program = two_cams(XValues::Radius);
             let blocks = vec![Block::Feed { target: target(&[(NcAxis::C, 1)]), time_s }];
@@ -46,9 +46,9 @@ fn a_feed_is_a_minute_over_its_time() {
             let (whole, places) = number.split_once('.').expect("a point, or a Fanuc reads thousandths");
             assert!(!whole.is_empty() && !places.is_empty(), "{number}");
             let feed: f64 = number.parse().expect("a number");
-            let least_error = 5e-8 * feed;
+            let min_error = 5e-8 * feed;
             let off = (feed - 60.0 / time_s).abs();
-            assert!(off <= least_error || off <= most_error, "{dialect:?} {index}: {line} for {time_s} s");
+            assert!(off <= min_error || off <= max_error, "{dialect:?} {index}: {line} for {time_s} s");
         }
     }
 }

@@ -108,7 +108,7 @@ fn what_linuxcnc_would_drive_too_fast_goes_in_steps() {
 #[test]
 fn a_control_that_reads_slowly_gets_a_wider_tolerance_or_none() {
     let path = lobe_path_of(25.0);
-    let shop = Shop { rpm: 60.0, most_blocks_s: 250.0, ..Shop::default() };
+    let shop = Shop { rpm: 60.0, max_blocks_s: 250.0, ..Shop::default() };
     let mut request = shop.cam(&path);
     let refused = post(&request).expect_err("too many blocks").to_string();
     assert!(
@@ -145,10 +145,10 @@ fn times_are_those_of_the_speed() {
     let varied = post(&request).expect("a program");
     assert!((varied.turns[1].time_s - 3.0 * 15.0 / 0.75_f64.sqrt()).abs() < 1e-6, "{}", varied.turns[1].time_s);
     // 49.5 mm round the axis on the base circle, no faster.
-    request.features[0].passes[1].speed = ProgramTurnSpeed::AlongPath { feed_mm_s: 10.0, most_rad_s: 0.1 };
+    request.features[0].passes[1].speed = ProgramTurnSpeed::AlongPath { feed_mm_s: 10.0, max_rad_s: 0.1 };
     let bounded = post(&request).expect("a program");
     assert!((bounded.turns[1].time_s - 3.0 * TURN_RAD / 0.1).abs() < 1e-6);
-    request.features[0].passes[1].speed = ProgramTurnSpeed::AlongPath { feed_mm_s: 10.0, most_rad_s: 10.0 };
+    request.features[0].passes[1].speed = ProgramTurnSpeed::AlongPath { feed_mm_s: 10.0, max_rad_s: 10.0 };
     let along = post(&request).expect("a program");
     let length = |u: f64| {
         let x = path.sample(CarriageAxis::X, u).expect("X");
@@ -197,7 +197,7 @@ fn numbers_that_make_no_program_are_refused() {
         ("the program is empty: no cam", refused(&|r| r.features.clear())),
         ("A: it has no pass", refused(&|r| r.features[0].passes.clear())),
         ("the rotation sense is 0; it must be 1 or -1", refused(&|r| r.control.rotation_sense = 0)),
-        ("block rate of the control is 0; it must be above 0", refused(&|r| r.control.most_blocks_s = 0.0)),
+        ("block rate of the control is 0; it must be above 0", refused(&|r| r.control.max_blocks_s = 0.0)),
         ("path tolerance in mm is -1", refused(&|r| r.control.path_tolerance_mm = Some(-1.0))),
         ("within a turn", refused(&|r| r.features[0].lead.angle_rad = 7.0)),
         ("from which the cutter comes is NaN", refused(&|r| r.features[0].lead.height_mm = f64::NAN)),

@@ -17,14 +17,14 @@ pub(crate) struct Shop {
     pub(crate) dialect: Dialect,
     pub(crate) format: NumberFormat,
     pub(crate) sense: i8,
-    pub(crate) most_blocks_s: f64,
+    pub(crate) max_blocks_s: f64,
     pub(crate) rpm: f64,
 }
 
 impl Default for Shop {
     fn default() -> Self {
         let format = NumberFormat::new(4, 4, XValues::Radius).expect("a format");
-        Self { dialect: Dialect::LinuxCnc, format, sense: 1, most_blocks_s: 500.0, rpm: 4.0 }
+        Self { dialect: Dialect::LinuxCnc, format, sense: 1, max_blocks_s: 500.0, rpm: 4.0 }
     }
 }
 
@@ -50,7 +50,7 @@ impl Shop {
             control: NcControl {
                 dialect: self.dialect,
                 format: self.format,
-                most_blocks_s: self.most_blocks_s,
+                max_blocks_s: self.max_blocks_s,
                 path_tolerance_mm: Some(0.001),
                 rotation_sense: self.sense,
             },

@@ -63,7 +63,7 @@ fn ideal_drives_leave_the_tolerance_of_the_blocks_and_of_their_corners() {
 fn ordinary_drives_leave_an_error_that_grows_with_speed() {
     let part = Part::lobe();
     let mut before = 0.0;
-    for (rpm, most_mm) in [(15.0, 1e-3), (50.0, 5e-3)] {
+    for (rpm, max_mm) in [(15.0, 1e-3), (50.0, 5e-3)] {
         let (posted, read) = program(&part, Dialect::Siemens, rpm);
         let planned = planned(&read, &cam_grinder());
         let finish = &planned.runs[3].1.laws;
@@ -83,7 +83,7 @@ fn ordinary_drives_leave_an_error_that_grows_with_speed() {
             1e3 * finish.rounding_mm
         );
         assert!(good < bound_mm && ordinary < bound_mm + besides_mm, "{good} {ordinary} {bound_mm} {besides_mm}");
-        assert!(besides_mm > before && besides_mm < most_mm, "{besides_mm}");
+        assert!(besides_mm > before && besides_mm < max_mm, "{besides_mm}");
         before = besides_mm;
     }
     assert!(before > 2e-4, "drives that lag must be seen: {before}");
@@ -104,7 +104,7 @@ fn a_faster_part_is_rounded_over_a_wider_window_within_its_tolerance() {
             1e3 * finish.laws.rounding_mm
         );
         assert!(
-            finish.laws.rounding_mm > before && finish.laws.rounding_mm <= TOLERANCE_MM && finish.laws.most_used <= 1.0
+            finish.laws.rounding_mm > before && finish.laws.rounding_mm <= TOLERANCE_MM && finish.laws.max_used <= 1.0
         );
         before = finish.laws.rounding_mm;
     }

@@ -60,7 +60,7 @@ fn what_is_planned_keeps_its_limits_and_its_tolerance_and_what_is_refused_names_
         planned += 1;
         let run = &found.runs[0].1;
         let laws = &run.laws;
-        assert!(laws.rounding_mm <= tolerance_mm && laws.most_used <= 1.0, "seed {seed}: {laws:?}");
+        assert!(laws.rounding_mm <= tolerance_mm && laws.max_used <= 1.0, "seed {seed}: {laws:?}");
         let time_s: f64 = feeds.iter().map(|feed| feed[3]).sum();
         assert!((laws.duration_s() - time_s - 2.0 * laws.ramp_s).abs() < 1e-6 * (1.0 + time_s), "seed {seed}");
         for [c, x, z, _] in &feeds {

@@ -79,7 +79,7 @@ pub(crate) struct Read {
 
 /// The program of a part, written and read.
 pub(crate) fn program(part: &Part, dialect: Dialect, rpm: f64) -> (PostedProgram, Read) {
-    let shop = Shop { dialect, rpm, most_blocks_s: 1000.0, ..Shop::default() };
+    let shop = Shop { dialect, rpm, max_blocks_s: 1000.0, ..Shop::default() };
     let mut request = shop.cam(&part.path);
     request.tool.radius_mm = part.wheel_mm();
     request.control.path_tolerance_mm = Some(TOLERANCE_MM);

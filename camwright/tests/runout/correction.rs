@@ -15,7 +15,7 @@ use camwright::gauging::state::{MeasureSettings, PartState};
 use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
-const AT_LEAST: CorrectionTarget = CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 };
+const AT_MIN_RADIUS: CorrectionTarget = CorrectionTarget::MinRadius { extra_depth_mm: 0.0 };
 
 /// The share of the runout that one correction turn leaves, and the runout before it.
 fn left(
@@ -28,7 +28,7 @@ fn left(
     let log = part.log.clone();
     let state = PartState::measure(record, WheelLog::new(&log).unwrap(), law(ratio), settings).unwrap();
     let from_rad = part.c_rad();
-    let correction = Correction::exact(&state, CorrectionStart::AtLeastRadius { from_rad }, AT_LEAST).unwrap();
+    let correction = Correction::exact(&state, CorrectionStart::AtMinRadius { from_rad }, AT_MIN_RADIUS).unwrap();
     assert_eq!(correction.mode(), GaugingMode::default());
     let (before, after) = part.correct(&correction, wheel_mm);
     (after / before, before)
@@ -78,9 +78,9 @@ fn without_interpolation_only_rounding_is_left() {
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
         // At a phase of the reference, the wheel having stayed until then.
         let min =
-            Correction::exact(&state, CorrectionStart::AtLeastRadius { from_rad: part.c_rad() }, AT_LEAST).unwrap();
+            Correction::exact(&state, CorrectionStart::AtMinRadius { from_rad: part.c_rad() }, AT_MIN_RADIUS).unwrap();
         let start_rad = rad((min.start_rad() / rad(1.0)).ceil());
-        let correction = Correction::exact(&state, CorrectionStart::At(start_rad), AT_LEAST).unwrap();
+        let correction = Correction::exact(&state, CorrectionStart::At(start_rad), AT_MIN_RADIUS).unwrap();
         let (before, after) = part.correct(&correction, wheel_mm);
         eprintln!("km/kg {ratio}: {:.2} um to {:.1e} um", before * 1e3, after * 1e3);
         assert!(after < 1e-10, "{after}");
@@ -169,8 +169,8 @@ fn a_wheel_that_was_clear_of_the_part_corrects_as_well() {
         let log = part.log.clone();
         let settings = MeasureSettings { phases: Some(3600), ..MeasureSettings::default() };
         let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
-        let start = CorrectionStart::AtLeastRadius { from_rad: part.c_rad() };
-        let correction = Correction::exact(&state, start, AT_LEAST).unwrap();
+        let start = CorrectionStart::AtMinRadius { from_rad: part.c_rad() };
+        let correction = Correction::exact(&state, start, AT_MIN_RADIUS).unwrap();
         assert!((correction.at(0.0).value - correction.leaves_mm()).abs() < 1e-5);
         let (before, after) = part.correct(&correction, 25.0);
         eprintln!("km/kg {ratio}, wheel off and back: {:.2} um, of which {:.1e} is left", before * 1e3, after / before);
@@ -187,8 +187,8 @@ fn the_turn_begins_where_the_wheel_stands_and_ends_where_it_takes_nothing() {
         let record = GaugeRecord::from_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
         let log = WheelLog::new(&part.log).unwrap();
         let state = PartState::measure(&record, log, law(ratio), &MeasureSettings::default()).unwrap();
-        let start = CorrectionStart::AtLeastRadius { from_rad: part.c_rad() };
-        let correction = Correction::exact(&state, start, AT_LEAST).unwrap();
+        let start = CorrectionStart::AtMinRadius { from_rad: part.c_rad() };
+        let correction = Correction::exact(&state, start, AT_MIN_RADIUS).unwrap();
         let (first, last) = (correction.at(0.0), correction.at(2.0 * PI));
         assert!((first.value - wheel_mm).abs() < 1e-6, "{}", first.value - wheel_mm);
         assert!((last.value - correction.leaves_mm()).abs() < 1e-6, "{}", last.value - correction.leaves_mm());
@@ -228,8 +228,8 @@ fn size_and_runout_can_be_had_in_one_turn() {
     let log = part.log.clone();
     let state =
         PartState::measure(&record, WheelLog::new(&log).unwrap(), law(0.2), &MeasureSettings::default()).unwrap();
-    let least_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
-    let target_mm = least_mm - 0.004;
+    let min_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
+    let target_mm = min_mm - 0.004;
     let correction =
         Correction::exact(&state, CorrectionStart::At(part.c_rad()), CorrectionTarget::Radius(target_mm)).unwrap();
     for _ in 0..3600 {
@@ -256,7 +256,7 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
             let (mut part, _) = known(ratio, &[(f64::from(harmonic), 0.01, 0.0)]);
             let (_, thought) = known(ratio, &[(f64::from(harmonic), 0.01, rad(error_deg))]);
             let state = PartState::from_known_radii(&thought, law(ratio)).unwrap();
-            let below = CorrectionTarget::LeastRadius { extra_depth_mm: 0.003 };
+            let below = CorrectionTarget::MinRadius { extra_depth_mm: 0.003 };
             let correction = Correction::exact(&state, CorrectionStart::At(0.0), below).unwrap();
             for _ in 0..3600 {
                 part.pass(correction.at(part.c_rad()).value);
@@ -280,7 +280,7 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
             let thought: Vec<f64> =
                 radii.radii_mm().iter().map(|radius| 20.0 + (radius - 20.0) * (1.0 + error)).collect();
             let state = PartState::from_known_radii(&RadiusByPhase::new(thought).unwrap(), wrong).unwrap();
-            let below = CorrectionTarget::LeastRadius { extra_depth_mm: 0.01 };
+            let below = CorrectionTarget::MinRadius { extra_depth_mm: 0.01 };
             let correction = Correction::exact(&state, CorrectionStart::At(0.0), below).unwrap();
             for _ in 0..3600 {
                 part.pass(correction.at(part.c_rad()).value);

@@ -25,8 +25,8 @@ fn left_um(ratio: f64, dwell: f64, fed_turns: f64, fit: Fit, seeds: u64) -> Vec<
             let record = GaugeRecord::from_one(diameter(270.0), from(&readings, from_rad - 1.6)).unwrap();
             let settings = MeasureSettings { fit, from_rad: Some(from_rad), ..MeasureSettings::default() };
             let state = PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
-            let start = CorrectionStart::AtLeastRadius { from_rad: part.c_rad() };
-            let target = CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 };
+            let start = CorrectionStart::AtMinRadius { from_rad: part.c_rad() };
+            let target = CorrectionTarget::MinRadius { extra_depth_mm: 0.0 };
             let correction = Correction::exact(&state, start, target).unwrap();
             part.correct(&correction, wheel_mm).1 * 1e3
         })
@@ -98,7 +98,7 @@ fn the_noise_of_a_radius_is_as_derived() {
                 let settings = MeasureSettings {
                     fit: Fit::Depths { harmonics: None },
                     from_rad: Some(DWELLS_FROM_RAD),
-                    least_depth_mm: -1.0,
+                    min_depth_mm: -1.0,
                     ..MeasureSettings::default()
                 };
                 let log = WheelLog::new(&part.log).unwrap();

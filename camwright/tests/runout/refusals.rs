@@ -17,8 +17,8 @@ const USUAL: MeasureSettings = MeasureSettings {
     fit: Fit::Readings { harmonics: 15 },
     phases: None,
     from_rad: None,
-    least_depth_mm: 1e-4,
-    most_scatter_mm: Some(2e-3),
+    min_depth_mm: 1e-4,
+    max_scatter_mm: Some(2e-3),
 };
 
 #[test]
@@ -113,21 +113,21 @@ fn corrections_that_cannot_be_are_refused() {
     let at = CorrectionStart::At(part.c_rad());
     let refused =
         |start: CorrectionStart, target: CorrectionTarget| Correction::exact(&state, start, target).unwrap_err();
-    let usual = CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 };
+    let usual = CorrectionTarget::MinRadius { extra_depth_mm: 0.0 };
     assert!(matches!(refused(CorrectionStart::At(1.0), usual), CorrectionError::BeforeLogEnds { .. }));
     assert!(matches!(
-        refused(CorrectionStart::AtLeastRadius { from_rad: f64::NAN }, usual),
+        refused(CorrectionStart::AtMinRadius { from_rad: f64::NAN }, usual),
         CorrectionError::BeforeLogEnds { .. }
     ));
     for extra_depth_mm in [-1e-3, f64::NAN, f64::INFINITY] {
         assert!(matches!(
-            refused(at, CorrectionTarget::LeastRadius { extra_depth_mm }),
+            refused(at, CorrectionTarget::MinRadius { extra_depth_mm }),
             CorrectionError::ExtraDepth { .. }
         ));
     }
-    let least_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
-    for target_mm in [least_mm + 0.002, f64::NAN] {
-        assert!(matches!(refused(at, CorrectionTarget::Radius(target_mm)), CorrectionError::TargetAboveLeast { .. }));
+    let min_mm = state.radii_at(part.c_rad()).unwrap().minimum_mm();
+    for target_mm in [min_mm + 0.002, f64::NAN] {
+        assert!(matches!(refused(at, CorrectionTarget::Radius(target_mm)), CorrectionError::TargetAboveMin { .. }));
     }
     let runout = state.radii_at(part.c_rad()).unwrap();
     let no_wheel = Correction::published(&runout, &law(0.2), f64::NAN, 0.0).unwrap_err();
@@ -144,7 +144,7 @@ fn a_step_within_the_turn_is_refused() {
     let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
     let start = CorrectionStart::At(lifted_rad + rad(90.0));
-    let refused = Correction::exact(&state, start, CorrectionTarget::LeastRadius { extra_depth_mm: 0.0 }).unwrap_err();
+    let refused = Correction::exact(&state, start, CorrectionTarget::MinRadius { extra_depth_mm: 0.0 }).unwrap_err();
     assert!(matches!(refused, CorrectionError::NotResolved { .. }), "{refused}");
 }
 

@@ -84,7 +84,7 @@ fn a_mill_like_the_roller_leaves_nothing() {
 /// right at the mean radius, below 50 µm; right half-way between the slopes of both ends, as here, it is a fifth less.
 #[test]
 fn the_shift_of_a_smaller_mill_leaves_what_the_formulas_say() {
-    for (floor, outer, rate, roller, cutter, most_um) in
+    for (floor, outer, rate, roller, cutter, max_um) in
         [(35.0, 45.0, 20.0, 10.0, 5.0, 8.0), (30.0, 50.0, 40.0, 10.0, 5.0, 50.0)]
     {
         let law = ramps(rate);
@@ -127,7 +127,7 @@ fn the_shift_of_a_smaller_mill_leaves_what_the_formulas_say() {
                     assert!((exact(x) / formula(x) - 1.0).abs() < 0.05, "{x}: {} {}", exact(x), formula(x));
                 }
                 if y_axis {
-                    assert!(um_from_mm(errors.worst().error_mm) < most_um, "{errors:?}");
+                    assert!(um_from_mm(errors.worst().error_mm) < max_um, "{errors:?}");
                     assert!(errors.min.error_mm > -1e-6, "a shifted axis never cuts in: {errors:?}");
                 } else {
                     assert!(errors.min.error_mm < -5.0 * formula(mean).abs(), "it cuts in: {errors:?}");

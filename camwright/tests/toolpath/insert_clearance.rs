@@ -99,7 +99,7 @@ fn a_cam_is_cut_below_centre_and_refused_at_centre_and_above() {
         assert!(matches!(error, InsertClearanceError::MeetsFlank { inside_mm, .. } if inside_mm > 1e-3), "{error}");
     }
     let heights = map.heights().unwrap();
-    assert!(heights.lowest_mm > 0.0 && heights.highest_mm < 20.0 && (heights.least_radius_mm - 20.0).abs() < 1e-6);
+    assert!(heights.lowest_mm > 0.0 && heights.highest_mm < 20.0 && (heights.min_radius_mm - 20.0).abs() < 1e-6);
     let offset = (heights.best_mm / 20.0).asin().to_degrees();
     assert!((40.0..=60.0).contains(&offset), "{offset}");
     assert!(map.check(heights.best_mm).is_ok());
@@ -133,8 +133,8 @@ fn numbers_that_are_none_are_refused() {
     for flank in [
         Flank { relief_rad: -0.1, ..good },
         Flank { relief_rad: f64::NAN, ..good },
-        Flank { least_clearance_rad: 2.0, ..good },
-        Flank { least_approach_rad: f64::INFINITY, ..good },
+        Flank { min_clearance_rad: 2.0, ..good },
+        Flank { min_approach_rad: f64::INFINITY, ..good },
         Flank { depth_mm: -1.0, ..good },
     ] {
         assert!(matches!(new(flank), Err(InsertClearanceError::BadNumber { .. })), "{flank:?}");
@@ -144,6 +144,6 @@ fn numbers_that_are_none_are_refused() {
     for height in [20.0, -25.0, f64::NAN] {
         assert!(matches!(map.check(height), Err(InsertClearanceError::Misses { .. })), "{height}");
     }
-    let greedy = Flank { least_clearance_rad: rad_from_deg(80.0), least_approach_rad: rad_from_deg(80.0), ..good };
+    let greedy = Flank { min_clearance_rad: rad_from_deg(80.0), min_approach_rad: rad_from_deg(80.0), ..good };
     assert!(matches!(self::map(&surface, greedy).heights(), Err(InsertClearanceError::NoHeight { .. })));
 }

@@ -121,17 +121,17 @@ impl Lease {
     /// Participant that has a role and has heard of this lease.
     pub(super) fn member(&self, role: Role) -> Option<Participant> {
         let member = self.members[role as usize].as_ref();
-        member.filter(|member| self.has_heard(member.known, self.first_number)).map(|member| member.participant)
+        member.filter(|member| self.has_acknowledged(member.known, self.first_number)).map(|member| member.participant)
     }
 
     /// Returns true once every member has heard of a state or a later one, and no other waits for the role of a silent member.
     pub(super) fn is_known(&self, number: u64, now: Instant) -> bool {
         let is_claimed = self.claims.iter().flatten().any(|claimed| now.saturating_duration_since(*claimed) < CLAIM);
-        !is_claimed && self.members.iter().flatten().all(|member| self.has_heard(member.known, number))
+        !is_claimed && self.members.iter().flatten().all(|member| self.has_acknowledged(member.known, number))
     }
 
     /// Returns true where a known state is `number` or a later one of this lease.
-    fn has_heard(&self, known: u64, number: u64) -> bool {
+    fn has_acknowledged(&self, known: u64, number: u64) -> bool {
         (number..=self.number).contains(&known)
     }
 

@@ -71,12 +71,12 @@ pub(super) struct EnginePump {
     served: Arc<Mutex<ActiveGoal>>,
     order: u32,
     order_tick: u64,
-    inputs_told: u64,
+    inputs_sent: u64,
     /// Alarm that ended the last motion, once the list of alarms has been published.
     alarms: Option<Vec<Alarm>>,
     feed_override: f64,
     last_state: Option<InterpolatorState>,
-    told_state: Instant,
+    state_sent_at: Instant,
     complaint: LimitedWarning,
 }
 
@@ -91,11 +91,11 @@ impl EnginePump {
             served: Arc::clone(&shared.served),
             order: 0,
             order_tick: 0,
-            inputs_told: 0,
+            inputs_sent: 0,
             alarms: None,
             feed_override: 1.0,
             last_state: None,
-            told_state: Instant::now(),
+            state_sent_at: Instant::now(),
             complaint: LimitedWarning::default(),
         })
     }
@@ -116,7 +116,7 @@ impl EnginePump {
             if is_last {
                 return;
             }
-            if self.told_state.elapsed() >= 2 * HEARTBEAT
+            if self.state_sent_at.elapsed() >= 2 * HEARTBEAT
                 && let Err(error) = self.repeat(None)
             {
                 self.complaint.warn(self.node.logger(), &error.to_string());
@@ -302,8 +302,8 @@ impl EnginePump {
     fn input(&mut self, clock: TickClock, tick: u64, input: AppliedInput) -> Result<(), RosError> {
         self.order = if tick == self.order_tick { self.order + 1 } else { 0 };
         self.order_tick = tick;
-        let (stamp, sequence) = (clock.stamp(tick), self.inputs_told);
-        self.inputs_told += 1;
+        let (stamp, sequence) = (clock.stamp(tick), self.inputs_sent);
+        self.inputs_sent += 1;
         let mut message = AppliedInput { stamp, tick, order: self.order, sequence, ..input };
         message.check = applied_input::check(&message).unwrap_or_default();
         self.outlets.inputs.publish(&message)
@@ -342,7 +342,7 @@ impl EnginePump {
         if let Some(state) = state {
             self.last_state = Some(state);
         }
-        self.told_state = Instant::now();
+        self.state_sent_at = Instant::now();
         match &self.last_state {
             Some(state) => self.outlets.state.publish(state),
             None => Ok(()),
@@ -435,9 +435,9 @@ fn message(sequence: u32, command: SequencedCommand, clock: TickClock, machine: 
             OrderKind::Dress { radius_nm } => {
                 MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::DRESS) }
             }
-            OrderKind::Push { most_n } => MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::PUSH) },
-            OrderKind::WatchForce { most_n } => {
-                MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::WATCH_FORCE) }
+            OrderKind::Push { max_n } => MachineCommand { counts: max_n, ..base(order.tick, MachineCommand::PUSH) },
+            OrderKind::WatchForce { max_n } => {
+                MachineCommand { counts: max_n, ..base(order.tick, MachineCommand::WATCH_FORCE) }
             }
         },
     }

@@ -36,8 +36,8 @@ impl Default for CompensationFile {
         Self {
             gain: spec.gain,
             harmonics: spec.harmonics,
-            most_um: um_from_mm(spec.most_mm),
-            most_um_per_deg: um_per_deg(spec.most_slope_mm_rad),
+            most_um: um_from_mm(spec.max_mm),
+            most_um_per_deg: um_per_deg(spec.max_slope_mm_rad),
             afresh: false,
             learned: Vec::new(),
         }
@@ -114,8 +114,8 @@ impl CompensationFile {
             spec: CompensationSpec {
                 gain: self.gain,
                 harmonics: self.harmonics,
-                most_mm: mm_from_um(self.most_um),
-                most_slope_mm_rad: mm_from_um(self.most_um_per_deg) / rad_from_deg(1.0),
+                max_mm: mm_from_um(self.most_um),
+                max_slope_mm_rad: mm_from_um(self.most_um_per_deg) / rad_from_deg(1.0),
             },
             learned: learned.collect(),
             afresh: self.afresh,
@@ -138,7 +138,7 @@ mod tests {
         assert!(load(&[]).unwrap().spec.compensation.is_none());
         let usual = load(&["form_compensation={}"]).unwrap().spec.compensation.unwrap();
         let (spec, wanted) = (usual.spec, CompensationSpec::default());
-        assert!((spec.most_slope_mm_rad - wanted.most_slope_mm_rad).abs() < 1e-12, "{spec:?}");
+        assert!((spec.max_slope_mm_rad - wanted.max_slope_mm_rad).abs() < 1e-12, "{spec:?}");
         assert_eq!((spec.gain, spec.harmonics, usual.learned.len()), (wanted.gain, wanted.harmonics, 0));
     }
 

@@ -227,11 +227,11 @@ impl Default for IdentificationFile {
 impl IdentificationFile {
     pub(super) fn spec(&self) -> IdentificationSpec {
         #[allow(clippy::cast_possible_truncation, reason = "its range is checked")]
-        let most_n = self.most_force_n as i64;
+        let max_n = self.most_force_n as i64;
         IdentificationSpec {
             push_mm: mm_from_um(self.push_um),
             push_speed_mm_s: mm_from_um(self.push_speed_um_s),
-            most_n,
+            max_n,
             only: self.only,
             afresh: self.afresh,
         }

@@ -5,11 +5,11 @@
 pub const MAX_JOB_S: f64 = 86_400.0;
 
 /// Error text if the minimum time of the cuts is too long; `None`: it is acceptable.
-pub(super) fn too_long(least_s: f64) -> Option<String> {
+pub(super) fn too_long(min_s: f64) -> Option<String> {
     // NaN is found elsewhere, with the key that brings it.
-    (least_s > MAX_JOB_S).then(|| {
+    (min_s > MAX_JOB_S).then(|| {
         format!(
-            "the cuts take at least {least_s:.3e} s; a job may take {MAX_JOB_S} s, a day: a faster work_speed_rpm, or fewer turns"
+            "the cuts take at least {min_s:.3e} s; a job may take {MAX_JOB_S} s, a day: a faster work_speed_rpm, or fewer turns"
         )
     })
 }

@@ -165,7 +165,7 @@ impl NcFile {
                     ControlFile::Siemens => Dialect::Siemens,
                 },
                 format,
-                most_blocks_s: self.most_blocks_s,
+                max_blocks_s: self.most_blocks_s,
                 path_tolerance_mm: self.path_tolerance_um.map(mm_from_um),
                 rotation_sense: self.rotation_sense,
             },

@@ -108,17 +108,17 @@ pub(super) enum SpeedFile {
 
 impl SpeedFile {
     fn law(&self, work_speed_rpm: f64) -> SpeedLaw {
-        let most_rad_s = rad_s_from_rpm(work_speed_rpm);
+        let max_rad_s = rad_s_from_rpm(work_speed_rpm);
         match *self {
-            SpeedFile::ConstantWorkSpeed => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: most_rad_s },
+            SpeedFile::ConstantWorkSpeed => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: max_rad_s },
             SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
-                SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s }
+                SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, max_rad_s }
             }
             SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
-                SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s }
+                SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s }
             }
             SpeedFile::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2 } => {
-                SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s }
+                SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, max_rad_s }
             }
             SpeedFile::ConstantTemperature {
                 reference_footprint_speed_mm_s,
@@ -130,9 +130,9 @@ impl SpeedFile {
                     depth_mm: mm_from_um(reference_depth_um),
                     equivalent_diameter_mm: reference_equivalent_diameter_mm,
                 },
-                most_rad_s,
+                max_rad_s,
             },
-            SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { most_rad_s },
+            SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { max_rad_s },
         }
     }
 }

@@ -82,7 +82,7 @@ impl StoredStiffness {
             // One place twice is another file's.
             if let Some(same) = kept.places.iter().find(|other| is_same(other, &place)) {
                 let (first_mm, second_mm) = (same.place.z_mm, place.place.z_mm);
-                return Err(refuse(StiffnessMapError::SamePlace { first_mm, second_mm, least_mm: SAME_PLACE_MM }));
+                return Err(refuse(StiffnessMapError::SamePlace { first_mm, second_mm, min_mm: SAME_PLACE_MM }));
             }
             kept.insert(place).map_err(refuse)?;
         }

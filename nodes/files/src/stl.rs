@@ -141,8 +141,8 @@ impl<'a> StlWords<'a> {
 
 /// A word as a message can carry it.
 fn shortened(word: &str) -> String {
-    const MOST: usize = 40;
-    let mut short: String = word.chars().take(MOST).collect();
+    const MAX_CHARACTERS: usize = 40;
+    let mut short: String = word.chars().take(MAX_CHARACTERS).collect();
     if short.len() < word.len() {
         short.push('…');
     }

@@ -338,16 +338,16 @@ fn feeds(document: &Document, file: &TurningFile) -> Result<(InsertFeed, InsertF
 fn passes(file: &TurningFile, surface: &Surface, height_mm: f64, rough_feed: InsertFeed) -> Passes {
     let (from_mm, to_mm) = file.turned.range_mm();
     let in_plane = |radius_mm: f64| (radius_mm * radius_mm - height_mm * height_mm).max(0.0).sqrt();
-    let most_mm = (in_plane(file.bar_radius_mm) - in_plane(surface.bounds(from_mm, to_mm).least_mm)).max(0.0);
+    let max_mm = (in_plane(file.bar_radius_mm) - in_plane(surface.bounds(from_mm, to_mm).min_mm)).max(0.0);
     match file.roughing {
         Some(roughing) => Passes {
-            stock_mm: roughing.stock_mm.unwrap_or(most_mm),
+            stock_mm: roughing.stock_mm.unwrap_or(max_mm),
             finish_mm: roughing.leaves_mm,
             deepest_mm: roughing.deepest_mm,
             rough_feed,
         },
         // Nothing is left to rough.
-        None => Passes { stock_mm: most_mm, finish_mm: most_mm, deepest_mm: most_mm.max(1.0), rough_feed },
+        None => Passes { stock_mm: max_mm, finish_mm: max_mm, deepest_mm: max_mm.max(1.0), rough_feed },
     }
 }
 

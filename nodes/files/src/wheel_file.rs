@@ -29,7 +29,7 @@ pub(super) struct WheelPowerFile {
 impl WheelPowerFile {
     pub(super) fn spec(&self) -> WheelPower {
         WheelPower {
-            most_w: self.most_w,
+            max_w: self.most_w,
             specific_energy_j_mm3: self.specific_energy_j_mm3,
             rubbing_n_mm2: self.rubbing_n_mm2,
         }

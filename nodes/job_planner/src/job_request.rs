@@ -84,8 +84,8 @@ impl Shared {
         }
         let Ok(job) = job_file::load(name, &used) else { return used };
         // A job on the part as it is; what somebody says of its phase counts more.
-        let is_said = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
-        if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_said {
+        let is_given = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
+        if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_given {
             used.extend(self.setup.phase_override());
         }
         let description = machine.map_or(&job.machine.description, |now| &now.description);

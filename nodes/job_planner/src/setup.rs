@@ -352,26 +352,26 @@ impl SetupWork {
         if machine.gap_detector.is_none() {
             return Err(format!("machine {} has no gap detector (gap_detector)", machine.name).into());
         }
-        let most_mm =
+        let max_mm =
             if request.most_correction == 0.0 { USUAL_CORRECTION_MM } else { mm_from_m(request.most_correction) };
-        if !(most_mm > 0.0 && most_mm <= MAX_CORRECTION_MM) {
-            let most_m = m_from_mm(MAX_CORRECTION_MM);
-            return Err(format!("most_correction is {} m; it must be 0 to {most_m} m", request.most_correction).into());
+        if !(max_mm > 0.0 && max_mm <= MAX_CORRECTION_MM) {
+            let max_m = m_from_mm(MAX_CORRECTION_MM);
+            return Err(format!("most_correction is {} m; it must be 0 to {max_m} m", request.most_correction).into());
         }
         let (z_mm, radius_mm, largest_mm) = self.place(request, &machine)?;
         self.clear(&machine)?;
         self.go(&[(Axis::Z, z_mm)])?;
-        self.go(&[(Axis::X, largest_mm + most_mm)])?;
+        self.go(&[(Axis::X, largest_mm + max_mm)])?;
         let probed = self.probe(ProbeGoal {
             joint: Axis::X.joint().to_owned(),
             input: "wheel_contact".to_owned(),
-            target: m_from_mm(radius_mm - most_mm),
+            target: m_from_mm(radius_mm - max_mm),
             speed: request.speed,
-            stand_off: m_from_mm(most_mm + STAND_OFF_MM),
+            stand_off: m_from_mm(max_mm + STAND_OFF_MM),
             most_force: request.most_force,
             correct_zero: !request.only_measure,
             true_position: m_from_mm(radius_mm),
-            most_correction: m_from_mm(most_mm),
+            most_correction: m_from_mm(max_mm),
             ..ProbeGoal::default()
         });
         let cleared = self.clear(&machine);

@@ -118,7 +118,7 @@ fn listen(
         None => None,
         Some(moving) => {
             // What alarms say is latched, on its way since the first message of the stream.
-            let _told = ears.wait(DISCOVERY, |observed| (!observed.alarms.is_empty()).then_some(()));
+            let _alarms = ears.wait(DISCOVERY, |observed| (!observed.alarms.is_empty()).then_some(()));
             let free = motion::obstacle(ears).map_or(Ok(()), Err);
             let target =
                 free.and_then(|()| ears.read(|observed| motion::target(&description, &facts, observed, moving)));

@@ -25,7 +25,7 @@ pub struct Bounds {
     /// Maximum delay of a late tick since the last read (µs).
     pub worst_late_us: AtomicU64,
     /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
-    pub least_lead_ticks: AtomicU64,
+    pub min_lead_ticks: AtomicU64,
     pub alarms: AtomicU64,
     /// Setpoints of a client are being executed.
     pub in_motion: AtomicBool,

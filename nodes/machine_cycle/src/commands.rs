@@ -101,8 +101,8 @@ fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Machi
         CommandMessage::WHEEL_STOP => MachineCommand::WheelStop,
         CommandMessage::EXPECT_WHEEL => MachineCommand::ExpectWheel { radius_nm: counts },
         CommandMessage::DRESS => MachineCommand::Dress { radius_nm: counts },
-        CommandMessage::PUSH => MachineCommand::Push { most_n: counts },
-        CommandMessage::WATCH_FORCE => MachineCommand::WatchForce { most_n: counts },
+        CommandMessage::PUSH => MachineCommand::Push { max_n: counts },
+        CommandMessage::WATCH_FORCE => MachineCommand::WatchForce { max_n: counts },
         CommandMessage::ALARM => MachineCommand::Raise { number: u16::try_from(counts).ok()? },
         CommandMessage::JOB_BEGIN => return Some(MachineOrder::JobBegin),
         CommandMessage::JOB_END => return Some(MachineOrder::JobEnd),
@@ -126,8 +126,8 @@ pub fn message(command: &TimedCommand, machine: &MachineDescription) -> CommandM
             MachineCommand::WheelStop => (CommandMessage::WHEEL_STOP, String::new(), 0),
             MachineCommand::ExpectWheel { radius_nm } => (CommandMessage::EXPECT_WHEEL, String::new(), radius_nm),
             MachineCommand::Dress { radius_nm } => (CommandMessage::DRESS, String::new(), radius_nm),
-            MachineCommand::Push { most_n } => (CommandMessage::PUSH, String::new(), most_n),
-            MachineCommand::WatchForce { most_n } => (CommandMessage::WATCH_FORCE, String::new(), most_n),
+            MachineCommand::Push { max_n } => (CommandMessage::PUSH, String::new(), max_n),
+            MachineCommand::WatchForce { max_n } => (CommandMessage::WATCH_FORCE, String::new(), max_n),
             MachineCommand::Raise { number } => (CommandMessage::ALARM, String::new(), i64::from(number)),
         },
     };
@@ -152,8 +152,8 @@ mod tests {
             MachineCommand::WheelStop,
             MachineCommand::ExpectWheel { radius_nm: 60_000_000 },
             MachineCommand::Dress { radius_nm: 59_980_000 },
-            MachineCommand::Push { most_n: 30 },
-            MachineCommand::WatchForce { most_n: 2 },
+            MachineCommand::Push { max_n: 30 },
+            MachineCommand::WatchForce { max_n: 2 },
             MachineCommand::Raise { number: 301 },
         ];
         let orders = orders.map(MachineOrder::Machine).into_iter().chain([

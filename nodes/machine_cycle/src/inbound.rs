@@ -101,7 +101,7 @@ impl CyclicLoop {
             self.send(Outbound::SecondWriter { holder, refused: writer, chunk });
             return;
         }
-        self.partners.sender_is_heard();
+        self.partners.renew_sender();
         if self.losing > 0 {
             self.losing -= 1;
             self.lost = Some(Instant::now());
@@ -112,7 +112,7 @@ impl CyclicLoop {
             Ok(()) => {
                 self.partners.attends = false;
                 let lead_ticks = chunk.first_tick.saturating_sub(self.machine.tick());
-                self.bounds.least_lead_ticks.fetch_min(lead_ticks, Ordering::Relaxed);
+                self.bounds.min_lead_ticks.fetch_min(lead_ticks, Ordering::Relaxed);
                 if !self.state.has_holder {
                     self.state.has_holder = true;
                     self.state.holder = writer;
@@ -153,7 +153,7 @@ impl CyclicLoop {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
             return;
         }
-        self.partners.sender_is_heard();
+        self.partners.renew_sender();
         if command.sequence == 1 {
             self.state.commands_received = 0;
         }

@@ -73,10 +73,10 @@ enum PacingMode {
     OnTime,
     Behind {
         quiet_ticks: u32,
-        most_ns: i64,
+        max_ns: i64,
     },
     MakingUp {
-        most_ns: i64,
+        max_ns: i64,
     },
     /// The clock was set back; its ticks are yet to come.
     Ahead,
@@ -153,39 +153,39 @@ impl Pacing {
         let is_late = behind_ns > slip_ns;
         self.mode = match self.mode {
             // Nobody has heard of a tick yet.
-            _ if moment.tick == 0 && is_late => PacingMode::MakingUp { most_ns: 0 },
+            _ if moment.tick == 0 && is_late => PacingMode::MakingUp { max_ns: 0 },
             PacingMode::OnTime | PacingMode::Ahead if is_late => {
                 self.slip = Some(if resumes { Slip::Inactive(behind_ns) } else { Slip::Stalled(behind_ns) });
                 self.deadline_ns = moment.monotonic_ns;
-                PacingMode::Behind { quiet_ticks: 0, most_ns: behind_ns }
+                PacingMode::Behind { quiet_ticks: 0, max_ns: behind_ns }
             }
             PacingMode::OnTime if behind_ns < -slip_ns => {
                 self.slip = Some(Slip::ClockSetBack(-behind_ns));
                 PacingMode::Ahead
             }
             PacingMode::Ahead if behind_ns >= -i64::from(self.clock.cycle_time_ns) => PacingMode::OnTime,
-            PacingMode::Behind { quiet_ticks, most_ns } if is_late => {
-                let most_ns = most_ns.max(behind_ns);
+            PacingMode::Behind { quiet_ticks, max_ns } if is_late => {
+                let max_ns = max_ns.max(behind_ns);
                 match (moment.is_idle, quiet_ticks) {
-                    (false, _) => PacingMode::Behind { quiet_ticks: 0, most_ns },
-                    (true, QUIET_TICKS..) => PacingMode::MakingUp { most_ns },
-                    (true, 0) => PacingMode::Behind { quiet_ticks: 1, most_ns },
-                    (true, _) => PacingMode::Behind { quiet_ticks, most_ns },
+                    (false, _) => PacingMode::Behind { quiet_ticks: 0, max_ns },
+                    (true, QUIET_TICKS..) => PacingMode::MakingUp { max_ns },
+                    (true, 0) => PacingMode::Behind { quiet_ticks: 1, max_ns },
+                    (true, _) => PacingMode::Behind { quiet_ticks, max_ns },
                 }
             }
-            PacingMode::MakingUp { most_ns } if is_late && !moment.is_idle => {
+            PacingMode::MakingUp { max_ns } if is_late && !moment.is_idle => {
                 self.deadline_ns = moment.monotonic_ns;
-                PacingMode::Behind { quiet_ticks: 0, most_ns }
+                PacingMode::Behind { quiet_ticks: 0, max_ns }
             }
-            PacingMode::Behind { most_ns, .. } if !is_late => self.made_up(most_ns),
-            PacingMode::MakingUp { most_ns } if behind_ns < 0 => self.made_up(most_ns),
+            PacingMode::Behind { max_ns, .. } if !is_late => self.made_up(max_ns),
+            PacingMode::MakingUp { max_ns } if behind_ns < 0 => self.made_up(max_ns),
             mode => mode,
         };
     }
 
-    fn made_up(&mut self, most_ns: i64) -> PacingMode {
-        if most_ns > 0 {
-            self.slip = Some(Slip::MadeUp(most_ns));
+    fn made_up(&mut self, max_ns: i64) -> PacingMode {
+        if max_ns > 0 {
+            self.slip = Some(Slip::MadeUp(max_ns));
         }
         PacingMode::OnTime
     }

@@ -50,7 +50,7 @@ impl MachinePartners {
     }
 
     /// The holder of command has sent something.
-    pub fn sender_is_heard(&mut self) {
+    pub fn renew_sender(&mut self) {
         self.sender.reset();
     }
 

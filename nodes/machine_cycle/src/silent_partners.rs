@@ -117,8 +117,8 @@ impl CyclicLoop {
 
     /// A machine that was deactivated and rests executes no more ticks.
     pub fn halt_at_rest(&mut self) {
-        let is_told = self.partners.halting.is_some_and(|tick| self.machine.tick() >= tick);
-        if is_told && !self.buffer.has_setpoints() && self.machine.is_at_rest() {
+        let is_halted = self.partners.halting.is_some_and(|tick| self.machine.tick() >= tick);
+        if is_halted && !self.buffer.has_setpoints() && self.machine.is_at_rest() {
             self.active = false;
             self.partners.halting = None;
         }

@@ -83,7 +83,7 @@ impl Health {
         bounds: &Arc<Bounds>,
         (pace, realtime): (Pace, Realtime),
     ) -> Result<Diagnostics, NodeError> {
-        bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
+        bounds.min_lead_ticks.store(u64::MAX, Ordering::Relaxed);
         let (health, bounds, described) = (self.clone(), Arc::clone(bounds), machine.clone());
         let (mut late_before, mut dropped_before, mut slips_before) = (0, 0, 0);
         let mut buffer = BufferAdvice::new(node, machine);
@@ -162,7 +162,7 @@ fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
 
 /// Status of the setpoint buffer: lead of a setpoint over its use.
 fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> DiagnosticStatus {
-    let min = bounds.least_lead_ticks.swap(u64::MAX, Ordering::Relaxed);
+    let min = bounds.min_lead_ticks.swap(u64::MAX, Ordering::Relaxed);
     let ahead = u64::from(machine.feedback_delay_ticks);
     if min == u64::MAX {
         return diagnostic_status(DiagnosticStatus::OK, "setpoints", "none in the last second", &[]);
@@ -204,9 +204,9 @@ fn wheel(seen: &ReportedPeaks, machine: &MachineDescription) -> DiagnosticStatus
         return diagnostic_status(DiagnosticStatus::OK, "wheel", "no wear is known of", &[speed]);
     };
     let radius_mm = lasting.wheel_radius_mm - lasting.wheel_wear_mm;
-    let (new_mm, least_mm) = (machine.wheel.new_radius_mm, machine.wheel.min_radius_mm);
-    let level = below((radius_mm - least_mm) / (new_mm - least_mm).max(f64::MIN_POSITIVE), WORN);
-    let message = format!("{radius_mm:.3} mm in radius, worn at {least_mm:.3} mm");
+    let (new_mm, min_mm) = (machine.wheel.new_radius_mm, machine.wheel.min_radius_mm);
+    let level = below((radius_mm - min_mm) / (new_mm - min_mm).max(f64::MIN_POSITIVE), WORN);
+    let message = format!("{radius_mm:.3} mm in radius, worn at {min_mm:.3} mm");
     let values = [
         speed,
         ("radius_mm", format!("{radius_mm:.4}")),
@@ -261,7 +261,7 @@ mod tests {
     fn late_ticks_and_late_setpoints_are_those_of_the_last_second() {
         let bounds = Bounds::default();
         let mut before = 0;
-        bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
+        bounds.min_lead_ticks.store(u64::MAX, Ordering::Relaxed);
         assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::OK);
         bounds.late_ticks.store(3, Ordering::Relaxed);
         assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::WARN);

@@ -49,7 +49,7 @@ struct LearnedLobe {
     least: Option<MinimumEntry>,
 }
 
-/// With which correction the error was least.
+/// Correction with the smallest error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MinimumEntry {
@@ -59,7 +59,7 @@ struct MinimumEntry {
 
 impl LearnedLobe {
     fn from_learning(design: &LobeDesign, learning: &LobeLearning) -> Self {
-        let least = learning.least.as_ref();
+        let smallest = learning.smallest.as_ref();
         Self {
             lobe: design.name.clone(),
             design: fingerprint(design),
@@ -67,7 +67,7 @@ impl LearnedLobe {
             parts: learning.parts,
             taken_back: learning.taken_back,
             correction: CurveFile::from_curve(&learning.correction),
-            least: least.map(|(correction, error)| MinimumEntry {
+            least: smallest.map(|(correction, error)| MinimumEntry {
                 correction: CurveFile::from_curve(correction),
                 error: CurveFile::from_curve(error),
             }),
@@ -76,13 +76,13 @@ impl LearnedLobe {
 
     /// `None` for what no learning leaves.
     fn learning(&self) -> Option<LobeLearning> {
-        let least = match &self.least {
-            Some(least) => Some((least.correction.curve()?, least.error.curve()?)),
+        let smallest = match &self.least {
+            Some(entry) => Some((entry.correction.curve()?, entry.error.curve()?)),
             None => None,
         };
         (0.0..=1.0).contains(&self.gain).then_some(())?;
         let (gain, parts, taken_back) = (self.gain, self.parts, self.taken_back);
-        Some(LobeLearning { correction: self.correction.curve()?, gain, parts, least, taken_back })
+        Some(LobeLearning { correction: self.correction.curve()?, gain, parts, smallest, taken_back })
     }
 }
 
@@ -205,17 +205,17 @@ fn sentence(
     learning: &LobeLearning,
     spec: &CompensationSpec,
 ) -> String {
-    let (error_um, most_um) = (um_from_mm(measured.rms_mm()), um_from_mm(learning.correction.largest().0));
+    let (error_um, max_um) = (um_from_mm(measured.rms_mm()), um_from_mm(learning.correction.largest().0));
     let next = match learned {
-        Learned::Step => format!("the next part is corrected by up to {most_um:.3} um"),
+        Learned::Step => format!("the next part is corrected by up to {max_um:.3} um"),
         Learned::Bounded => format!(
-            "the next part is corrected by up to {most_um:.3} um, which is bounded by {:.3} um and its slope",
-            um_from_mm(spec.most_mm)
+            "the next part is corrected by up to {max_um:.3} um, which is bounded by {:.3} um and its slope",
+            um_from_mm(spec.max_mm)
         ),
         Learned::TakenBack => {
-            format!("that is more than before: taken back to up to {most_um:.3} um, gain {:.3}", learning.gain)
+            format!("that is more than before: taken back to up to {max_um:.3} um, gain {:.3}", learning.gain)
         }
-        Learned::Stopped => format!("no more is learned: every gain made it worse; up to {most_um:.3} um stay"),
+        Learned::Stopped => format!("no more is learned: every gain made it worse; up to {max_um:.3} um stay"),
     };
     format!(
         "lobe {lobe}: form error {error_um:.3} um rms over {} harmonics after {} parts; {next}",

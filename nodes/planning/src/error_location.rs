@@ -137,15 +137,15 @@ fn file_key(key: JobKey) -> &'static str {
         JobKey::SparkOutUntil => "infeed.spark_out_until_n",
         JobKey::SparkOutTurns => "infeed.spark_out_turns",
         JobKey::PartPhase => "part_phase_deg",
-        JobKey::FormCompensationMost => "form_compensation.most_um",
-        JobKey::FormCompensationMostSlope => "form_compensation.most_um_per_deg",
+        JobKey::FormCompensationMax => "form_compensation.most_um",
+        JobKey::FormCompensationMaxSlope => "form_compensation.most_um_per_deg",
         JobKey::CBetweenLobesMargin => "arrival_margin_ms",
         JobKey::MeasureStockMargin => "measure_stock.margin_um",
         JobKey::MeasureStockSpeed => "measure_stock.work_speed_rpm",
         JobKey::RunoutCorrectionAllowance => "runout_correction.allowance_um",
         JobKey::IdentificationPush => "identification.push_um",
         JobKey::IdentificationPushSpeed => "identification.push_speed_um_s",
-        JobKey::IdentificationMostForce => "identification.most_force_n",
+        JobKey::IdentificationMaxForce => "identification.most_force_n",
         other => other.name(),
     }
 }

@@ -64,7 +64,7 @@ impl<'a> LobeTurn<'a> {
             x: prepared.machine.axis(Axis::X).limits,
         };
         let phase_rad = f64::from(prepared.machine.rotation_sense) * lobe.design.phase_rad;
-        let most_rad_s = bounds.work_speed_rad_s();
+        let max_rad_s = bounds.work_speed_rad_s();
         let mut points: Vec<LobeTurnPoint> = (plan.turn_samples(cut, POINTS)?.iter())
             .map(|sample| {
                 let (c, ratio) = (sample.c, cutting.removal_rate_ratio_mm2(path.sample(sample.angle_rad)));
@@ -75,7 +75,7 @@ impl<'a> LobeTurn<'a> {
                     c,
                     x: bounds.x_in_time(c),
                     removal_mm2_s: ratio * c.first,
-                    allowed_mm2_s: ratio * process.min(power).min(most_rad_s),
+                    allowed_mm2_s: ratio * process.min(power).min(max_rad_s),
                     active: bounds.active(c),
                     share: 1.0 / c.first,
                 }

@@ -26,7 +26,7 @@ impl Matches<'_> {
     }
 
     /// Returns true if an endpoint of the participant of `theirs` matches one of ours and receives what is sent from now on.
-    pub(super) fn is_heard_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
+    pub(super) fn is_matched_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
         self.for_participant(ours, theirs).any(|(other, since)| cyclone::knows_us(other, *since))
     }
 

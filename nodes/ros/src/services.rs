@@ -248,7 +248,7 @@ impl ReplySide {
     }
 
     fn is_matched(&self, id: RequestId) -> bool {
-        self.graph.ask(|matches| matches.is_heard_by_participant(&self.writer.guid(), &id.client))
+        self.graph.ask(|matches| matches.is_matched_by_participant(&self.writer.guid(), &id.client))
     }
 
     fn retry(self: &Arc<Self>) {

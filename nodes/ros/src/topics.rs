@@ -453,14 +453,14 @@ struct EarlierMessages {
 
 impl EarlierMessages {
     /// Maximum time for a reader to read earlier messages; a clock that was set back must not make it deaf for longer.
-    const AT_MOST: Duration = Duration::from_secs(1);
+    const MAX_WAIT: Duration = Duration::from_secs(1);
 
     fn than_now(durability: Durability) -> Self {
         Self { ns: system_time_ns(), made: Instant::now(), is_over: durability != Durability::Volatile }
     }
 
     fn has(&mut self, info: &SampleInfo) -> bool {
-        self.is_over |= info.received_ns >= self.ns || self.made.elapsed() > Self::AT_MOST;
+        self.is_over |= info.received_ns >= self.ns || self.made.elapsed() > Self::MAX_WAIT;
         !self.is_over
     }
 }

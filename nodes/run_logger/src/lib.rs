@@ -112,13 +112,13 @@ impl Shared {
         });
         let status = self.node.timer(ATTEND_PERIOD, {
             let (session, logger) = (Arc::downgrade(&session), self.node.logger().clone());
-            let mut has_told_fault = false;
+            let mut has_reported_fault = false;
             move || {
                 let Some(session) = session.upgrade() else { return };
                 session.attend();
                 session.publish_if_due();
-                if let Some(fault) = session.fault().filter(|_| !has_told_fault) {
-                    has_told_fault = true;
+                if let Some(fault) = session.fault().filter(|_| !has_reported_fault) {
+                    has_reported_fault = true;
                     logger.error(&format!("the recording has ended: {fault}"));
                 }
             }

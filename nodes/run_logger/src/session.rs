@@ -64,8 +64,8 @@ struct HeldMessage {
 #[derive(Default)]
 struct Progress {
     watch: TickWatch,
-    told_tick: u64,
-    told_at: Option<Instant>,
+    reported_tick: u64,
+    reported_at: Option<Instant>,
 }
 
 /// Publishers of a recording's status.
@@ -381,7 +381,7 @@ impl Session {
         step(&mut progress.watch);
         let tick = progress.watch.last_tick();
         let is_news = progress.watch.is_awaited()
-            && (tick < progress.told_tick || tick - progress.told_tick >= self.settings.credit_ticks);
+            && (tick < progress.reported_tick || tick - progress.reported_tick >= self.settings.credit_ticks);
         drop(progress);
         if is_news {
             self.publish();
@@ -390,7 +390,7 @@ impl Session {
 
     /// Publishes the status if it was not published lately.
     pub(super) fn publish_if_due(&self) {
-        let is_due = lock(&self.progress).told_at.is_none_or(|at| at.elapsed() >= STATUS_INTERVAL);
+        let is_due = lock(&self.progress).reported_at.is_none_or(|at| at.elapsed() >= STATUS_INTERVAL);
         if is_due {
             self.publish();
         }
@@ -407,8 +407,8 @@ impl Session {
         {
             let mut progress = lock(&self.progress);
             status.last_tick = progress.watch.last_tick();
-            progress.told_tick = status.last_tick;
-            progress.told_at = Some(Instant::now());
+            progress.reported_tick = status.last_tick;
+            progress.reported_at = Some(Instant::now());
         }
         let counts = self.counts();
         (status.bytes, status.received) = (counts.bytes, counts.received);

@@ -73,7 +73,7 @@ impl Dice {
 
     /// A time of less than `max`.
     pub fn below(&mut self, max: Duration) -> Duration {
-        let most_ns = u64::try_from(max.as_nanos()).unwrap_or(u64::MAX).max(1);
-        Duration::from_nanos(self.next() % most_ns)
+        let max_ns = u64::try_from(max.as_nanos()).unwrap_or(u64::MAX).max(1);
+        Duration::from_nanos(self.next() % max_ns)
     }
 }

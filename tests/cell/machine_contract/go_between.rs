@@ -36,27 +36,27 @@ pub enum Fault {
     JointsBestEffort,
     NoRemedy,
     UnknownPace,
-    EdgeToldTwice,
+    EdgeReportedTwice,
     EdgeElsewhere,
     OneCountOff,
-    LossNotTold,
-    RefusalNotTold,
-    StrangerNotTold,
-    GapNotTold,
+    LossNotReported,
+    RefusalNotReported,
+    StrangerNotReported,
+    GapNotReported,
     ResetWhileMoving,
     StopWithoutEffect,
-    SilenceNotTold,
+    SilenceNotReported,
 }
 
 impl Fault {
     /// Alarm that is suppressed.
     fn hushed(self) -> Option<u16> {
         match self {
-            Self::SilenceNotTold => Some(80),
-            Self::GapNotTold => Some(82),
-            Self::StrangerNotTold => Some(83),
-            Self::RefusalNotTold => Some(84),
-            Self::LossNotTold => Some(85),
+            Self::SilenceNotReported => Some(80),
+            Self::GapNotReported => Some(82),
+            Self::StrangerNotReported => Some(83),
+            Self::RefusalNotReported => Some(84),
+            Self::LossNotReported => Some(85),
             _ => None,
         }
     }
@@ -81,7 +81,7 @@ impl Fault {
             Self::OneCountOff if message.alarms.is_empty() && message.actual_velocities[0].abs() > 0.1 => {
                 message.setpoint_counts[0] += 1;
             }
-            Self::EdgeToldTwice => {
+            Self::EdgeReportedTwice => {
                 let again = std::mem::replace(edges, message.latches.clone());
                 message.latches.extend(again);
             }

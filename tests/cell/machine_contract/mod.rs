@@ -201,19 +201,19 @@ fn each_wrong_message_is_reported_by_its_clause_alone() {
 #[test]
 fn each_wrong_behaviour_is_reported_by_its_clause_alone() {
     let faults = [
-        (Fault::EdgeToldTwice, 6),
+        (Fault::EdgeReportedTwice, 6),
         (Fault::EdgeElsewhere, 6),
         (Fault::OneCountOff, 10),
-        (Fault::LossNotTold, 11),
-        (Fault::RefusalNotTold, 13),
-        (Fault::StrangerNotTold, 14),
-        (Fault::GapNotTold, 20),
+        (Fault::LossNotReported, 11),
+        (Fault::RefusalNotReported, 13),
+        (Fault::StrangerNotReported, 14),
+        (Fault::GapNotReported, 20),
         (Fault::ResetWhileMoving, 30),
         (Fault::StopWithoutEffect, 33),
     ];
     // More than a turn, so that the origin detector sees its mark.
     each_is_reported(&faults, "fast", Some(("c_axis", 7.0)), 5);
-    each_is_reported(&[(Fault::SilenceNotTold, 12)], "realtime", Some(("c_axis", 0.2)), 1);
+    each_is_reported(&[(Fault::SilenceNotReported, 12)], "realtime", Some(("c_axis", 0.2)), 1);
 }
 
 #[test]

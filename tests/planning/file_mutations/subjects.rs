@@ -120,7 +120,7 @@ const MORE_KEYS: [&str; 14] = [
     "clearance_mm: 1.0",
     "part_phase_deg: 20.0",
     "dry_run: {stand_off_mm: 5.0}",
-    "wheel_power: {most_w: 8000.0, specific_energy_j_mm3: 30.0}",
+    "wheel_power: {max_w: 8000.0, specific_energy_j_mm3: 30.0}",
     "nc: {control: fanuc, linear_decimals: 4, finish_tolerance_um: 0.5, lead_deg: 45.0}",
     "form_compensation: {gain: 0.5, harmonics: 40}",
 ];

@@ -9,13 +9,13 @@ use camwright_ros::{ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalI
 use serde_json::{Value, json};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-enum Told {
+enum Received {
     Accepted(GoalHandle<Home>),
     Cancel(GoalId),
 }
 
 /// Accepts what names a joint and leaves the rest to the test.
-struct Homing(Sender<Told>);
+struct Homing(Sender<Received>);
 
 impl ActionHandler<Home> for Homing {
     fn goal(&mut self, _: GoalId, goal: &HomeGoal) -> GoalDecision {
@@ -26,30 +26,30 @@ impl ActionHandler<Home> for Homing {
     }
 
     fn accepted(&mut self, goal: GoalHandle<Home>) {
-        let _ = self.0.send(Told::Accepted(goal));
+        let _ = self.0.send(Received::Accepted(goal));
     }
 
     fn cancel(&mut self, id: GoalId) -> bool {
-        self.0.send(Told::Cancel(id)).is_ok()
+        self.0.send(Received::Cancel(id)).is_ok()
     }
 }
 
-fn homing(node: &Node) -> (ActionServer<Home>, Receiver<Told>) {
-    let (sender, told) = channel();
-    (node.action_server::<Home>("~/home", Homing(sender)).expect("an action server"), told)
+fn homing(node: &Node) -> (ActionServer<Home>, Receiver<Received>) {
+    let (sender, received) = channel();
+    (node.action_server::<Home>("~/home", Homing(sender)).expect("an action server"), received)
 }
 
-fn accepted(told: &Receiver<Told>) -> GoalHandle<Home> {
-    match told.recv_timeout(PATIENCE).expect("the goal arrives") {
-        Told::Accepted(goal) => goal,
-        Told::Cancel(id) => panic!("a goal was expected, not the cancelling of {id:?}"),
+fn accepted(received: &Receiver<Received>) -> GoalHandle<Home> {
+    match received.recv_timeout(PATIENCE).expect("the goal arrives") {
+        Received::Accepted(goal) => goal,
+        Received::Cancel(id) => panic!("a goal was expected, not the cancelling of {id:?}"),
     }
 }
 
-fn cancelled(told: &Receiver<Told>) -> GoalId {
-    match told.recv_timeout(PATIENCE).expect("the cancel arrives") {
-        Told::Cancel(id) => id,
-        Told::Accepted(goal) => panic!("a cancel was expected, not the goal {:?}", goal.id()),
+fn cancelled(received: &Receiver<Received>) -> GoalId {
+    match received.recv_timeout(PATIENCE).expect("the cancel arrives") {
+        Received::Cancel(id) => id,
+        Received::Accepted(goal) => panic!("a cancel was expected, not the goal {:?}", goal.id()),
     }
 }
 
@@ -57,10 +57,10 @@ fn send(peer: &mut Peer, goal: &Value) -> Value {
     peer.ask("send_goal", json!({ "action": "/machine/home", "type": HOME, "goal": goal }))
 }
 
-fn start(peer: &mut Peer, told: &Receiver<Told>, joint: &str) -> (String, GoalHandle<Home>) {
+fn start(peer: &mut Peer, received: &Receiver<Received>, joint: &str) -> (String, GoalHandle<Home>) {
     let answer = send(peer, &json!({ "joints": [joint] }));
     assert_eq!(answer["accepted"], true);
-    (answer["goal"].as_str().expect("an id").to_owned(), accepted(told))
+    (answer["goal"].as_str().expect("an id").to_owned(), accepted(received))
 }
 
 fn result(message: &str) -> HomeResult {
@@ -73,10 +73,10 @@ fn outcome(answer: &Value) -> (u64, &str) {
 
 pub fn several_goals(ground: &mut Ground<'_>) {
     let (machine, _spin) = ground.node("machine");
-    let (_server, told) = homing(&machine);
+    let (_server, received) = homing(&machine);
     let mut peer = ground.peer("operator");
     ground.check("goal rejected", || assert_eq!(send(&mut peer, &json!({}))["accepted"], false));
-    let [a, b, c] = ["a", "b", "c"].map(|joint| start(&mut peer, &told, joint));
+    let [a, b, c] = ["a", "b", "c"].map(|joint| start(&mut peer, &received, joint));
     ground.check("three goals at once, each with its own feedback", || {
         for ((id, goal), joint) in [&a, &b, &c].into_iter().zip(["a", "b", "c"]) {
             assert_eq!(goal.goal().joints, [joint]);
@@ -90,7 +90,7 @@ pub fn several_goals(ground: &mut Ground<'_>) {
         let waiting = [&a, &b, &c].map(|(id, _)| peer.order("result", json!({ "goal": id })));
         for (id, goal) in [&c, &a] {
             let order = peer.order("cancel", json!({ "goal": id }));
-            assert_eq!(cancelled(&told), goal.id());
+            assert_eq!(cancelled(&received), goal.id());
             let answer = peer.answer(order).expect("the cancel is answered");
             assert_eq!((&answer["return_code"], &answer["goals"]), (&json!(0), &json!([id])));
             assert!(goal.is_canceling());
@@ -110,11 +110,11 @@ pub fn several_goals(ground: &mut Ground<'_>) {
 
 pub fn results_and_statuses(ground: &mut Ground<'_>) {
     let (machine, _spin) = ground.node("machine");
-    let (_server, told) = homing(&machine);
+    let (_server, received) = homing(&machine);
     let mut peer = ground.peer("operator");
-    let (id, goal) = start(&mut peer, &told, "x_axis");
+    let (id, goal) = start(&mut peer, &received, "x_axis");
     assert!(goal.succeed(result("home")));
-    ground.check("status is latched and tells ends that nobody asked for", || {
+    ground.check("status is latched and reports ends without a request", || {
         let topic = "/machine/home/_action/status";
         peer.ask("subscribe", json!({ "topic": topic, "type": "action_msgs/msg/GoalStatusArray", "qos": "latched:1" }));
         let ended = |status: &Value| {
@@ -128,9 +128,9 @@ pub fn results_and_statuses(ground: &mut Ground<'_>) {
         }
     });
     ground.check("cancelling all goals", || {
-        let goals = ["a", "b"].map(|joint| start(&mut peer, &told, joint));
+        let goals = ["a", "b"].map(|joint| start(&mut peer, &received, joint));
         let order = peer.order("cancel_request", json!({ "action": "/machine/home" }));
-        let _both = (cancelled(&told), cancelled(&told));
+        let _both = (cancelled(&received), cancelled(&received));
         let answer = peer.answer(order).expect("the cancel is answered");
         let mut named: Vec<_> = answer["goals"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
         named.sort_unstable();
@@ -144,11 +144,11 @@ pub fn results_and_statuses(ground: &mut Ground<'_>) {
 /// A client that sends all it has and then reads keeps ten unread answers, as ROS has it by default. It gets every one.
 pub fn bursts(ground: &mut Ground<'_>) {
     let (machine, _spin) = ground.node("machine");
-    let (_server, told) = homing(&machine);
+    let (_server, received) = homing(&machine);
     let _service = machine.service::<Trigger>("~/reset", |_| TriggerResponse { success: true, ..Default::default() });
     let _ends = std::thread::spawn(move || {
-        for told in told {
-            if let Told::Accepted(goal) = told {
+        for received in received {
+            if let Received::Accepted(goal) = received {
                 goal.abort(result("another goal came"));
             }
         }

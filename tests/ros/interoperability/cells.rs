@@ -67,12 +67,12 @@ pub fn four_processes(ground: &mut Ground<'_>) {
         peer.ask("subscribe", json!({ "topic": "/diagnostics", "type": kind, "qos": "reliable:100", "keep": 60 }));
         for node in NODES {
             // The node's own status under its name, and those of its parts under names that begin so.
-            let told = peer.message_where("/diagnostics", |told| told["status"][0]["name"] == node);
-            for status in told["status"].as_array().expect("a list") {
+            let report = peer.message_where("/diagnostics", |report| report["status"][0]["name"] == node);
+            for status in report["status"].as_array().expect("a list") {
                 let of = status["name"].as_str().map(|name| name.split(": ").next() == Some(node));
-                assert_eq!(of, Some(true), "{told}");
-                assert!(status["message"].as_str().is_some_and(|text| !text.is_empty()), "{told}");
-                assert!(status["level"].as_u64().is_some_and(|level| level <= 2), "{told}");
+                assert_eq!(of, Some(true), "{status}");
+                assert!(status["message"].as_str().is_some_and(|text| !text.is_empty()), "{status}");
+                assert!(status["level"].as_u64().is_some_and(|level| level <= 2), "{status}");
             }
         }
     });
@@ -156,9 +156,9 @@ pub fn two_cells(ground: &mut Ground<'_>) {
                 ends.iter().filter_map(|end| end["node"].as_str()).collect()
             };
             assert_eq!(nodes("publishers"), [format!("{namespace}/axis_interpolator")]);
-            let heard_by = nodes("subscribers");
-            assert!(heard_by.contains(&format!("{namespace}/machine_sim").as_str()), "{heard_by:?}");
-            assert!(heard_by.iter().all(|node| node.starts_with(&format!("{namespace}/"))), "{heard_by:?}");
+            let subscribers = nodes("subscribers");
+            assert!(subscribers.contains(&format!("{namespace}/machine_sim").as_str()), "{subscribers:?}");
+            assert!(subscribers.iter().all(|node| node.starts_with(&format!("{namespace}/"))), "{subscribers:?}");
         }
         for (_, cell) in cells {
             let bag = cell.end();

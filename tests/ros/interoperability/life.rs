@@ -153,11 +153,11 @@ pub fn logs_and_descriptions(ground: &mut Ground<'_>) {
 }
 
 pub fn namespaces(ground: &mut Ground<'_>) {
-    let make = |words: &str, said: &str| {
+    let make = |words: &str, text: &str| {
         let (node, thread) = ground.node_with("machine", &format!("--ros-args {words}"), Vec::new());
         let publisher = node.publisher::<Text>("name", &Qos::latched(1)).expect("a publisher");
-        publisher.publish(&Text { data: said.into() }).expect("published");
-        let message = said.to_owned();
+        publisher.publish(&Text { data: text.into() }).expect("published");
+        let message = text.to_owned();
         let service = node
             .service::<Trigger>("~/who", move |_| TriggerResponse { success: true, message: message.clone() })
             .expect("a service");
@@ -167,12 +167,12 @@ pub fn namespaces(ground: &mut Ground<'_>) {
     let renamed = "-r __node:=grinder -r name:=/other/title -r grinder:rosservice://~/who:=~/whoever -r __ns:=/three";
     let _renamed = make(renamed, "three");
     let mut peer = Peer::start_with(ground.env, &ground.domain, &["visitor", "--namespace", "/two"]);
-    let said = |peer: &mut Peer, topic: &str| {
+    let latched = |peer: &mut Peer, topic: &str| {
         peer.ask("subscribe", json!({ "topic": topic, "type": STRING, "qos": "latched" }));
         peer.message(topic)["data"].take()
     };
     ground.check("two namespaces in one domain do not meet", || {
-        assert_eq!((said(&mut peer, "/one/name"), said(&mut peer, "name")), (json!("one"), json!("two")));
+        assert_eq!((latched(&mut peer, "/one/name"), latched(&mut peer, "name")), (json!("one"), json!("two")));
         for namespace in ["one", "two"] {
             let answer = peer.call(&format!("/{namespace}/machine/who"), "std_srvs/srv/Trigger", json!({}));
             assert_eq!(answer["message"], namespace);
@@ -180,7 +180,7 @@ pub fn namespaces(ground: &mut Ground<'_>) {
         }
     });
     ground.check("remapped names of node, topic and service", || {
-        assert_eq!(said(&mut peer, "/other/title"), "three");
+        assert_eq!(latched(&mut peer, "/other/title"), "three");
         peer.ask("wait_node", json!({ "name": "grinder", "namespace": "/three" }));
         let answer = peer.call("/three/grinder/whoever", "std_srvs/srv/Trigger", json!({}));
         assert_eq!(answer["message"], "three");

@@ -58,7 +58,7 @@ pub fn served(ground: &mut Ground<'_>) {
     ground.check("set, and refused with a reason", || {
         assert_eq!(set(&mut peer, double("infeed_um_rev", 7.5))["successful"], true);
         assert_eq!(now("infeed_um_rev"), Some(ParameterValue::Double(7.5)));
-        for (wrong, says) in [
+        for (wrong, expected) in [
             (double("infeed_um_rev", 51.0), "50"),
             (json!({ "name": "lobes", "value": { "type": 2, "integer_value": 5 } }), "lobes"),
             (double("nobody", 1.0), "nobody"),
@@ -66,7 +66,10 @@ pub fn served(ground: &mut Ground<'_>) {
         ] {
             let refused = set(&mut peer, wrong);
             assert_eq!(refused["successful"], false);
-            assert!(refused["reason"].as_str().is_some_and(|reason| reason.contains(says)), "'{says}' in {refused}");
+            assert!(
+                refused["reason"].as_str().is_some_and(|reason| reason.contains(expected)),
+                "'{expected}' in {refused}"
+            );
         }
         assert_eq!(now("infeed_um_rev"), Some(ParameterValue::Double(7.5)), "refusals change nothing");
     });
@@ -89,10 +92,11 @@ pub fn served(ground: &mut Ground<'_>) {
         let mut event = json!(null);
         for infeed in 1..50 {
             assert_eq!(set(&mut peer, double("infeed_um_rev", f64::from(infeed)))["successful"], true);
-            let told = peer.events_so_far("message");
-            let ours = told.into_iter().map(|mut told| told["data"].take()).find(|told| told["node"] == "/planner");
-            if let Some(told) = ours.filter(|told| told["changed_parameters"] != json!([])) {
-                event = told;
+            let events = peer.events_so_far("message");
+            let ours =
+                events.into_iter().map(|mut event| event["data"].take()).find(|event| event["node"] == "/planner");
+            if let Some(found) = ours.filter(|event| event["changed_parameters"] != json!([])) {
+                event = found;
                 break;
             }
         }
@@ -145,7 +149,7 @@ pub fn dumped_and_set(ground: &mut Ground<'_>) {
         assert_eq!(now("infeed_um_rev"), Some(ParameterValue::Double(12.5)));
         assert_eq!(now("group.law"), Some(ParameterValue::String("optimal".into())));
         assert_eq!(now("group.speed_rpm"), Some(ParameterValue::NotSet));
-        for (wrong, says) in [
+        for (wrong, expected) in [
             ("group: {law: foo}", ["'foo'", "one of constant, optimal"]),
             ("group: {law: null}", ["'None'", "one of constant, optimal"]),
             ("group: {speed_rpm: -45.0}", ["-45", "0.1 to 100"]),
@@ -155,7 +159,7 @@ pub fn dumped_and_set(ground: &mut Ground<'_>) {
             let reasons = load(&format!("/cell/planner:\n  ros__parameters: {{{wrong}}}\n"));
             let reason = reasons.as_object().and_then(|all| all.values().next()?.as_str().map(str::to_owned));
             let reason = reason.unwrap_or_default();
-            assert!(says.iter().all(|words| reason.contains(words)), "{wrong}: {reason}");
+            assert!(expected.iter().all(|words| reason.contains(words)), "{wrong}: {reason}");
         }
         assert_eq!(now("group.law"), Some(ParameterValue::String("optimal".into())), "refusals change nothing");
         std::fs::remove_file(&path).expect("it is ours");
@@ -167,7 +171,7 @@ pub fn command_lines(ground: &mut Ground<'_>) {
     ground.check("354 command lines mean what they mean to rcl", || {
         let table = std::fs::read(repository().join("nodes/ros/src/args_table.json")).expect("the table");
         let table: Vec<Value> = serde_json::from_slice(&table).expect("JSON");
-        assert_eq!(table.len(), 354, "the row says how many");
+        assert_eq!(table.len(), 354, "the number in the row");
         let lines: Vec<&Value> = table.iter().map(|line| &line["args"]).collect();
         let mut process = ground.env.python("ros_args.py", &ground.domain);
         let mut process = process

@@ -123,7 +123,7 @@ pub enum FollowerError {
     /// The roller cannot lie on the base circle.
     #[error(
         "an arm of {arm_mm} mm about a pivot {pivot_mm} mm from the cam's axis cannot hold the roller at the prime radius \
-         of {prime_radius_mm} mm, which must be above {least_mm} mm and below {most_mm} mm"
+         of {prime_radius_mm} mm, which must be above {min_mm} mm and below {max_mm} mm"
     )]
     ArmOutOfReach {
         /// Length of the arm (mm).
@@ -133,14 +133,14 @@ pub enum FollowerError {
         /// Base radius and roller radius (mm).
         prime_radius_mm: f64,
         /// Difference of arm and pivot distance (mm).
-        least_mm: f64,
+        min_mm: f64,
         /// Their sum (mm).
-        most_mm: f64,
+        max_mm: f64,
     },
     /// The face cannot lie on the base circle.
     #[error(
         "a face {face_offset_mm} mm from a pivot {pivot_mm} mm from the cam's axis cannot lie on the base circle of \
-         {base_radius_mm} mm: the offset must be above {least_mm} mm and below {most_mm} mm"
+         {base_radius_mm} mm: the offset must be above {min_mm} mm and below {max_mm} mm"
     )]
     FaceOutOfReach {
         /// Offset of the face (mm).
@@ -150,9 +150,9 @@ pub enum FollowerError {
         /// Base radius (mm).
         base_radius_mm: f64,
         /// Base radius less pivot distance (mm).
-        least_mm: f64,
+        min_mm: f64,
         /// Base radius and pivot distance (mm).
-        most_mm: f64,
+        max_mm: f64,
     },
     /// The lift swings the arm past where it still lifts.
     #[error(

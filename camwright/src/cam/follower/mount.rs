@@ -178,9 +178,9 @@ impl Mount {
     /// Sees to it that a lift does not swing the arm past where it still lifts.
     pub(crate) fn reaches(&self, max_lift: f64) -> Result<(), FollowerError> {
         let Some(swing) = self.swing() else { return Ok(()) };
-        let most_rad = swing.rest_rad + swing.rad_per_lift * max_lift;
-        if most_rad.is_nan() || most_rad >= swing.bound_rad {
-            let (swing_deg, bound_deg) = (deg_from_rad(most_rad), deg_from_rad(swing.bound_rad));
+        let max_rad = swing.rest_rad + swing.rad_per_lift * max_lift;
+        if max_rad.is_nan() || max_rad >= swing.bound_rad {
+            let (swing_deg, bound_deg) = (deg_from_rad(max_rad), deg_from_rad(swing.bound_rad));
             return Err(FollowerError::SwingTooFar { swing_deg, bound_deg });
         }
         Ok(())
@@ -237,9 +237,9 @@ fn sliding_tip(base_radius_mm: f64, radius_mm: f64, offset_mm: f64) -> Result<Mo
 fn swinging_tip(base_radius_mm: f64, radius_mm: f64, arm_mm: f64, pivot: &Pivot) -> Result<MountKind, FollowerError> {
     let pivot_mm = positive("distance of the pivot", pivot.distance_mm)?;
     let prime_radius_mm = base_radius_mm + radius_mm;
-    let (least_mm, most_mm) = ((arm_mm - pivot_mm).abs(), arm_mm + pivot_mm);
-    if prime_radius_mm <= least_mm || prime_radius_mm >= most_mm {
-        return Err(FollowerError::ArmOutOfReach { arm_mm, pivot_mm, prime_radius_mm, least_mm, most_mm });
+    let (min_mm, max_mm) = ((arm_mm - pivot_mm).abs(), arm_mm + pivot_mm);
+    if prime_radius_mm <= min_mm || prime_radius_mm >= max_mm {
+        return Err(FollowerError::ArmOutOfReach { arm_mm, pivot_mm, prime_radius_mm, min_mm, max_mm });
     }
     // Half the angle from the half perimeter: well conditioned where the cosine is near ±1.
     let (p, a, c) = (prime_radius_mm, arm_mm, pivot_mm);
@@ -249,9 +249,9 @@ fn swinging_tip(base_radius_mm: f64, radius_mm: f64, arm_mm: f64, pivot: &Pivot)
 
 fn swinging_face(base_radius_mm: f64, face_offset_mm: f64, pivot: &Pivot) -> Result<MountKind, FollowerError> {
     let pivot_mm = positive("distance of the pivot", pivot.distance_mm)?;
-    let (least_mm, most_mm) = (base_radius_mm - pivot_mm, base_radius_mm + pivot_mm);
-    if !face_offset_mm.is_finite() || face_offset_mm <= least_mm || face_offset_mm >= most_mm {
-        return Err(FollowerError::FaceOutOfReach { face_offset_mm, pivot_mm, base_radius_mm, least_mm, most_mm });
+    let (min_mm, max_mm) = (base_radius_mm - pivot_mm, base_radius_mm + pivot_mm);
+    if !face_offset_mm.is_finite() || face_offset_mm <= min_mm || face_offset_mm >= max_mm {
+        return Err(FollowerError::FaceOutOfReach { face_offset_mm, pivot_mm, base_radius_mm, min_mm, max_mm });
     }
     let rest_rad = libm::asin((base_radius_mm - face_offset_mm) / pivot_mm);
     Ok(MountKind::SwingingFace { swing: ArmSwing::new(pivot, rest_rad, FRAC_PI_2)?, face_offset_mm })

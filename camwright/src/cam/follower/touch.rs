@@ -75,7 +75,7 @@ impl Mount {
             }
             MountKind::SwingingFace { swing, .. } => (libm::atan2(normal_along, swing.sense * normal_across), swing),
         };
-        let least_rad = swing.bound_rad - core::f64::consts::PI;
-        (psi > least_rad && psi < swing.bound_rad).then_some((psi - swing.rest_rad) / swing.rad_per_lift)
+        let min_rad = swing.bound_rad - core::f64::consts::PI;
+        (psi > min_rad && psi < swing.bound_rad).then_some((psi - swing.rest_rad) / swing.rad_per_lift)
     }
 }

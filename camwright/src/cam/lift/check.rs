@@ -88,9 +88,9 @@ fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable
 
 /// A resolution in which nothing can be counted.
 pub(super) fn bad_resolution(declaration: &LiftDeclaration) -> Option<LiftError> {
-    let (resolution_mm, (least_mm, most_mm)) = (declaration.resolution_mm, RESOLUTION_MM);
-    let good = (least_mm..=most_mm).contains(&resolution_mm);
-    (!good).then_some(LiftError::BadResolution { resolution_mm, least_mm, most_mm })
+    let (resolution_mm, (min_mm, max_mm)) = (declaration.resolution_mm, RESOLUTION_MM);
+    let good = (min_mm..=max_mm).contains(&resolution_mm);
+    (!good).then_some(LiftError::BadResolution { resolution_mm, min_mm, max_mm })
 }
 
 fn unusable_number(row: &LiftRow) -> Option<LiftError> {
@@ -99,7 +99,7 @@ fn unusable_number(row: &LiftRow) -> Option<LiftError> {
         Some(angle) if !angle.is_finite() => Some(not_finite("the angle", angle)),
         _ if !row.value_mm.is_finite() => Some(not_finite("the lift", row.value_mm)),
         _ if row.value_mm.abs() > LARGEST_MM => {
-            Some(LiftError::TooLarge { line: row.line, value_mm: row.value_mm, most_mm: LARGEST_MM })
+            Some(LiftError::TooLarge { line: row.line, value_mm: row.value_mm, max_mm: LARGEST_MM })
         }
         _ => None,
     }
@@ -187,7 +187,7 @@ fn sum(read: &mut [Option<i64>], lines: &[usize], digit_mm: f64, findings: &mut 
         sum += increment.unwrap_or(0);
         if sum.abs() > max {
             let value_mm = sum as f64 * digit_mm;
-            findings.push(LiftError::TooLarge { line: *line, value_mm, most_mm: LARGEST_MM });
+            findings.push(LiftError::TooLarge { line: *line, value_mm, max_mm: LARGEST_MM });
             return None;
         }
     }

@@ -12,14 +12,14 @@ pub enum LiftError {
     #[error("{count} rows are too many, at most {max} are allowed for one turn")]
     TooManyRows { count: usize, max: usize },
     /// The declared resolution is not usable.
-    #[error("resolution {resolution_mm} mm is not within {least_mm} mm to {most_mm} mm")]
+    #[error("resolution {resolution_mm} mm is not within {min_mm} mm to {max_mm} mm")]
     BadResolution {
         /// Declared resolution (mm).
         resolution_mm: f64,
         /// Smallest (mm).
-        least_mm: f64,
+        min_mm: f64,
         /// Largest (mm).
-        most_mm: f64,
+        max_mm: f64,
     },
     /// A number that is not finite.
     #[error("line {line}: {what} is {value}, not a finite number")]
@@ -30,14 +30,14 @@ pub enum LiftError {
         value: f64,
     },
     /// A value too large to be a lift.
-    #[error("line {line}: {value_mm} mm is beyond the largest lift of {most_mm} mm")]
+    #[error("line {line}: {value_mm} mm is beyond the largest lift of {max_mm} mm")]
     TooLarge {
         /// Line of the file.
         line: usize,
         /// Value (mm).
         value_mm: f64,
         /// Largest (mm).
-        most_mm: f64,
+        max_mm: f64,
     },
     /// A value that is no multiple of the table's last digit.
     #[error("line {line}: {value_mm} mm is no multiple of the last digit {digit_mm} mm")]
@@ -201,13 +201,13 @@ pub enum LiftError {
         angle_deg: f64,
     },
     /// A half table beyond half a turn.
-    #[error("line {line}: a half table covers at most {most_deg} deg, this angle is {angle_deg:.4} deg")]
+    #[error("line {line}: a half table covers at most {max_deg} deg, this angle is {angle_deg:.4} deg")]
     HalfSpan {
         line: usize,
         /// Angle there (deg).
         angle_deg: f64,
         /// Half a turn of the cam in the declared unit (deg).
-        most_deg: f64,
+        max_deg: f64,
     },
     /// A half table with a lift above that of its nose.
     #[error(
@@ -282,7 +282,7 @@ pub enum LiftError {
     },
     /// Points of a contour that are far apart.
     #[error(
-        "line {line}: the point lies {gap_deg:.4} deg of azimuth beyond that in line {previous_line}, at most {most_deg} deg are read over"
+        "line {line}: the point lies {gap_deg:.4} deg of azimuth beyond that in line {previous_line}, at most {max_deg} deg are read over"
     )]
     PointGap {
         /// Line of the file.
@@ -290,7 +290,7 @@ pub enum LiftError {
         /// Azimuth between the two (deg).
         gap_deg: f64,
         /// Allowed (deg).
-        most_deg: f64,
+        max_deg: f64,
         /// Line of the previous row.
         previous_line: usize,
     },

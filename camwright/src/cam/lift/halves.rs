@@ -113,13 +113,13 @@ fn half<'a>(
     findings: &mut Vec<LiftError>,
     doubts: &mut Vec<LiftWarning>,
 ) -> Option<PlacedFlank<'a>> {
-    const LEAST: usize = 4;
+    const MIN_ROWS: usize = 4;
     if let Some(error) = check::bad_resolution(declaration) {
         findings.push(error);
         return None;
     }
-    if rows.len() < LEAST {
-        findings.push(LiftError::TooFewRows { count: rows.len(), min: LEAST });
+    if rows.len() < MIN_ROWS {
+        findings.push(LiftError::TooFewRows { count: rows.len(), min: MIN_ROWS });
         return None;
     }
     if rows.iter().all(|row| row.angle_deg.is_none()) {
@@ -143,9 +143,9 @@ fn half<'a>(
     if angles[0].abs() > super::row_spacing::ANGLE_TOLERANCE * step {
         findings.push(LiftError::HalfStart { line: rows[0].line, angle_deg: angles[0] });
     }
-    let most_deg = 0.5 * turn;
-    if let Some(at) = angles.iter().position(|angle| *angle > most_deg + 0.5 * step) {
-        findings.push(LiftError::HalfSpan { line: rows[at].line, angle_deg: angles[at], most_deg });
+    let max_deg = 0.5 * turn;
+    if let Some(at) = angles.iter().position(|angle| *angle > max_deg + 0.5 * step) {
+        findings.push(LiftError::HalfSpan { line: rows[at].line, angle_deg: angles[at], max_deg });
     }
     let bound_mm = (0.5 * declaration.resolution_mm).max(declaration.smooth_within_mm);
     let (nose, last) = (rows[0], rows[rows.len() - 1]);
@@ -155,7 +155,7 @@ fn half<'a>(
         let (line, lift_mm) = (highest.line, highest.value_mm);
         findings.push(LiftError::NoseNotFirst { line, lift_mm, nose_line: nose.line, nose_mm: nose.value_mm });
     }
-    let reaches_opposite = (angles[angles.len() - 1] - most_deg).abs() < 0.75 * step;
+    let reaches_opposite = (angles[angles.len() - 1] - max_deg).abs() < 0.75 * step;
     if !reaches_opposite && last.value_mm > bound_mm * (1.0 + 1e-9) {
         findings.push(LiftError::FlankEndsHigh { line: last.line, lift_mm: last.value_mm, bound_mm });
     }

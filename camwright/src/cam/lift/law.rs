@@ -283,11 +283,11 @@ impl LiftLaw {
     /// Steps of a grid over one turn that sees every feature of the law: at least two per knot.
     #[must_use]
     pub fn grid(&self) -> usize {
-        const LEAST: usize = 7200;
+        const MIN_STEPS: usize = 7200;
         match &self.shape {
-            LawShape::Spline(spline) => (2 * spline.coefficients().len()).max(LEAST),
-            LawShape::Cubic(spline) => (2 * spline.knots()).max(LEAST),
-            _ => LEAST,
+            LawShape::Spline(spline) => (2 * spline.coefficients().len()).max(MIN_STEPS),
+            LawShape::Cubic(spline) => (2 * spline.knots()).max(MIN_STEPS),
+            _ => MIN_STEPS,
         }
     }
 }

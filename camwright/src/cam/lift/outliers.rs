@@ -35,7 +35,7 @@ pub(super) enum RowDeviation {
 }
 
 /// Most faults looked for in one table; who has that many has another problem.
-const MOST: usize = 200;
+const MAX_OUTLIERS: usize = 200;
 
 /// A second difference of the law itself shows in r as at most a sixth where the acceleration jumps; a flank of eight
 /// blocks brings a third at its ends. A half leaves room; a whole digit more of it would hide what people mistype.
@@ -57,7 +57,7 @@ pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Ve
     let values = lifts.iter().map(|lift| lift.map_or(f64::NAN, |units| units as f64)).collect();
     let mut series = LiftSequence { values, cut: vec![false; lifts.len()], closed };
     let coarse = (FINE / lifts.len() as f64).max(1.0);
-    while found.len() < MOST {
+    while found.len() < MAX_OUTLIERS {
         let Some(worst) = series.worst(digits, SHARE * coarse * coarse) else { break };
         found.push(series.remove(worst));
     }

@@ -85,7 +85,7 @@ fn unusable(point: &ContourPoint) -> Option<LiftError> {
             return Some(LiftError::NotFinite { line, what, value });
         }
         if value.abs() > LARGEST_MM {
-            return Some(LiftError::TooLarge { line, value_mm: value, most_mm: LARGEST_MM });
+            return Some(LiftError::TooLarge { line, value_mm: value, max_mm: LARGEST_MM });
         }
     }
     // Nearer than a nanometre an azimuth says nothing.
@@ -114,7 +114,7 @@ fn unwrapped(points: &[ContourPoint]) -> Result<Vec<(f64, f64, usize)>, Vec<Lift
             });
         } else if step > rad_from_deg(MAX_GAP_DEG) {
             let gap_deg = deg_from_rad(step);
-            findings.push(LiftError::PointGap { line, gap_deg, most_deg: MAX_GAP_DEG, previous_line: previous.line });
+            findings.push(LiftError::PointGap { line, gap_deg, max_deg: MAX_GAP_DEG, previous_line: previous.line });
         }
     }
     let line = points[points.len() - 1].line;

@@ -112,7 +112,7 @@ pub(super) fn doubts(table: &LiftTable, lines: &[usize], declaration: &LiftDecla
     let lifts = table.lifts_mm();
     let mut doubts = Vec::new();
     let at_most = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
-    let (Some((top, &largest_mm)), Some((bottom, &least_mm))) =
+    let (Some((top, &largest_mm)), Some((bottom, &min_mm))) =
         (lifts.iter().enumerate().max_by(at_most), lifts.iter().enumerate().min_by(at_most))
     else {
         return doubts;
@@ -127,8 +127,8 @@ pub(super) fn doubts(table: &LiftTable, lines: &[usize], declaration: &LiftDecla
         doubts.push(LiftWarning::MaybeMillimetres { line, largest_mm, usual_mm, as_mm });
     }
     let on_base_mm = (0.5 * table.resolution_mm()).max(declaration.smooth_within_mm);
-    if least_mm > on_base_mm * (1.0 + 1e-9) {
-        doubts.push(LiftWarning::AboveBase { line: lines[bottom], lift_mm: least_mm, bound_mm: on_base_mm });
+    if min_mm > on_base_mm * (1.0 + 1e-9) {
+        doubts.push(LiftWarning::AboveBase { line: lines[bottom], lift_mm: min_mm, bound_mm: on_base_mm });
     }
     let flat_mm = (FLAT_DIGITS * table.resolution_mm()).max(2.0 * declaration.smooth_within_mm);
     doubts.extend(

@@ -29,7 +29,7 @@ const WANTED_ERROR_MM: f64 = 1e-8;
 /// Error that is still accepted with the most knots (mm): only laws whose acceleration jumps come near it.
 const ALLOWED_ERROR_MM: f64 = 2e-6;
 
-const MOST: usize = 1000;
+const MAX_CAMS: usize = 1000;
 
 /// Most rows on which bounds are looked for.
 const MAX_ROWS: u32 = 512;
@@ -49,8 +49,8 @@ pub(super) struct CamStack {
 
 impl CamStack {
     pub(super) fn new(cams: &[CamAlong<'_>]) -> Result<Self, SurfaceError> {
-        if cams.is_empty() || cams.len() > MOST {
-            return Err(SurfaceError::Count { what: SurfaceKey::Cams, count: cams.len(), min: 1, max: MOST });
+        if cams.is_empty() || cams.len() > MAX_CAMS {
+            return Err(SurfaceError::Count { what: SurfaceKey::Cams, count: cams.len(), min: 1, max: MAX_CAMS });
         }
         let mut stack: Vec<Cam> = Vec::with_capacity(cams.len());
         for (index, cam) in cams.iter().enumerate() {

@@ -213,9 +213,9 @@ impl From<Jet> for SurfacePoint {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceBounds {
     /// Least radius (mm).
-    pub least_mm: f64,
+    pub min_mm: f64,
     /// Azimuth (rad) and z (mm) near which it is least.
-    pub least_at: (f64, f64),
+    pub min_at: (f64, f64),
     /// Largest radius (mm).
     pub largest_mm: f64,
     /// Largest |∂r/∂φ| (mm/rad).
@@ -290,13 +290,13 @@ impl Surface {
         }
         let surface = Self { shape, from_mm, to_mm };
         let bounds = surface.bounds(from_mm, to_mm);
-        if !bounds.least_mm.is_finite() || !bounds.largest_mm.is_finite() || bounds.least_mm <= 0.0 {
-            let (azimuth_rad, z_mm) = bounds.least_at;
+        if !bounds.min_mm.is_finite() || !bounds.largest_mm.is_finite() || bounds.min_mm <= 0.0 {
+            let (azimuth_rad, z_mm) = bounds.min_at;
             let radius_mm = surface.radius(azimuth_rad, z_mm);
             return Err(SurfaceError::ReachesAxis {
                 azimuth_deg: deg_from_rad(azimuth_rad),
                 z_mm,
-                radius_mm: radius_mm.min(bounds.least_mm),
+                radius_mm: radius_mm.min(bounds.min_mm),
                 bound_mm: 0.0,
             });
         }
@@ -335,8 +335,8 @@ impl Surface {
         let azimuth_step = TURN_RAD / f64::from(angles);
         let z_step = (to_mm - from_mm) / f64::from(rows);
         let mut bounds = SurfaceBounds {
-            least_mm: f64::INFINITY,
-            least_at: (0.0, from_mm),
+            min_mm: f64::INFINITY,
+            min_at: (0.0, from_mm),
             largest_mm: 0.0,
             steepest_mm_rad: 0.0,
             steepest_ratio: 0.0,
@@ -350,9 +350,9 @@ impl Surface {
                 let azimuth = f64::from(angle) * azimuth_step;
                 let point = self.point(azimuth, z);
                 // What is not a number is worse than any, so that it cannot hide.
-                if point.radius_mm < bounds.least_mm || !point.radius_mm.is_finite() {
-                    bounds.least_at = (azimuth, z);
-                    bounds.least_mm = if point.radius_mm.is_finite() { point.radius_mm } else { f64::NEG_INFINITY };
+                if point.radius_mm < bounds.min_mm || !point.radius_mm.is_finite() {
+                    bounds.min_at = (azimuth, z);
+                    bounds.min_mm = if point.radius_mm.is_finite() { point.radius_mm } else { f64::NEG_INFINITY };
                 }
                 let ratio = point.by_azimuth.abs() / point.radius_mm;
                 if ratio > bounds.steepest_ratio {
@@ -375,9 +375,9 @@ impl Surface {
         bounds.steepest_along += da * az + dz * zz;
         // At an extreme of the grid the slope is what half a step can build up.
         let room = da * (da * aa + dz * az) + dz * (da * az + dz * zz);
-        bounds.least_mm -= room;
+        bounds.min_mm -= room;
         bounds.largest_mm += room;
-        let slack = if bounds.least_mm > 0.0 { (da * aa + dz * az) / bounds.least_mm } else { 0.0 };
+        let slack = if bounds.min_mm > 0.0 { (da * aa + dz * az) / bounds.min_mm } else { 0.0 };
         bounds.steepest_ratio += slack;
         bounds
     }

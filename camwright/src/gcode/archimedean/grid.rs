@@ -21,7 +21,7 @@ const CELLS_PER_TURN: f64 = 720.0;
 const LOOKS: (u32, f64) = (8, 1.25);
 
 /// Fewest places in a cell.
-const LEAST: f64 = 2.0;
+const MIN_STEPS: f64 = 2.0;
 
 /// The places with the travels at them.
 pub(super) struct SampleGrid {
@@ -41,7 +41,7 @@ pub(super) fn check_span(request: &ChainRequest<'_>) -> Result<(), ChainError> {
         from_deg: deg_from_rad(request.from_rad),
         to_deg: deg_from_rad(request.to_rad),
         axes: request.travels.len(),
-        most_turns: MAX_TURNS,
+        max_turns: MAX_TURNS,
     })
 }
 
@@ -54,7 +54,7 @@ impl SampleGrid {
             return Err(ChainError::BadTolerance {
                 tolerance_um: um_from_mm(request.tolerance_mm),
                 rounding_um: um_from_mm(request.rounding_mm),
-                least_um: um_from_mm(2.0 * request.rounding_mm.max(1e-9)),
+                min_um: um_from_mm(2.0 * request.rounding_mm.max(1e-9)),
             });
         }
         let way_rad = request.to_rad - request.from_rad;
@@ -67,7 +67,7 @@ impl SampleGrid {
         for cell in 0..cells {
             let bend = Self::largest_second(request, f64::from(cell) * cell_rad, cell_rad)?;
             let step_rad = libm::sqrt(8.0 * SHARE * usable_mm / bend.max(f64::MIN_POSITIVE));
-            let count = f64::from(finer) * libm::ceil(cell_rad / step_rad).max(LEAST);
+            let count = f64::from(finer) * libm::ceil(cell_rad / step_rad).max(MIN_STEPS);
             #[allow(clippy::cast_possible_truncation, reason = "a count below 2^53")]
             let whole = count.min(MAX_POINTS as f64) as u64;
             steps.push(whole);

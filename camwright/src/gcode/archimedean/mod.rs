@@ -51,7 +51,7 @@ pub struct ChainRequest<'a> {
 pub enum ChainError {
     /// Rounding leaves nothing of the tolerance.
     #[error(
-        "a tolerance of {tolerance_um} um leaves nothing beside {rounding_um:.4} um of rounding; it must be at least {least_um:.4} um: \
+        "a tolerance of {tolerance_um} um leaves nothing beside {rounding_um:.4} um of rounding; it must be at least {min_um:.4} um: \
          more decimals, or a larger tolerance"
     )]
     BadTolerance {
@@ -60,11 +60,11 @@ pub enum ChainError {
         /// Error of the rounding (um).
         rounding_um: f64,
         /// Least that works (um).
-        least_um: f64,
+        min_um: f64,
     },
     /// No travel, or no way.
     #[error(
-        "a chain from {from_deg} deg to {to_deg} deg over {axes} axes: it needs a way forwards of at most {most_turns} turns and an axis"
+        "a chain from {from_deg} deg to {to_deg} deg over {axes} axes: it needs a way forwards of at most {max_turns} turns and an axis"
     )]
     BadSpan {
         /// Start (deg).
@@ -73,7 +73,7 @@ pub enum ChainError {
         to_deg: f64,
         axes: usize,
         /// Longest way (turns).
-        most_turns: u32,
+        max_turns: u32,
     },
     /// A travel that is not finite.
     #[error("the travel is not a finite number at {angle_deg} deg")]

@@ -48,7 +48,7 @@ pub enum PostError {
     Of { feature: String, pass: String, source: Box<PostError> },
     /// More blocks than the control reads.
     #[error(
-        "{feature}, pass {pass}: {blocks_s:.0} blocks a second with a tolerance of {tolerance_um:.3} um; the control reads {most_s:.0}. It \
+        "{feature}, pass {pass}: {blocks_s:.0} blocks a second with a tolerance of {tolerance_um:.3} um; the control reads {max_s:.0}. It \
          would at {fits_rpm:.3} rpm, or with a larger tolerance"
     )]
     TooManyBlocks {
@@ -57,7 +57,7 @@ pub enum PostError {
         /// Blocks in a second.
         blocks_s: f64,
         /// Longest duration that the control reads.
-        most_s: f64,
+        max_s: f64,
         /// With which tolerance (um).
         tolerance_um: f64,
         /// Speed of C with which it would read them (rpm).
@@ -105,7 +105,7 @@ pub(super) fn check(request: &PostRequest<'_>) -> Result<(), PostError> {
     let control = &request.control;
     let positive =
         |what: &str, value: f64| bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0");
-    positive("block rate of the control", control.most_blocks_s)?;
+    positive("block rate of the control", control.max_blocks_s)?;
     if let Some(mm) = control.path_tolerance_mm {
         positive("the control's path tolerance in mm", mm)?;
     }
@@ -174,7 +174,7 @@ fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
     }
     let speeds = match pass.speed {
         ProgramTurnSpeed::WorkSpeed(speed) => alloc::vec![speed],
-        ProgramTurnSpeed::AlongPath { feed_mm_s, most_rad_s } => alloc::vec![feed_mm_s, most_rad_s],
+        ProgramTurnSpeed::AlongPath { feed_mm_s, max_rad_s } => alloc::vec![feed_mm_s, max_rad_s],
         ProgramTurnSpeed::Law(_) => alloc::vec![],
     };
     speeds.into_iter().try_for_each(|speed| {

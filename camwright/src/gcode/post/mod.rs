@@ -41,7 +41,7 @@ pub struct NcControl {
     pub dialect: Dialect,
     pub format: NumberFormat,
     /// Blocks that it reads in a second for as long as it takes.
-    pub most_blocks_s: f64,
+    pub max_blocks_s: f64,
     /// Path tolerance between two blocks (mm); `None`: four times the tolerance of each pass.
     pub path_tolerance_mm: Option<f64>,
     /// σ: +1 if a positive C turns the part clockwise seen from +Z, −1 if against it.
@@ -59,7 +59,7 @@ pub enum ProgramTurnSpeed<'a> {
         /// Feed (mm/s).
         feed_mm_s: f64,
         /// Largest speed of C (rad/s).
-        most_rad_s: f64,
+        max_rad_s: f64,
     },
     /// Speed of C (rad/s) over the part's angle u (rad), the same in every turn.
     Law(&'a dyn Fn(f64) -> f64),

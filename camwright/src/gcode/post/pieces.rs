@@ -81,22 +81,22 @@ impl Pieces {
                 other => other,
             };
             let mut pieces = attempt.map_err(|error| error.within(&of.name, &pass.name))?;
-            let least_s = control.dialect.shortest_block_s();
+            let min_s = control.dialect.shortest_block_s();
             let is_last = tolerance_mm >= pass.widest_tolerance_mm;
             if is_last {
-                pieces.lengthen(least_s);
+                pieces.lengthen(min_s);
             }
-            let all_long = pieces.times_s.iter().all(|time_s| *time_s >= least_s);
-            if pieces.blocks_s <= control.most_blocks_s && all_long {
+            let all_long = pieces.times_s.iter().all(|time_s| *time_s >= min_s);
+            if pieces.blocks_s <= control.max_blocks_s && all_long {
                 return Ok(pieces);
             }
             if is_last {
-                let slower = control.most_blocks_s / pieces.blocks_s;
+                let slower = control.max_blocks_s / pieces.blocks_s;
                 return Err(PostError::TooManyBlocks {
                     feature: of.name.clone(),
                     pass: pass.name.clone(),
                     blocks_s: pieces.blocks_s,
-                    most_s: control.most_blocks_s,
+                    max_s: control.max_blocks_s,
                     tolerance_um: um_from_mm(tolerance_mm),
                     fits_rpm: rpm_from_rad_s(ROUNDED_DOWN * slower * turn.speed_rad_s(0.0)),
                 });
@@ -262,10 +262,10 @@ impl Pieces {
     ) -> Result<(), PostError> {
         let ways: Vec<i64> = from.positions.iter().zip(&to.positions).map(|(a, b)| b - a).collect();
         let increments = ways.iter().map(|way| way.abs()).max().unwrap_or(0);
-        let least_mm =
+        let min_mm =
             self.axes.iter().map(|axis| self.format.value(NcAxis::from(*axis), 1)).fold(f64::INFINITY, f64::min);
         #[allow(clippy::cast_possible_truncation, reason = "a tolerance in increments")]
-        let wide = ((2.0 * room_mm.max(0.0) / least_mm) as i64).clamp(1, increments.max(1));
+        let wide = ((2.0 * room_mm.max(0.0) / min_mm) as i64).clamp(1, increments.max(1));
         let steps = (increments + wide - 1) / wide;
         let knots_wanted =
             u64::try_from(steps).unwrap_or(u64::MAX).saturating_mul(2).saturating_add(knots.len() as u64);
@@ -274,7 +274,7 @@ impl Pieces {
         }
         // What the smallest of them goes: none is slower than the least rate.
         let of_step = (increments / steps.max(1)).max(1);
-        let step_s = STEP_SHARE * least_mm * of_step as f64 * 60.0 / MIN_RATE_MM_MIN;
+        let step_s = STEP_SHARE * min_mm * of_step as f64 * 60.0 / MIN_RATE_MM_MIN;
         let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let position = |step: i64| -> Vec<i64> {
             // Rounded to the nearest: division cuts towards zero.
@@ -318,10 +318,10 @@ impl Pieces {
     }
 
     /// Blocks that the control's format has no time for take as long as it has.
-    fn lengthen(&mut self, least_s: f64) {
+    fn lengthen(&mut self, min_s: f64) {
         for time_s in &mut self.times_s {
-            if *time_s < least_s {
-                *time_s = least_s;
+            if *time_s < min_s {
+                *time_s = min_s;
                 self.lengthened += 1;
             }
         }

@@ -101,12 +101,12 @@ impl<'a> SubprogramMotion<'a> {
         match self.speed {
             ProgramTurnSpeed::WorkSpeed(speed) => speed,
             ProgramTurnSpeed::Law(law) => law(u_rad),
-            ProgramTurnSpeed::AlongPath { feed_mm_s, most_rad_s } => {
+            ProgramTurnSpeed::AlongPath { feed_mm_s, max_rad_s } => {
                 // The cutter's centre round the axis, and the travels beside it. Y is small against the radius.
                 let radius = self.at(CarriageAxis::X, u_rad).value;
                 let travels = self.path.travels.iter().map(|travel| self.at(travel.axis, u_rad).first);
                 let along = libm::sqrt(radius * radius + travels.map(|first| first * first).sum::<f64>());
-                most_rad_s.min(feed_mm_s / along)
+                max_rad_s.min(feed_mm_s / along)
             }
         }
     }

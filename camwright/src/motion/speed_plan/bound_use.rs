@@ -78,10 +78,10 @@ impl TurnBounds<'_> {
         let mut law = self.speed;
         match &mut law {
             SpeedLaw::ConstantWorkSpeed { .. } | SpeedLaw::TimeOptimal { .. } => return None,
-            SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
-            | SpeedLaw::ConstantRemovalRate { most_rad_s, .. }
-            | SpeedLaw::ConstantPower { most_rad_s, .. }
-            | SpeedLaw::ConstantTemperature { most_rad_s, .. } => *most_rad_s = f64::INFINITY,
+            SpeedLaw::ConstantFootprintSpeed { max_rad_s, .. }
+            | SpeedLaw::ConstantRemovalRate { max_rad_s, .. }
+            | SpeedLaw::ConstantPower { max_rad_s, .. }
+            | SpeedLaw::ConstantTemperature { max_rad_s, .. } => *max_rad_s = f64::INFINITY,
         }
         Some(largest_speed_rad_s(&law, self.path.sample(angle_rad), &self.cutting))
     }
@@ -173,7 +173,7 @@ mod tests {
     fn on_a_round_part_the_law_or_the_work_speed_is_the_bound() {
         let path = eccentric(20.0, 0.0);
         let turning = |speed: f64| Sample { first: speed, ..Sample::default() };
-        let law = |most_rad_s| SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, most_rad_s };
+        let law = |max_rad_s| SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, max_rad_s };
         let wide = bounds(&path, law(30.0));
         assert!((wide.uses(turning(5.0))[1] - 0.5).abs() < 1e-12);
         assert_eq!(wide.active(turning(10.0)), Some(Bound::Process));
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn limits_of_x_are_used_as_on_paper() {
         let path = eccentric(40.0, 4.0);
-        let law = SpeedLaw::TimeOptimal { most_rad_s: 31.4 };
+        let law = SpeedLaw::TimeOptimal { max_rad_s: 31.4 };
         let at = |angle: f64| bounds(&path, law).uses(Sample { value: angle, first: 20.0, ..Sample::default() });
         let share = PATH_SHARE - BLEND_SHARE;
         assert!((at(0.0)[6] / (4.0 * 400.0 / (share * X.acceleration)) - 1.0).abs() < 1e-3);
@@ -202,7 +202,7 @@ mod tests {
         let infeed = InfeedSchedule::new(0.08, 0.04 / 3600.0, 3600, AxisScale::Linear { counts_per_mm: 100_000 })
             .expect("2 turns");
         for removal_rate_mm2_s in [3.0, 20.0, 60.0] {
-            let speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s: 31.0 };
+            let speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s: 31.0 };
             let asked = SpeedRequest { speed, ..request(&path, &infeed, 1.0) };
             let plan = SpeedPlan::new(&asked).expect("it can be made");
             let turn = bounds(&path, speed);

@@ -14,7 +14,7 @@ const MAX_KNOTS: usize = 6000;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Envelope {
     square: Vec<f64>,
-    least_s: f64,
+    min_s: f64,
 }
 
 impl Envelope {
@@ -47,12 +47,12 @@ impl Envelope {
             sum += libm::sqrt(0.5 * (a + b + rise)) - libm::sqrt(b);
             a = b;
         }
-        Self { square, least_s: 4.0 * d / rise * sum }
+        Self { square, min_s: 4.0 * d / rise * sum }
     }
 
     /// A time that no plan goes below (s).
     pub(super) fn minimum_s(&self) -> f64 {
-        self.least_s
+        self.min_s
     }
 
     /// z at an angle.

@@ -54,7 +54,7 @@ pub enum SpeedPlanError {
     /// The cut takes longer than any should.
     #[error(
         "the cut of {turns} turns takes {} h, the maximum is {} h: use a higher work speed or fewer turns",
-        figures(*.duration_s / 3600.0), figures(*.most_s / 3600.0)
+        figures(*.duration_s / 3600.0), figures(*.max_s / 3600.0)
     )]
     TooLong {
         /// Turns of the cut.
@@ -62,7 +62,7 @@ pub enum SpeedPlanError {
         /// Time it takes (s).
         duration_s: f64,
         /// Most allowed (s).
-        most_s: f64,
+        max_s: f64,
     },
     /// A varying speed over so many turns is more than a plan holds.
     #[error(

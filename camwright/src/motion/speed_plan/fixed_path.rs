@@ -19,7 +19,7 @@ pub(crate) struct FixedPathRequest<'a> {
     pub(crate) offset: &'a HermiteSpline,
     pub(crate) turns: u32,
     /// Largest speed of C wanted (rad/s).
-    pub(crate) most_rad_s: f64,
+    pub(crate) max_rad_s: f64,
     pub(crate) c: MotionLimits,
     pub(crate) x: MotionLimits,
     /// Interpolation period (s).
@@ -46,7 +46,7 @@ impl FixedPathSpeed {
     /// # Errors
     /// No such speed down to a hundredth of that, no room for the ramps, no stop.
     pub(crate) fn new(request: &FixedPathRequest<'_>) -> Result<Self, SpeedPlanError> {
-        let mut speed_rad_s = request.most_rad_s.min(request.c.velocity);
+        let mut speed_rad_s = request.max_rad_s.min(request.c.velocity);
         let mut exceeded = None;
         for _ in 0..MAX_ATTEMPTS {
             match request.at(speed_rad_s)? {
@@ -80,8 +80,8 @@ impl FixedPathRequest<'_> {
             return Err(SpeedPlanError::NoPlateau { work_speed_rad_s, ramps_deg, turns, largest_rad_s: None });
         }
         let too_long = |duration_s| {
-            let (turns, most_s) = (self.turns, super::MAX_CUT_S);
-            Err(SpeedPlanError::TooLong { turns, duration_s, most_s })
+            let (turns, max_s) = (self.turns, super::MAX_CUT_S);
+            Err(SpeedPlanError::TooLong { turns, duration_s, max_s })
         };
         let way_s = total_rad / speed_rad_s;
         if way_s.is_nan() || way_s > super::MAX_CUT_S {
@@ -128,11 +128,11 @@ mod tests {
             still(3.0 * TURN_RAD, height_mm),
         ])
         .expect("a way");
-        let request = |most_rad_s: f64| FixedPathRequest {
+        let request = |max_rad_s: f64| FixedPathRequest {
             path: &path,
             offset: &offset,
             turns: 3,
-            most_rad_s,
+            max_rad_s,
             c: C,
             x: X,
             cycle_time_s: 1e-3,
@@ -152,15 +152,8 @@ mod tests {
         let still = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
         let offset = HermiteSpline::new(vec![still(0.0, 5.0), still(6.0, 5.0), still(6.001, 0.0), still(13.0, 0.0)]);
         let offset = offset.expect("a way");
-        let request = FixedPathRequest {
-            path: &path,
-            offset: &offset,
-            turns: 3,
-            most_rad_s: 6.0,
-            c: C,
-            x: X,
-            cycle_time_s: 1e-3,
-        };
+        let request =
+            FixedPathRequest { path: &path, offset: &offset, turns: 3, max_rad_s: 6.0, c: C, x: X, cycle_time_s: 1e-3 };
         assert!(matches!(FixedPathSpeed::new(&request), Err(SpeedPlanError::TooFast { .. })));
     }
 }

@@ -408,7 +408,7 @@ impl<'a> SpeedRequest<'a> {
                 largest_rad_s: largest(),
             },
             LimitViolation::TooLong(duration_s) => {
-                SpeedPlanError::TooLong { turns: self.turns(), duration_s, most_s: MAX_CUT_S }
+                SpeedPlanError::TooLong { turns: self.turns(), duration_s, max_s: MAX_CUT_S }
             }
             LimitViolation::TooManyKnots(knots) => {
                 SpeedPlanError::TooManyKnots { turns: self.turns(), knots, max: MAX_LAW_KNOTS }

@@ -65,22 +65,22 @@ pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 
     let contact = PathContact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm, cutting.infeed_direction);
     match *law {
         SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
-        SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
-        SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s } => {
-            (footprint_speed_mm_s / contact.ratio_mm).min(most_rad_s)
+        SpeedLaw::TimeOptimal { max_rad_s } => max_rad_s,
+        SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, max_rad_s } => {
+            (footprint_speed_mm_s / contact.ratio_mm).min(max_rad_s)
         }
-        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
-            (removal_rate_mm2_s / (contact.depth_mm * contact.ratio_mm)).min(most_rad_s)
+        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s } => {
+            (removal_rate_mm2_s / (contact.depth_mm * contact.ratio_mm)).min(max_rad_s)
         }
-        SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s } => {
+        SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, max_rad_s } => {
             let length_mm = libm::sqrt(contact.depth_mm * contact.equivalent_diameter_mm);
             let for_chips = power_w_mm - rubbing_n_mm2 * length_mm * cutting.wheel_speed_m_s;
-            (for_chips / (specific_energy_j_mm3 * contact.depth_mm * contact.ratio_mm)).min(most_rad_s)
+            (for_chips / (specific_energy_j_mm3 * contact.depth_mm * contact.ratio_mm)).min(max_rad_s)
         }
-        SpeedLaw::ConstantTemperature { reference, most_rad_s } => {
+        SpeedLaw::ConstantTemperature { reference, max_rad_s } => {
             let diameters = libm::sqrt(contact.equivalent_diameter_mm / reference.equivalent_diameter_mm);
             let depths = libm::pow(contact.depth_mm / reference.depth_mm, -1.5);
-            (reference.footprint_speed_mm_s * diameters * depths / contact.ratio_mm).min(most_rad_s)
+            (reference.footprint_speed_mm_s * diameters * depths / contact.ratio_mm).min(max_rad_s)
         }
     }
 }
@@ -101,31 +101,31 @@ mod tests {
     #[test]
     fn on_a_round_part_every_law_is_one_division() {
         let round = Sample { value: 20.0, ..Sample::default() };
-        let most_rad_s = 100.0;
+        let max_rad_s = 100.0;
         let close = |law: SpeedLaw, wanted: f64| {
             let speed = largest_speed_rad_s(&law, round, &CUTTING);
             assert!((speed / wanted - 1.0).abs() < 1e-12, "{law:?}: {speed} rad/s, not {wanted}");
         };
-        close(SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: 100.0, most_rad_s }, 5.0);
-        close(SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, most_rad_s }, 10.0);
+        close(SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: 100.0, max_rad_s }, 5.0);
+        close(SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, max_rad_s }, 10.0);
         // Contact length √(0.04 · 30) mm: rubbing takes 0.1 · 1.0954 · 80 W/mm.
         let rubbing_w_mm = 0.1 * libm::sqrt(1.2) * 80.0;
         let power_w_mm = rubbing_w_mm + 50.0 * 8.0;
-        let law = SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3: 50.0, rubbing_n_mm2: 0.1, most_rad_s };
+        let law = SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3: 50.0, rubbing_n_mm2: 0.1, max_rad_s };
         close(law, 10.0);
         let reference = ReferenceCut { footprint_speed_mm_s: 40.0, depth_mm: 0.04, equivalent_diameter_mm: 30.0 };
-        close(SpeedLaw::ConstantTemperature { reference, most_rad_s }, 2.0);
+        close(SpeedLaw::ConstantTemperature { reference, max_rad_s }, 2.0);
         // Twice the depth: 2^−1.5 of the speed.
         let reference = ReferenceCut { depth_mm: 0.02, ..reference };
-        close(SpeedLaw::ConstantTemperature { reference, most_rad_s }, 2.0 * libm::pow(2.0, -1.5));
-        close(SpeedLaw::TimeOptimal { most_rad_s }, 100.0);
+        close(SpeedLaw::ConstantTemperature { reference, max_rad_s }, 2.0 * libm::pow(2.0, -1.5));
+        close(SpeedLaw::TimeOptimal { max_rad_s }, 100.0);
     }
 
     /// On a flank the infeed along X cuts less deep, by cos β; that along the normal does not.
     #[test]
     fn the_depth_of_an_infeed_along_the_normal_is_the_same_all_round() {
         let flank = Sample { value: 20.0, first: 60.0, ..Sample::default() };
-        let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, most_rad_s: 1e9 };
+        let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, max_rad_s: 1e9 };
         let along_x = largest_speed_rad_s(&law, flank, &CUTTING);
         let along_normal = Cutting { infeed_direction: InfeedDirection::Normal, ..CUTTING };
         let cos_beta = 80.0 / libm::hypot(80.0, 60.0);
@@ -139,7 +139,7 @@ mod tests {
             power_w_mm: 5.0,
             specific_energy_j_mm3: 50.0,
             rubbing_n_mm2: 0.1,
-            most_rad_s: 100.0,
+            max_rad_s: 100.0,
         };
         assert!(largest_speed_rad_s(&law, round, &CUTTING) <= 0.0);
     }

@@ -79,8 +79,8 @@ pub(super) fn run_up(
     if from_rad_s > 0.0 {
         return quintic;
     }
-    let least_lost_s = quintic.as_ref().map_or(f64::INFINITY, |quintic| turn.lost_s(quintic));
-    by_rising_rate(&turn, start, &bounds, least_lost_s).or(quintic)
+    let min_lost_s = quintic.as_ref().map_or(f64::INFINITY, |quintic| turn.lost_s(quintic));
+    by_rising_rate(&turn, start, &bounds, min_lost_s).or(quintic)
 }
 
 /// The first turn from the start on.
@@ -128,7 +128,7 @@ fn by_quintic<A: Fn(f64) -> (Sample, f64)>(
             let time_s = factor * target.value / (start.first + target.first);
             let found = RunUp { knot, way: alloc::vec![start], time_s };
             let lost_s = turn.lost_s(&found);
-            let is_worse = best.as_ref().is_some_and(|(_, least_s)| lost_s >= *least_s);
+            let is_worse = best.as_ref().is_some_and(|(_, min_s)| lost_s >= *min_s);
             let to = Knot { at: time_s, ..*target };
             if is_worse || !bounds.keeps(|u| quintic(&start, &to, time_s * u)) {
                 continue;
@@ -142,17 +142,17 @@ fn by_quintic<A: Fn(f64) -> (Sample, f64)>(
     best.map(|(run_up, _)| run_up)
 }
 
-/// The turn from its first angle on, at a rate that rises by a quintic smoothstep; if that loses less than `least_lost_s`.
+/// The turn from its first angle on, at a rate that rises by a quintic smoothstep; if that loses less than `min_lost_s`.
 fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
     turn: &FirstTurn<'_>,
     rest: Knot,
     bounds: &RunUpBounds<A>,
-    least_lost_s: f64,
+    min_lost_s: f64,
 ) -> Option<RunUp> {
     let turn_s = turn.knots[turn.knots.len() - 1].at - turn.zero_s;
     let mut rise_s = SHORTEST_RISE * turn_s;
     // It passes half its time of the turn's, and loses the other half.
-    while 0.5 * rise_s < turn_s && 0.5 * rise_s < least_lost_s {
+    while 0.5 * rise_s < turn_s && 0.5 * rise_s < min_lost_s {
         let knot = turn.knots.partition_point(|knot| knot.at < turn.zero_s + 0.5 * rise_s).min(turn.knots.len() - 1);
         let time_s = 2.0 * (turn.knots[knot].at - turn.zero_s);
         let angle_at = |u: f64| {
@@ -166,7 +166,7 @@ fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
                 third: rate * rate * rate * s.third + 3.0 * rate * slope * s.second + bend * s.first,
             }
         };
-        if 0.5 * time_s < least_lost_s && bounds.keeps(angle_at) {
+        if 0.5 * time_s < min_lost_s && bounds.keeps(angle_at) {
             let rises = (1..RISE_KNOTS).map(|i| {
                 let u = f64::from(i) / f64::from(RISE_KNOTS);
                 let here = angle_at(u);

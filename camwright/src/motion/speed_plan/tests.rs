@@ -123,7 +123,7 @@ fn a_plan_near_its_limits_passes_from_any_start_phase() {
 #[test]
 fn at_a_constant_removal_rate_a_cut_is_faster_than_at_any_constant_speed() {
     let (path, infeed) = (eccentric(25.0, 8.0), schedule());
-    let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 20.0, most_rad_s: 31.4 };
+    let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 20.0, max_rad_s: 31.4 };
     let asked = SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) };
     let plan = SpeedPlan::new(&asked).unwrap_or_else(|error| panic!("{error}"));
     let cutting = Cutting {
@@ -147,7 +147,7 @@ fn at_a_constant_removal_rate_a_cut_is_faster_than_at_any_constant_speed() {
 #[test]
 fn a_law_without_a_speed_is_refused() {
     let (path, infeed) = (eccentric(25.0, 8.0), schedule());
-    let law = SpeedLaw::TimeOptimal { most_rad_s: 0.0 };
+    let law = SpeedLaw::TimeOptimal { max_rad_s: 0.0 };
     let error = SpeedPlan::new(&SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) }).expect_err("no speed");
     assert!(matches!(error, SpeedPlanError::Turn(_)), "{error}");
 }
@@ -156,7 +156,7 @@ fn a_law_without_a_speed_is_refused() {
 #[test]
 fn the_power_of_the_wheel_bounds_every_law() {
     let (path, infeed) = (eccentric(20.0, 0.0), schedule());
-    let power = WheelPower { most_w: 9000.0, specific_energy_j_mm3: 50.0, rubbing_n_mm2: 1e-9 };
+    let power = WheelPower { max_w: 9000.0, specific_energy_j_mm3: 50.0, rubbing_n_mm2: 1e-9 };
     let asked =
         |speed: SpeedLaw| SpeedRequest { speed, wheel_power: Some(power.as_law(10.0)), ..request(&path, &infeed, 1.0) };
     let too_fast = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 5.01 };
@@ -167,8 +167,8 @@ fn the_power_of_the_wheel_bounds_every_law() {
     assert!((allowed_rad_s - 5.0).abs() < 1e-6 && (4.99..=5.0).contains(&largest), "{allowed_rad_s} {largest}");
     SpeedPlan::new(&asked(SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: largest })).expect("the speed named fits");
     for law in [
-        SpeedLaw::TimeOptimal { most_rad_s: 31.4 },
-        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 100.0, most_rad_s: 31.4 },
+        SpeedLaw::TimeOptimal { max_rad_s: 31.4 },
+        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 100.0, max_rad_s: 31.4 },
     ] {
         let plan = SpeedPlan::new(&asked(law)).unwrap_or_else(|error| panic!("{error}"));
         let (_, high) = plan.speed_range_rad_s();

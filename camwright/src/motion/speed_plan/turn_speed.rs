@@ -36,7 +36,7 @@ pub struct TurnSpeed {
     speed: SquareSpeed,
     /// Time since the first knot, at every knot and once more after the turn (s).
     times: Vec<f64>,
-    least_s: f64,
+    min_s: f64,
 }
 
 /// Speed and acceleration of C at a path angle (rad, s).
@@ -88,7 +88,7 @@ impl TurnSpeed {
         Ok(if worst > 1.0 { turn.slower(worst * (1.0 + 1e-9)) } else { turn })
     }
 
-    fn from_square(speed: SquareSpeed, least_s: f64) -> Self {
+    fn from_square(speed: SquareSpeed, min_s: f64) -> Self {
         let n = speed.knots().count();
         let mut times = Vec::with_capacity(n + 1);
         let mut at = 0.0;
@@ -97,13 +97,13 @@ impl TurnSpeed {
             at += speed.time_across(i);
         }
         times.push(at);
-        Self { speed, times, least_s }
+        Self { speed, times, min_s }
     }
 
     /// The same turn with every limit used less by this factor, of acceleration at least.
     pub(super) fn slower(mut self, factor: f64) -> Self {
         self.speed.scale(1.0 / factor);
-        Self::from_square(self.speed, self.least_s)
+        Self::from_square(self.speed, self.min_s)
     }
 
     /// Time of a turn (s).
@@ -120,7 +120,7 @@ impl TurnSpeed {
     /// A time below which no plan can be, whatever its jerk and whatever X does (s).
     #[must_use]
     pub fn minimum_s(&self) -> f64 {
-        self.least_s
+        self.min_s
     }
 
     /// Slowest and fastest (rad/s).

@@ -118,12 +118,12 @@ pub enum PlanFault {
         z_mm: f64,
     },
     /// The wheel is to be dressed to a radius that it cannot have.
-    #[error("the wheel is dressed to {radius_mm} mm; it must have at least {least_mm} mm and less than {before_mm} mm")]
+    #[error("the wheel is dressed to {radius_mm} mm; it must have at least {min_mm} mm and less than {before_mm} mm")]
     WheelRadius {
         /// Radius wanted (mm).
         radius_mm: f64,
         /// Smallest usable (mm).
-        least_mm: f64,
+        min_mm: f64,
         /// Radius before (mm).
         before_mm: f64,
     },
@@ -286,10 +286,10 @@ impl PlanCheck<'_> {
         if !at_dresser {
             return Err(PlanFault::NotAtDresser { x_mm, z_mm });
         }
-        let least_mm = self.machine.wheel.min_radius_mm;
+        let min_mm = self.machine.wheel.min_radius_mm;
         let (radius_mm, before_mm) = (mm_from_nm(radius_nm), mm_from_nm(self.wheel_nm));
-        if radius_mm < least_mm || radius_nm >= self.wheel_nm {
-            return Err(PlanFault::WheelRadius { radius_mm, least_mm, before_mm });
+        if radius_mm < min_mm || radius_nm >= self.wheel_nm {
+            return Err(PlanFault::WheelRadius { radius_mm, min_mm, before_mm });
         }
         self.wheel_nm = radius_nm;
         self.paths.iter_mut().filter(|path| **path == PathState::Used).for_each(|path| *path = PathState::Old);

@@ -52,7 +52,7 @@ pub struct RunLaws {
     /// Time that the blocks say (s); the run takes two ramps more.
     pub programmed_s: f64,
     /// Largest share of a limit that it uses, of acceleration and jerk of [`MOVE_SHARE`] of it.
-    pub most_used: f64,
+    pub max_used: f64,
 }
 
 /// Why a run cannot be driven, and its block.
@@ -264,22 +264,22 @@ impl UnroundedRun {
             ramp_s,
             ramps_rad: (speed.sample(up).value, self.angle_rad() - speed.sample(down).value),
             programmed_s,
-            most_used: tried.worst.ratio(),
+            max_used: tried.worst.ratio(),
             speed,
         })
     }
 }
 
 /// The smallest window that keeps the limits, between that of a cycle of the control and one that does.
-fn smallest(widest: RoundedTrial, least_rad: f64, tried: &impl Fn(f64) -> RoundedTrial) -> RoundedTrial {
-    if least_rad >= widest.window_rad {
+fn smallest(widest: RoundedTrial, min_rad: f64, tried: &impl Fn(f64) -> RoundedTrial) -> RoundedTrial {
+    if min_rad >= widest.window_rad {
         return widest;
     }
-    let min = tried(least_rad);
+    let min = tried(min_rad);
     if min.worst.ratio() <= 1.0 {
         return min;
     }
-    let (mut low, mut found) = (least_rad, widest);
+    let (mut low, mut found) = (min_rad, widest);
     while found.window_rad > NEAR * low {
         let middle = tried(libm::sqrt(low * found.window_rad));
         if middle.worst.ratio() <= 1.0 { found = middle } else { low = middle.window_rad }

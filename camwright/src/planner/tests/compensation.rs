@@ -135,7 +135,7 @@ fn what_cannot_have_been_learned_is_refused() {
         waves[179] = [0.006, 0.0];
         job.compensation = with("I1", 0.0);
         let compensation = job.compensation.as_mut().expect("it was set");
-        compensation.spec = CompensationSpec { harmonics: 180, most_slope_mm_rad: 1.14, ..compensation.spec };
+        compensation.spec = CompensationSpec { harmonics: 180, max_slope_mm_rad: 1.14, ..compensation.spec };
         compensation.learned[0].correction = FormCurve::new(0.0, waves).expect("finite");
     });
     assert!(matches!(error, PlanError::Compensated { .. }), "{error}");

@@ -62,9 +62,9 @@ fn a_stand_off_that_leaves_too_little_room_is_refused_with_the_one_that_does() {
         assert!(error.to_string().contains("dry_run.stand_off_mm"), "{wrong}: {error}");
     }
     let error = plan_job(&dry(1.0), &machine(), 60.0, None).expect_err("refused");
-    let PlanError::DryRun { needed_mm, least_mm, .. } = error else { panic!("{error}") };
-    assert!((needed_mm - 1.3).abs() < 1e-12 && least_mm > needed_mm && least_mm < 5.0, "{needed_mm} {least_mm}");
-    assert!(plan_job(&dry(1.01 * least_mm), &machine(), 60.0, None).is_ok());
+    let PlanError::DryRun { needed_mm, min_mm, .. } = error else { panic!("{error}") };
+    assert!((needed_mm - 1.3).abs() < 1e-12 && min_mm > needed_mm && min_mm < 5.0, "{needed_mm} {min_mm}");
+    assert!(plan_job(&dry(1.01 * min_mm), &machine(), 60.0, None).is_ok());
     let error = plan_job(&dry(60.0), &machine(), 60.0, None).expect_err("refused");
     assert!(matches!(error, PlanError::SoftLimit { axis: Axis::X, .. }), "{error}");
 }

@@ -24,7 +24,7 @@ fn every_kind_of_infeed_is_planned_within_limits_and_ground_to_the_design() {
     for (course, direction) in KINDS {
         for law in [
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
-            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, most_rad_s: 31.0 },
+            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, max_rad_s: 31.0 },
         ] {
             let mut job = job_with(course, direction);
             job.passes[0].speed = law;

@@ -24,7 +24,7 @@ fn in_two_passes() -> JobSpec {
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 1,
         spark_out_until_n: None,
-        speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 40.0, most_rad_s: 31.0 },
+        speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 40.0, max_rad_s: 31.0 },
     };
     job.passes = vec![rough, finish];
     job

@@ -52,7 +52,7 @@ fn cuts_that_take_longer_than_a_day_are_refused() {
     let text = refusal(slow).to_string();
     assert!(text.contains("takes 174.88 h, the maximum is 24 h"), "{text}");
     let starved = |job: &mut JobSpec| {
-        job.passes[0].speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 1e-9, most_rad_s: 10.0 };
+        job.passes[0].speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 1e-9, max_rad_s: 10.0 };
     };
     let text = refusal(starved).to_string();
     assert!(text.contains("h, the maximum is 24 h"), "{text}");

@@ -6,13 +6,13 @@ use crate::motion::plan::{PlanCommand, Segment};
 use crate::planner::deflection::Deflections;
 
 /// A job that sparks out until the force differs by so much over a turn at most (N), in so many turns at most.
-fn until(most_n: Option<u32>, spark_out_turns: u32) -> (JobSpec, MachineDescription) {
+fn until(max_n: Option<u32>, spark_out_turns: u32) -> (JobSpec, MachineDescription) {
     let soft = MachineDescription { contact: Some(contact()), ..machine() };
     let mut job = job();
     job.passes[0].total_infeed_mm = 0.108;
     job.passes[0].infeed_per_block_mm = 0.000_01;
     job.passes[0].spark_out_turns = spark_out_turns;
-    job.passes[0].spark_out_until_n = most_n;
+    job.passes[0].spark_out_until_n = max_n;
     job.stock_mm = 0.09;
     job.lobes.truncate(2);
     (job, soft)
@@ -23,8 +23,8 @@ fn until(most_n: Option<u32>, spark_out_turns: u32) -> (JobSpec, MachineDescript
 /// happened.
 #[test]
 fn spark_out_ends_when_the_force_is_steady_after_the_predicted_turns() {
-    for (most_n, round) in [(20, true), (60, true), (150, true), (60, false)] {
-        let (mut job, soft) = until(Some(most_n), 20);
+    for (max_n, round) in [(20, true), (60, true), (150, true), (60, false)] {
+        let (mut job, soft) = until(Some(max_n), 20);
         if round {
             job.profiles.iter_mut().for_each(|profile| *profile = lobe_profile(&profile.name, 0.0, 75.0));
         }
@@ -47,17 +47,17 @@ fn spark_out_ends_when_the_force_is_steady_after_the_predicted_turns() {
             let predicted = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
             let turns = libm::round(turned[index].1 - turned[index].0);
             let off = (turns - f64::from(predicted.turns)).abs();
-            assert!(off < 1.5, "{most_n} N: {turns} turns, {predicted:?}");
-            assert!(predicted.turns < 3 + 20, "{most_n} N: {predicted:?}");
+            assert!(off < 1.5, "{max_n} N: {turns} turns, {predicted:?}");
+            assert!(predicted.turns < 3 + 20, "{max_n} N: {predicted:?}");
             let radii = ground.part().lobe(&design.name).expect("it was loaded").radii_mm();
             let form = Form::measure(radii, &design.contour, design.phase_rad).expect("radii");
             let off_mm = form.largest.deviation_mm - predicted.left_mm;
             let exact = off_mm.abs() < 1e-4 + 0.02 * predicted.left_mm;
             assert!(exact || !round || off > 0.5, "{}: {:?}, {predicted:?}", design.name, form.largest);
             // Over a turn the force above F0 falls to kg/(kg + km) of itself, so where it fell by ΔF it was ΔF (1 + kg/km).
-            let most_left_n = f64::from(most_n) * (1.0 + law.grinding_n_mm() / law.machine_n_mm()) + law.threshold_n();
-            let most_left_mm = 1.05 * most_left_n / law.machine_n_mm() + 1e-4;
-            assert!(form.largest.deviation_mm < most_left_mm, "{most_n} N: {:?}, {most_left_mm} mm", form.largest);
+            let max_left_n = f64::from(max_n) * (1.0 + law.grinding_n_mm() / law.machine_n_mm()) + law.threshold_n();
+            let max_left_mm = 1.05 * max_left_n / law.machine_n_mm() + 1e-4;
+            assert!(form.largest.deviation_mm < max_left_mm, "{max_n} N: {:?}, {max_left_mm} mm", form.largest);
         }
     }
 }
@@ -89,8 +89,8 @@ fn spark_out_by_force_is_refused_where_there_is_none_or_turns_are_counted_on() {
     };
     assert!(why(&job, &machine()).contains("no force to monitor"));
     assert!(why(&JobSpec { rotary_indexing: true, ..job.clone() }, &soft).contains("rotary indexing"));
-    for most_n in [0, 10_001] {
-        let (job, soft) = until(Some(most_n), 6);
+    for max_n in [0, 10_001] {
+        let (job, soft) = until(Some(max_n), 6);
         assert!(why(&job, &soft).contains("1 to 10000"));
     }
 }

@@ -10,7 +10,7 @@ fn turning_job() -> JobSpec {
 
 fn at_a_removal_rate(job: JobSpec, removal_rate_mm2_s: f64) -> JobSpec {
     let mut job = job;
-    job.passes[0].speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s: rad_s_from_rpm(300.0) };
+    job.passes[0].speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s: rad_s_from_rpm(300.0) };
     job
 }
 
@@ -212,10 +212,10 @@ fn random_jobs_with_c_turning_on_are_planned_whole_or_refused_in_a_sentence() {
             .collect();
         job.passes[0].speed = match round % 4 {
             0 => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(random(10.0, 120.0)) },
-            1 => SpeedLaw::TimeOptimal { most_rad_s: rad_s_from_rpm(random(50.0, 300.0)) },
+            1 => SpeedLaw::TimeOptimal { max_rad_s: rad_s_from_rpm(random(50.0, 300.0)) },
             _ => SpeedLaw::ConstantRemovalRate {
                 removal_rate_mm2_s: random(1.0, 20.0),
-                most_rad_s: rad_s_from_rpm(random(50.0, 300.0)),
+                max_rad_s: rad_s_from_rpm(random(50.0, 300.0)),
             },
         };
         if round % 5 == 4 {

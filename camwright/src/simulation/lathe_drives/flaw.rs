@@ -114,8 +114,8 @@ impl AxisFlaw {
             changed += u32::from(without != *drive);
             *drive = without;
         }
-        let least = if matches!(self.axes, FlawAxes::One(_)) { 1 } else { 2 };
-        (changed >= least).then_some(other)
+        let min = if matches!(self.axes, FlawAxes::One(_)) { 1 } else { 2 };
+        (changed >= min).then_some(other)
     }
 }
 

@@ -22,7 +22,7 @@ pub struct GainSearch {
     /// Permitted form error by the drives, see [`DrivesForm::beyond_mm`] (mm).
     pub tolerance_mm: f64,
     /// Largest gain that is tried (1/s). With it goes the bandwidth of the velocity loop, which the servo step bounds too.
-    pub most_kv_1_s: f64,
+    pub max_kv_1_s: f64,
     pub feed_forward: FeedForward,
 }
 
@@ -65,7 +65,7 @@ pub enum MinimumGain {
         /// The gain that leaves least.
         best: GainTrial,
         /// The largest one that was tried (1/s).
-        most_kv_1_s: f64,
+        max_kv_1_s: f64,
         /// Best form error with each flaw of the drives removed, the most important first.
         flaws: Vec<FlawEffect>,
         /// All that were tried, by rising gain.
@@ -98,12 +98,12 @@ impl TurningDrives<'_> {
         mut report: impl FnMut(&DrivesResult),
     ) -> Result<MinimumGain, TurningDrivesError> {
         let own = self.machine().axis(Axis::X).drive;
-        let most_kv_1_s = self.largest_gain(search)?;
+        let max_kv_1_s = self.largest_gain(search)?;
         let mut tried: Vec<GainTrial> = Vec::new();
         let mut failed: Option<GainTrial> = None;
         let mut kept: Option<GainTrial> = None;
         for step in STEPS {
-            let kv_1_s = (own.kv_1_s * libm::pow(STEP, f64::from(step))).min(most_kv_1_s);
+            let kv_1_s = (own.kv_1_s * libm::pow(STEP, f64::from(step))).min(max_kv_1_s);
             if tried.last().is_some_and(|last| last.kv_1_s >= kv_1_s) {
                 break;
             }
@@ -133,16 +133,16 @@ impl TurningDrives<'_> {
     ) -> Result<MinimumGain, TurningDrivesError> {
         let best =
             tried.iter().copied().reduce(|best, one| if one.beyond_mm() < best.beyond_mm() { one } else { best });
-        let (Some(best), Some(last)) = (best, tried.last()) else { return Err(self.out_of_range(search.most_kv_1_s)) };
-        let most_kv_1_s = last.kv_1_s;
+        let (Some(best), Some(last)) = (best, tried.last()) else { return Err(self.out_of_range(search.max_kv_1_s)) };
+        let max_kv_1_s = last.kv_1_s;
         let machine = self.with_gain(search, best.kv_1_s);
         let flaws = if best.form.is_some() { self.without_flaws(&machine, report)? } else { Vec::new() };
-        Ok(MinimumGain::NotFound { best, most_kv_1_s, flaws, tried })
+        Ok(MinimumGain::NotFound { best, max_kv_1_s, flaws, tried })
     }
 
     /// The largest gain that may be tried: a velocity loop takes no more than the whole deviation away in a servo step.
     fn largest_gain(&self, search: &GainSearch) -> Result<f64, TurningDrivesError> {
-        let GainSearch { tolerance_mm, most_kv_1_s, .. } = *search;
+        let GainSearch { tolerance_mm, max_kv_1_s, .. } = *search;
         if !(tolerance_mm > 0.0 && tolerance_mm.is_finite()) {
             let what = "the tolerance (mm)";
             return Err(TurningDrivesError::OutOfRange { what, value: tolerance_mm, allowed: "above 0".into() });
@@ -150,13 +150,13 @@ impl TurningDrives<'_> {
         let drive = self.machine().axis(Axis::X).drive;
         let machine = self.machine();
         let step_s = machine.cycle_time_s() / f64::from(machine.servo_steps_per_tick.max(1));
-        let most =
+        let max =
             drive.velocity_loop_rad_s.map_or(f64::INFINITY, |loop_rad_s| ROOM * drive.kv_1_s / (loop_rad_s * step_s));
         let smallest = drive.kv_1_s * libm::pow(STEP, f64::from(*STEPS.start()));
-        if !(most_kv_1_s >= smallest && most_kv_1_s.is_finite()) {
-            return Err(self.out_of_range(most_kv_1_s));
+        if !(max_kv_1_s >= smallest && max_kv_1_s.is_finite()) {
+            return Err(self.out_of_range(max_kv_1_s));
         }
-        Ok(most_kv_1_s.min(most))
+        Ok(max_kv_1_s.min(max))
     }
 
     fn out_of_range(&self, value: f64) -> TurningDrivesError {

@@ -93,8 +93,8 @@ impl Retract {
                 ..limits
             };
             let braking = stop(0.0, v0, a0, &limits);
-            let least_mm = braking.sample(braking.duration()).value;
-            let way_mm = (off_mm - x_mm).min(soft_max_mm - x_mm).max(least_mm);
+            let min_mm = braking.sample(braking.duration()).value;
+            let way_mm = (off_mm - x_mm).min(soft_max_mm - x_mm).max(min_mm);
             let end = libm::round(target.position + way_mm * per_mm);
             let way_mm = (end - target.position) / per_mm;
             (solve(way_mm, v0, a0, 0.0, &limits), Some((target.position, end)))
@@ -140,12 +140,12 @@ impl Retract {
         let pull = machine.retract.drawback_mm_s2;
         let description = &machine.axes[X];
         // It stops within what its own speed needs; the soft limit is where the weight rests.
-        let most_mm = description.soft_limits.map_or(f64::INFINITY, |(_, max)| max);
+        let max_mm = description.soft_limits.map_or(f64::INFINITY, |(_, max)| max);
         self.retreat = None;
         self.draw = near.filter(|_| pull > 0.0).map(|PartClearance { off_mm, .. }| Draw {
             pull: pull * per_mm,
             fastest: description.limits.velocity * per_mm,
-            end: libm::round(off_mm.min(most_mm) * per_mm),
+            end: libm::round(off_mm.min(max_mm) * per_mm),
         });
     }
 

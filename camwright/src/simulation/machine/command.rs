@@ -31,12 +31,12 @@ pub enum MachineCommand {
     /// The wheel, which does not turn, may press on the part with so much (N), until it is started; 0: not any more.
     Push {
         /// The most (N).
-        most_n: i64,
+        max_n: i64,
     },
     /// The force monitor watches for a normal force that differs by so much over a turn of C at most (N); 0: not any more.
     WatchForce {
         /// The most (N).
-        most_n: i64,
+        max_n: i64,
     },
     /// An alarm found by the interpolator, by its number; the interpolator publishes its text.
     Raise { number: u16 },
@@ -55,8 +55,8 @@ crate::snapshot_cases!(MachineCommand {
     3 Ask { input },
     4 ExpectWheel { radius_nm },
     5 LoseHome { axis },
-    6 Push { most_n },
-    7 WatchForce { most_n },
+    6 Push { max_n },
+    7 WatchForce { max_n },
     8 Raise { number },
     9 Dress { radius_nm },
 });

@@ -70,8 +70,8 @@ impl ContactState {
     }
 
     /// Lets a wheel that does not turn press with this force (N); 0: not at all.
-    pub(super) fn allow_push(&mut self, most_n: f64) {
-        self.push_n = most_n;
+    pub(super) fn allow_push(&mut self, max_n: f64) {
+        self.push_n = max_n;
     }
 
     pub(super) fn is_push_allowed(&self) -> bool {
@@ -83,8 +83,8 @@ impl ContactState {
         self.is_push_allowed() && self.force_n <= self.push_n
     }
 
-    pub(super) fn watch_force(&mut self, most_n: f64) {
-        self.force_monitor.watch(most_n);
+    pub(super) fn watch_force(&mut self, max_n: f64) {
+        self.force_monitor.watch(max_n);
     }
 
     pub(super) fn is_force_steady(&self) -> bool {

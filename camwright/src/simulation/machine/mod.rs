@@ -332,8 +332,8 @@ impl Machine {
                     raise(kind, value, bound);
                 }
             }
-            MachineCommand::Push { most_n } => self.contact.allow_push(most_n as f64),
-            MachineCommand::WatchForce { most_n } => self.contact.watch_force(most_n as f64),
+            MachineCommand::Push { max_n } => self.contact.allow_push(max_n as f64),
+            MachineCommand::WatchForce { max_n } => self.contact.watch_force(max_n as f64),
         }
     }
 

@@ -143,7 +143,7 @@ impl GrindingWheel {
     ) {
         let radius_mm = lasting.wheel_radius_mm;
         if let Err(error) = description.wheel.check_speed(radius_mm) {
-            raise(AlarmKind::WheelTooFast, error.speed_rpm, error.most_rpm);
+            raise(AlarmKind::WheelTooFast, error.speed_rpm, error.max_rpm);
             return;
         }
         self.wheel.order(allowed);

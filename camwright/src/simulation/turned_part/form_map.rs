@@ -45,9 +45,9 @@ pub struct FormPoint {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FormBin {
     /// The lowest (mm).
-    pub least_mm: f64,
+    pub min_mm: f64,
     /// The highest (mm).
-    pub most_mm: f64,
+    pub max_mm: f64,
     /// Their mean (mm).
     pub mean_mm: f64,
 }
@@ -56,7 +56,7 @@ pub struct FormBin {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cusps {
     /// The highest (mm).
-    pub most_mm: f64,
+    pub max_mm: f64,
     /// Their mean (mm).
     pub mean_mm: f64,
 }
@@ -181,18 +181,18 @@ impl FormMap {
             return None;
         }
         let columns = columns as usize;
-        let (mut most_mm, mut sum, mut count) = (0.0_f64, 0.0, 0.0);
+        let (mut max_mm, mut sum, mut count) = (0.0_f64, 0.0, 0.0);
         for azimuth in 0..self.azimuths {
             // Valley to valley: both ends of the stretch belong to it.
             for first in (0..self.places.len() - columns).step_by(columns) {
                 let cells = (first..=first + columns).map(|column| self.deviations[column * self.azimuths + azimuth]);
                 let (min, max) = minimum_and_maximum(cells);
-                most_mm = most_mm.max(max - min);
+                max_mm = max_mm.max(max - min);
                 sum += max - min;
                 count += 1.0;
             }
         }
-        Some(Cusps { most_mm, mean_mm: sum / count })
+        Some(Cusps { max_mm, mean_mm: sum / count })
     }
 
     /// The map in no more than so many azimuths and columns, column by column, without losing an extreme: for a report.
@@ -206,17 +206,17 @@ impl FormMap {
             let along = share(column, columns, self.places.len())..share(column + 1, columns, self.places.len());
             for azimuth in 0..azimuths {
                 let around = share(azimuth, azimuths, self.azimuths)..share(azimuth + 1, azimuths, self.azimuths);
-                let mut bin = FormBin { least_mm: f64::INFINITY, most_mm: f64::NEG_INFINITY, mean_mm: 0.0 };
+                let mut bin = FormBin { min_mm: f64::INFINITY, max_mm: f64::NEG_INFINITY, mean_mm: 0.0 };
                 for column in along.clone() {
                     let start = column * self.azimuths;
                     for deviation in &self.deviations[start + around.start..start + around.end] {
-                        bin.least_mm = bin.least_mm.min(*deviation);
-                        bin.most_mm = bin.most_mm.max(*deviation);
+                        bin.min_mm = bin.min_mm.min(*deviation);
+                        bin.max_mm = bin.max_mm.max(*deviation);
                         bin.mean_mm += deviation;
                     }
                 }
                 // A sum of equal figures over their number may differ from them by rounding.
-                bin.mean_mm = (bin.mean_mm / (along.len() * around.len()) as f64).clamp(bin.least_mm, bin.most_mm);
+                bin.mean_mm = (bin.mean_mm / (along.len() * around.len()) as f64).clamp(bin.min_mm, bin.max_mm);
                 bins.push(bin);
             }
         }

@@ -77,7 +77,7 @@ fn turning_a_cylinder_leaves_cusps_of_the_feed_and_the_insert() {
     let map = FormMap::new(&part, |_, _| SurfacePoint { radius_mm: radius, ..SurfacePoint::default() }, 0.16, 2.9)
         .expect("a map");
     let cusps = map.cusps(feed).expect("32 columns in a feed");
-    assert!((cusps.most_mm - peak).abs() < 1e-10 && (cusps.mean_mm - peak).abs() < 1e-10, "{cusps:?} {peak}");
+    assert!((cusps.max_mm - peak).abs() < 1e-10 && (cusps.mean_mm - peak).abs() < 1e-10, "{cusps:?} {peak}");
     assert!((map.highest().deviation_mm - peak).abs() < 1e-10 && map.lowest().deviation_mm.abs() < 1e-10);
     assert!((before - part.volume_mm3() - removal.volume_mm3).abs() < 1e-8, "what is gone is what was taken");
 }
@@ -145,7 +145,7 @@ fn an_eccentric_on_its_exact_path_keeps_cusps_and_nothing_else() {
         assert!(low.deviation_mm > -1e-5, "{height} {sense}: {low:?}");
         assert!(high.deviation_mm < cusp + 1e-5, "{height} {sense}: {high:?} over {cusp}");
         let cusps = map.cusps(feed).expect("4 columns in a feed");
-        assert!(cusps.most_mm > 0.3 * cusp, "{cusps:?}");
+        assert!(cusps.max_mm > 0.3 * cusp, "{cusps:?}");
     }
 }
 
@@ -315,9 +315,9 @@ fn the_map_measures_along_the_normal_and_its_bins_lose_no_extreme() {
     assert!((map.largest_mm() - 0.048).abs() < 1e-12 && (map.rms_mm() - 0.008).abs() < 1e-3);
     let bins = map.bins(5, 7);
     assert_eq!(bins.len(), 35);
-    assert!(bins.iter().any(|bin| bin.most_mm >= high.deviation_mm));
-    assert!(bins.iter().any(|bin| bin.least_mm <= low.deviation_mm));
-    assert!(bins.iter().all(|bin| bin.least_mm <= bin.mean_mm && bin.mean_mm <= bin.most_mm));
+    assert!(bins.iter().any(|bin| bin.max_mm >= high.deviation_mm));
+    assert!(bins.iter().any(|bin| bin.min_mm <= low.deviation_mm));
+    assert!(bins.iter().all(|bin| bin.min_mm <= bin.mean_mm && bin.mean_mm <= bin.max_mm));
     assert_eq!(map.bins(1000, 1000).len(), 36 * 41);
     assert!(matches!(FormMap::new(&part, design, 30.0, 40.0), Err(FormMapError::NoColumns { .. })));
     let none = |_, _| SurfacePoint { radius_mm: f64::NAN, ..SurfacePoint::default() };

@@ -184,8 +184,8 @@ impl BarrelGroove {
     /// at the rate 1 − κ·offset.
     fn turned_from(&self, azimuth_rad: f64, offset_mm: f64, guess_rad: f64) -> f64 {
         let mean_mm = self.mean_radius_mm();
-        let most_rad = offset_mm.abs() / mean_mm;
-        growing_root(azimuth_rad - most_rad, azimuth_rad + most_rad, guess_rad, |angle| {
+        let max_rad = offset_mm.abs() / mean_mm;
+        growing_root(azimuth_rad - max_rad, azimuth_rad + max_rad, guess_rad, |angle| {
             let z = self.lift.sample(angle);
             let slope = self.slope(&z, mean_mm);
             let (curvature, _) = self.bending(&z, mean_mm);

@@ -180,7 +180,7 @@ mod tests {
     /// An eccentric at centre height: X″ is largest where it is farthest out, e + e²/a. With the spindle at constant speed only that
     /// and the like count; with its acceleration the terms add up.
     #[test]
-    fn the_most_demanding_cell_is_reported_with_its_share() {
+    fn the_worst_cell_is_reported_with_its_share() {
         let (a, e) = (20.0, 2.0);
         let eccentric = Solid::Eccentric { radius_mm: a, eccentricity_mm: e, azimuth_rad: 0.0 };
         let surface = Surface::solid(eccentric, 0.0, 10.0).expect("an eccentric");

@@ -41,7 +41,7 @@ pub struct Pass {
     pub path: InsertPath,
 }
 
-const MOST: f64 = 1000.0;
+const MAX_PASSES: f64 = 1000.0;
 
 /// Height of the cusps that a feed leaves between two turns (mm): R − √(R² − f²/4), where the section does not curve.
 #[must_use]
@@ -69,7 +69,7 @@ impl Passes {
         }
         let rough = self.stock_mm - self.finish_mm;
         let passes = libm::ceil(rough / self.deepest_mm - 1e-9).max(0.0);
-        if passes > MOST {
+        if passes > MAX_PASSES {
             return bad(InsertPathKey::RoughingPasses, passes, "up to 1000");
         }
         #[allow(clippy::cast_possible_truncation, reason = "it was bounded")]

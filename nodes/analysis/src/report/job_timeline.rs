@@ -22,7 +22,7 @@ pub(super) struct Period {
     pub(super) from: u64,
     pub(super) to: u64,
     /// Smallest feed override in it.
-    pub(super) least_override: f64,
+    pub(super) min_override: f64,
 }
 
 impl Period {
@@ -192,7 +192,7 @@ fn stretches(states: &[TimedMessage<InterpolatorState>], plans: &[(String, PlanH
             is_held: (InterpolatorState::HOLDING..=InterpolatorState::UNHOLDING).contains(&message.state),
             from: message.tick,
             to: message.tick,
-            least_override: message.feed_override,
+            min_override: message.feed_override,
         });
     }
     stretches.extend(before);
@@ -206,7 +206,7 @@ fn add(stretches: &mut Vec<Period>, next: Period) {
                 == (next.plan, next.phase, next.lobe, next.segment, next.is_held) =>
         {
             last.to = next.to;
-            last.least_override = last.least_override.min(next.least_override);
+            last.min_override = last.min_override.min(next.min_override);
         }
         _ => stretches.push(next),
     }

@@ -23,7 +23,7 @@ pub(super) struct DrivesArgs {
     tolerance_um: f64,
     /// Maximum position loop gain of X in the search (1/s)
     #[arg(long, value_name = "KV", default_value_t = 2000.0)]
-    most_kv_1_s: f64,
+    max_kv_1_s: f64,
     /// Set a key of the job, such as `turned.to_mm=20` for a short piece; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -91,7 +91,7 @@ fn drives(args: &DrivesArgs) -> Result<(String, Value), String> {
     for (feed_forward, name) in [(FeedForward::AsItIs, "as it is"), (FeedForward::Whole, "whole")] {
         text += &format!("\ngain of x_axis, velocity loop in the same ratio, feed-forward {name}:\n");
         let search =
-            GainSearch { tolerance_mm: mm_from_um(args.tolerance_um), most_kv_1_s: args.most_kv_1_s, feed_forward };
+            GainSearch { tolerance_mm: mm_from_um(args.tolerance_um), max_kv_1_s: args.max_kv_1_s, feed_forward };
         let found = all.minimum_gain(&search, |found| record(&mut text, found)).map_err(|error| error.to_string())?;
         verdicts.push(format!("feed-forward {name}: {}", verdict(args.tolerance_um, &found)));
         searches.push(json!({ "feed_forward": name, "result": gain_json(&found) }));
@@ -144,12 +144,12 @@ fn verdict(tolerance_um: f64, found: &MinimumGain) -> String {
         MinimumGain::Found { least, .. } => {
             format!("{} keeps {tolerance_um} um: {:.3} um", loop_text(least), beyond_um(least))
         }
-        MinimumGain::NotFound { best, most_kv_1_s, flaws, .. } => {
+        MinimumGain::NotFound { best, max_kv_1_s, flaws, .. } => {
             let most = flaws.first().map_or_else(String::new, |without| {
                 format!("; without {} {:.3} um would remain", without.of, um_from_mm(without.form.beyond_mm))
             });
             format!(
-                "no gain up to {most_kv_1_s:.0} 1/s keeps {tolerance_um} um; best {}: {:.3} um{most}",
+                "no gain up to {max_kv_1_s:.0} 1/s keeps {tolerance_um} um; best {}: {:.3} um{most}",
                 loop_text(best),
                 beyond_um(best)
             )

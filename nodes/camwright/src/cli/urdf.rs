@@ -48,10 +48,10 @@ fn urdf(args: &UrdfArgs) -> Result<String, NodeError> {
     let located = locate("machines", &args.machine, "yaml", None).map_err(NodeError::file)?;
     let machine =
         machine_file::parse(&located.path, &located.text, &args.set_machine).map_err(NodeError::file)?.description;
-    let (least_mm, new_mm) = (machine.wheel.min_radius_mm, machine.wheel.new_radius_mm);
+    let (min_mm, new_mm) = (machine.wheel.min_radius_mm, machine.wheel.new_radius_mm);
     let radius_mm = args.wheel_radius_mm.unwrap_or(new_mm);
-    if !(least_mm..=new_mm).contains(&radius_mm) {
-        let message = format!("--wheel-radius-mm {radius_mm} is outside {least_mm} to {new_mm} mm");
+    if !(min_mm..=new_mm).contains(&radius_mm) {
+        let message = format!("--wheel-radius-mm {radius_mm} is outside {min_mm} to {new_mm} mm");
         return Err(NodeError::Parameter(message));
     }
     let prefix = scene::prefix(&args.prefix, &args.namespace).map_err(NodeError::Parameter)?;

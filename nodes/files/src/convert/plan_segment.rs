@@ -97,8 +97,8 @@ fn command_to(base: PlanSegment, command: &PlanCommand) -> PlanSegment {
         PlanCommand::WheelStop => (MachineCommand::WHEEL_STOP, "", vec![]),
         PlanCommand::ExpectWheel { radius_nm } => (MachineCommand::EXPECT_WHEEL, "", vec![*radius_nm]),
         PlanCommand::Dress { radius_nm } => (MachineCommand::DRESS, "", vec![*radius_nm]),
-        PlanCommand::Push { most_n } => (MachineCommand::PUSH, "", vec![*most_n]),
-        PlanCommand::WatchForce { most_n } => (MachineCommand::WATCH_FORCE, "", vec![*most_n]),
+        PlanCommand::Push { max_n } => (MachineCommand::PUSH, "", vec![*max_n]),
+        PlanCommand::WatchForce { max_n } => (MachineCommand::WATCH_FORCE, "", vec![*max_n]),
     };
     PlanSegment { kind: PlanSegment::COMMAND, command, target: target.to_owned(), target_counts, ..base }
 }

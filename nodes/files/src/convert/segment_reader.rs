@@ -85,7 +85,7 @@ impl SegmentReader<'_> {
             turn_s: finite("turn_time", message.turn_time)?,
             retract_mm: mm_from_m(finite("retract", message.retract)?),
             hold_mm: mm_from_m(finite("hold", message.hold)?),
-            until_steady_n: Some(whole("until_steady", message.until_steady)?).filter(|most_n| *most_n > 0),
+            until_steady_n: Some(whole("until_steady", message.until_steady)?).filter(|max_n| *max_n > 0),
         })
     }
 
@@ -110,8 +110,8 @@ impl SegmentReader<'_> {
             MachineCommand::WHEEL_STOP => PlanCommand::WheelStop,
             MachineCommand::EXPECT_WHEEL => PlanCommand::ExpectWheel { radius_nm: radius_nm(self.target(0)?)? },
             MachineCommand::DRESS => PlanCommand::Dress { radius_nm: radius_nm(self.target(0)?)? },
-            MachineCommand::PUSH => PlanCommand::Push { most_n: force_n(self.target(0)?)? },
-            MachineCommand::WATCH_FORCE => PlanCommand::WatchForce { most_n: force_n(self.target(0)?)? },
+            MachineCommand::PUSH => PlanCommand::Push { max_n: force_n(self.target(0)?)? },
+            MachineCommand::WATCH_FORCE => PlanCommand::WatchForce { max_n: force_n(self.target(0)?)? },
             other => return Err(format!("its command is {other}")),
         })
     }
@@ -155,8 +155,8 @@ fn finite(name: &str, value: f64) -> Result<f64, String> {
 }
 
 /// A force of up to 100 kN: what is larger was not meant.
-fn force_n(most_n: i64) -> Result<i64, String> {
-    if (0..=100_000).contains(&most_n) { Ok(most_n) } else { Err(format!("its force is {most_n} N")) }
+fn force_n(max_n: i64) -> Result<i64, String> {
+    if (0..=100_000).contains(&max_n) { Ok(max_n) } else { Err(format!("its force is {max_n} N")) }
 }
 
 /// A wheel of up to 10 m: what is larger was not meant.

@@ -57,7 +57,7 @@ impl CellController {
                 self.reason = Reason::default();
             }
             Command::Stop => {
-                self.reason = Reason::new("STOP was said");
+                self.reason = Reason::new("STOP was commanded");
                 self.end_run(shared);
                 shared.cancel();
             }
@@ -71,10 +71,10 @@ impl CellController {
                 self.end_run(shared);
                 shared.cancel();
             }
-            Command::Hold => self.reason = Reason::new("HOLD was said"),
+            Command::Hold => self.reason = Reason::new("HOLD was commanded"),
             Command::Suspend => {
                 self.cause = Some(SuspensionCause::Command);
-                self.reason = Reason::new("SUSPEND was said");
+                self.reason = Reason::new("SUSPEND was commanded");
             }
             Command::Clear if self.is_inside() => {
                 return Err("the reset was rejected: a person is in the work area; clear it first".into());

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// Period of the checks without an event.
 const PERIOD: Duration = Duration::from_millis(50);
 /// Maximum age of the interpolator's last message while it counts as present.
-const HEARD_OF: Duration = Duration::from_secs(5);
+const ALIVE_FOR: Duration = Duration::from_secs(5);
 
 /// Maximum time for clearing machine and interpolator (s).
 const CLEARING_S: f64 = 10.0;
@@ -319,8 +319,8 @@ impl CellController {
             return;
         }
         // Who executes has to hear of it too, or it would refuse what comes next.
-        let is_heard = self.motion_at.is_some_and(|at| at.elapsed() < HEARD_OF);
-        if is_heard && self.motion_state() == InterpolatorState::FAULT {
+        let is_alive = self.motion_at.is_some_and(|at| at.elapsed() < ALIVE_FOR);
+        if is_alive && self.motion_state() == InterpolatorState::FAULT {
             return;
         }
         self.needs_clear = false;

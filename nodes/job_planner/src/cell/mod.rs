@@ -117,8 +117,8 @@ impl CellInterface {
 
     /// Waits until the interpolator takes plans: nodes that were started together find each other in any order.
     pub(super) fn wait_for_interpolator(&self, timeout: Duration) -> Result<(), &'static str> {
-        wait_for(&self.interpolator_changed, &self.changed, timeout, |is_told| {
-            is_told
+        wait_for(&self.interpolator_changed, &self.changed, timeout, |has_changed| {
+            has_changed
                 .then_some(())
                 .ok_or("no state from the axis interpolator yet; check that it runs and reaches the machine")
         })

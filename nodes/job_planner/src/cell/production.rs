@@ -50,8 +50,8 @@ impl CellController {
 
     /// The robot as long as it is heard.
     pub(super) fn loader_state(&self, shared: &Shared) -> Option<LoaderState> {
-        let most_s = shared.node.parameters().double(settings::LOADER_TIMEOUT);
-        let (loader, _) = self.loader.as_ref().filter(|(_, at)| at.elapsed().as_secs_f64() <= most_s)?;
+        let max_s = shared.node.parameters().double(settings::LOADER_TIMEOUT);
+        let (loader, _) = self.loader.as_ref().filter(|(_, at)| at.elapsed().as_secs_f64() <= max_s)?;
         Some(LoaderState {
             available: loader.available,
             inside: loader.in_work_area,
@@ -264,13 +264,13 @@ impl CellController {
             true => (WorkArea::OPEN, "the chuck is open"),
             false => (WorkArea::CLOSED, "the chuck is closed"),
         };
-        let most_s = shared.node.parameters().double(settings::LOADING_MACHINE);
+        let max_s = shared.node.parameters().double(settings::LOADING_MACHINE);
         if self.area.as_ref().is_some_and(|area| area.chuck == wanted) {
             self.answer_chuck(true, message);
         } else if let Some(alarm) = shared.stopping_alarm() {
             self.answer_chuck(false, &format!("alarm {}: {}", alarm.number, alarm.text));
-        } else if since.elapsed() > Duration::from_secs_f64(most_s) {
-            self.answer_chuck(false, &format!("the chuck did not come to its end within {most_s} s"));
+        } else if since.elapsed() > Duration::from_secs_f64(max_s) {
+            self.answer_chuck(false, &format!("the chuck did not come to its end within {max_s} s"));
         }
     }
 

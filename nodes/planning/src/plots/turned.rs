@@ -218,9 +218,9 @@ impl Turned<'_> {
             let closed = rows.iter().map(|row| (row.turned_deg, of(row).angle_deg));
             let closed: Vec<(f64, f64)> = closed.chain(rows.first().map(|row| (360.0, of(row).angle_deg))).collect();
             let values = closed.iter().map(|(_, value)| *value);
-            let chart = TurnChart::new(frame(row, 2), Scale::around(values.chain([min.least_deg])));
+            let chart = TurnChart::new(frame(row, 2), Scale::around(values.chain([min.min_deg])));
             chart.axes(&mut drawing, label, row == 1);
-            chart.level(&mut drawing, min.least_deg, LIMIT);
+            chart.level(&mut drawing, min.min_deg, LIMIT);
             chart.curve(&mut drawing, closed.into_iter(), CURVE);
             let note = format!("least {:.2}° at C {:.1}°, z {:.3} mm", min.angle_deg, min.c_deg, min.z_mm);
             let lettering = Lettering { anchor: Anchor::End, ..SMALL };

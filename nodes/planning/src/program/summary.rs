@@ -98,7 +98,7 @@ pub(super) fn summary(
                 pass.name,
                 um_from_mm(turn.tolerance_mm),
                 um_from_mm(pass.tolerance_mm),
-                control.most_blocks_s,
+                control.max_blocks_s,
             ));
         }
     }

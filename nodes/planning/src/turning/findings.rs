@@ -71,11 +71,11 @@ pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
             clearance.clearance.angle_deg,
             clearance.clearance.c_deg,
             clearance.clearance.z_mm,
-            clearance.clearance.least_deg.round(),
+            clearance.clearance.min_deg.round(),
             clearance.approach.angle_deg,
             clearance.approach.c_deg,
             clearance.approach.z_mm,
-            clearance.approach.least_deg.round()
+            clearance.approach.min_deg.round()
         ),
         format!(
             "insert    {}, offset angle {:.2} deg, {offset}",

@@ -65,7 +65,7 @@ pub fn turned_result(prepared: &PreparedTurning, form: &FormMap) -> TurnedResult
         form_error_lowest: m_from_mm(lowest.deviation_mm),
         form_error_rms: m_from_mm(form.rms_mm()),
         form_error_allowed: m_from_mm(prepared.job.tolerance_mm + cusp_mm),
-        cusp_height: form.cusps(feed_mm(prepared)).map_or(0.0, |cusps| m_from_mm(cusps.most_mm)),
+        cusp_height: form.cusps(feed_mm(prepared)).map_or(0.0, |cusps| m_from_mm(cusps.max_mm)),
         cusp_height_theory: m_from_mm(cusp_mm),
     }
 }
@@ -87,8 +87,8 @@ pub fn form_map_message(prepared: &PreparedTurning, form: &FormMap, tick: u64, s
         columns: count(columns),
         from_z: places.first().map_or(0.0, |mm| m_from_mm(*mm)),
         to_z: places.last().map_or(0.0, |mm| m_from_mm(*mm)),
-        lowest: bins.iter().map(|bin| short(bin.least_mm)).collect(),
-        highest: bins.iter().map(|bin| short(bin.most_mm)).collect(),
+        lowest: bins.iter().map(|bin| short(bin.min_mm)).collect(),
+        highest: bins.iter().map(|bin| short(bin.max_mm)).collect(),
     }
 }
 

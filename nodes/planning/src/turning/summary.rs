@@ -96,7 +96,7 @@ pub struct ClearanceSummary {
 pub struct AngleSummary {
     pub angle_deg: f64,
     /// Least that is allowed.
-    pub least_deg: f64,
+    pub min_deg: f64,
     /// Angle of `c_axis`.
     pub c_deg: f64,
     /// Place along the part.
@@ -233,7 +233,7 @@ pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
         duration_s: prepared.duration_s(),
         max_limit_ratio: prepared.planned.report.max_ratio(),
         turned_mm: spec.turned_mm.into(),
-        radius_mm: [bounds.least_mm, bounds.largest_mm],
+        radius_mm: [bounds.min_mm, bounds.largest_mm],
         bar_radius_mm: spec.bar_radius_mm,
         insert_radius_mm: insert.radius_mm,
         mesh,
@@ -246,9 +246,9 @@ pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
 fn clearance_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> ClearanceSummary {
     let found = &prepared.planned.clearance;
     let flank = Flank::from_insert(insert);
-    let angle = |at: &AngleAt, least_rad: f64| AngleSummary {
+    let angle = |at: &AngleAt, min_rad: f64| AngleSummary {
         angle_deg: deg_from_rad(at.angle_rad),
-        least_deg: deg_from_rad(least_rad),
+        min_deg: deg_from_rad(min_rad),
         c_deg: turn_deg(at.turned_rad),
         z_mm: at.z_mm,
     };
@@ -260,8 +260,8 @@ fn clearance_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> 
         offset_angle_deg,
         is_offset_preferred: preferred,
         is_offset_allowed: allowed,
-        clearance: angle(&found.clearance, flank.least_clearance_rad),
-        approach: angle(&found.approach, flank.least_approach_rad),
+        clearance: angle(&found.clearance, flank.min_clearance_rad),
+        approach: angle(&found.approach, flank.min_approach_rad),
         flank_distance_mm: prepared.planned.flank_distance_mm,
         heights: heights.map(|heights| HeightsSummary {
             from_mm: heights.lowest_mm,
