@@ -37,7 +37,7 @@ ARGUMENTS = {
 def truth(name, text):
     words = {"true": True, "false": False}
     if text.lower() not in words:
-        raise ValueError(f"{name} is {text!r}, allowed are true and false")
+        raise ValueError(f"{name} is {text!r}; allowed: true and false")
     return words[text.lower()]
 
 

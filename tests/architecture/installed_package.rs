@@ -170,5 +170,5 @@ fn the_launch_file_passes_its_arguments() {
     assert!(words("rviz2").contains("share/camwright/rviz/cell.rviz") && words("rviz2").contains("__ns:=/cell1"));
     assert!(words("camwright").starts_with("page --port 9000 --ros-args"), "{}", words("camwright"));
     let refused = launched(env, &domain, &prefix, &["respawn:=maybe"]).expect_err("it is no truth");
-    assert!(refused.contains("respawn is 'maybe', allowed are true and false"), "{refused}");
+    assert!(refused.contains("respawn is 'maybe'; allowed: true and false"), "{refused}");
 }

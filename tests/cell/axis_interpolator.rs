@@ -109,7 +109,7 @@ fn one_client_has_command_and_others_get_its_name() {
         cell.client.call::<SetOverride>("axis_interpolator/set_override", &SetOverrideRequest { feed_override })
     };
     let refused = set(1.5);
-    assert!(!refused.success && refused.message == "override 1.5, allowed is 0 to 1", "{}", refused.message);
+    assert!(!refused.success && refused.message == "override 1.5; allowed: 0 to 1", "{}", refused.message);
     assert!(set(0.5).success);
     assert!(hold(false).success);
     state.until("half speed", |state| {

@@ -357,7 +357,7 @@ fn goals_that_begin_with_the_measured_positions_are_followed_right_after_a_move(
     // Farther away than the tolerance: refused with joint, position and what is allowed.
     let from = position(&joints.until("it stands", |joints| joints.velocity[2] == 0.0), "z_axis");
     assert!(!follower.send(goal(planned("z_axis", from + 0.002, 0.03, 0.8))).accepted());
-    log.line(&["z_axis", "the point at time 0 is at", "allowed are 0.5 mm", "start tolerance"]);
+    log.line(&["z_axis", "the point at time 0 is at", "allowed: 0.5 mm", "start tolerance"]);
     cell.stop();
 }
 

@@ -167,7 +167,7 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
     let loaded = Loaded::start(10.0);
     let refused = loaded.command(CellCommandRequest::START).expect_err("it is stopped");
     assert_eq!(refused, "START is not taken in state STOPPED; it takes RESET, ABORT");
-    assert!(loaded.command(77).expect_err("there is none").contains("allowed are 1 (RESET) to 9 (CLEAR)"));
+    assert!(loaded.command(77).expect_err("there is none").contains("allowed: 1 (RESET) to 9 (CLEAR)"));
     loaded.start_run(2);
     let waiting = loaded.state(CellState::SUSPENDED);
     assert!(waiting.holder.contains("run of eccentric, 0 of 2 parts done"), "{}", waiting.holder);

@@ -95,7 +95,7 @@ fn a_machine_is_set_up_over_ros() {
     assert!((found.width.to_degrees() - 16.0).abs() < 1e-3, "{}", found.message);
     let (status, result) = run(&cell, "1", &[]);
     assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
-    // Fed fast and hardly sparked out it is off by 12 um; ground where its key-way should be it would be off by 220 um.
+    // Fed fast and hardly sparked out it is off by 12 um; ground where its keyway should be it would be off by 220 um.
     assert!(result.lobes[0].form_error_max.abs() < 2e-5, "{} m", result.lobes[0].form_error_max);
 
     // A dry run leaves the part, and judges nothing.

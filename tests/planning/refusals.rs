@@ -136,7 +136,7 @@ fn misclosure() -> BadJob {
 
 fn step() -> BadJob {
     let raise = |angle: f64, lift: f64| (angle, if (149.95..209.95).contains(&angle) { lift + 0.2 } else { lift });
-    BadJob::table("step", |rows| change_rows(rows, raise), &["intake.csv:1504", "jumps 0.2000", "allowed are 0.005"])
+    BadJob::table("step", |rows| change_rows(rows, raise), &["intake.csv:1504", "jumps 0.2000", "allowed: 0.005"])
 }
 
 fn undercut() -> BadJob {

@@ -209,7 +209,7 @@ impl Probe {
         match request.input {
             Input::WheelContact if machine.gap_detector.is_none() => return Err(SetupError::NoInput("gap detector")),
             Input::KeyWay if machine.key_way_probe.is_none() => {
-                return Err(SetupError::NoInput("switch at the key-way"));
+                return Err(SetupError::NoInput("switch at the keyway"));
             }
             _ => {}
         }

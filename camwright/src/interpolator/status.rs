@@ -144,7 +144,7 @@ impl fmt::Display for InterpolatorAlarm {
                 let what = match input {
                     Input::Index(_) => "index mark",
                     Input::WheelContact => "gap detector",
-                    Input::KeyWay => "key-way",
+                    Input::KeyWay => "keyway",
                     Input::SteadyForce => "steady force",
                     Input::Home(_) | Input::Origin | Input::Station(_) => "home switch",
                 };

@@ -49,7 +49,7 @@ pub enum TrajectoryError {
     EndNotAtRest { axis: Axis, velocity: f64 },
     /// A first point at time 0 that is farther from the axis than allowed.
     #[error(
-        "joint {}: the point at time 0 is at {asked} {unit}, the setpoint of the axis at {actual} {unit}, allowed are {allowed} {unit} \
+        "joint {}: the point at time 0 is at {asked} {unit}, the setpoint of the axis at {actual} {unit}; allowed: {allowed} {unit} \
          between them; plan from the present position, or raise the start tolerance",
         axis.joint(), unit = MotionQuantity::Position.unit(*axis)
     )]

@@ -4,8 +4,8 @@
 //! The settings are those of the digital switches of JPS6156064B2 (rapid advance R0, total infeed RT, rapid speed F0,
 //! infeed per block ΔR, phase angles α1…αn) and what the patent leaves out: spark-out, stock, work speed.
 //!
-//! Angles. C = 0 is where the origin signal comes: the centre of the key-way faces the wheel. With the machine's
-//! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
+//! Angles. C = 0 is where the origin signal comes: the centre of the keyway faces the wheel. With the machine's
+//! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the keyway, and in the
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
 use crate::cam::compensation::Compensation;
@@ -118,7 +118,7 @@ pub struct LobeSpec {
     pub name: String,
     /// Limit switch of the station at which the lobe stands in front of the wheel.
     pub station: String,
-    /// Phase angle α: from the key-way to cam angle 0 of the lobe (block 0 of its table, with the patent the centre of its
+    /// Phase angle α: from the keyway to cam angle 0 of the lobe (block 0 of its table, with the patent the centre of its
     /// base), positive in the direction in which the table is read (rad). The patent's own α counts the other way.
     pub phase_rad: f64,
     /// Index of its profile in [`JobSpec::profiles`].
@@ -366,7 +366,7 @@ pub struct JobSpec {
     pub compensation: Option<Compensation>,
     /// Stand-off of the wheel (mm) in a dry run, which cuts nothing; `None`: it grinds.
     pub dry_run_mm: Option<f64>,
-    /// Azimuth of the part's key-way as it is clamped, where it was found (rad). The phases of the lobes have it in them.
+    /// Azimuth of the part's keyway as it is clamped, where it was found (rad). The phases of the lobes have it in them.
     pub part_phase_rad: f64,
     /// Stiffness measurement before that; `None`: that of the machine's description counts.
     pub identification: Option<IdentificationSpec>,

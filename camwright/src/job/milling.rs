@@ -67,7 +67,7 @@ pub struct MillingTool {
 pub struct MilledCam {
     pub name: String,
     pub contour: Contour,
-    /// Phase α: from the key-way to cam angle 0 (rad).
+    /// Phase α: from the keyway to cam angle 0 (rad).
     pub phase_rad: f64,
     /// Position of the mill along the part (mm).
     pub z_mm: f64,
@@ -102,7 +102,7 @@ pub enum GrooveKind {
 pub struct MilledGroove {
     pub name: String,
     pub kind: GrooveKind,
-    /// Phase α: from the key-way to cam angle 0 (rad).
+    /// Phase α: from the keyway to cam angle 0 (rad).
     pub phase_rad: f64,
     /// Most that the mill goes down at a time (mm).
     pub step_mm: f64,

@@ -1,6 +1,6 @@
 //! The raw part: how far it is off the shape that its design and an even stock would give it.
 //!
-//! Radii are measured from the spindle axis, azimuths from the key-way, as everywhere. A part whose centre lies off the axis by e in the
+//! Radii are measured from the spindle axis, azimuths from the keyway, as everywhere. A part whose centre lies off the axis by e in the
 //! direction φ has, to first order in e over its radius, e cos(θ − φ) more of it at the azimuth θ; a part bent between two places has
 //! that much more as half a sine wave along the axis says; lobes of a count n, as a centreless grinder leaves them, are waves cos n(θ − φ).
 
@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 pub struct Wave {
     /// Its amplitude (mm).
     pub mm: f64,
-    /// Azimuth of a crest, measured from the key-way (rad).
+    /// Azimuth of a crest, measured from the keyway (rad).
     pub at_rad: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct RawPart {
     pub bend: Option<Bend>,
     /// Waves of 2 crests and more.
     pub lobes: Vec<(u32, Wave)>,
-    /// Azimuth at which its key-way lies as it is clamped (rad); 0 faces the wheel where C is 0. Everything above turns with it.
+    /// Azimuth at which its keyway lies as it is clamped (rad); 0 faces the wheel where C is 0. Everything above turns with it.
     pub clamped_at_rad: f64,
     /// Additional stock all round, or missing stock below 0 (mm). The planner does not know it.
     pub unknown_mm: f64,

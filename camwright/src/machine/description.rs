@@ -80,7 +80,7 @@ pub struct MachineDescription {
     /// Hysteresis of a limit switch: it opens this much later than it closed (mm).
     pub switch_hysteresis_mm: f64,
     /// Half the window in which the origin detector sees its mark (rad). The index mark at its centre, which is what the
-    /// position latch catches, is the machine's C zero: the key-way's centre faces the wheel.
+    /// position latch catches, is the machine's C zero: the keyway's centre faces the wheel.
     pub origin_half_window_rad: f64,
     /// The wheel; of a lathe its insert as what a spindle rotates ([`InsertDescription::tool`]).
     pub wheel: WheelDescription,

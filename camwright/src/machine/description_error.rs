@@ -21,7 +21,7 @@ pub enum DescriptionError {
     #[error("{what} must be finite, not {value}")]
     NotFinite { what: &'static str, value: f64 },
     /// A figure lies outside of its range.
-    #[error("{what} is {value}; allowed is {low} to {high}")]
+    #[error("{what} is {value}; allowed: {low} to {high}")]
     Outside { what: &'static str, value: f64, low: f64, high: f64 },
     /// A lathe has something that only a grinder is simulated with.
     #[error("a lathe, which turns with an insert, cannot have {what}")]

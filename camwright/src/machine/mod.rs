@@ -3,7 +3,7 @@
 //! Axes with counts and limits, drives, wheel or insert, gauges, switches, contact law, the alarm table, setpoints, and the state that
 //! outlives a run. Every later room takes its limits from [`description::MachineDescription`]. A machine with an insert is a lathe.
 //!
-//! C is 0 where the centre of the key-way faces the wheel. X is the distance of the wheel's cutting point from the spindle axis, on a
+//! C is 0 where the centre of the keyway faces the wheel. X is the distance of the wheel's cutting point from the spindle axis, on a
 //! lathe that of the insert's centre. Z is the table.
 //!
 //! ```

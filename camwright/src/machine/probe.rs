@@ -19,27 +19,27 @@ impl GapDetector {
     }
 }
 
-/// A proximity switch that looks at the part where its key-way is, and is closed while the key-way stands under it.
+/// A proximity switch that looks at the part where its keyway is, and is closed while the keyway stands under it.
 ///
 /// ```text
-/// azimuth under the switch  σ·C + at          closed while it is within half a width of the key-way's centre
+/// azimuth under the switch  σ·C + at          closed while it is within half a width of the keyway's centre
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeyWayProbe {
     /// Angle of the probe: azimuth from the wheel's line (rad), in the direction in which azimuths of the part are counted.
     pub at_rad: f64,
-    /// Angle that the key-way takes under it (rad).
+    /// Angle that the keyway takes under it (rad).
     pub width_rad: f64,
 }
 
 impl KeyWayProbe {
-    /// C where the key-way's centre stands under it (rad), of a part whose key-way lies at an azimuth (rad), with this rotation sense.
+    /// C where the keyway's centre stands under it (rad), of a part whose keyway lies at an azimuth (rad), with this rotation sense.
     #[must_use]
     pub fn centre_rad(&self, key_way_rad: f64, rotation_sense: i8) -> f64 {
         f64::from(rotation_sense) * (key_way_rad - self.at_rad)
     }
 
-    /// Azimuth of the key-way (rad) of a part whose key-way's centre stood under it at this C (rad).
+    /// Azimuth of the keyway (rad) of a part whose keyway's centre stood under it at this C (rad).
     #[must_use]
     pub fn key_way_rad(&self, centre_rad: f64, rotation_sense: i8) -> f64 {
         f64::from(rotation_sense) * centre_rad + self.at_rad
@@ -47,12 +47,12 @@ impl KeyWayProbe {
 
     pub(super) fn validate(&self) -> Result<(), DescriptionError> {
         if !self.at_rad.is_finite() {
-            return Err(DescriptionError::Negative { what: "angle of the key-way's switch (rad)", value: self.at_rad });
+            return Err(DescriptionError::Negative { what: "angle of the keyway's switch (rad)", value: self.at_rad });
         }
         match self.width_rad > 0.0 && self.width_rad <= 0.5 * TURN_RAD {
             true => Ok(()),
             false => Err(DescriptionError::NotPositive {
-                what: "angle of the key-way, at most half a turn (rad)",
+                what: "angle of the keyway, at most half a turn (rad)",
                 value: self.width_rad,
             }),
         }

@@ -31,7 +31,7 @@ pub enum Input {
     SteadyForce,
     /// The gap detector of the wheelhead: closed while the wheel touches the part. It catches X.
     WheelContact,
-    /// The switch that sees the part's key-way. It catches C.
+    /// The switch that sees the part's keyway. It catches C.
     KeyWay,
 }
 

@@ -53,14 +53,14 @@ pub enum TubeError {
     #[error("point {index} is not a finite number")]
     NotFinite { index: usize },
     /// Rounding kept the method from coming near the smoothest curve.
-    #[error("the curve found may have {relative_gap:.1} times the least energy in excess, allowed are {max}")]
+    #[error("the curve found may have {relative_gap:.1} times the least energy in excess; allowed: {max}")]
     NotSmoothest {
         /// Excess of ∫ s‴² over the least possible, as a fraction of it.
         relative_gap: f64,
         max: f64,
     },
     /// Independent evaluation of the result leaves the tube.
-    #[error("the spline is {deviation} from point {index}, allowed are {half_width}")]
+    #[error("the spline is {deviation} from point {index}; allowed: {half_width}")]
     OutsideTube {
         /// Index of the point.
         index: usize,

@@ -379,11 +379,11 @@ fn add_pass(
     let (x_end, z_end) =
         (counts(Axis::X, path.sample(angle_rad).value), counts(Axis::Z, advance.sample(angle_rad).value));
 
-    // The part's key-way to the insert, by the shorter way on.
+    // The part's keyway to the insert, by the shorter way on.
     let turn_counts = counts(Axis::C, TURN_RAD);
     let c_at = steps.at[Axis::C.index()];
     let zero_counts = c_at + (-c_at).rem_euclid(turn_counts);
-    steps.move_axis(of(Phase::Position), Axis::C, zero_counts, None, "key-way to the insert")?;
+    steps.move_axis(of(Phase::Position), Axis::C, zero_counts, None, "keyway to the insert")?;
     steps.move_axis(of(Phase::Position), Axis::Z, z_counts, None, "to before the part's end")?;
     let rapid = Some(job.rapid_speed_mm_s);
     steps.move_axis(of(Phase::Approach), Axis::X, x_counts, rapid, "insert to its path")?;

@@ -28,7 +28,7 @@ pub struct LobeDesign {
     pub station: String,
     /// Contour in the lobe's own frame.
     pub contour: Contour,
-    /// Azimuth of the lobe's cam angle 0 where the part is taken to be clamped: from where its key-way should be (rad).
+    /// Azimuth of the lobe's cam angle 0 where the part is taken to be clamped: from where its keyway should be (rad).
     pub phase_rad: f64,
     /// Assumed angle of its keyway (rad).
     pub part_phase_rad: f64,
@@ -45,13 +45,13 @@ impl LobeDesign {
         (1..36).all(|i| (radius(i) - radius(0)).abs() < SAME_MM)
     }
 
-    /// Azimuth of its cam angle 0 on a part whose key-way truly lies at an azimuth (rad).
+    /// Azimuth of its cam angle 0 on a part whose keyway truly lies at an azimuth (rad).
     #[must_use]
     pub fn phase_on_rad(&self, key_way_rad: f64) -> f64 {
         self.phase_rad - self.part_phase_rad + key_way_rad
     }
 
-    /// Radius of the finished lobe at an azimuth of the part, measured from the key-way (mm, rad).
+    /// Radius of the finished lobe at an azimuth of the part, measured from the keyway (mm, rad).
     #[must_use]
     pub fn radius_at(&self, part_azimuth_rad: f64) -> f64 {
         self.contour.radius_at(part_azimuth_rad - self.phase_rad)

@@ -40,18 +40,18 @@ pub(super) struct PlanSteps<'a> {
 }
 
 impl PlanSteps<'_> {
-    /// C on its origin, from where it stands, or half a turn away where nobody knows; then its key-way faces the tool.
+    /// C on its origin, from where it stands, or half a turn away where nobody knows; then its keyway faces the tool.
     pub(super) fn home_headstock(&mut self, of: StepSubject<'_>, c_homed: bool) -> Result<(), PlanError> {
         let distance = if c_homed {
             wrap_turn(-self.machine.axis(Axis::C).scale.position(self.at[Axis::C.index()]))
         } else {
             0.5 * TURN_RAD
         };
-        // The latch catches the index mark at the window's centre, where the key-way faces the wheel.
+        // The latch catches the index mark at the window's centre, where the keyway faces the wheel.
         self.search(of, Axis::C, "origin", HOMING_TURNS * TURN_RAD, distance, 0, "headstock to its origin")?;
         self.at[Axis::C.index()] = 0;
         self.command(of, PlanCommand::SetHome(Axis::C), "origin is zero");
-        self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")
+        self.move_axis(of, Axis::C, 0, None, "keyway to the wheel")
     }
 
     pub(super) fn start_wheel(&mut self, of: StepSubject<'_>) {

@@ -19,7 +19,7 @@ pub struct InputEdge {
 /// ```text
 /// detector        ┌────────┬────────┐
 /// (input)     ────┘        │        └────   closed within half a window of the mark
-/// index mark  ─────────────┴─────────────   latched, in either direction: key-way's centre faces the wheel
+/// index mark  ─────────────┴─────────────   latched, in either direction: keyway's centre faces the wheel
 /// ```
 /// The latch catches the index mark at the window's centre, not the window's edge, so the caught position is the
 /// machine's C zero whichever way the headstock turns. An axis that starts on the mark finds it again after a turn.

@@ -98,7 +98,7 @@ pub enum InsertClearanceError {
     /// The surface meets the flank below the edge.
     #[error(
         "turned to {turned_deg:.1} deg with the insert's centre at z = {z_mm:.3} mm, the surface enters the flank by {inside_mm:.4} mm, \
-         {below_mm:.3} mm below the edge, allowed are {bound_mm} mm"
+         {below_mm:.3} mm below the edge; allowed: {bound_mm} mm"
     )]
     MeetsFlank {
         /// Turned angle θ (deg), in 0..360.

@@ -75,7 +75,7 @@ pub enum RakeSectionError {
     },
     /// A section that bends too sharply for its spline.
     #[error(
-        "turned to {turned_deg:.2} deg, {knots} knots leave {error_mm:e} mm of the section between them, allowed are {bound_mm:e} mm"
+        "turned to {turned_deg:.2} deg, {knots} knots leave {error_mm:e} mm of the section between them; allowed: {bound_mm:e} mm"
     )]
     Unresolved {
         /// Turned angle θ (deg).

@@ -38,7 +38,7 @@ pub enum ToolPathError {
     },
     /// The path is too rough for its spline.
     #[error(
-        "the path bends too sharply: {knots} knots leave {error_mm:e} mm between them, allowed are {bound_mm:e} mm \
+        "the path bends too sharply: {knots} knots leave {error_mm:e} mm between them; allowed: {bound_mm:e} mm \
          (an acceleration that jumps, or a wheel that hardly fits its concave flank)"
     )]
     Unresolved {
@@ -51,7 +51,7 @@ pub enum ToolPathError {
     },
     /// Going back from the path does not lead to the contour.
     #[error(
-        "the path leaves the contour by {error_mm:e} mm at wheel-line angle {angle_deg:.3} deg, allowed are {bound_mm:e} mm"
+        "the path leaves the contour by {error_mm:e} mm at wheel-line angle {angle_deg:.3} deg; allowed: {bound_mm:e} mm"
     )]
     LeavesContour {
         /// Distance (mm).

@@ -42,7 +42,7 @@ fn run(motion: Motion, requests: &[(u64, MotionRequest)]) -> (MotionOutcome, Vec
     panic!("not finished");
 }
 
-/// The encoder reads 0 where the headstock stands at 217.3 degrees; the key-way faces the wheel 142.7 degrees on.
+/// The encoder reads 0 where the headstock stands at 217.3 degrees; the keyway faces the wheel 142.7 degrees on.
 #[test]
 fn homing_finds_the_machines_own_zero() {
     let (outcome, orders, machine) = run(Motion::Home(vec![Axis::C]), &[]);

@@ -20,7 +20,7 @@ const Z: usize = Axis::Z as usize;
 const PER_MM: i64 = 100_000;
 const RADIUS_MM: f64 = 20.0;
 
-/// The reference machine with ideal drives, a gap detector, a switch at the key-way, and a part at its first station.
+/// The reference machine with ideal drives, a gap detector, a switch at the keyway, and a part at its first station.
 pub(super) fn description() -> MachineDescription {
     let mut machine = cam_grinder().with_drives(DriveSettings::IDEAL);
     machine.gap_detector = Some(GapDetector { holds_s: 0.02 });
@@ -287,7 +287,7 @@ fn a_probe_that_meets_nothing_stands_at_its_target_and_is_no_alarm() {
     assert!(cell.machine().alarms().is_empty());
 }
 
-/// Edges of the key-way, both ways round, at three speeds: a clamped angle of 7.25 deg, a switch at 140 deg, a key-way of 16 deg.
+/// Edges of the keyway, both ways round, at three speeds: a clamped angle of 7.25 deg, a switch at 140 deg, a keyway of 16 deg.
 #[test]
 fn both_edges_of_the_key_way_tell_the_angle_at_which_the_part_is_clamped() {
     for sense in [1, -1] {

@@ -150,7 +150,7 @@ fn the_origin_is_caught_at_the_same_place_at_every_speed_and_in_both_directions(
     }
 }
 
-/// After homing C = 0 is where the key-way's centre faces the wheel: there the detector sees its mark.
+/// After homing C = 0 is where the keyway's centre faces the wheel: there the detector sees its mark.
 #[test]
 fn homing_makes_the_caught_position_zero() {
     let mut machine = machine(&cam_grinder());

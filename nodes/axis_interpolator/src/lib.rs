@@ -537,7 +537,7 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
     let feed_override = shared.node.service::<SetOverride>("~/set_override", move |request| {
         let value = request.feed_override;
         if !(0.0..=1.0).contains(&value) {
-            return SetOverrideResponse { success: false, message: format!("override {value}, allowed is 0 to 1") };
+            return SetOverrideResponse { success: false, message: format!("override {value}; allowed: 0 to 1") };
         }
         let success = this.request(MotionRequest::SetOverride(value));
         let message = if success { "" } else { "no message from the machine yet" };

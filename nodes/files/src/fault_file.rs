@@ -74,7 +74,7 @@ impl FaultFile {
             (Some(tick), None) => tick,
             (None, Some(at_s)) if (0.0..=1e6).contains(&at_s) => (at_s / machine.cycle_time_s()).ceil() as u64 + 1,
             (None, Some(at_s)) => {
-                return Err(refuse(".at_s", format!("at_s is {at_s}, allowed is 0 to 1000000")));
+                return Err(refuse(".at_s", format!("at_s is {at_s}; allowed: 0 to 1000000")));
             }
             _ => return Err(refuse("", "a fault needs one of at_tick and at_s".into())),
         };

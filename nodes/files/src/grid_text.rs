@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! # anything                          lines that begin with # are comments
-//! z_mm,0,5,10,…,355                   azimuths from the key-way (deg): equal steps of a turn
+//! z_mm,0,5,10,…,355                   azimuths from the keyway (deg): equal steps of a turn
 //! 0.0,21.5,21.49,21.46,…,21.49        a place along the part (mm), and the radius at each azimuth (mm)
 //! ```
 //! `camwright plan` writes the surface of every part like this (`surface.csv`).

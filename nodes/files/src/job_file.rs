@@ -144,7 +144,7 @@ pub(super) struct JobFile {
     identification: Option<IdentificationFile>,
     /// Makes the job a dry run away from the part. Default: the job grinds.
     dry_run: Option<DryRunFile>,
-    /// Azimuth of the key-way as it was found; added to the phase of every lobe.
+    /// Azimuth of the keyway as it was found; added to the phase of every lobe.
     #[schemars(range(min = -360.0, max = 360.0))]
     #[serde(default)]
     part_phase_deg: f64,
@@ -215,7 +215,7 @@ struct LobeFile {
     station: String,
     /// Name of its profile.
     profile: String,
-    /// Phase angle (DS4 ...): from the key-way to the centre of the base circle, positive in the direction in
+    /// Phase angle (DS4 ...): from the keyway to the centre of the base circle, positive in the direction in
     /// which the table is read.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     phase_deg: f64,

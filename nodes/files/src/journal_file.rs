@@ -24,13 +24,13 @@ pub(super) struct RawPartFile {
     /// Distance of the part's centre from the axis.
     #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]
     eccentric_um: f64,
-    /// Direction of the centre, from the key-way.
+    /// Direction of the centre, from the keyway.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     eccentric_at_deg: f64,
     /// Distance by which the middle is bent off the axis.
     #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]
     bent_um: f64,
-    /// Direction of the bend, from the key-way.
+    /// Direction of the bend, from the keyway.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     bent_at_deg: f64,
     /// The two positions of `z_axis` between which the part is bent. Required with `bent_um`.
@@ -38,7 +38,7 @@ pub(super) struct RawPartFile {
     /// Waves around the part.
     #[schemars(length(max = 100))]
     lobes: Vec<RawLobeFile>,
-    /// Azimuth at which the key-way lies as the part is clamped. The planner does not know it; `find_phase`
+    /// Azimuth at which the keyway lies as the part is clamped. The planner does not know it; `find_phase`
     /// finds it.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     clamped_at_deg: f64,
@@ -59,7 +59,7 @@ struct RawLobeFile {
     /// Amplitude of the wave.
     #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]
     um: f64,
-    /// Azimuth of a crest, from the key-way.
+    /// Azimuth of a crest, from the keyway.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     #[serde(default)]
     at_deg: f64,

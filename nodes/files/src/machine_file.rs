@@ -83,7 +83,7 @@ pub(super) struct MachineFile {
     /// Gap detector (acoustic emission): closes `wheel_contact` and latches X when the wheel touches. Default:
     /// none.
     gap_detector: Option<GapDetectorFile>,
-    /// Switch at the part's key-way (input `key_way`, latches C). Default: none.
+    /// Switch at the part's keyway (input `key_way`, latches C). Default: none.
     key_way_probe: Option<KeyWayProbeFile>,
     /// Door and chuck. With them no job starts while one is open or a person is inside. Default: none.
     loading: Option<LoadingFile>,

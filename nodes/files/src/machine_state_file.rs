@@ -116,7 +116,7 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<PersistentS
         (file.growth_mm.unwrap_or(new.growth_mm), file.growth_at_dress_mm.unwrap_or(new.growth_at_dress_mm));
     for (key, value) in [("growth_mm", growth_mm), ("growth_at_dress_mm", growth_at_dress_mm)] {
         if !(-MAX_GROWTH_MM..=MAX_GROWTH_MM).contains(&value) {
-            return Err(refuse(format!("{key} is {value}, allowed is -{MAX_GROWTH_MM} to {MAX_GROWTH_MM}")));
+            return Err(refuse(format!("{key} is {value}; allowed: -{MAX_GROWTH_MM} to {MAX_GROWTH_MM}")));
         }
     }
     Ok(PersistentState {

@@ -20,14 +20,14 @@ impl GapDetectorFile {
     }
 }
 
-/// The switch at the key-way.
+/// The switch at the keyway.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct KeyWayProbeFile {
     /// Azimuth of the switch from the wheel's line.
     #[schemars(range(min = -360.0, max = 360.0))]
     at_deg: f64,
-    /// Angle of the key-way.
+    /// Angle of the keyway.
     #[schemars(range(min = 0.1, max = 180.0))]
     width_deg: f64,
 }

@@ -95,7 +95,7 @@ pub(super) enum SurfaceFile {
         file: String,
         /// Unit of the file.
         unit: LengthFile,
-        /// Axis of the part in the file; the next of x, y, z, x points to the key-way.
+        /// Axis of the part in the file; the next of x, y, z, x points to the keyway.
         #[serde(default)]
         axis: AxisFile,
     },
@@ -123,7 +123,7 @@ impl LengthFile {
     }
 }
 
-/// Which axis of a file is that of the part; the next one, in the order x, y, z, x, points to the key-way.
+/// Which axis of a file is that of the part; the next one, in the order x, y, z, x, points to the keyway.
 #[derive(Debug, Default, Clone, Copy, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum AxisFile {

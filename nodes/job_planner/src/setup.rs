@@ -48,7 +48,7 @@ pub(super) struct Setup {
     home: ActionClient<Home>,
     move_to: ActionClient<MoveTo>,
     probe: ActionClient<Probe>,
-    /// Azimuth of the key-way of the part that is between the centres (rad), once it was found.
+    /// Azimuth of the keyway of the part that is between the centres (rad), once it was found.
     phase_rad: Mutex<Option<f64>>,
 }
 
@@ -402,7 +402,7 @@ impl SetupWork {
         let machine = self.machine()?.description;
         let switch = machine
             .key_way_probe
-            .ok_or_else(|| format!("machine {} has no switch at the key-way (key_way_probe)", machine.name))?;
+            .ok_or_else(|| format!("machine {} has no switch at the keyway (key_way_probe)", machine.name))?;
         if request.load_part {
             let job = self.job()?;
             self.shared.put_in(&job, &|| self.is_cancelled()).map_err(|reason| match reason {
@@ -428,18 +428,18 @@ impl SetupWork {
         };
         let mut closes = edge(false, SEARCHED * TURN_RAD)?;
         if closes.already_there {
-            // C stands with the key-way under its switch: out of it first.
+            // C stands with the keyway under its switch: out of it first.
             self.go(&[(Axis::C, -2.0 * switch.width_rad)])?;
             closes = edge(false, SEARCHED * TURN_RAD)?;
         }
         let closes = found(closes)?.position;
-        // It ran on behind the edge; into the key-way again, and out of it on its other side.
+        // It ran on behind the edge; into the keyway again, and out of it on its other side.
         self.go(&[(Axis::C, closes + 0.25 * switch.width_rad)])?;
         let opens = found(edge(true, closes + 2.0 * switch.width_rad)?)?.position;
         let (width, centre) = (opens - closes, 0.5 * (opens + closes));
         if (width - switch.width_rad).abs() > WIDTH_TOLERANCE * switch.width_rad {
             return Err(format!(
-                "the edge pair at the switch is {:.2} deg wide, the key-way has {:.2} deg: remove chips or check the part",
+                "the edge pair at the switch is {:.2} deg wide, the keyway has {:.2} deg: remove chips or check the part",
                 deg_from_rad(width),
                 deg_from_rad(switch.width_rad)
             )
@@ -449,7 +449,7 @@ impl SetupWork {
         let phase = key_way - (key_way / TURN_RAD).round() * TURN_RAD;
         *lock(&self.shared.setup.phase_rad) = Some(phase);
         let message = format!(
-            "the key-way lies {:+.4} deg from where it should be, {:.2} deg wide; jobs on this part (start_lobe) take it into account",
+            "the keyway lies {:+.4} deg from where it should be, {:.2} deg wide; jobs on this part (start_lobe) take it into account",
             deg_from_rad(phase),
             deg_from_rad(width)
         );

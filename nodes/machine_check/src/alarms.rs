@@ -27,7 +27,7 @@ pub(super) fn judge(observed: &Observed, report: &mut ClauseReport) {
         }
     }
     if observed.alarms.is_empty() {
-        report.not_seen(30, "machine/alarms was not heard: it is latched, and empty where there are none");
+        report.not_seen(30, "machine/alarms was not received: it is latched, and empty where there are none");
     }
     agree(observed, report);
     if !reported.is_empty() {

@@ -37,7 +37,7 @@ fn counts(observed: &Observed, facts: &DescriptionFacts, places: &Option<Vec<usi
         if lengths != [axes; 3] {
             report.broken(
                 5,
-                format!("tick {}: {lengths:?} setpoints, counts and velocities, allowed are {axes}", message.tick),
+                format!("tick {}: {lengths:?} setpoints, counts and velocities; allowed: {axes}", message.tick),
             );
         }
     }
@@ -45,7 +45,7 @@ fn counts(observed: &Observed, facts: &DescriptionFacts, places: &Option<Vec<usi
         report.broken(5, format!("joint_states name {other:?} after {:?}", observed.joint_names));
     }
     if observed.joint_names.is_empty() {
-        return report.not_seen(5, "joint_states were not heard");
+        return report.not_seen(5, "joint_states were not received");
     }
     let Some(places) = places else {
         return report
@@ -113,12 +113,14 @@ fn latches(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRep
         // A bouncing input has several edges in a tick, which one message reports.
         let earlier = seen.insert((latch.tick, &latch.input, latch.rising), (*index, message.tick));
         if let Some((_, earlier)) = earlier.filter(|(before, _)| before != index) {
-            report.broken(6, format!("{what} is told at tick {earlier} and again at tick {}", message.tick));
+            report.broken(6, format!("{what} is reported at tick {earlier} and again at tick {}", message.tick));
         }
         let late = message.tick.saturating_sub(latch.tick);
         if late > facts.delay || latch.tick > message.tick {
-            report
-                .broken(6, format!("{what} is told at tick {}, allowed are {} ticks later", message.tick, facts.delay));
+            report.broken(
+                6,
+                format!("{what} is reported at tick {}; allowed: up to {} ticks later", message.tick, facts.delay),
+            );
         }
         let Some(axis) = facts.joints.iter().position(|joint| *joint == latch.joint) else {
             report.broken(6, format!("{what} is of the joint {:?}, the axes are {:?}", latch.joint, facts.joints));
@@ -132,7 +134,7 @@ fn latches(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRep
         }
     }
     if !reported.is_empty() {
-        report.kept_unless_broken(6, before, format!("{} edges, each told once and in time", reported.len()));
+        report.kept_unless_broken(6, before, format!("{} edges, each reported once and in time", reported.len()));
     }
 }
 
@@ -170,7 +172,7 @@ fn motion(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRepo
     let before = report.evidence(8);
     for message in &observed.streams {
         if message.motion > MachineStream::MOTION_FAULT {
-            report.broken(8, format!("motion is {} at tick {}, allowed are 0 to 4", message.motion, message.tick));
+            report.broken(8, format!("motion is {} at tick {}; allowed: 0 to 4", message.motion, message.tick));
         }
         for (axis, joint) in facts.joints.iter().enumerate().filter(|_| at_rest(message)) {
             let (setpoint, actual) = (message.setpoint_counts.get(axis), message.actual_counts.get(axis));
@@ -178,7 +180,7 @@ fn motion(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRepo
                 report.broken(
                     8,
                     format!(
-                        "tick {}: STANDSTILL, and {joint} is told at {actual:?}, its setpoint is {setpoint:?}",
+                        "tick {}: STANDSTILL, but {joint} is reported at {actual:?}; its setpoint is {setpoint:?}",
                         message.tick
                     ),
                 );

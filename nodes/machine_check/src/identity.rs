@@ -22,7 +22,7 @@ const ENDPOINTS: &[(&str, &str, bool, bool)] = &[
 /// M1: the description against the machine file that it carries.
 pub(super) fn judge(observed: &Observed, report: &mut ClauseReport) {
     let Some(description) = &observed.description else {
-        return report.broken(1, "machine/description was not heard, though other topics were");
+        return report.broken(1, "machine/description was not received, though other topics were");
     };
     let before = report.evidence(1);
     for hash in &observed.other_hashes {
@@ -41,7 +41,7 @@ pub(super) fn judge(observed: &Observed, report: &mut ClauseReport) {
     report.kept_unless_broken(
         1,
         before,
-        format!("{}, hash {:.12}, as its source says", description.name, description.hash),
+        format!("{}, hash {:.12}, as in its source", description.name, description.hash),
     );
 }
 
@@ -51,13 +51,13 @@ fn compare(description: &MachineDescription, source: &Described, report: &mut Cl
         ("feedback_delay_ticks", description.feedback_delay_ticks, source.feedback_delay_ticks),
     ] {
         if declared != meant || declared == 0 {
-            report.broken(1, format!("{name} is {declared}, its source says {meant}"));
+            report.broken(1, format!("{name} is {declared}, its source has {meant}"));
         }
     }
     let joints: Vec<&str> = description.axes.iter().map(|axis| axis.joint.as_str()).collect();
     let wanted = Axis::ALL.map(Axis::joint);
     if joints != wanted {
-        return report.broken(1, format!("axes are {joints:?}, its source says {wanted:?}"));
+        return report.broken(1, format!("axes are {joints:?}, its source has {wanted:?}"));
     }
     for (axis, declared) in Axis::ALL.into_iter().zip(&description.axes) {
         compare_axis(axis, declared, source, report);
@@ -76,7 +76,7 @@ fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, repo
     ] {
         let meant = si_from_core(axis, meant);
         if (declared - meant).abs() > 1e-9 * meant.abs() {
-            report.broken(1, format!("{}: {name} is {declared}, its source says {meant}", axis.joint()));
+            report.broken(1, format!("{}: {name} is {declared}, its source has {meant}", axis.joint()));
         }
     }
     // Counts for so many micrometres, or for so many turns.
@@ -92,7 +92,7 @@ fn compare_axis(axis: Axis, declared: &AxisDescription, source: &Described, repo
     if !is_same || denominator <= 0 {
         report.broken(
             1,
-            format!("{}: counts are {numerator}/{denominator}, its source says {:?}", axis.joint(), own.scale),
+            format!("{}: counts are {numerator}/{denominator}, its source has {:?}", axis.joint(), own.scale),
         );
     }
 }
@@ -108,7 +108,7 @@ pub(super) fn endpoints(node: &Node, report: &mut ClauseReport) {
         let Ok(absolute) = node.resolve_topic(name) else { continue };
         let named: Vec<&TopicInfo> = topics.iter().filter(|topic| topic.name == absolute).collect();
         for topic in named.iter().filter(|topic| topic.type_name != *kind) {
-            report.broken(9, format!("{name} is of type {}, the contract says {kind}", topic.type_name));
+            report.broken(9, format!("{name} is of type {}, the contract requires {kind}", topic.type_name));
         }
         let machines =
             |topic: &&TopicInfo| if *is_published { topic.publishers.clone() } else { topic.subscriptions.clone() };
@@ -125,10 +125,10 @@ pub(super) fn endpoints(node: &Node, report: &mut ClauseReport) {
         seen += 1;
         for qos in ends.iter().map(|end| &end.qos).filter(|_| *is_published) {
             if qos.reliability != Reliability::Reliable {
-                report.broken(9, format!("{name} is {:?}, the contract says reliable", qos.reliability));
+                report.broken(9, format!("{name} is {:?}, the contract requires reliable", qos.reliability));
             }
             if *latched && qos.durability != Durability::TransientLocal {
-                report.broken(9, format!("{name} is {:?}, the contract says transient local", qos.durability));
+                report.broken(9, format!("{name} is {:?}, the contract requires transient local", qos.durability));
             }
         }
     }

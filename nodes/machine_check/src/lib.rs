@@ -204,7 +204,7 @@ fn reset(node: &Node, ears: &Observer, obstacle: Option<String>, report: &mut Cl
     };
     if let Some(tick) = moved {
         let otherwise =
-            format!("what a reset starts cannot be told: setpoints moved at standstill without one (tick {tick})");
+            format!("the effect of a reset cannot be checked: setpoints moved at standstill without one (tick {tick})");
         return report.not_seen(30, otherwise);
     }
     let observed_before = ears.read(|observed| observed.streams.len());

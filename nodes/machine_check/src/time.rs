@@ -14,7 +14,7 @@ const SHORTEST: Duration = Duration::from_secs(2);
 
 pub(super) fn judge(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, report: &mut ClauseReport) {
     let Some(first) = observed.streams.first() else {
-        return report.broken(3, "machine/stream was not heard, though other topics were");
+        return report.broken(3, "machine/stream was not received, though other topics were");
     };
     let epoch_ns = ns(&first.epoch);
     stamps(observed, facts, epoch_ns, report);
@@ -54,11 +54,11 @@ fn stamps(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: 
         }
         // The same tick is repeated to acknowledge a command.
         if after.tick < before.tick {
-            report.broken(2, format!("tick {} is told after tick {}", after.tick, before.tick));
+            report.broken(2, format!("tick {} is reported after tick {}", after.tick, before.tick));
         }
     }
     if let Some(tick) = observed.beyond {
-        report.broken(2, format!("machine/stream tells tick {tick}, at most {MAX_TICK} can be"));
+        report.broken(2, format!("machine/stream reports tick {tick}; maximum {MAX_TICK}"));
     }
     let steps = steps(observed, facts);
     for moves in [true, false] {
@@ -148,7 +148,7 @@ fn stream(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRepo
                 report.broken(
                     3,
                     format!(
-                        "motion changes between tick {} and tick {}, and is not told at its tick",
+                        "motion changes between tick {} and tick {}, and no message reports its tick",
                         before.tick, after.tick
                     ),
                 );
@@ -171,10 +171,8 @@ fn credit(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRepo
     for message in &observed.streams {
         if message.credit_tick > message.tick.saturating_add(facts.delay) {
             let over = message.credit_tick.saturating_sub(message.tick);
-            report.broken(
-                4,
-                format!("credit is {over} ticks ahead of tick {}, allowed are {}", message.tick, facts.delay),
-            );
+            report
+                .broken(4, format!("credit is {over} ticks ahead of tick {}; allowed: {}", message.tick, facts.delay));
         }
     }
     report.kept_unless_broken(4, before, format!("never more than {} ticks", facts.delay));
@@ -186,7 +184,7 @@ fn joint_states(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, re
     let steps = steps(observed, facts);
     let (moving, resting) = (usual(&steps, true), usual(&steps, false));
     let Some(step) = moving.or(resting) else {
-        return report.not_seen(7, "fewer than two messages of joint_states were heard");
+        return report.not_seen(7, "fewer than two messages of joint_states were received");
     };
     for message in &observed.joints {
         let rest = (message.stamp_ns - epoch_ns).checked_rem(facts.cycle_ns).unwrap_or(0);
@@ -225,12 +223,12 @@ fn pace(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, re
     }
     report.not_seen(41, "the machine runs at pace realtime");
     if let Some(message) = observed.streams.iter().find(|message| message.pace != MachineStream::PACE_REALTIME) {
-        return report.broken(40, format!("pace is {} at tick {}, allowed are 0 and 1", message.pace, message.tick));
+        return report.broken(40, format!("pace is {} at tick {}; allowed: 0 and 1", message.pace, message.tick));
     }
     let (Some(began), Some(ended)) = (observed.came.first(), observed.came.last()) else { return };
     let passed = ended.duration_since(*began);
     if passed < SHORTEST {
-        return report.not_seen(40, format!("only {:.1} s were heard", passed.as_secs_f64()));
+        return report.not_seen(40, format!("only {:.1} s were received", passed.as_secs_f64()));
     }
     let ticked_s = last.tick.saturating_sub(first.tick) as f64 * facts.cycle_s();
     let off_s = gained_s(observed, facts, *began, first.tick);
@@ -240,9 +238,9 @@ fn pace(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, re
         report.kept(40, seen);
     } else if let Some(warning) = observed.warnings.first() {
         let how = if off_s < 0.0 { "is late" } else { "makes up for what it was late" };
-        report.kept(40, format!("{seen}; it {how}, and says so: {warning}"));
+        report.kept(40, format!("{seen}; it {how}, and warns: {warning}"));
     } else {
-        report.broken(40, format!("{seen}, allowed is {allowed_s:.3} s of difference, and /diagnostics tell nothing"));
+        report.broken(40, format!("{seen}; allowed: {allowed_s:.3} s of difference, and /diagnostics has no warning"));
     }
 }
 

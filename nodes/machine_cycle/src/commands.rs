@@ -31,7 +31,7 @@ pub fn checked(
     let CommandMessage { kind, target, counts, tick, .. } = message;
     let of = |what: String| format!("command of kind {kind}: {what}; correct the sender");
     if target.len() > MAX_TARGET {
-        return Err(of(format!("target has {} octets, allowed are {MAX_TARGET}", target.len())));
+        return Err(of(format!("target has {} octets; allowed: {MAX_TARGET}", target.len())));
     }
     let command = timed(message, machine)
         .ok_or_else(|| of(format!("no such order with target {target:?} and counts {counts} is known")))?;
@@ -44,7 +44,7 @@ pub fn checked(
     let latest = executed.saturating_add(ahead);
     // An announcement takes effect at once.
     if *kind != CommandMessage::ATTEND && *tick > latest {
-        return Err(of(format!("tick {tick} is too far ahead, allowed is up to {latest}")));
+        return Err(of(format!("tick {tick} is too far ahead; allowed: up to {latest}")));
     }
     if message.stamp != Time::default() && *tick <= latest && message.stamp != clock.stamp(*tick) {
         let Time { sec, nanosec } = message.stamp;
@@ -52,7 +52,7 @@ pub fn checked(
     }
     let (low, high) = count_bounds(message, machine);
     if !(low..=high).contains(counts) {
-        return Err(of(format!("counts is {counts}, allowed is {low} to {high}")));
+        return Err(of(format!("counts is {counts}; allowed: {low} to {high}")));
     }
     Ok(command)
 }

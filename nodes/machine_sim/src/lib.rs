@@ -255,7 +255,7 @@ impl LoadedMachine {
         let pace = match parameters.string("pace").as_str() {
             "realtime" => Pace::Realtime,
             "fast" => Pace::Fast,
-            other => return Err(NodeError::Parameter(format!("pace is {other:?}, allowed are realtime and fast"))),
+            other => return Err(NodeError::Parameter(format!("pace is {other:?}; allowed: realtime and fast"))),
         };
         let state_file = match parameters.string("state_file").as_str() {
             "" => machine_state_file::default_path(&file.description.name),

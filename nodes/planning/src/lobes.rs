@@ -22,7 +22,7 @@ pub struct LobeFormError {
 }
 
 /// The raw outline of a lobe: its contour with the stock along the normal and what the part has above that (mm, over the azimuth from its
-/// key-way), on equal azimuths, with its key-way at one of them (rad).
+/// keyway), on equal azimuths, with its keyway at one of them (rad).
 #[must_use]
 pub(super) fn blank(design: &LobeDesign, stock_mm: f64, key_way_rad: f64, above_mm: impl Fn(f64) -> f64) -> PartLobe {
     let phase_rad = design.phase_on_rad(key_way_rad);
@@ -180,7 +180,7 @@ mod tests {
         assert!((result.form_error_rms - 0.25e-3).abs() < 1e-11);
     }
 
-    /// A part that is clamped askew is measured from its key-way: its blank is as good as another, and the wrong phase shows.
+    /// A part that is clamped askew is measured from its keyway: its blank is as good as another, and the wrong phase shows.
     #[test]
     fn form_is_measured_from_the_key_way_wherever_the_part_is_clamped() {
         let design = disc(4.2, 19.0, -0.7);
@@ -188,7 +188,7 @@ mod tests {
         assert!((lobe_result(&design, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
         let found = LobeDesign { phase_rad: -0.6, part_phase_rad: 0.1, ..design.clone() };
         assert!((lobe_result(&found, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
-        // Ground where the key-way should be: the disc is turned by 0.1 rad, up to e sin 0.1 off besides its stock.
+        // Ground where the keyway should be: the disc is turned by 0.1 rad, up to e sin 0.1 off besides its stock.
         let ground = PartLobe { key_way: 0.1, ..blank(&design, 0.25, 0.0, |_| 0.0) };
         let off = lobe_result(&design, &ground).unwrap().form_error_max.abs();
         assert!((off - (0.25e-3 + 4.2e-3 * (2.0 * 0.05_f64.sin()))).abs() < 2e-5, "{off}");

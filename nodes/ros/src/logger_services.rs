@@ -37,7 +37,7 @@ fn set(logger: &Logger, wanted: &LoggerLevel) -> Result<(), String> {
     }
     let level = Level::from_number(wanted.level).ok_or_else(|| {
         format!(
-            "level {} of logger '{}' is unknown; allowed are 10 (debug), 20 (info), 30 (warn), 40 (error), 50 (fatal), and 0 \
+            "level {} of logger '{}' is unknown; allowed: 10 (debug), 20 (info), 30 (warn), 40 (error), 50 (fatal), and 0 \
              for the level of the start",
             wanted.level, wanted.name
         )

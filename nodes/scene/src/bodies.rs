@@ -127,7 +127,7 @@ fn part(machine: &MachineDescription, held: &WheelSupport, frames: &Frames) -> L
         None => (held.headstock.to, held.headstock.to + 0.01),
     };
     let bar = RevolvedBody { from, to, radius };
-    // The driver shows where the key-way is, on azimuth 0.
+    // The driver shows where the keyway is, on azimuth 0.
     let driver = boxed([0.0, -0.4 * radius, from], [3.0 * radius, 0.4 * radius, from + 0.01], KEY);
     let moment = machine.axis(Axis::C).inertia;
     // A solid cylinder as thick as the headstock that has this moment.

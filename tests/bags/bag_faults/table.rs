@@ -141,16 +141,10 @@ fn layout() -> Vec<Fault> {
             d.options = without_crc;
             d.patch = |bytes| patch_last(bytes, op::METADATA_INDEX, 0);
         }),
-        broken!(
-            "footer leads elsewhere",
-            Error,
-            "run_0.mcap",
-            "the footer says that the summary's offsets begin at",
-            |d| {
-                d.options = without_crc;
-                d.patch = |bytes| patch_last(bytes, op::FOOTER, 8);
-            }
-        ),
+        broken!("footer leads elsewhere", Error, "run_0.mcap", "summary offset start in the footer is", |d| {
+            d.options = without_crc;
+            d.patch = |bytes| patch_last(bytes, op::FOOTER, 8);
+        }),
         broken!("offset within the summary wrong", Error, "run_0.mcap", "1 offset of the summary leads nowhere", |d| {
             d.options = without_crc;
             d.patch = |bytes| patch_last(bytes, op::SUMMARY_OFFSET, 1);
@@ -428,31 +422,19 @@ fn runs() -> Vec<Fault> {
         broken!("lost_total is no number", Error, "custom_data", "camwright.lost_total 'some' is no number", |d| {
             d.custom_data.insert("camwright.lost_total".into(), "some".into());
         }),
-        broken!(
-            "lost_total less than the recorder counted",
-            Error,
-            "custom_data",
-            "says that 2 messages were lost",
-            |d| {
-                let (bag, dropped) = ("run".into(), 2);
-                d.first(STATUS).data = cdr(&RecorderStatus { bag, dropped, ..RecorderStatus::default() });
-            }
-        ),
-        broken!(
-            "fewer messages than the recorder counted",
-            Error,
-            "custom_data",
-            "says that 90 messages had been written",
-            |d| {
-                let (bag, written) = ("run".into(), 90);
-                d.first(STATUS).data = cdr(&RecorderStatus { bag, written, ..RecorderStatus::default() });
-            }
-        ),
+        broken!("lost_total less than the recorder counted", Error, "custom_data", "reports 2 lost messages", |d| {
+            let (bag, dropped) = ("run".into(), 2);
+            d.first(STATUS).data = cdr(&RecorderStatus { bag, dropped, ..RecorderStatus::default() });
+        }),
+        broken!("fewer messages than the recorder counted", Error, "custom_data", "reports 90 messages written", |d| {
+            let (bag, written) = ("run".into(), 90);
+            d.first(STATUS).data = cdr(&RecorderStatus { bag, written, ..RecorderStatus::default() });
+        }),
         broken!("recording ended by a fault", Warning, "custom_data", "the recording ended early: disk", |d| {
             d.custom_data.insert("camwright.outcome".into(), "fault".into());
             d.custom_data.insert("camwright.fault".into(), "disk".into());
         }),
-        broken!("recording not closed", Warning, "custom_data", "says that it is still open", |d| {
+        broken!("recording not closed", Warning, "custom_data", "is still marked as open", |d| {
             d.custom_data.insert("camwright.outcome".into(), "open".into());
         }),
         broken!(

@@ -99,7 +99,7 @@ pub enum LiftError {
     },
     /// An angle off the even division of the turn.
     #[error(
-        "line {line}: angle {angle_deg:.4} deg is {off_deg:.4} deg off the even division, allowed are {bound_deg:.4} deg"
+        "line {line}: angle {angle_deg:.4} deg is {off_deg:.4} deg off the even division; allowed: {bound_deg:.4} deg"
     )]
     UnevenAngle {
         /// Line of the file.
@@ -145,7 +145,7 @@ pub enum LiftError {
     },
     /// The lift after one turn is not the lift before.
     #[error(
-        "line {line}: after one turn {misclosure_mm} mm of lift remain ({units} units of {digit_mm} mm), allowed is less than {bound_mm} mm"
+        "line {line}: after one turn {misclosure_mm} mm of lift remain ({units} units of {digit_mm} mm); allowed: less than {bound_mm} mm"
     )]
     Misclosure {
         /// Last line of the table.
@@ -170,9 +170,7 @@ pub enum LiftError {
         bound_mm: f64,
     },
     /// A single row that its neighbours do not bear out.
-    #[error(
-        "line {line}: the lift lies {off_mm:.6} mm off the trend of the rows around it, allowed are {bound_mm:.6} mm"
-    )]
+    #[error("line {line}: the lift lies {off_mm:.6} mm off the trend of the rows around it; allowed: {bound_mm:.6} mm")]
     Outlier {
         /// Line of the row.
         line: usize,
@@ -182,9 +180,7 @@ pub enum LiftError {
         bound_mm: f64,
     },
     /// A jump that the lift around it does not announce.
-    #[error(
-        "line {line}: the lift jumps {jump_mm:.6} mm away from its neighbours' trend, allowed are {bound_mm:.6} mm"
-    )]
+    #[error("line {line}: the lift jumps {jump_mm:.6} mm away from its neighbours' trend; allowed: {bound_mm:.6} mm")]
     Step {
         /// Line of the row after the jump.
         line: usize,

@@ -46,7 +46,7 @@ pub enum LiftLawError {
         angle_deg: f64,
     },
     /// A sampled formula is not smooth enough for a spline.
-    #[error("{knots} knots leave {error_mm:e} mm between them, allowed are {bound_mm:e} mm")]
+    #[error("{knots} knots leave {error_mm:e} mm between them; allowed: {bound_mm:e} mm")]
     Unresolved {
         /// Largest number of knots tried.
         knots: usize,

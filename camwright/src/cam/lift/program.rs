@@ -46,7 +46,7 @@ pub enum ProgramError {
         covered_deg: f64,
     },
     /// The lift after one turn is not the lift before.
-    #[error("after one turn {misclosure_mm:.9} mm of lift remain, allowed are {bound_mm:e} mm")]
+    #[error("after one turn {misclosure_mm:.9} mm of lift remain; allowed: {bound_mm:e} mm")]
     Misclosure {
         /// Remaining lift (mm).
         misclosure_mm: f64,

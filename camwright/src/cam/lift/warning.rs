@@ -68,8 +68,8 @@ pub enum LiftWarning {
     },
     /// A hump on the base circle.
     #[error(
-        "line {line}: the base circle is not flat: the lift rises by {height_mm:.6} mm here and falls again, \
-         allowed are {bound_mm} mm"
+        "line {line}: the base circle is not flat: the lift rises by {height_mm:.6} mm here and falls again; \
+         allowed: {bound_mm} mm"
     )]
     BaseNotFlat {
         /// Line of the top of the hump.

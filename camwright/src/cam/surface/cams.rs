@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, Copy)]
 pub struct CamAlong<'a> {
     pub contour: &'a Contour,
-    /// Azimuth of its cam angle 0, from the key-way (rad).
+    /// Azimuth of its cam angle 0, from the keyway (rad).
     pub phase_rad: f64,
     /// Start (mm).
     pub from_mm: f64,

@@ -12,7 +12,7 @@ use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Corners of a triangle (mm, in the part's frame: x towards the key-way, z along the axis; the azimuth is atan2(y, x)).
+/// Corners of a triangle (mm, in the part's frame: x towards the keyway, z along the axis; the azimuth is atan2(y, x)).
 pub type Triangle = [[f64; 3]; 3];
 
 /// A piece of the line along which triangles meet a plane: x and z of its ends (mm).

@@ -1,6 +1,6 @@
 //! The surface of a part that is not round: its distance r(azimuth, z) from the spindle axis.
 //!
-//! The azimuth is that of the point in the part's frame, from the key-way on, counted as [`crate::cam::contour`] counts it; z runs along the
+//! The azimuth is that of the point in the part's frame, from the keyway on, counted as [`crate::cam::contour`] counts it; z runs along the
 //! axis. What stands at an azimuth φ passes the X axis line where θ = σ·C = φ.
 //!
 //! | kind | made of | beyond its ends goes on |
@@ -85,7 +85,7 @@ pub enum SurfaceError {
         wanted_deg: f64,
     },
     /// The surface does not close after a turn.
-    #[error("row {row}: the radius after a turn differs by {gap_mm:e} mm from the first, allowed are {bound_mm:e} mm")]
+    #[error("row {row}: the radius after a turn differs by {gap_mm:e} mm from the first; allowed: {bound_mm:e} mm")]
     NotClosed {
         /// Row, from 0.
         row: usize,
@@ -110,7 +110,7 @@ pub enum SurfaceError {
     },
     /// A cam's outline is too rough for its spline.
     #[error(
-        "the outline of cam {cam} bends too sharply: {knots} knots leave {error_mm:e} mm, allowed are {bound_mm:e} mm"
+        "the outline of cam {cam} bends too sharply: {knots} knots leave {error_mm:e} mm; allowed: {bound_mm:e} mm"
     )]
     RoughCam {
         /// Which cam, from 0.
@@ -156,8 +156,8 @@ pub enum SurfaceError {
     },
     /// No smooth surface goes through the corners of a mesh.
     #[error(
-        "the corner at azimuth {azimuth_deg:.2} deg, z = {z_mm:.3} mm lies {off_mm:.6} mm off the smoothest surface through the mesh, \
-         allowed are {bound_mm} mm"
+        "the corner at azimuth {azimuth_deg:.2} deg, z = {z_mm:.3} mm lies {off_mm:.6} mm off the smoothest surface through the mesh; \
+         allowed: {bound_mm} mm"
     )]
     RoughMesh {
         /// Azimuth (deg).

@@ -67,7 +67,7 @@ pub enum PostError {
     #[error("{count} subprograms are more than there are numbers")]
     TooManySubprograms { count: usize },
     /// The program is outside its tolerance.
-    #[error("the pieces are {error_um:.4} um off at {at_deg:.3} deg, allowed are {allowed_um:.4} um")]
+    #[error("the pieces are {error_um:.4} um off at {at_deg:.3} deg; allowed: {allowed_um:.4} um")]
     OffThePath {
         /// Deviation (um).
         error_um: f64,

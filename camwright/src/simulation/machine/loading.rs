@@ -17,7 +17,7 @@ impl Machine {
     }
 
     /// Puts one lobe of a raw part between the centres, in the place of one with the same name: radii (mm) at azimuths
-    /// i·2π/n from the key-way, in front of the wheel when the table stands at the station's position.
+    /// i·2π/n from the keyway, in front of the wheel when the table stands at the station's position.
     ///
     /// # Errors
     /// An unknown station or one that is taken, an outline that is none.
@@ -25,14 +25,14 @@ impl Machine {
         self.workholding.load_lobe(name, station, (width_mm, radii), &self.description)
     }
 
-    /// Azimuth of the part's key-way as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where
+    /// Azimuth of the part's keyway as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where
     /// C is 0.
     #[must_use]
     pub fn key_way_rad(&self) -> f64 {
         self.workholding.key_way_rad()
     }
 
-    /// The part is clamped with its key-way there (rad); 0 if that is not finite. The outlines of its lobes are given as the
+    /// The part is clamped with its keyway there (rad); 0 if that is not finite. The outlines of its lobes are given as the
     /// part is clamped.
     pub fn set_keyway(&mut self, key_way_rad: f64) {
         self.workholding.set_keyway(key_way_rad);

@@ -155,7 +155,7 @@ impl Machine {
         }
     }
 
-    /// True positions (mm or rad) and velocities (mm/s or rad/s) of the axes, which no encoder shows: C from the key-way's
+    /// True positions (mm or rad) and velocities (mm/s or rad/s) of the axes, which no encoder shows: C from the keyway's
     /// centre facing the wheel.
     #[must_use]
     pub fn truth(&self) -> [(f64, f64); AXIS_COUNT] {

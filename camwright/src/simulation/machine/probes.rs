@@ -1,4 +1,4 @@
-//! Detectors that find the part: the gap detector of the wheel and the switch of the key-way.
+//! Detectors that find the part: the gap detector of the wheel and the switch of the keyway.
 
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{KeyWayProbe, MachineDescription};
@@ -65,7 +65,7 @@ pub(super) fn engagement_mm(law: Option<&ContactLaw>, removal: Removal, deflecti
     deflection.mm + depth_mm
 }
 
-/// The key-way of the clamped part and its switch.
+/// The keyway of the clamped part and its switch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Keyway {
     /// Positions of C between which the switch is closed, modulo a turn, and a turn (counts).
@@ -81,7 +81,7 @@ impl Keyway {
         Self { begins: centre - half, ends: centre + half, turn: libm::round(TURN_RAD * counts_per_rad) }
     }
 
-    /// The key-way stands under its switch with C at this true position (counts).
+    /// The keyway stands under its switch with C at this true position (counts).
     pub(super) fn is_under_switch(&self, position: f64) -> bool {
         libm::floor((position - self.begins) / self.turn) > libm::floor((position - self.ends) / self.turn)
     }

@@ -26,7 +26,7 @@ pub(super) struct Workholding {
     part: Workpiece,
     /// The part in the chuck of a lathe.
     turned: Option<Clamped>,
-    /// Azimuth of the part's key-way as it is clamped (rad): 0 faces the wheel where C is 0.
+    /// Azimuth of the part's keyway as it is clamped (rad): 0 faces the wheel where C is 0.
     key_way_rad: f64,
 }
 
@@ -36,7 +36,7 @@ impl Workholding {
         description: &MachineDescription,
         codec: &mut SnapshotCodec<'_>,
     ) -> Result<(), SnapshotError> {
-        // The key-way follows in a group of its own.
+        // The keyway follows in a group of its own.
         let Self { part, turned, key_way_rad: _ } = self;
         codec.field("part", |codec| {
             part.snapshot(codec, description.stations.len(), || CutRecord::from_description(description))
@@ -81,7 +81,7 @@ impl Workholding {
         self.key_way_rad = if key_way_rad.is_finite() { key_way_rad } else { 0.0 };
     }
 
-    /// The key-way of the part under its switch; `None` without a switch or a part.
+    /// The keyway of the part under its switch; `None` without a switch or a part.
     pub(super) fn keyway(&self, headstock: &AxisState, description: &MachineDescription) -> Option<Keyway> {
         let probe = description.key_way_probe.filter(|_| self.has_part())?;
         Some(Keyway::new(&probe, self.key_way_rad, description.rotation_sense, headstock.counts_per_unit))

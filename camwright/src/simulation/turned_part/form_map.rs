@@ -35,7 +35,7 @@ pub enum FormMapError {
 pub struct FormPoint {
     /// Material above the design along its normal (mm); below it negative.
     pub deviation_mm: f64,
-    /// Azimuth from the key-way (rad).
+    /// Azimuth from the keyway (rad).
     pub azimuth_rad: f64,
     /// Place along the part (mm).
     pub z_mm: f64,
@@ -72,7 +72,7 @@ pub struct FormMap {
 }
 
 impl FormMap {
-    /// The map of a part between two places along it (mm), against a design by azimuth from the key-way (rad) and place (mm).
+    /// The map of a part between two places along it (mm), against a design by azimuth from the keyway (rad) and place (mm).
     ///
     /// A cell at radius r stands (r − d)/√(1 + (δ/d)² + ζ²) above a design d(φ, z) with the derivatives δ and ζ, to first order: a
     /// deviation e is off by e²κ/2, κ being the curvature of the design. Between its cells the map knows nothing.

@@ -8,7 +8,7 @@
 //!        │      ╲                                       │   ╰───╯   edge xₑ(z) = x − √(R² − (z' − z)²) at the column z'
 //!     H ─┼───────●━━━━ rake face                        └────────────── z'
 //! ```
-//! Azimuths φ are in the part's frame, from the key-way. With the part turned by θ = σ·C, the edge's point at a column is at azimuth
+//! Azimuths φ are in the part's frame, from the keyway. With the part turned by θ = σ·C, the edge's point at a column is at azimuth
 //! φ = θ + atan2(H, xₑ) and at radius √(xₑ² + H²). Between two positions of the axes it draws a curve, and every azimuth of the grid that
 //! it passes is left with at most the radius at which it passes there.
 //!
@@ -115,7 +115,7 @@ pub struct PartGrid {
 }
 
 impl PartGrid {
-    /// An azimuth from the key-way (rad).
+    /// An azimuth from the keyway (rad).
     #[must_use]
     pub fn azimuth_rad(&self, index: usize) -> f64 {
         TURN_RAD * index as f64 / self.azimuths as f64

@@ -101,7 +101,7 @@ impl CutRecord {
         &self.degrees
     }
 
-    /// Largest normal force on every degree from the key-way on (N), of the whole contact.
+    /// Largest normal force on every degree from the keyway on (N), of the whole contact.
     #[must_use]
     pub fn forces_n(&self) -> &[f64] {
         &self.forces_n

@@ -1,6 +1,6 @@
 //! The part: per lobe a polar radius over azimuth, from which the wheel takes away what it sweeps.
 //!
-//! Azimuths are in the part's frame, from the key-way. With the wheel's centre at distance X from the axis, at azimuth θ,
+//! Azimuths are in the part's frame, from the keyway. With the wheel's centre at distance X from the axis, at azimuth θ,
 //! the wheel of radius R leaves at azimuth φ, with δ = φ − θ,
 //!
 //! ```text
@@ -162,7 +162,7 @@ pub struct Lobe {
 }
 
 impl Lobe {
-    /// A lobe from its outline: radii (mm) at azimuths i·2π/n from the key-way.
+    /// A lobe from its outline: radii (mm) at azimuths i·2π/n from the keyway.
     ///
     /// # Errors
     /// Too few radii, a radius or a width that is not positive.
@@ -202,13 +202,13 @@ impl Lobe {
         self.width_mm
     }
 
-    /// Radii (mm) at azimuths i·2π/n from the key-way.
+    /// Radii (mm) at azimuths i·2π/n from the keyway.
     #[must_use]
     pub fn radii_mm(&self) -> &[f64] {
         &self.radii
     }
 
-    /// Radius at an azimuth from the key-way (rad), straight between two of its azimuths (mm).
+    /// Radius at an azimuth from the keyway (rad), straight between two of its azimuths (mm).
     #[must_use]
     pub fn radius_between_mm(&self, azimuth_rad: f64) -> f64 {
         let n = self.radii.len();

@@ -54,7 +54,7 @@ pub enum InsertPathError {
     /// The rake plane does not cut the surface as it must.
     #[error(transparent)]
     Section(#[from] RakeSectionError),
-    #[error("the spiral has {turns:.1} turns of {angles} angles, {knots:.0} in all, allowed are {max}")]
+    #[error("the spiral has {turns:.1} turns of {angles} angles, {knots:.0} in all; allowed: {max}")]
     TooLong { turns: f64, angles: u32, knots: f64, max: u32 },
     /// A hollow that the insert does not reach, on a path that would have to.
     #[error(
@@ -73,7 +73,7 @@ pub enum InsertPathError {
     },
     /// Part of the surface stands behind another as seen along the rake plane.
     #[error(
-        "turned to {turned_deg:.2} deg at z = {z_mm:.3} mm the insert would have to jump by {jump_mm:.4} mm, allowed are {bound_mm:.4} mm: \
+        "turned to {turned_deg:.2} deg at z = {z_mm:.3} mm the insert would have to jump by {jump_mm:.4} mm; allowed: {bound_mm:.4} mm: \
          part of the surface stands behind another and is not reached"
     )]
     Overhang {
@@ -88,7 +88,7 @@ pub enum InsertPathError {
     },
     /// Steps of the angle that are too long.
     #[error(
-        "{angles} angles a turn leave {error_mm:e} mm between them at {turned_deg:.2} deg, z = {z_mm:.3} mm, allowed are {bound_mm:e} mm: \
+        "{angles} angles a turn leave {error_mm:e} mm between them at {turned_deg:.2} deg, z = {z_mm:.3} mm; allowed: {bound_mm:e} mm: \
          more angles, or a smoother surface"
     )]
     Unresolved {
@@ -104,7 +104,7 @@ pub enum InsertPathError {
     },
     /// The finished path does not pass its forward check.
     #[error(
-        "at {turned_deg:.2} deg, z = {z_mm:.3} mm the section comes within {distance_mm:.6} mm of the insert's centre, allowed are \
+        "at {turned_deg:.2} deg, z = {z_mm:.3} mm the section comes within {distance_mm:.6} mm of the insert's centre; allowed: \
          {bound_mm:.6} mm"
     )]
     Gouges {

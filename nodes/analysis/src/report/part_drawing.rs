@@ -143,7 +143,7 @@ impl DrawnSection {
             let [x, y] = outline.axis;
             let _infallible = write!(
                 out,
-                "<path class=\"centre\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><text class=\"{}\" x=\"{:.1}\" y=\"{:.1}\">key-way</text>",
+                "<path class=\"centre\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><text class=\"{}\" x=\"{:.1}\" y=\"{:.1}\">keyway</text>",
                 x + 12.0 * cos,
                 y - 12.0 * sin,
                 x + 34.0 * cos,

@@ -189,7 +189,7 @@ pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Opti
             at: (azimuth, worst.error_um),
             label: format!("{} µm at {}", signed(worst.error_um, 2), worst.place),
         }),
-        across: "azimuth on the part from its key-way (°)",
+        across: "azimuth on the part from its keyway (°)",
         ..Chart::over_azimuth(format!("Form error round the part near z {z} mm (µm), tolerance shaded"))
     };
     let section = DrawnSection {

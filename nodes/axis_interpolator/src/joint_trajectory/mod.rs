@@ -94,7 +94,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
             let factor = message.factor;
             if !(0.0..=1.0).contains(&factor) {
                 let text = format!(
-                    "speed scaling {factor} ignored, allowed is 0 to 1: a trajectory may use its limits to the full"
+                    "speed scaling {factor} ignored; allowed: 0 to 1: a trajectory may use its limits to the full"
                 );
                 this.node.warn_once("speed scaling out of 0 to 1 ignored", &text);
             } else if !this.request(MotionRequest::SetOverride(factor)) {

@@ -137,7 +137,7 @@ fn check_recorded_summary(walk: &BagWalk, report: &mut BagReport, yaml: Option<&
             let reason = declared.get("camwright.fault").map_or("", String::as_str);
             report.warning(CUSTOM, format!("the recording ended early: {reason}"));
         }
-        Some("open") if !walk.is_damaged => report.warning(CUSTOM, "the recording says that it is still open"),
+        Some("open") if !walk.is_damaged => report.warning(CUSTOM, "the recording is still marked as open"),
         _ => {}
     }
 }
@@ -167,11 +167,10 @@ fn account(walk: &BagWalk, report: &mut BagReport, lost: u64) {
     let seen = report.message_count - walk.repeated;
     if account.written > seen {
         let declared = account.written;
-        report.error(CUSTOM, format!("{name} says that {declared} messages had been written, the bag has {seen}"));
+        report.error(CUSTOM, format!("{name} reports {declared} messages written, the bag has {seen}"));
     }
     if account.dropped > lost {
         let declared = account.dropped;
-        report
-            .error(CUSTOM, format!("{name} says that {declared} messages were lost, camwright.lost_total says {lost}"));
+        report.error(CUSTOM, format!("{name} reports {declared} lost messages, camwright.lost_total is {lost}"));
     }
 }

@@ -156,15 +156,13 @@ impl Layout {
         let Some((footer_at, footer)) = &self.footer else { return report.error(place, "it has no footer") };
         if Some(footer.summary_start) != self.data_end {
             let (declared, seen) = (footer.summary_start, self.data_end.unwrap_or(0));
-            report.error(place, format!("the footer says that the summary begins at {declared}, it does at {seen}"));
+            report.error(place, format!("summary start in the footer is {declared}, the summary begins at {seen}"));
         }
         let seen = self.first_offset.unwrap_or(0);
         if footer.summary_offset_start != seen && footer.summary_offset_start != *footer_at {
             let declared = footer.summary_offset_start;
-            report.error(
-                place,
-                format!("the footer says that the summary's offsets begin at {declared}, they do at {seen}"),
-            );
+            report
+                .error(place, format!("summary offset start in the footer is {declared}, the offsets begin at {seen}"));
         }
         let mut wrong = FindingCount::default();
         for (opcode, start, length) in &self.offsets {
@@ -196,7 +194,7 @@ impl Layout {
             let at = index.chunk_start_offset;
             let reason = match self.chunks.get(&at) {
                 None => Some("no chunk begins there"),
-                Some(_) if !starts.insert(at) => Some("it is told twice"),
+                Some(_) if !starts.insert(at) => Some("it is in the index twice"),
                 Some(chunk) => chunk.differs_from(index),
             };
             if let Some(reason) = reason {
@@ -209,10 +207,8 @@ impl Layout {
         let unindexed =
             self.chunks.iter().filter(|(at, chunk)| chunk.range_ns.is_some() && !starts.contains(at)).count();
         if unindexed > 0 {
-            report.error(
-                place,
-                format!("{unindexed} of {with_messages} chunks are not in the index: readers leave them out"),
-            );
+            report
+                .error(place, format!("{unindexed} of {with_messages} chunks are not in the index: readers skip them"));
         }
     }
 

@@ -78,7 +78,7 @@ pub(super) struct RunArgs {
     /// Begin with this lobe (name or number) on the part in the machine.
     #[arg(long, value_name = "LOBE", requires = "attach")]
     start_at: Option<String>,
-    /// Find the phase of the clamped part by its key-way first.
+    /// Find the phase of the clamped part by its keyway first.
     #[arg(long, conflicts_with_all = ["start_at", "parts"])]
     find_phase: bool,
     /// Serve the operator page on this port of this computer.

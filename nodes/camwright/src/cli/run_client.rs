@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 const MEETING: Duration = Duration::from_secs(20);
 /// Maximum time for a cancelled job to come to rest.
 const STOPPING: Duration = Duration::from_secs(30);
-/// Maximum time of the key-way search in real time.
+/// Maximum time of the keyway search in real time.
 const FINDING: Duration = Duration::from_secs(120);
 
 /// Last messages of the cell: written by callbacks, awaited by the main thread.

@@ -95,7 +95,7 @@ enum WorkArgs {
         #[arg(long)]
         only_measure: bool,
     },
-    /// Find the phase of the clamped part by its key-way.
+    /// Find the phase of the clamped part by its keyway.
     #[command(after_help = super::help::SETUP_FIND_PHASE)]
     FindPhase {
         /// Load a raw part of the loaded job first.

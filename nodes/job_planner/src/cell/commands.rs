@@ -23,7 +23,7 @@ impl CellController {
     ) {
         let outcome = match Command::from_number(request.command) {
             Some(command) => self.obey(shared, command, request).map(|()| command),
-            None => Err(format!("there is no command {}; allowed are 1 (RESET) to 9 (CLEAR)", request.command)),
+            None => Err(format!("there is no command {}; allowed: 1 (RESET) to 9 (CLEAR)", request.command)),
         };
         match outcome {
             // Answered when the machine has answered.
@@ -139,7 +139,7 @@ impl CellController {
 
     pub(super) fn select(&mut self, shared: &Shared, mode: u8, responder: Responder<SetCellMode>) {
         let outcome = match Mode::from_number(mode) {
-            None => Err(format!("there is no mode {mode}; allowed are 1 to 4")),
+            None => Err(format!("there is no mode {mode}; allowed: 1 to 4")),
             Some(_) if Self::is_busy(shared) => Err(format!("the mode changes at rest; {}", self.holder(shared))),
             Some(mode) => self.unit.select(mode).map_err(|refused| refused.to_string()),
         };

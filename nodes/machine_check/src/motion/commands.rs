@@ -21,15 +21,12 @@ pub(super) fn acknowledged(
     let answers = during.iter().flat_map(|message| &message.latches).filter(|latch| latch.input == *input);
     let at: Vec<u64> = answers.map(|latch| latch.tick).collect();
     if at.contains(&drive.command_tick) {
-        report.kept(
-            21,
-            format!("{input} was asked for, and told to be closed by a latch of tick {}", drive.command_tick),
-        );
+        report.kept(21, format!("a latch of tick {} reports {input} as closed, as requested", drive.command_tick));
     } else {
         report.broken(
             21,
             format!(
-                "{input} is closed and was asked for at tick {}, no latch tells so; latches of it: {at:?}",
+                "{input} is closed and was requested at tick {}, but no latch reports it; its latches: {at:?}",
                 drive.command_tick
             ),
         );

@@ -204,7 +204,7 @@ fn plain(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Result<(), Early
     let answer = hand.ask_reset()?;
     let finished = drive.finish();
     match answer.recv_timeout(PATIENCE) {
-        Ok(answer) if answer.success => report.broken(30, "machine/reset says success while an axis moves"),
+        Ok(answer) if answer.success => report.broken(30, "machine/reset reports success while an axis moves"),
         Ok(answer) => report.kept(30, format!("a reset is refused while an axis moves: {}", answer.message)),
         Err(_) => report.broken(30, format!("machine/reset does not answer within {} s", PATIENCE.as_secs())),
     }

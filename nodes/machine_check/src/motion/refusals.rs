@@ -124,7 +124,7 @@ pub(super) fn estop(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Resul
         );
     }
     if reset?.success {
-        report.broken(33, "machine/reset says success while the stop is pressed");
+        report.broken(33, "machine/reset reports success while the stop is pressed");
     }
     hand.clear()?;
     if hand.news().setpoint_counts != there {

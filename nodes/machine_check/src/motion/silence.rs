@@ -37,7 +37,7 @@ pub(super) fn silence(bench: &ClauseBench<'_>, report: &mut ClauseReport) -> Res
     hand.rest()?;
     match answer.recv_timeout(PATIENCE) {
         Ok(answer) if answer.success && is_reported => {
-            report.broken(30, "machine/reset says success while the axes come to rest");
+            report.broken(30, "machine/reset reports success while the axes come to rest");
         }
         Ok(_) => {}
         Err(_) => report.broken(30, format!("machine/reset does not answer within {} s", PATIENCE.as_secs())),
