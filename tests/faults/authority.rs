@@ -7,9 +7,9 @@ use crate::support;
 
 use camwright_authority::{HeldCommand, TakeError, TakeOptions};
 use camwright_axis_interpolator::AxisInterpolator;
-use camwright_msgs::camwright_msgs::action::{Home, HomeGoal};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{
-    CommandHolder, InterpolatorState, MachineAlarms, MachineCommand, MachineStream,
+    CommandHolder, InterpolatorState, JobStatus, MachineAlarms, MachineCommand, MachineStream,
 };
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, TakeCommand, TakeCommandRequest, TakeCommandResponse,
@@ -33,6 +33,7 @@ struct Client {
     alarms: Arc<Mutex<Vec<u16>>>,
     holder: Arc<Mutex<CommandHolder>>,
     homed: Arc<Mutex<bool>>,
+    job: Arc<Mutex<JobStatus>>,
     _subscriptions: Vec<Subscription>,
     _spin: SpinThread,
 }
@@ -42,6 +43,8 @@ impl Client {
         let node = Node::new(NodeOptions::new(name, &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
         let (stream, alarms): (Arc<Mutex<MachineStream>>, Arc<Mutex<Vec<u16>>>) = Default::default();
         let (holder, homed): (Arc<Mutex<CommandHolder>>, Arc<Mutex<bool>>) = Default::default();
+        let job: Arc<Mutex<JobStatus>> = Arc::default();
+        let to_job = Arc::clone(&job);
         let (to_stream, to_alarms) = (Arc::clone(&stream), Arc::clone(&alarms));
         let (to_holder, to_homed) = (Arc::clone(&holder), Arc::clone(&homed));
         let latched = Qos::latched(1);
@@ -70,10 +73,15 @@ impl Client {
                     *to_homed.lock().expect("not poisoned") = message.is_homed;
                 }
             }),
+            node.subscribe::<JobStatus>("job_planner/job_status", &latched, move |message, info| {
+                if !is_own(info) {
+                    *to_job.lock().expect("not poisoned") = message;
+                }
+            }),
         ];
         let spin = node.spin_in_thread().expect("a thread");
         let _subscriptions = subscriptions.map(|made| made.expect("a subscription")).into();
-        Self { node, stream, alarms, holder, homed, _subscriptions, _spin: spin }
+        Self { node, stream, alarms, holder, homed, job, _subscriptions, _spin: spin }
     }
 
     fn call<S: camwright_msgs::Service>(&self, name: &str, request: &S::Request) -> S::Response {
@@ -110,6 +118,18 @@ impl Client {
         home.wait_for_server(PATIENCE).expect("home");
         let goal = home.send_goal(HomeGoal::default(), drop, PATIENCE).expect("a decision");
         if goal.accepted() { goal.result(PATIENCE).expect("a result").0 } else { GoalStatus::Unknown }
+    }
+
+    /// Sends a goal to the planner; true if it was accepted.
+    fn runs_job(&self) -> bool {
+        let jobs = self.node.action_client::<RunJob>("job_planner/run_job").expect("a client");
+        jobs.wait_for_server(PATIENCE).expect("run_job");
+        let goal = RunJobGoal { job: "eccentric".into(), ..RunJobGoal::default() };
+        jobs.send_goal(goal, drop, PATIENCE).expect("a decision").accepted()
+    }
+
+    fn job_message(&self) -> String {
+        self.job.lock().expect("not poisoned").message.clone()
     }
 
     fn stop(self) {
@@ -163,6 +183,8 @@ fn a_stranger_changes_no_zero_and_a_holder_works_afterwards() {
     assert_eq!(stranger.home(), GoalStatus::Unknown, "the goal is rejected");
     let refused = stranger.call::<Trigger>("machine/reset", &TriggerRequest::default());
     assert!(!refused.success && refused.message.contains("no client has command"), "{}", refused.message);
+    assert!(!stranger.runs_job(), "the job is rejected");
+    until("the status of the planner has the reason", || stranger.job_message().contains("no client has command"));
     let request = SetParametersRequest { parameters: vec![Parameter { name: "job".into(), ..Parameter::default() }] };
     let refused = stranger.call::<SetParameters>("job_planner/set_parameters", &request);
     assert!(refused.results.len() == 1 && refused.results[0].reason.contains("command"), "{refused:?}");

@@ -10,7 +10,7 @@ use camwright_threads::silence::{HEARTBEAT, LOOK, Silence};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Reports that wait for an answer.
@@ -31,11 +31,15 @@ struct LeaseView {
 /// Called with the participant of a machine that counts from now on.
 type MachineHook = Box<dyn Fn(Participant) + Send>;
 
+/// Called with a service and the reason for which a request to it was refused.
+type RefusalHook = Box<dyn Fn(&str, &str) + Send + Sync>;
+
 /// Decides for interpolator or planner.
 pub struct Grant {
     own: Participant,
     view: Mutex<LeaseView>,
     hooks: Mutex<Vec<MachineHook>>,
+    refusal_hook: OnceLock<RefusalHook>,
     refused: AtomicU32,
     has_joined: AtomicBool,
 }
@@ -55,6 +59,7 @@ impl Grant {
             own,
             view: Mutex::new(view),
             hooks: Mutex::default(),
+            refusal_hook: OnceLock::new(),
             refused: AtomicU32::new(0),
             has_joined: AtomicBool::new(false),
         });
@@ -102,6 +107,11 @@ impl Grant {
         lock(&self.hooks).push(Box::new(hook));
     }
 
+    /// Calls `hook` for every refused request. The first hook stays.
+    pub fn on_refusal(&self, hook: impl Fn(&str, &str) + Send + Sync + 'static) {
+        let _the_first_stays = self.refusal_hook.set(Box::new(hook));
+    }
+
     /// Returns whether a participant is the current machine.
     pub(super) fn is_machine(&self, participant: Participant) -> bool {
         lock(&self.view).machine.as_ref().is_some_and(|(machine, _)| *machine == participant)
@@ -146,7 +156,14 @@ impl Grant {
 
 impl Authority for Grant {
     fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String> {
-        if rules::is_open(service, request) { None } else { self.refusal_of(sender) }
+        if rules::is_open(service, request) {
+            return None;
+        }
+        let reason = self.refusal_of(sender)?;
+        if let Some(hook) = self.refusal_hook.get() {
+            hook(service, &reason);
+        }
+        Some(reason)
     }
 }
 

@@ -268,10 +268,10 @@ impl RunHandler {
 
 impl ActionHandler<RunJob> for RunHandler {
     fn goal(&mut self, _id: GoalId, goal: &RunJobGoal) -> GoalDecision {
-        if !self.0.active.load(Ordering::Acquire) {
-            return GoalDecision::Reject("the node is not active".into());
-        }
-        if let Some(reason) = self.0.cell.keeps_jobs_out() {
+        let is_active = self.0.active.load(Ordering::Acquire);
+        let obstacle = if is_active { self.0.cell.keeps_jobs_out() } else { Some("the node is not active".to_owned()) };
+        if let Some(reason) = obstacle {
+            self.0.board.rejected(&reason);
             return GoalDecision::Reject(reason);
         }
         let (name, mut overrides) = self.0.wanted(&goal.job, &goal.overrides);

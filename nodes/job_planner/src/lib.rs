@@ -211,6 +211,12 @@ impl JobPlanner {
             interpolator: partners::InterpolatorPartner::new(liveness::limit(&node)),
             node: node.clone(),
         });
+        let this = Arc::downgrade(&shared);
+        grant.on_refusal(move |service, reason| {
+            if let Some(shared) = this.upgrade().filter(|_| service.ends_with("/run_job/_action/send_goal")) {
+                shared.board.rejected(reason);
+            }
+        });
         let worker = node.supervisor().spawn("planning", move || {
             for order in orders {
                 injected::point("planning");

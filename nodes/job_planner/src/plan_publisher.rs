@@ -59,6 +59,20 @@ impl PlanPublisher {
         });
     }
 
+    /// A goal was rejected. Without a job, the status keeps the reason; a job and its result keep theirs.
+    pub(super) fn rejected(&self, reason: &str) {
+        let mut last = lock(&self.last);
+        let message = format!("refused, nothing moved: {reason}");
+        if last.state != JobStatus::IDLE || last.message == message {
+            return;
+        }
+        last.message = message;
+        last.stamp = self.node.now();
+        if let Err(error) = self.publisher.publish(&last) {
+            self.node.logger().warn(&error.to_string());
+        }
+    }
+
     /// A job is planned; `state` says what becomes of it.
     pub(super) fn planned(&self, state: u8, prepared: &AnyPrepared, message: &str) {
         self.publish_files(prepared);
