@@ -64,7 +64,7 @@ enum WorkArgs {
         stand_off: f64,
         /// For `wheel_contact`: maximum force of the stopped wheel (N).
         #[arg(long, default_value_t = 0.0)]
-        most_force_n: f64,
+        max_force_n: f64,
     },
     /// Dress the wheel.
     #[command(after_help = super::help::SETUP_DRESS)]
@@ -87,10 +87,10 @@ enum WorkArgs {
         radius_mm: Option<f64>,
         /// Maximum correction (um) [default: 200].
         #[arg(long)]
-        most_correction_um: Option<f64>,
+        max_correction_um: Option<f64>,
         /// Touch with the stopped wheel, with at most this force (N).
         #[arg(long, default_value_t = 0.0)]
-        most_force_n: f64,
+        max_force_n: f64,
         /// Measure without a correction.
         #[arg(long)]
         only_measure: bool,
@@ -168,7 +168,7 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
             let (status, result) = goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown)?;
             Ok((status == GoalStatus::Succeeded, result.message))
         }
-        WorkArgs::Probe { to: (axis, target), input, until_open, speed, stand_off, most_force_n } => {
+        WorkArgs::Probe { to: (axis, target), input, until_open, speed, stand_off, max_force_n } => {
             let goal = ProbeGoal {
                 joint: axis.joint().to_owned(),
                 input: input.clone(),
@@ -176,7 +176,7 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 target: si_from_file(*axis, *target),
                 speed: speed.map_or(0.0, |speed| si_from_file(*axis, speed)),
                 stand_off: si_from_file(*axis, *stand_off),
-                most_force: *most_force_n,
+                most_force: *max_force_n,
                 ..ProbeGoal::default()
             };
             let (status, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown)?;
@@ -191,13 +191,13 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
             let answer = answer.call(&request, WORK)?;
             Ok((answer.success, answer.message))
         }
-        WorkArgs::TouchOff { lobe, station, radius_mm, most_correction_um, most_force_n, only_measure } => {
+        WorkArgs::TouchOff { lobe, station, radius_mm, max_correction_um, max_force_n, only_measure } => {
             let request = TouchOffRequest {
                 lobe: lobe.clone().unwrap_or_default(),
                 station: station.clone().unwrap_or_default(),
                 radius: radius_mm.map_or(0.0, m_from_mm),
-                most_correction: most_correction_um.map_or(0.0, m_from_um),
-                most_force: *most_force_n,
+                most_correction: max_correction_um.map_or(0.0, m_from_um),
+                most_force: *max_force_n,
                 only_measure: *only_measure,
                 ..TouchOffRequest::default()
             };
