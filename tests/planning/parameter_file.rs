@@ -51,7 +51,7 @@ fn the_shipped_parameter_file_names_every_parameter_and_sets_its_default() {
     assert_eq!(with_file, defaults);
 
     // And with every line switched on, which shows that each is a parameter and a value that it takes.
-    let lines = text.lines().filter(|line| !line.contains("What is not set here"));
+    let lines = text.lines().filter(|line| !line.contains("Defaults: values of the job file"));
     let switched = lines.map(|line| line.strip_prefix("    # ").map_or(line.to_owned(), |rest| format!("    {rest}")));
     let all = switched.collect::<Vec<_>>().join("\n");
     let switched_on =

@@ -103,7 +103,7 @@ pub fn several_goals(ground: &mut Ground<'_>) {
         assert_eq!(outcome(&ends[1]), (SUCCEEDED, "b is home"));
         assert_eq!(outcome(&ends[2]), (ABORTED, "c hit its switch"));
     });
-    ground.check("cancelling what has ended is answered so", || {
+    ground.check("cancelling an ended goal is answered as such", || {
         assert_eq!(peer.ask("cancel", json!({ "goal": b.0 }))["return_code"], 3);
     });
 }
@@ -122,7 +122,7 @@ pub fn results_and_statuses(ground: &mut Ground<'_>) {
         };
         peer.message_where(topic, ended);
     });
-    ground.check("result for who asks late, and twice", || {
+    ground.check("result on late and repeated requests", || {
         for _ in 0..2 {
             assert_eq!(outcome(&peer.ask("result", json!({ "goal": id }))), (SUCCEEDED, "home"));
         }

@@ -76,8 +76,8 @@ pub fn four_processes(ground: &mut Ground<'_>) {
             }
         }
     });
-    ground.check("a joint trajectory takes the place of another on its way", || preempt(&mut peer));
-    ground.check("who asks for an axis that is taken is told by whom", || {
+    ground.check("a joint trajectory replaces another in motion", || preempt(&mut peer));
+    ground.check("a goal for a busy axis is rejected with its holder", || {
         let jog = json!({ "joint": "c_axis", "velocity": 0.1, "hold_to_run": -1.0 });
         let action = "/cell/axis_interpolator/jog";
         let sent = peer.ask("send_goal", json!({ "action": action, "type": "camwright_msgs/action/Jog", "goal": jog }));
@@ -89,7 +89,7 @@ pub fn four_processes(ground: &mut Ground<'_>) {
         let ended = peer.ask("result", json!({ "goal": goal }));
         assert_eq!(ended["status"], CANCELED, "{ended}");
     });
-    ground.check("each node restarted: a peer that stays finds it again", || {
+    ground.check("each node restarted: a running peer finds it again", || {
         for (_, topic, kind, qos) in SAYS {
             let topic = format!("/cell/{topic}");
             peer.ask("subscribe", json!({ "topic": topic, "type": kind, "qos": qos, "keep": 200 }));
@@ -122,7 +122,7 @@ pub fn four_processes(ground: &mut Ground<'_>) {
 pub fn one_process(ground: &mut Ground<'_>) {
     let mut peer = ground.peer("operator");
     let mut machine = Processes::start_some(&ground.domain, "/cell", &["machine_sim"]);
-    ground.check("each node restarted: a peer that stays finds it again", || {
+    ground.check("each node restarted: a running peer finds it again", || {
         peer.ask("wait_node", json!({ "name": "machine_sim", "namespace": "/cell" }));
         machine.interrupt("machine_sim");
         wait_gone(&mut peer, ("/cell", "machine_sim"), "/cell/");

@@ -171,7 +171,7 @@ pub fn namespaces(ground: &mut Ground<'_>) {
         peer.ask("subscribe", json!({ "topic": topic, "type": STRING, "qos": "latched" }));
         peer.message(topic)["data"].take()
     };
-    ground.check("two namespaces in one domain do not meet", || {
+    ground.check("two namespaces in one domain stay separate", || {
         assert_eq!((latched(&mut peer, "/one/name"), latched(&mut peer, "name")), (json!("one"), json!("two")));
         for namespace in ["one", "two"] {
             let answer = peer.call(&format!("/{namespace}/machine/who"), "std_srvs/srv/Trigger", json!({}));

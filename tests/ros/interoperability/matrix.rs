@@ -27,9 +27,9 @@ const ROWS: &[(&str, &[&str])] = &[
             "latched, theirs to us as late joiner",
             "1 MB, ours to theirs",
             "1 MB, theirs to ours",
-            "reliability does not fit: both sides say which policy",
-            "durability does not fit: both sides say which policy",
-            "another type under the name: we say so, nothing arrives",
+            "incompatible reliability: both sides report the policy",
+            "incompatible durability: both sides report the policy",
+            "different type on a topic: reported, no delivery",
         ],
     ),
     (
@@ -38,9 +38,9 @@ const ROWS: &[(&str, &[&str])] = &[
             "node names, both ways",
             "type and quality of service of an endpoint",
             "type hash of an endpoint",
-            "a node that leaves takes its name, topics and services with it",
+            "name, topics and services of a node disappear when it ends",
             "one publisher of `/parameter_events` a node",
-            "two namespaces in one domain do not meet",
+            "two namespaces in one domain stay separate",
             "remapped names of node, topic and service",
         ],
     ),
@@ -61,9 +61,9 @@ const ROWS: &[(&str, &[&str])] = &[
             "goal rejected",
             "three goals at once, each with its own feedback",
             "one cancelled, one succeeds, one aborts",
-            "cancelling what has ended is answered so",
-            "result for who asks late, and twice",
-            "status is latched and tells ends that nobody asked for",
+            "cancelling an ended goal is answered as such",
+            "result on late and repeated requests",
+            "status is latched and reports ends without a request",
             "cancelling all goals",
         ],
     ),
@@ -76,9 +76,9 @@ const ROWS: &[(&str, &[&str])] = &[
             "set, and refused with a reason",
             "set atomically: all or none",
             "`/parameter_events`",
-            "what `ros2 param dump` writes loads again",
-            "what `ros2 param dump` writes, `ros2 param load` sets",
-            "354 command lines mean what they mean to rcl",
+            "output of `ros2 param dump` is accepted as a parameter file",
+            "output of `ros2 param dump` is set by `ros2 param load`",
+            "354 command lines have the meaning of rcl",
         ],
     ),
     (
@@ -104,9 +104,9 @@ const ROWS: &[(&str, &[&str])] = &[
         &[
             "nodes come up active",
             "`/diagnostics` of every node",
-            "a joint trajectory takes the place of another on its way",
-            "who asks for an axis that is taken is told by whom",
-            "each node restarted: a peer that stays finds it again",
+            "a joint trajectory replaces another in motion",
+            "a goal for a busy axis is rejected with its holder",
+            "each node restarted: a running peer finds it again",
             "Ctrl-C: exit 0, gone from the graph",
             "two cells side by side",
         ],
@@ -118,27 +118,27 @@ const KNOWN: &[(&str, Column, &str)] = &[
     (
         "type hash of an endpoint",
         Column::Rclpy,
-        "RustDDS reads `USER_DATA` of endpoints and never sends any, so `ros2 topic info -v` prints `INVALID`. Nothing else depends on it; \
-         the hashes stand in bags and in `~/get_type_description`. See `nodes/ros/UPSTREAM.md`.",
+        "RustDDS reads `USER_DATA` of endpoints but never sends it, so `ros2 topic info -v` prints `INVALID`. Nothing else depends on it; \
+         bags and `~/get_type_description` have the hashes. See `nodes/ros/UPSTREAM.md`.",
     ),
     (
         "one publisher of `/parameter_events` a node",
         Column::Rclpy,
-        "ros2-client makes one that it lets nobody use and nobody switch off, beside ours. See `nodes/ros/UPSTREAM.md`.",
+        "ros2-client creates a second publisher, which cannot be used or disabled. See `nodes/ros/UPSTREAM.md`.",
     ),
 ];
 
 const HEAD: &str = "# Interoperability
 
-What was tried between nodes of ours and real peers, in both directions where there are two, on this host and in a domain of its own.
-Written by `CAMWRIGHT_INTEROP=write cargo test -p camwright_nodes --test ros interoperability`; without the variable the same test tries
-everything again and fails where it finds anything else than stands here.
+Tests of our nodes against real ROS 2 peers, in both directions where they apply, on one host and in a DDS domain of their own.
+Written by `CAMWRIGHT_INTEROP=write cargo test -p camwright_nodes --test ros interoperability`. Without the variable the same test repeats
+all checks and fails if a result differs from this table.
 
 rclpy is ROS 2 Jazzy on Fast DDS 2.14.5. The Cyclone peer is Cyclone DDS 11.0.1 with the names, types and service headers of
-`rmw_cyclonedds_cpp` written out by hand (`tests/support/cyclone_peer.py`), since there is no Python package of that. Actions, parameters and
-life cycle are made of topics and services and are not tried with it again (–).
+`rmw_cyclonedds_cpp` reproduced in `tests/support/cyclone_peer.py`, because it has no Python package. Actions, parameters and
+life cycle consist of topics and services and are not repeated with this peer (–).
 
-A megabyte reaches a subscriber on Fast DDS only after some seconds (`nodes/ros/UPSTREAM.md`, line 6); no message of ours is longer than 32 kB.
+A message of 1 MB needs some seconds to a subscriber on Fast DDS (`nodes/ros/UPSTREAM.md`, line 6); messages of camwright have at most 32 kB.
 ";
 
 /// Result of every check.
@@ -176,7 +176,7 @@ impl Matrix {
     }
 
     fn render(&self) -> String {
-        let mut text = format!("{HEAD}\n| what | rclpy, Fast DDS | Cyclone DDS |\n|---|:-:|:-:|\n");
+        let mut text = format!("{HEAD}\n| check | rclpy, Fast DDS | Cyclone DDS |\n|---|:-:|:-:|\n");
         let mark = |row: &'static str, column: Column| match self.outcomes.get(&(row, column)) {
             None => "–".to_string(),
             Some(Ok(())) => "✓".to_string(),

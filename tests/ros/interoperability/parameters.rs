@@ -110,7 +110,7 @@ pub fn dumped_and_loaded(ground: &mut Ground<'_>) {
     let given = "--ros-args -r __ns:=/cell -p infeed_um_rev:=12.5 -p job:='007' -p group.depth:=1e-07";
     let (node, _spin) = ground.node_with("planner", given, declared());
     let mut peer = ground.peer("peer");
-    ground.check("what `ros2 param dump` writes loads again", || {
+    ground.check("output of `ros2 param dump` is accepted as a parameter file", || {
         let text = peer.ask("dump", json!({ "node": "/cell/planner" }))["yaml"].as_str().expect("a text").to_owned();
         let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("dump-{}.yaml", std::process::id()));
         std::fs::File::create(&path).and_then(|mut file| file.write_all(text.as_bytes())).expect("a file of ours");
@@ -134,7 +134,7 @@ pub fn dumped_and_set(ground: &mut Ground<'_>) {
     let (_node, _spin) = ground.node_with("planner", given, declared());
     let (other, _other_spin) = ground.node_with("planner", "--ros-args -r __ns:=/other", declared());
     let mut peer = ground.peer("peer");
-    ground.check("what `ros2 param dump` writes, `ros2 param load` sets", || {
+    ground.check("output of `ros2 param dump` is set by `ros2 param load`", || {
         let text = peer.ask("dump", json!({ "node": "/cell/planner" }))["yaml"].as_str().expect("a text").to_owned();
         assert!(!text.contains("null") && !text.contains("speed_rpm"), "what is not set is not dumped:\n{text}");
         let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("load-{}.yaml", std::process::id()));
@@ -168,7 +168,7 @@ pub fn dumped_and_set(ground: &mut Ground<'_>) {
 
 /// Real rcl reads every line of the table as the table says; that this crate does too is a test of its own beside the parser.
 pub fn command_lines(ground: &mut Ground<'_>) {
-    ground.check("354 command lines mean what they mean to rcl", || {
+    ground.check("354 command lines have the meaning of rcl", || {
         let table = std::fs::read(repository().join("nodes/ros/src/args_table.json")).expect("the table");
         let table: Vec<Value> = serde_json::from_slice(&table).expect("JSON");
         assert_eq!(table.len(), 354, "the number in the row");

@@ -132,13 +132,13 @@ pub fn misfits(ground: &mut Ground<'_>) {
         let line = hears("New publisher discovered", into);
         assert!(line.contains("offering incompatible QoS") && line.ends_with(policy), "{line}");
     };
-    ground.check("reliability does not fit: both sides say which policy", || {
+    ground.check("incompatible reliability: both sides report the policy", || {
         misfit("RELIABILITY", "/weak_out", "/weak_in", "reliable", "best_effort");
     });
-    ground.check("durability does not fit: both sides say which policy", || {
+    ground.check("incompatible durability: both sides report the policy", || {
         misfit("DURABILITY", "/short_out", "/short_in", "latched", "reliable");
     });
-    ground.check("another type under the name: we say so, nothing arrives", || {
+    ground.check("different type on a topic: reported, no delivery", || {
         peer.ask("advertise", json!({ "topic": "/other", "type": TRAJECTORY }));
         let line = hears("has the type trajectory_msgs/msg/JointTrajectory, not std_msgs/msg/String", "/other");
         let empty = json!({ "header": { "stamp": { "sec": 0, "nanosec": 0 }, "frame_id": "" }, "joint_names": [], "points": [] });
@@ -182,7 +182,7 @@ pub fn leaving(ground: &mut Ground<'_>) {
     let out = node.publisher::<Text>("~/ours", &Qos::default_topic()).expect("a publisher");
     let _service = node.service::<Trigger>("~/stop", |_| TriggerResponse::default()).expect("a service");
     let mut peer = ground.peer("host");
-    ground.check("a node that leaves takes its name, topics and services with it", || {
+    ground.check("name, topics and services of a node disappear when it ends", || {
         peer.ask("wait_node", json!({ "name": "guest", "namespace": "/cell" }));
         // Not subscribed to by the peer, whose own end of a topic would stay.
         peer.ask("subscribe", json!({ "topic": "/elsewhere", "type": STRING }));
