@@ -112,12 +112,7 @@ impl MovePath {
                     (min_x_mm, last_x_mm) = (min.min(x_mm), last);
                 }
             }
-            SegmentKind::Search { .. }
-            | SegmentKind::Spiral(_)
-            | SegmentKind::Dwell
-            | SegmentKind::Wait
-            | SegmentKind::Command(_)
-            | SegmentKind::Home(_) => {}
+            _ => {}
         }
         z_range = (z_range.0.min(last_z_mm), z_range.1.max(last_z_mm));
         Self { min_x_mm, z_mm: z_range, last_x_mm, last_z_mm }

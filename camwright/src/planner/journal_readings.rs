@@ -53,12 +53,7 @@ pub fn rests_rad(planned: &PlannedJob, machine: &MachineDescription) -> Vec<f64>
                     *rest = scale.position(c_counts);
                 }
             }
-            SegmentKind::Search { .. }
-            | SegmentKind::Spiral(_)
-            | SegmentKind::Dwell
-            | SegmentKind::Wait
-            | SegmentKind::Command(_)
-            | SegmentKind::Home(_) => {}
+            _ => {}
         }
     }
     rests

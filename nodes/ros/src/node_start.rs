@@ -25,6 +25,7 @@ use super::participant_entities::ParticipantEntities;
 use super::qos::{Qos, WriterWindow};
 use super::repeated_warnings::RepeatedWarnings;
 use super::shutdown::{EXIT_FAILED, Shutdown};
+use super::topics::ReaderRequest;
 use super::{logger_services, parameter_services, rosout, sim_time, type_description};
 
 /// Time for discovery between a new participant and running ones, before it announces its first endpoint.
@@ -212,11 +213,13 @@ impl Node {
         self.retain(events);
         let graph = Arc::clone(self.graph());
         let nodes = self.reader(
-            "ros_discovery_info",
-            "ros_discovery_info".into(),
-            "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
-            &Qos::latched(1),
-            false,
+            ReaderRequest {
+                name: "ros_discovery_info",
+                dds_name: "ros_discovery_info".into(),
+                dds_type: "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+                qos: &Qos::latched(1),
+                delayable: false,
+            },
             move |participant: ParticipantEntities, _| graph.participant(participant),
         )?;
         self.retain(nodes);

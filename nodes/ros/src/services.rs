@@ -35,7 +35,7 @@ use super::reader_depth::DepthBounds;
 use super::reply_pace::{ReplyPace, STEP};
 use super::rtps_messages::Reply;
 use super::sample_info::SampleInfo;
-use super::topics::{OnBody, Subscription};
+use super::topics::{OnBody, ReaderRequest, Subscription};
 use super::wire::{CDR_LE_HEADER, RawBytes, to_cdr};
 
 /// Longest time for which a reply waits for the discovery of its reader. Discovery of a client's two endpoints takes some ms;
@@ -450,8 +450,17 @@ impl Node {
             }
         });
         let bounds = DepthBounds::for_service();
-        let requests =
-            self.growing_reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, bounds, take)?;
+        let requests = self.growing_reader(
+            ReaderRequest {
+                name: &service,
+                dds_name: request_topic,
+                dds_type: S::DDS_REQUEST_TYPE_NAME,
+                qos,
+                delayable: false,
+            },
+            bounds,
+            take,
+        )?;
         Ok(ServiceHandle { requests, _on_match: on_match })
     }
 
@@ -485,8 +494,17 @@ impl Node {
             }
         });
         let bounds = DepthBounds::for_service();
-        let replies =
-            self.growing_reader(&service, reply_topic, S::DDS_RESPONSE_TYPE_NAME, &qos, false, bounds, take)?;
+        let replies = self.growing_reader(
+            ReaderRequest {
+                name: &service,
+                dds_name: reply_topic,
+                dds_type: S::DDS_RESPONSE_TYPE_NAME,
+                qos: &qos,
+                delayable: false,
+            },
+            bounds,
+            take,
+        )?;
         let writer = Writer::new(self, &request_topic, S::DDS_REQUEST_TYPE_NAME, &qos)?;
         let _ = own.set([replies.dds_guid(), writer.guid()]);
         let (graph, executor) = (Arc::clone(self.graph()), Arc::downgrade(self.executor()));

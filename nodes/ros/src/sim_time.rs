@@ -13,7 +13,7 @@ use super::node::Node;
 use super::parameter_value::ParameterValue;
 use super::parameters::USE_SIM_TIME;
 use super::qos::Qos;
-use super::topics::Subscription;
+use super::topics::{ReaderRequest, Subscription};
 
 /// Subscription to `/clock`, there while it is needed.
 type ClockReader = Mutex<Option<Subscription>>;
@@ -43,11 +43,13 @@ fn follow(reader: &ClockReader, node: &Node, simulated: bool) -> Result<(), RosE
         let clock = Arc::clone(node.clock());
         let name = node.resolve_topic("/clock")?;
         *subscription = Some(node.reader(
-            &name,
-            super::names::dds_topic(&name),
-            <Clock as camwright_msgs::Message>::DDS_TYPE_NAME,
-            &Qos::clock(),
-            false,
+            ReaderRequest {
+                name: &name,
+                dds_name: super::names::dds_topic(&name),
+                dds_type: <Clock as camwright_msgs::Message>::DDS_TYPE_NAME,
+                qos: &Qos::clock(),
+                delayable: false,
+            },
             move |message: Clock, _| clock.set_simulated(from_time(&message.clock)),
         )?);
     } else if !simulated {

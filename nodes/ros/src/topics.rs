@@ -203,6 +203,20 @@ impl Subscription {
     }
 }
 
+/// Topic and policies of a new reader.
+#[derive(Debug, Clone)]
+pub(super) struct ReaderRequest<'a> {
+    /// Resolved name for messages to the user.
+    pub(super) name: &'a str,
+    /// Name of the DDS topic.
+    pub(super) dds_name: String,
+    /// DDS name of the type.
+    pub(super) dds_type: &'a str,
+    pub(super) qos: &'a Qos,
+    /// Subject to injected delays: topics, not services or the clock.
+    pub(super) delayable: bool,
+}
+
 impl Node {
     /// Publishes messages of type `M` on a topic (relative, `~/private` or absolute).
     ///
@@ -252,7 +266,8 @@ impl Node {
     ) -> Result<Subscription, RosError> {
         let absolute = self.names().resolve(topic, NameKind::Topic)?;
         let take = move |message, info: &SampleInfo| callback(message, &MessageInfo::from(info));
-        self.reader(&absolute, names::dds_topic(&absolute), M::DDS_TYPE_NAME, qos, true, take)
+        let (dds_name, dds_type) = (names::dds_topic(&absolute), M::DDS_TYPE_NAME);
+        self.reader(ReaderRequest { name: &absolute, dds_name, dds_type, qos, delayable: true }, take)
     }
 
     /// Subscribes to serialised messages of the type with the ROS name `type_name`; the callback gets little-endian CDR with its
@@ -307,75 +322,56 @@ impl Node {
             callback(&cdr, &MessageInfo::from(info));
         });
         let dds_name = names::dds_topic(&absolute);
+        let request = ReaderRequest { name: &absolute, dds_name, dds_type: &dds_type, qos, delayable: true };
         match bounds {
-            None => self.body_reader(&absolute, dds_name, &dds_type, qos, true, take),
-            Some(bounds) => self.growing_reader(&absolute, dds_name, &dds_type, qos, true, bounds, take),
+            None => self.body_reader(request, take),
+            Some(bounds) => self.growing_reader(request, bounds, take),
         }
     }
 
-    /// A reader of samples on a DDS topic. `delayable`: subject to injected delays (topics, not services or the clock).
+    /// A reader of samples on a DDS topic.
     pub(super) fn reader<D: DeserializeOwned>(
         &self,
-        name: &str,
-        dds_name: String,
-        dds_type: &str,
-        qos: &Qos,
-        delayable: bool,
+        request: ReaderRequest<'_>,
         mut callback: impl FnMut(D, &SampleInfo) + Send + 'static,
     ) -> Result<Subscription, RosError> {
-        let (topic, logger) = (name.to_string(), self.logger().clone());
+        let (topic, logger) = (request.name.to_string(), self.logger().clone());
         let take: OnBody = Box::new(move |body, info| match from_cdr::<D>(&body.0) {
             Ok(message) => callback(message, info),
             Err(error) => logger.debug(&format!("message on {topic} cannot be read: {error}")),
         });
-        self.body_reader(name, dds_name, dds_type, qos, delayable, take)
+        self.body_reader(request, take)
     }
 
     /// A reader of serialised samples whose cache has the depth of `qos`.
-    fn body_reader(
-        &self,
-        name: &str,
-        dds_name: String,
-        dds_type: &str,
-        qos: &Qos,
-        delayable: bool,
-        take: OnBody,
-    ) -> Result<Subscription, RosError> {
-        self.reader_noting(name, dds_name, dds_type, qos, &qos.reader_policies(), delayable, None, take)
+    fn body_reader(&self, request: ReaderRequest<'_>, take: OnBody) -> Result<Subscription, RosError> {
+        let policies = request.qos.reader_policies();
+        self.reader_with(request, &policies, None, take)
     }
 
     /// A reader of serialised samples whose cache grows within bounds.
-    #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
     pub(super) fn growing_reader(
         &self,
-        name: &str,
-        dds_name: String,
-        dds_type: &str,
-        qos: &Qos,
-        delayable: bool,
+        request: ReaderRequest<'_>,
         bounds: DepthBounds,
         take: OnBody,
     ) -> Result<Subscription, RosError> {
-        let policies = qos.reader_policies_of_depth(bounds.initial);
-        let depth = ReaderDepth::new(self, &dds_name, dds_type, qos, bounds);
-        self.reader_noting(name, dds_name, dds_type, qos, &policies, delayable, Some(depth), take)
+        let policies = request.qos.reader_policies_of_depth(bounds.initial);
+        let depth = ReaderDepth::new(self, &request.dds_name, request.dds_type, request.qos, bounds);
+        self.reader_with(request, &policies, Some(depth), take)
     }
 
     /// A reader; `depth` sees each sample as it comes from the network, ours included.
     ///
     /// DDS readers carry octets for every type, so that the compiler builds them once.
-    #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
-    fn reader_noting(
+    fn reader_with(
         &self,
-        name: &str,
-        dds_name: String,
-        dds_type: &str,
-        qos: &Qos,
+        request: ReaderRequest<'_>,
         policies: &QosPolicies,
-        delayable: bool,
         mut depth: Option<ReaderDepth>,
         take: OnBody,
     ) -> Result<Subscription, RosError> {
+        let ReaderRequest { name, dds_name, dds_type, qos, delayable } = request;
         let dds_topic = self.dds_topic(dds_name.clone(), dds_type, policies)?;
         let mut earlier = EarlierMessages::than_now(qos.durability);
         let reader = self
