@@ -1,4 +1,4 @@
-//! Jobs with numbers that nobody means through all of planning: `cargo run --release -p camwright --example odd_jobs [COUNT [SEED]]`.
+//! Jobs with implausible numbers through all of planning: `cargo run --release -p camwright --example odd_jobs [COUNT [SEED]]`.
 //!
 //! Prints how many were planned and refused, the slowest, and every seed that panicked or failed its own check; exit code 1 then.
 #![allow(clippy::print_stdout, reason = "a command")]

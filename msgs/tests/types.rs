@@ -168,7 +168,7 @@ fn own_fields() -> Vec<(&'static str, &'static str, &'static str)> {
     fields.map(|(name, line)| (line.split_whitespace().next().unwrap_or_default(), line, name)).collect()
 }
 
-/// Somebody who echoes a topic has nothing else to go by.
+/// A user who echoes a topic has no other information.
 #[test]
 fn every_field_of_our_own_has_a_comment() {
     let fields = own_fields();

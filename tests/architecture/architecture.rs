@@ -14,7 +14,7 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Direct dependencies of every crate of the workspace, those of its tests left out.
+/// Direct dependencies of every crate of the workspace, those of its tests omitted.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--format-version", "1"])
@@ -90,7 +90,7 @@ fn crates_know_only_what_stands_before_them() {
     );
 }
 
-/// Lengths of messages are in m and those of the core in mm: `nodes/files` converts, nobody else multiplies by a thousand.
+/// Lengths of messages are in m and those of the core in mm: `nodes/files` converts, no other crate multiplies by a thousand.
 #[test]
 fn only_the_files_crate_turns_mm_into_m() {
     fn sources(folder: &Path, into: &mut Vec<PathBuf>) {

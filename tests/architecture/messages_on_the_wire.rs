@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::io::Write;
 use support::{Domain, Guarded, PATIENCE, peer_env};
 
-/// Messages made up for each type, besides the new one: enough to meet empty, single and longer sequences in all nestings.
+/// Messages made up for each type, in addition to the new one: enough to meet empty, single and longer sequences in all nestings.
 const SEEDS: u64 = 8;
 /// Plain CDR, little endian, no options: how every ROS 2 sample begins.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];

@@ -195,7 +195,7 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_and_a_clear_sentence() {
     assert_eq!(received, written + dropped);
 
     let bag = directory.join("copy");
-    // The copy has another name than its storage file, which matters to nobody.
+    // The copy has another name than its storage file, which does not matter.
     let report = check(&bag).expect("the bag was copied");
     assert_eq!(report.worst(), Some(BagSeverity::Warning), "{}", report.to_text());
     assert!(report.to_text().contains("the recording ended early: no room"), "{}", report.to_text());

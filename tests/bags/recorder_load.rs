@@ -241,7 +241,7 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_cod
     assert_eq!(status.code(), Some(1), "{stderr}");
     assert_eq!(stderr.matches("the recording has ended: no room for more in").count(), 1, "{stderr}");
 
-    // The copy has another name than its storage file, which matters to nobody.
+    // The copy has another name than its storage file, which does not matter.
     let report = check(&bag).expect("the bag was copied");
     assert_eq!(report.worst(), Some(BagSeverity::Warning), "{}", report.to_text());
     assert!(report.to_text().contains("the recording ended early: no room"), "{}", report.to_text());

@@ -65,7 +65,7 @@ fn homing_reports_its_steps_and_zeroes_the_headstock_at_its_mark() {
     cell.stop();
 }
 
-/// Whoever else wants to move the axes while a job is held is refused with the name of who has command.
+/// A client that wants to move the axes while a job is held is refused with the name of who has command.
 #[test]
 fn one_client_has_command_and_others_get_its_name() {
     let cell = Cell::start(&[]);

@@ -26,7 +26,7 @@ fn until(what: &str, mut condition: impl FnMut() -> bool) {
     }
 }
 
-/// The phases that the interpolator goes through, as they are heard of.
+/// The phases that the interpolator goes through, as they are received.
 fn phases_of(node: &Node) -> (mpsc::Receiver<u8>, Subscription) {
     let (sender, phases) = mpsc::channel();
     let on_state = move |state: InterpolatorState, _: &_| {

@@ -31,7 +31,7 @@ fn a_job_is_run_to_its_end_with_feedback_and_measured() {
     assert!(lobe.form_error_rms <= lobe.form_error_max.abs());
     assert!((lobe.turns - 8.0).abs() < 1e-12, "2 turns with infeed and 6 without: {}", lobe.turns);
     assert!(lobe.duration > 8.0 && lobe.duration < result.duration, "{} of {} s", lobe.duration, result.duration);
-    // What nobody can predict: the station's switch is heard of some ticks late, and C wakes up 42.75 deg at 20 rpm farther from
+    // Not predictable: the station's switch is heard of some ticks late, and C wakes up 42.75 deg at 20 rpm farther from
     // its origin than half a turn.
     let prepared = planning::prepare("eccentric", &SHORT.map(String::from), None).expect("the same plan");
     assert_eq!(prepared.plan_hash(), result.plan_hash);

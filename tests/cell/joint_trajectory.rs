@@ -247,7 +247,7 @@ fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
     cell.stop();
 }
 
-/// A new goal takes the place of the one before while the axes move; one that cannot be followed from there disturbs nobody.
+/// A new goal takes the place of the one before while the axes move; one that cannot be followed from there has no effect.
 #[test]
 fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     let cell = Cell::start(&[]);

@@ -181,7 +181,7 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
         |mode: u8| loaded.cell.client.call::<SetCellMode>("job_planner/set_cell_mode", &SetCellModeRequest { mode });
     let answer = mode(CellState::MANUAL);
     assert!(!answer.success && answer.message.contains("cannot be changed in state SUSPENDED"), "{}", answer.message);
-    // HOLD while nobody is inside takes the leave back, UNHOLD asks again.
+    // HOLD while the work area is free takes the leave back, UNHOLD asks again.
     loaded.robot.loading("a leave", |loading| loading.clear_to_enter).expect("a leave");
     loaded.command(CellCommandRequest::HOLD).expect("it holds");
     loaded.state(CellState::HELD);
@@ -230,7 +230,7 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
     loaded.stop();
 }
 
-/// `~/run_job` as ever, and the cell follows it; a hold by somebody else is a hold of the cell.
+/// `~/run_job` as ever, and the cell follows it; a hold by another client is a hold of the cell.
 #[test]
 fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
     use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest};
@@ -264,7 +264,7 @@ fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
     until(CellState::COMPLETING);
     let complete = until(CellState::COMPLETE);
     assert_eq!(complete.job, "eccentric");
-    // A cancel is a stop, an alarm an abort; a reset by whoever clears it.
+    // A cancel is a stop, an alarm an abort; a reset from any client clears it.
     let (goal, _) = cell.client.send("eccentric", &SHORT);
     assert!(goal.accepted());
     until(CellState::EXECUTE);
@@ -435,7 +435,7 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
         assert!(aborted.remedy.contains(remedy), "{}", aborted.remedy);
         loaded.cell.client.status("is the end", |status| status.state == JobStatus::ABORTED);
         loaded.fault(fault, false);
-        // It has to be at rest, and nobody inside.
+        // It has to be at rest, and nobody in the work area.
         while loaded.command(CellCommandRequest::CLEAR).is_err() {}
         loaded.state(CellState::STOPPED);
         if alarm == 150 {

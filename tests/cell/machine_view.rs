@@ -406,7 +406,7 @@ fn a_running_cell_is_seen() {
     cell.stop();
 }
 
-/// A lathe without a job: its bar is drawn as it is clamped, and transforms are left to somebody else.
+/// A lathe without a job: its bar is drawn as it is clamped, and transforms are left to another client.
 #[test]
 fn a_bar_in_a_lathe_is_seen_and_transforms_can_be_left_to_others() {
     let text = |text: &str| ParameterValue::String(text.into());

@@ -145,7 +145,7 @@ fn until(what: &str, mut wanted: impl FnMut() -> bool) {
     }
 }
 
-/// A cell that nobody commands.
+/// A cell without a holder of command.
 fn free_cell() -> Cell {
     let mut cell = Cell::start(&[]);
     cell.release();

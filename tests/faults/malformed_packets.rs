@@ -28,7 +28,7 @@ const JOB: [&str; 7] = [
     "--set",
     "infeed.spark_out_turns=6",
 ];
-/// Participants whose ports are attacked: the four nodes, and whoever looks at them.
+/// Participants whose ports are attacked: the four nodes, and their observers.
 const PARTICIPANTS: u16 = 8;
 /// Packets sent between two pauses, in which the attacked catch up.
 const BURST: u64 = 50;

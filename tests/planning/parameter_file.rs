@@ -10,7 +10,7 @@ use camwright_run_logger::RunLogger;
 use std::collections::BTreeMap;
 use support::{Domain, repository};
 
-/// Values of every parameter of the four nodes, by node and name, in a cell that nobody lets begin.
+/// Values of every parameter of the four nodes, by node and name, in a cell that is not started.
 fn parameters(file: Option<&str>) -> BTreeMap<(String, String), ParameterValue> {
     let domain = Domain::reserve();
     let mut words = vec!["--ros-args", "-r", "__ns:=/cell"];

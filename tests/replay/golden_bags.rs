@@ -1,7 +1,7 @@
 //! The golden bags: one of each kind of job, replayed to the bit and planned again to the bit, by whatever has become of the program since.
 //!
 //! `CAMWRIGHT_GOLDEN="why" cargo test -p camwright_nodes --test replay golden_bags` runs the jobs anew and writes bags and table; the reason goes into the
-//! bags and the table. Whoever does that has changed what the machine does on purpose.
+//! bags and the table. It is for intended changes of the machine's behaviour.
 #![allow(clippy::print_stdout, reason = "what was replayed is told with --nocapture")]
 
 use crate::changed_bag;

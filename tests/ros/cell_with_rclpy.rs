@@ -30,7 +30,7 @@ impl Operator<'_> {
         answer["goal"].as_str().expect("an id").to_owned()
     }
 
-    /// The planner can take a job when it has heard of the machine: then it can plan one.
+    /// The planner can take a job when it has received the machine: then it can plan one.
     fn wait_until_ready(&mut self) {
         let deadline = std::time::Instant::now() + PATIENCE;
         loop {

@@ -25,7 +25,7 @@ fn send_job(operator: &mut Operator<'_>, overrides: &[&str]) -> Value {
     operator.peer.ask("send_goal", json!({ "action": action, "type": RUN_JOB, "goal": goal }))
 }
 
-/// The planner can take a job when it has heard of the machine: then it can plan one.
+/// The planner can take a job when it has received the machine: then it can plan one.
 fn wait_until_ready(operator: &mut Operator<'_>) -> Value {
     let deadline = std::time::Instant::now() + PATIENCE;
     loop {

@@ -1,4 +1,4 @@
-//! A robot in rclpy, with the interfaces as ROS 2 builds them, tends ten parts: the example as whoever writes a robot's side would run it.
+//! A robot in rclpy, with the interfaces as ROS 2 builds them, tends ten parts: as a robot programmer would run the example.
 
 use crate::cell;
 use crate::support;

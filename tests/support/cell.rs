@@ -140,7 +140,7 @@ impl Cell {
         &self.domain
     }
 
-    /// Gives command back: nobody has it.
+    /// Gives command back: no client has it.
     pub fn release(&mut self) {
         self.command.take();
     }

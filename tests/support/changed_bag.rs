@@ -44,7 +44,7 @@ impl Original {
         message_from_sample(&self.all[place].data).expect("a message of its type")
     }
 
-    /// The bag again: what a message holds now, or nothing where it is left out.
+    /// The bag again: what a message holds now, or nothing where it is omitted.
     pub fn rewritten<'a>(&'a self, change: impl Fn(usize, &'a BagMessage) -> Option<Cow<'a, [u8]>>) -> &'a Path {
         let _not_there = std::fs::remove_dir_all(&self.changed);
         let mut writer = BagWriter::create(&self.changed, &WriterOptions::default()).expect("a new bag");

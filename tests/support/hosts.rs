@@ -78,7 +78,7 @@ impl Hosts {
         command
     }
 
-    /// UDP datagrams that have arrived at the outer namespace, whether somebody listened or not.
+    /// UDP datagrams that arrived at the outer namespace, with or without a listener.
     pub fn arrived_outside(&self) -> u64 {
         let text = ip(&["netns", "exec", &self.outside, "cat", "/proc/net/snmp"]).expect("proc is mounted");
         let mut lines = text.lines().filter_map(|line| line.strip_prefix("Udp: "));

@@ -20,7 +20,7 @@ pub struct Processes {
 
 const NAMES: [&str; 4] = ["run_logger", "machine_sim", "axis_interpolator", "job_planner"];
 
-/// Starts one of the nodes; `more` are parameters besides those that tests give it.
+/// Starts one of the nodes; `more` are parameters in addition to those that tests give it.
 fn start(name: &'static str, domain: &Domain, namespace: &str, bag: &Path, more: &[&str]) -> (&'static str, Guarded) {
     let directory = format!("bag_dir:={}", bag.display());
     let (binary, parameters): (&str, &[&str]) = match name {

@@ -66,7 +66,7 @@ pub struct Compensation {
     pub spec: CompensationSpec,
     /// The corrections of this part; a lobe without one is ground as designed.
     pub learned: Vec<LearnedError>,
-    /// Nothing learned earlier shall be used: learning begins with this part.
+    /// Nothing learned earlier must be used: learning begins with this part.
     pub afresh: bool,
 }
 

@@ -93,11 +93,11 @@ pub struct LoadingInputs {
     pub chuck: ActuatorPosition,
     /// The sensor of the part.
     pub part_present: bool,
-    /// Somebody is inside, says the machine.
+    /// The machine reports a person inside.
     pub entered: bool,
     /// The axes stand still in their safe place, the wheel has stopped, the door is open.
     pub is_safe: bool,
-    /// The robot, as long as it is heard.
+    /// The robot while its signals arrive.
     pub loader: Option<LoaderState>,
 }
 
@@ -129,7 +129,7 @@ impl HandshakeStep {
 /// Reason for waiting for the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wait {
-    /// It is not heard of.
+    /// Its signals are missing.
     Silent,
     /// It is not available.
     Unavailable,
@@ -188,7 +188,7 @@ pub enum HandshakeProgress {
     Going(Option<LoadingCommand>),
     /// Waiting for the robot, for as long as it takes.
     Waiting(Wait),
-    /// The chuck holds what was wanted, nobody is inside, the door is closed.
+    /// The chuck holds what was wanted, the work area is free, the door is closed.
     Done,
     /// It came to nothing.
     Failed(HandshakeFailure),

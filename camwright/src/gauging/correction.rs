@@ -47,7 +47,7 @@ pub(super) const LEFT_MM: f64 = 1e-4;
 /// To which radius the turn cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CorrectionTarget {
-    /// To the least radius, less a depth (mm, 0 or more) that every phase loses besides. At 0 the turn begins and ends without a step.
+    /// To the least radius, less a depth (mm, 0 or more) that every phase loses in addition. At 0 the turn begins and ends without a step.
     MinRadius {
         /// The depth (mm).
         extra_depth_mm: f64,

@@ -134,7 +134,7 @@ impl Gauge {
         Ok(Self { angle_rad, kind: GaugeQuantity::Diameter })
     }
 
-    /// One contact that reads a radius from the machine's axis, at `angle_rad` after the wheel. Where the part gives way by T, it reads
+    /// One contact that reads a radius from the machine's axis, at `angle_rad` after the wheel. Where the part deflects by T, it reads
     /// r − s·T·cos γ, with s the share that the part (not the wheelhead) has in T: nothing of it at 90 and 270°, all of it opposite the
     /// wheel. `work_share` is s, 0 to 1.
     ///
@@ -232,7 +232,7 @@ impl Gauge {
         matches!(self.kind, GaugeQuantity::TwoDiameters { .. })
     }
 
-    /// The published method can take the difference of its readings for a depth of cut: it is one gauge, and a part that gives way changes
+    /// The published method can take the difference of its readings for a depth of cut: it is one gauge, and a part that deflects changes
     /// nothing of what it reads.
     #[must_use]
     pub fn fits_published(&self) -> bool {

@@ -45,7 +45,7 @@ impl Readings {
 
 impl GaugeSetup {
     /// Readings at the angles that they belong to, up to an angle (rad): an amplifier of first order shows what there was a time constant
-    /// ago. Where C stands or an encoder lets it seem to, the later one is left out. A reading of a second gauge that is missing is no
+    /// ago. Where C stands or an encoder lets it seem to, the later one is omitted. A reading of a second gauge that is missing is no
     /// number.
     pub(super) fn readings(&self, gauged: &[GaugedTick], until_rad: f64) -> Readings {
         let two = self.gauge.is_two();

@@ -38,7 +38,7 @@
 //! let part = PartState::measure(&record, WheelLog::new(&positions)?, law, &MeasureSettings::default())?;
 //! let start = CorrectionStart::AtMinRadius { from_rad: 4.0 * PI };
 //! let correction = Correction::exact(&part, start, CorrectionTarget::MinRadius { extra_depth_mm: 0.0 })?;
-//! let forecast = correction.forecast().expect("an exact correction tells what it will come to");
+//! let forecast = correction.forecast().expect("an exact correction has a forecast");
 //! assert!(forecast.before_mm > 0.008 && forecast.left_mm < 1e-6);
 //! assert!((correction.at(0.0).value - 20.0).abs() < 1e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -6,7 +6,7 @@
 //!
 //! To the letter the text leaves two things open. It numbers readings by the spindle phase at which they are taken and corrects by the
 //! phase at the wheel; here every U belongs to the phase that was cut, by the gauge's geometry. And IR holds where the wheel stood
-//! still: with the infeed running on, U grows by what the machine still gives way, and the runout of a phase that is cut again before
+//! still: with the infeed running on, U grows by what the machine still deflects, and the runout of a phase that is cut again before
 //! the correction begins is λ of what was measured. Both are in what is left; the exact mode knows them.
 
 use super::record::GaugeRecord;

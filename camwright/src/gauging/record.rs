@@ -89,7 +89,7 @@ pub enum RecordError {
 pub struct DepthOfCut {
     /// Angle of the headstock at the cut (rad); modulo a turn the phase that was cut.
     pub c_rad: f64,
-    /// U (mm). Of a radial probe that feels the part give way it holds the change of that too.
+    /// U (mm). Of a radial probe that feels the part deflect it holds the change of that too.
     pub depth_mm: f64,
     /// Angle of the headstock at which it was known (rad).
     pub known_at_rad: f64,

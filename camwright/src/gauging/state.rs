@@ -58,7 +58,7 @@ pub struct MeasureSettings {
     /// Number of phases, the knots of a correction's path; `None`: as many as the harmonics need ([`PHASES_PER_HARMONIC`]), or, for a fit to
     /// depths, as the gauge reads in a turn.
     pub phases: Option<usize>,
-    /// Cuts before this angle of the headstock are left out (rad): where a dwell began, or the last fault ended.
+    /// Cuts before this angle of the headstock are omitted (rad): where a dwell began, or the last fault ended.
     pub from_rad: Option<f64>,
     /// Depth (mm) that every phase must have lost at every cut. Where the wheel takes nothing, nothing is known.
     pub min_depth_mm: f64,
@@ -128,7 +128,7 @@ impl<'a> PartState<'a> {
         settings: &MeasureSettings,
     ) -> Result<Self, StateError> {
         let phases = phases_of(record, settings)?;
-        // Of a probe that feels the part give way, the cut at the moment of the reading matters too.
+        // Of a probe that feels the part deflect, the cut at the moment of the reading matters too.
         let (feels, delay_rad) = (record.gauge().feels_deflection(), record.gauge().cut_after_rad());
         let lead_rad = if feels == 0.0 { 0.0 } else { delay_rad };
         let first_rad = record

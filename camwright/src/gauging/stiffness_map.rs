@@ -1,6 +1,6 @@
 //! Measured contact stiffness along the machine's table, and interpolation between the positions.
 //!
-//! A journal gives way by 1/km per force. Between two places the compliance is taken for straight:
+//! A journal deflects by 1/km per force. Between two places the compliance is taken for straight:
 //!
 //! ```text
 //!  1/km ▲        ●  ─ measured

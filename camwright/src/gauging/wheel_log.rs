@@ -8,7 +8,7 @@ use thiserror::Error;
 pub struct WheelPosition {
     /// Angle of the headstock, growing from turn to turn, counted as that of the gauge's readings (rad).
     pub c_rad: f64,
-    /// Distance of the cutting point from the part's axis, were nothing to give way: the position of `x_axis` (mm).
+    /// Distance of the cutting point from the part's axis, without deflection: the position of `x_axis` (mm).
     pub x_mm: f64,
 }
 

@@ -18,7 +18,7 @@ pub struct DrivenMove {
     pub time_s: Option<f64>,
 }
 
-/// All motions of a program in the order in which they are driven. What [`super::Dialect::write`] refuses is left out.
+/// All motions of a program in the order in which they are driven. What [`super::Dialect::write`] refuses is omitted.
 #[must_use]
 pub fn driven(program: &Program) -> Vec<DrivenMove> {
     let mut moves = Vec::new();

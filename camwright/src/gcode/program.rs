@@ -252,7 +252,7 @@ pub struct Program {
     pub format: NumberFormat,
     /// The tools that it changes to.
     pub tools: Vec<Tool>,
-    /// The main program; its end is written besides.
+    /// The main program; its end is written in addition.
     pub main: Vec<Step>,
     pub subprograms: Vec<Subprogram>,
 }

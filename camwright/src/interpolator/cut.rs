@@ -29,7 +29,7 @@ pub(crate) struct Curves<'a> {
 }
 
 impl<'a> Curves<'a> {
-    /// The curves of a cut; `None` if the plan has not got them.
+    /// The curves of a cut; `None` if the plan lacks them.
     pub(crate) fn from_segment(plan: &'a Plan, cut: &'a CutSegment) -> Option<Self> {
         Some(Self { cut, motion: plan.motion_of(cut)? })
     }
@@ -176,7 +176,7 @@ pub(crate) fn clock_from(
     (clock, c_counts)
 }
 
-/// State at the start of a cut besides its segment.
+/// State at the start of a cut in addition to its segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CutStart {
     /// Its path time 0 is where the cut begins.

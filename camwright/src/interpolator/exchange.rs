@@ -30,7 +30,7 @@ pub struct TickInputs<'a> {
     pub requests: &'a [MotionRequest],
 }
 
-/// An input that took effect: what must be recorded, besides the motion, to compute the same setpoints again.
+/// An input that took effect: what must be recorded, in addition to the motion, to compute the same setpoints again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AppliedInput {
     Request(MotionRequest),

@@ -36,7 +36,7 @@ pub(crate) struct FreeRotation {
     clock: PathClock,
     /// Path time at which it began.
     from: i64,
-    /// C there: whole counts, and counts besides.
+    /// C there: whole counts, and counts in addition.
     base: i64,
     offset: f64,
     facts: SpinFacts,
@@ -44,7 +44,7 @@ pub(crate) struct FreeRotation {
 }
 
 impl FreeRotation {
-    /// Goes on from a place of C (counts, and counts besides) at a path time of a clock.
+    /// Goes on from a place of C (counts, and counts in addition) at a path time of a clock.
     pub(crate) fn new(clock: PathClock, from: i64, place: (i64, f64), facts: SpinFacts, cycle_s: f64) -> Self {
         Self { clock, from, base: place.0, offset: place.1, facts, cycle_s }
     }
@@ -54,7 +54,7 @@ impl FreeRotation {
         self.clock
     }
 
-    /// C at a tick: whole counts, and counts besides.
+    /// C at a tick: whole counts, and counts in addition.
     pub(crate) fn place(&self, tick: u64, machine: &MachineDescription) -> (i64, f64) {
         let turned = self.facts.law.sample(self.since(tick)).value;
         (self.base, self.offset + in_counts(machine.axis(Axis::C).scale, turned))

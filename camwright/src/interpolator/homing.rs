@@ -93,7 +93,7 @@ impl SearchPlan<'_> {
             .map_or(0, |homing| description.scale.counts(homing.offset_mm(self.machine.switch_hysteresis_mm)));
         let limits = description.limits.at_most(velocity_mm_s.abs());
         let step = HomeStep::Seek { axis: self.axis, input, sought, travel_counts, zero_counts, limits };
-        // Where the switch is nobody knows: half the travel.
+        // The position of the switch is unknown: half the travel.
         self.push(SegmentKind::Home(step), label, 0.5 * travel_mm / velocity_mm_s.abs());
     }
 

@@ -1,7 +1,7 @@
 //! Work by hand: one axis that is jogged, and the wheel.
 //!
 //! ```text
-//! jog    by a distance, or towards the soft limit until somebody lets go (a cancel); c_axis as long as that lasts
+//! jog    by a distance, or towards the soft limit until released (a cancel); c_axis as long as that lasts
 //!        an axis whose zero is not known: at its search speed at most, and until its limit switch stops it
 //! wheel  the order · as long as it takes to come to its speed, or to rest
 //! ```
@@ -35,7 +35,7 @@ impl Jog {
     /// A jog from where the axes rest (counts).
     ///
     /// # Errors
-    /// A speed that the axis has not got, or not while its zero is unknown; a way of no length or beyond a soft limit.
+    /// A speed that the axis lacks, or not while its zero is unknown; a way of no length or beyond a soft limit.
     pub fn new(
         request: &JogRequest,
         from: [i64; AXIS_COUNT],

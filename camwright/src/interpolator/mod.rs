@@ -145,7 +145,7 @@ pub struct Interpolator {
     setpoint: Setpoint,
     segment: usize,
     segment_began: u64,
-    /// First tick of the motion in execution; edges from before it concern nobody.
+    /// First tick of the motion in execution; earlier edges are ignored.
     motion_began: u64,
     /// The edge that ends the search in execution.
     caught: Option<Latch>,

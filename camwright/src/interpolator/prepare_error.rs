@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Why a motion cannot be executed on this machine.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PrepareError {
-    /// A search names an input that the machine has not got.
+    /// A search names an input that the machine lacks.
     #[error("segment {segment}: the machine has no input \"{input}\" to search for")]
     UnknownInput {
         /// Index of the segment.
@@ -22,7 +22,7 @@ pub enum PrepareError {
         segment: usize,
         error: PointToPointError,
     },
-    /// A cut names splines that the plan has not got.
+    /// A cut names splines that the plan lacks.
     #[error("segment {segment}: a cut names a path, a speed law or an infeed law that is not in the plan")]
     MissingSpline {
         /// Index of the segment.

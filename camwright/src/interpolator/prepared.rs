@@ -42,7 +42,7 @@ impl From<Trajectory> for Motion {
     }
 }
 
-/// Data of a segment for the interpolator besides the plan.
+/// Data of a segment for the interpolator in addition to the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SegmentData {
     /// Input of a search.

@@ -43,7 +43,7 @@ impl Interpolator {
             AppliedInput::OutOfTolerance(broken) => PendingFeedback::OutOfTolerance(seen, *broken),
             AppliedInput::Settled => PendingFeedback::Settled(seen),
         };
-        // One that finds no room is missing among those that the tick applies, which whoever compares them sees.
+        // One that finds no room is missing among those that the tick applies, which the comparison shows.
         let _has_room = self.remember(feedback);
         None
     }

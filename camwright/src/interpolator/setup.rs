@@ -49,7 +49,7 @@ pub enum SetupError {
     /// A share of the speed that is none.
     #[error("the speed factor is {0}; it must be above 0 and at most 1")]
     SpeedFactor(f64),
-    /// A speed that an axis has not got (mm/s or rad/s).
+    /// A speed that an axis lacks (mm/s or rad/s).
     #[error("{} cannot move at {}; the speed must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *max))]
     Speed { axis: Axis, speed: f64, max: f64 },
     /// A speed at which an axis is not moved whose zero is not known (mm/s or rad/s).
@@ -68,7 +68,7 @@ pub enum SetupError {
         /// The axis that was to probe.
         axis: Axis,
     },
-    /// The machine has not got it.
+    /// The machine lacks it.
     #[error("the machine has no {0}")]
     NoInput(&'static str),
     /// A target where the axis stands already.
@@ -197,7 +197,7 @@ impl Probe {
     /// A probe from where the axes rest (counts).
     ///
     /// # Errors
-    /// An input that the machine has not got or that catches another axis, a place beyond a soft limit, a speed at which a wheel
+    /// An input that the machine lacks or that catches another axis, a place beyond a soft limit, a speed at which a wheel
     /// that touches would run on too far, a stand-off that leaves it on the part.
     pub fn new(
         request: &ProbeRequest,
@@ -267,7 +267,7 @@ impl Probe {
             axis,
             wheel,
             corrects: reads.is_some(),
-            // Where the edge is nobody knows: half the way.
+            // The position of the edge is unknown: half the distance.
             expected_s: 0.5 * scale.position(travel_counts.abs()) / request.speed,
         })
     }

@@ -52,7 +52,7 @@ impl Interpolator {
         StateForecast::At(start)
     }
 
-    /// Setpoint of the trajectory in execution at a tick ahead, if nobody disturbs it.
+    /// Setpoint of the trajectory in execution at a tick ahead, without a disturbance.
     #[must_use]
     pub fn planned_at(&self, tick: u64) -> Option<Setpoint> {
         let (ExecutionMode::Trajectory(clock), Some(motion)) = (&self.mode, self.motion.as_deref()) else {

@@ -158,7 +158,7 @@ impl JobSpec {
         finite(of_job, JobKey::PartPhase, self.part_phase_rad)
     }
 
-    /// A spark-out that ends by force needs a force, and turns that nobody counts on.
+    /// A spark-out that ends by force needs a force, and turns whose number is not used.
     fn check_spark_out(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
         let Some(max_n) = pass.spark_out_until_n else { return Ok(()) };
         let refused = |why| Err(JobError::SparkOutByForce { pass: pass.name.clone(), why });

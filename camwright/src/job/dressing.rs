@@ -41,7 +41,7 @@ pub enum DressReason {
     Parts(u32),
     /// The next lobe would be further off than allowed.
     PredictedError,
-    /// Somebody asked for it.
+    /// Requested by a client.
     Asked,
 }
 

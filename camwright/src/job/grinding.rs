@@ -352,7 +352,7 @@ pub struct JobSpec {
     pub home: HomePosition,
     /// When the wheel is dressed; `None`: never in this job.
     pub dressing: Option<DressingSpec>,
-    /// Features of the part besides its lobes: shoulders, journals.
+    /// Features of the part in addition to its lobes: shoulders, journals.
     pub obstacles: Vec<ObstacleSpec>,
     /// Clearance of the wheel from everything but the lobe it grinds (mm).
     pub clearance_mm: f64,

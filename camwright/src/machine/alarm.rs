@@ -275,7 +275,7 @@ alarms! {
     DoorOpened = 150 PowerOff "door opened":
         "the door is open while axes or wheel move",
         remedy "find out who opened the door, close it, then reset";
-    /// Somebody entered the work area, or is in there, while axes or wheel move.
+    /// A person enters or is in the work area while axes or wheel move.
     WorkAreaEntered = 151 PowerOff "work area entered":
         "a person is in the work area while axes or wheel move",
         remedy "clear the work area, inspect the part, then reset";

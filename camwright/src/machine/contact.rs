@@ -23,7 +23,7 @@ pub struct ContactDescription {
     pub grinding_n_mm2: f64,
     /// F0: normal force per width at which the wheel begins to cut (N/mm).
     pub threshold_n_mm: f64,
-    /// Share of the deflection by which the part gives way and not the wheelhead, 0 to 1: a single contact on the part feels it.
+    /// Share of the deflection by which the part deflects and not the wheelhead, 0 to 1: a single contact on the part feels it.
     pub part_share: f64,
 }
 

@@ -4,7 +4,7 @@
 //!  spring  km·T ──► presses the wheel on the part ──► F0 is lost to rubbing ──► kg·U cuts:  km·T = F0 + kg·U
 //! ```
 //! T is the deflection (mm), U the depth of cut (mm), both along the contour's normal, and E = T + U is the engagement: how deep the
-//! wheel would stand in the surface that it meets, did nothing give way. Of a phase that was at radius r before the cut and meets a
+//! wheel would stand in the surface that it meets, if nothing deflected. Of a phase that was at radius r before the cut and meets a
 //! wheel at L (undeflected, from the same axis) E = r − L, and after the cut
 //!
 //! ```text

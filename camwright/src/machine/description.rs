@@ -42,7 +42,7 @@ pub struct AxisDescription {
     /// Speed of a reference search (mm/s or rad/s).
     pub search_velocity: f64,
     pub drive: DriveSettings,
-    /// The same axis with what is called a good drive, to compare with; `None`: nobody says.
+    /// The same axis with what is called a good drive, to compare with; `None`: unknown.
     pub good_drive: Option<DriveSettings>,
     /// Moving mass (kg) or inertia (kg m²).
     pub inertia: f64,
@@ -104,7 +104,7 @@ pub struct MachineDescription {
     pub retract: AlarmRetract,
     /// Dresser; `None`: no dresser.
     pub dresser: Option<Dresser>,
-    /// Room of the headstock with its chuck, where the wheel must not go; `None` where nobody says.
+    /// Room of the headstock with its chuck, where the wheel must not go; `None`: unknown.
     pub headstock: Option<Extent>,
     /// Room of the tailstock with its centre.
     pub tailstock: Option<Extent>,
@@ -120,7 +120,7 @@ impl MachineDescription {
         u64::from(self.feedback_delay_ticks / 10).max(1)
     }
 
-    /// Period of the reports of a machine that stands still at pace realtime while nobody sends setpoints (ticks).
+    /// Period of the reports of a machine that stands still at pace realtime without setpoints (ticks).
     #[must_use]
     pub fn rest_stream_period_ticks(&self) -> u64 {
         5 * self.stream_period_ticks()
@@ -145,7 +145,7 @@ impl MachineDescription {
         Ok(self)
     }
 
-    /// A lathe's rotating tool is its insert, and it has nothing of what only a grinder is simulated with: what is cut does not give way,
+    /// A lathe's rotating tool is its insert, and it has nothing of what only a grinder is simulated with: what is cut does not deflect,
     /// nothing measures it and nothing dresses.
     pub(super) fn validate_insert(&self) -> Result<(), DescriptionError> {
         let Some(insert) = &self.insert else { return Ok(()) };

@@ -27,7 +27,7 @@ pub struct DriveSettings {
     /// Bandwidth of the velocity loop (rad/s), its gain over the moving mass; `None` is an ideal, instantaneous loop, and nothing below
     /// applies.
     pub velocity_loop_rad_s: Option<f64>,
-    /// Integral time of the velocity loop (s); `None`: it has only a gain, and gives way to every lasting force.
+    /// Integral time of the velocity loop (s); `None`: it has only a gain, and yields to every lasting force.
     pub velocity_integral_s: Option<f64>,
     /// Most force of the motor; `None`: 1.2 times what the acceleration limit needs.
     pub max_force: Option<f64>,

@@ -1,4 +1,4 @@
-//! Bodies around the wheel besides the part: the dresser, headstock and tailstock on the table.
+//! Bodies around the wheel in addition to the part: the dresser, headstock and tailstock on the table.
 
 use crate::machine::description_error::DescriptionError;
 

@@ -5,7 +5,7 @@ use crate::machine::description_error::DescriptionError;
 /// Measured quantity of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GaugeKind {
-    /// The distance of two opposed contacts, one at γ, one at γ + 180°. A part that gives way along their line changes nothing.
+    /// The distance of two opposed contacts, one at γ, one at γ + 180°. A part that deflects along their line changes nothing.
     Diameter,
     /// The distance of a single contact from the spindle axis.
     Radius,

@@ -29,7 +29,7 @@ pub struct InsertDescription {
     pub surface_speed_m_s: f64,
     /// Time to reach its speed or to come to rest (s).
     pub spin_up_s: f64,
-    /// Fastest its spindle may turn (rad/s); `None` where nobody says.
+    /// Fastest its spindle may turn (rad/s); `None`: unknown.
     pub max_speed_rad_s: Option<f64>,
 }
 

@@ -12,7 +12,7 @@ pub struct AlarmRetract {
     pub clearance_mm: f64,
     /// Energy that the drives have when mains power lost (J).
     pub buffered_energy_j: f64,
-    /// Power that the drives and the control take from it besides what moves the axes (W).
+    /// Power that the drives and the control take from it in addition to what moves the axes (W).
     pub standby_w: f64,
     /// Acceleration that the weight or spring gives a wheelhead whose drive has no power (mm/s²); 0: there is none.
     pub drawback_mm_s2: f64,

@@ -38,7 +38,7 @@ pub enum Input {
 crate::snapshot_cases!(Input { 0 Origin, 1 Station(index), 2 Home(axis), 3 Index(axis), 4 SteadyForce, 5 WheelContact, 6 KeyWay });
 
 impl Input {
-    /// Inputs that are no station and not the origin: what a machine may have besides.
+    /// Inputs that are no station and not the origin: what a machine may have in addition.
     pub const OTHERS: [Input; 5] = {
         use crate::machine::description::Axis;
         [Input::Home(Axis::X), Input::Home(Axis::Z), Input::SteadyForce, Input::WheelContact, Input::KeyWay]

@@ -20,7 +20,7 @@ pub struct WheelDescription {
     pub surface_speed_m_s: f64,
     /// Time to reach its speed or to come to rest (s).
     pub spin_up_s: f64,
-    /// Speed at the rim at which it must not be run, for its own strength (m/s); `None` where nobody says.
+    /// Speed at the rim at which it must not be run, for its own strength (m/s); `None`: unknown.
     pub max_surface_speed_m_s: Option<f64>,
     /// Fastest its spindle may turn (rad/s). At one surface speed a smaller wheel turns faster.
     pub max_speed_rad_s: Option<f64>,

@@ -46,7 +46,7 @@ pub struct AxisTarget {
 /// With `c` the angle since the cut begins: `C = start + c`, `X = path(path_start + c) + infeed(c) + lead(t)`, the infeed
 /// times `ratio(path_start + c)` where it is measured along the contour's normal. The cut itself is `c` from 0 to its turns.
 /// Where C turns on, the law begins before time 0 at a speed, or ends at one after the last turn: X comes from rest onto the
-/// moving path meanwhile, or goes from it to rest, and there is no lead besides.
+/// moving path meanwhile, or goes from it to rest, and there is no lead in addition.
 ///
 /// Paths run over `σ·θ`, with θ the wheel-line angle in the lobe's frame and σ the machine's rotation sense, so that they
 /// are read forwards while C turns forwards on every machine.

@@ -1,4 +1,4 @@
-//! The stock of journals, measured before anything is cut, and the turns of infeed that are left out then.
+//! The stock of journals, measured before anything is cut, and the turns of infeed that are omitted then.
 //!
 //! ```text
 //! home C · wheel up to speed · for each journal: table to it, one turn under the gauge      measuring plan
@@ -8,7 +8,7 @@
 //! before the wheel comes near it.
 //!
 //! Above a journal of radius R with measured stock s, X begins at the last of the job's own whole turns that is still s and the margin
-//! above R: with o = RT of all passes and the allowance, a feed f per turn and s + m to keep, ⌊(o − s − m)/f⌋ turns are left out. All turns
+//! above R: with o = RT of all passes and the allowance, a feed f per turn and s + m to keep, ⌊(o − s − m)/f⌋ turns are omitted. All turns
 //! that stay are those of the job, at its feeds, so the finished journal is the same. Two opposed contacts show a diameter: half of
 //! the largest is the largest radius but for what leaves diameters as they are, eccentricity, bend and waves of an odd count. The margin
 //! is for those, and for what the gauge's zero differs from that of `x_axis`.
@@ -68,9 +68,9 @@ pub struct SkippedTurns {
     pub stock_mm: f64,
     /// Start of the infeed above that radius (mm).
     pub begins_mm: f64,
-    /// Turns with infeed that are left out.
+    /// Turns with infeed that are omitted.
     pub infeed_turns: u32,
-    /// Turns without, of whole passes that are left out.
+    /// Turns without, of whole passes that are omitted.
     pub spark_out_turns: u32,
 }
 
@@ -235,7 +235,7 @@ fn cut_ticks(plan: &Plan) -> u64 {
     cuts.map(|segment| segment.ticks).sum()
 }
 
-/// The job with what of its passes a journal of this stock (mm) needs, and what is left out.
+/// The job with what of its passes a journal of this stock (mm) needs, and what is omitted.
 fn shortened(
     job: &JobSpec,
     schedules: &[InfeedSchedule],

@@ -124,7 +124,7 @@ impl PlannedJob {
     }
 }
 
-/// Plans a job for a machine and a wheel: its radius (mm), or what is known of it besides.
+/// Plans a job for a machine and a wheel: its radius (mm), or what is known of it in addition.
 ///
 /// `start` is where the axes stand; without it X and Z are taken to be at the home position and C unhomed. It changes
 /// the predicted duration, and nothing else but the first moves.
@@ -171,7 +171,7 @@ pub fn plan_job(
     plan.duration_with_indexing_s = if job.rotary_indexing {
         plan.duration_s
     } else {
-        // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
+        // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is omitted.
         build.stopping(true)?.duration_s
     };
     let report = check_forwards(&GougeRequest {

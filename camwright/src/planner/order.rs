@@ -28,7 +28,7 @@ pub fn fastest_order(job: &JobSpec, machine: &MachineDescription) -> LobeOrder {
     let given: Vec<usize> = (0..job.lobes.len()).collect();
     let stations: Option<Vec<f64>> =
         job.lobes.iter().map(|lobe| Some(machine.station(&lobe.station)?.position_mm)).collect();
-    // What the machine has not got is refused elsewhere.
+    // What the machine lacks is refused elsewhere.
     let Some(stations) = stations else { return LobeOrder { lobes: given, saved_ticks: 0 } };
     let table = TableMoves { machine, home_mm: job.home.z_mm, stations: &stations };
     let lobes = if stations.len() <= MAX_COMPARED { table.best() } else { table.better_sweep() };

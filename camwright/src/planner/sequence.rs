@@ -105,7 +105,7 @@ impl<'a> Sequence<'a> {
         let rapid = Some(self.job.rapid_speed_mm_s);
         let mut retracted = self.steps.at[Axis::X.index()];
         let mut goes_turning = false;
-        // Passes that would be cut in the air are left out from the first on.
+        // Passes that would be cut in the air are omitted from the first on.
         let specs = &self.job.passes[self.job.passes.len() - lobe.passes.len()..];
         for (number, pass) in lobe.passes.iter().enumerate() {
             let until_steady_n = specs[number].spark_out_until_n;

@@ -40,7 +40,7 @@ pub(super) struct PlanSteps<'a> {
 }
 
 impl PlanSteps<'_> {
-    /// C on its origin, from where it stands, or half a turn away where nobody knows; then its keyway faces the tool.
+    /// C on its origin, from where it stands, or half a turn away if unknown; then its keyway faces the tool.
     pub(super) fn home_headstock(&mut self, of: StepSubject<'_>, c_homed: bool) -> Result<(), PlanError> {
         let distance = if c_homed {
             wrap_turn(-self.machine.axis(Axis::C).scale.position(self.at[Axis::C.index()]))

@@ -21,7 +21,7 @@ crate::snapshot_cases!(GaugeFault { 0 Stuck, 1 NotANumber });
 /// Failure of the loading equipment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadingFault {
-    /// Somebody forces the door open.
+    /// The door is forced open.
     DoorForced(bool),
     /// The door does not move any more, or does again.
     DoorStuck(bool),
@@ -31,12 +31,12 @@ pub enum LoadingFault {
     ChuckStuck(bool),
     /// The sensor of the part shows this level whatever there is; `None`: it is healthy again.
     PartSensor(Option<bool>),
-    /// Somebody enters the work area, or leaves it.
+    /// A person enters or leaves the work area.
     Person(bool),
 }
 
 impl Default for LoadingFault {
-    /// None: nobody is inside.
+    /// None: the work area is free.
     fn default() -> Self {
         LoadingFault::Person(false)
     }
@@ -85,7 +85,7 @@ pub enum Fault {
     WheelStall(bool),
     /// The wheel turns so many times as fast as it is ordered to; 1: healthy.
     WheelOverspeed(f64),
-    /// Door, chuck, sensor or somebody inside; nothing on a machine without.
+    /// Door, chuck, sensor or a person inside; nothing on a machine without.
     Loading(LoadingFault),
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A load cell under the wheel spindle, as cylindrical grinders carry it to end spark-out (Toyoda, JPS61103770: spark-out ends when the
 //! change of the force over a turn of the part is small). What the force still differs by over a turn, divided by the machine's
-//! stiffness km, is what wheel and part still give way differently. Since a turn of spark-out leaves kg/(kg + km) of what the force is
+//! stiffness km, is what wheel and part still deflect differently. Since a turn of spark-out leaves kg/(kg + km) of what the force is
 //! above its threshold F0, a change of ΔF over a turn means that at most (ΔF (1 + kg/km) + F0)/km is left on the part.
 
 use crate::math::range::minimum_and_maximum;

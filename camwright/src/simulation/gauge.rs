@@ -39,7 +39,7 @@ impl GaugeDescription {
         Ok(GaugeSetup { gauge, exchanged, lag_s: self.bandwidth_rad_s.map_or(0.0, f64::recip), cycle_time_s })
     }
 
-    /// Readings of a part without lag, noise and steps (mm), with the wheel line at this azimuth, and a part that gives way so far.
+    /// Readings of a part without lag, noise and steps (mm), with the wheel line at this azimuth, and a part that deflects so far.
     fn touch(&self, lobe: &Lobe, line_rad: f64, sense: f64, part_gives_way: Deflection) -> [Option<f64>; 2] {
         [Some(self.behind_wheel_rad), self.second_behind_wheel_rad].map(|behind| {
             let behind = sense * behind?;

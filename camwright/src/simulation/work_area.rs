@@ -54,7 +54,7 @@ impl Leaf {
         }
     }
 
-    /// At once where nobody ordered it to: by force.
+    /// At once without a command: forced.
     pub(super) fn force_open(&mut self) {
         (self.place, self.left, self.under_way) = (ActuatorPosition::Open, 0, 0);
     }
@@ -102,10 +102,10 @@ pub enum LoadingRefused {
     /// The wheel has not stopped.
     #[error("the wheel still turns")]
     WheelTurns,
-    /// Somebody would be hit or locked in.
+    /// A person would be hit or locked in.
     #[error("a person is in the work area")]
     Entered,
-    /// Nobody can reach the chuck.
+    /// The chuck is out of reach.
     #[error("the door is not open")]
     DoorNotOpen,
     #[error("the chuck is not open")]
@@ -122,7 +122,7 @@ pub enum LoadingRefused {
 /// Conditions that prevent axes and wheel from starting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AccessRefusal {
-    /// Somebody is in the work area.
+    /// A person is in the work area.
     Entered,
     /// The door is not closed.
     Door,
@@ -159,7 +159,7 @@ pub struct WorkAreaState {
     pub chuck: ActuatorPosition,
     /// The sensor sees a part in the chuck.
     pub part_present: bool,
-    /// Somebody is inside, or nobody knows that he has left.
+    /// A person is inside, or has not been reported as gone.
     pub entered: bool,
     /// The axes stand still in their safe place, the wheel has stopped, the door is open.
     pub is_safe: bool,
@@ -186,7 +186,7 @@ crate::snapshot!(WorkArea {
 } on {});
 
 impl WorkArea {
-    /// After power-up: door closed, chuck open, nobody and nothing inside.
+    /// After power-up: door closed, chuck open, work area empty.
     pub(super) fn new(description: &LoadingDescription, cycle_time_s: f64) -> Self {
         let LoadingDescription { door_opens_s, door_closes_s, chuck_opens_s, chuck_closes_s, .. } = *description;
         Self {

@@ -35,7 +35,7 @@ fn law(random: &mut SplitMix64) -> MotionLaw {
     if random.next().is_multiple_of(10) { random.one_of(&MotionLaw::ALL) } else { random.one_of(&SMOOTH) }
 }
 
-/// Segments as somebody might write them: most make a cam, some do not.
+/// Random segments: most make a cam, some do not.
 fn segments(random: &mut SplitMix64) -> (f64, Vec<MotionSegment>) {
     let mut segments = vec![segment(MotionLaw::Dwell, random.within(0.3, 3.0), 0.0)];
     let mut lift = 0.0;

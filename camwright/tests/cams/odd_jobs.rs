@@ -1,4 +1,4 @@
-//! Jobs with numbers that nobody means, from a seed to a verdict: refused with a reason or planned, never a panic.
+//! Jobs with implausible numbers, from a seed to a verdict: refused with a reason or planned, never a panic.
 
 use crate::cams::{SplitMix64, lobe, random_law, reference_contour};
 use camwright::cam::follower::Follower;

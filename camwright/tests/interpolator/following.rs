@@ -271,7 +271,7 @@ fn a_trajectory_takes_no_place_that_was_disturbed_and_moving_joints_must_be_name
     assert_eq!(bench.interpolator.foresee(bench.tick + 1), StateForecast::Over);
 }
 
-/// One that waits for its time gives way to one that begins at once.
+/// One that waits for its time deflects to one that begins at once.
 #[test]
 fn a_trajectory_that_waits_gives_way() {
     let machine = machine();

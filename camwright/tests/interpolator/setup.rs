@@ -173,7 +173,7 @@ fn the_running_wheel_touches_where_the_part_is_at_every_speed() {
     }
 }
 
-/// A stopped wheel presses on a part that gives way, and takes nothing off it. Without leave it is an alarm.
+/// A stopped wheel presses on a part that deflects, and takes nothing off it. Without leave it is an alarm.
 #[test]
 fn a_stopped_wheel_touches_a_part_that_gives_way_and_leaves_it_whole() {
     let contact = ContactDescription {

@@ -33,7 +33,7 @@ const WIDTH_MM: f64 = 20.0;
 const KG_N_MM: f64 = 3.0e4;
 const RADIUS_MM: f64 = 20.0;
 
-/// The reference machine with ideal drives, giving way, with a gauge so far behind its wheel.
+/// The reference machine with ideal drives, deflecting, with a gauge so far behind its wheel.
 fn grinder(ratio: f64, gamma_deg: f64) -> MachineDescription {
     let stiffness = vec![
         StiffnessAt { z_mm: 80.0, n_mm: ratio * KG_N_MM },
@@ -222,7 +222,7 @@ fn a_noisy_gauge_leaves_a_micrometre_and_a_half_at_most() {
     }
 }
 
-/// To the letter the published way takes a machine that gives way for runout and leaves most of it, in another place; the exact way
+/// To the letter the published way takes a machine that deflects for runout and leaves most of it, in another place; the exact way
 /// knows. What the published formula leaves of a runout that is known as it is, is tested with the formulas.
 #[test]
 fn the_published_turn_takes_a_machine_that_gives_way_for_runout() {

@@ -1,4 +1,4 @@
-//! The stock of journals: measured before anything is cut, and the turns that are left out for it.
+//! The stock of journals: measured before anything is cut, and the turns that are omitted for it.
 
 use super::stiffness::identifying_job;
 use super::*;
@@ -41,7 +41,7 @@ fn measured_and_ground(
     Ok((measured, left))
 }
 
-/// s of stock and 41 µm of margin under 218 µm: ⌊(218 − s − 41)/18⌋ turns of the first pass are left out; where s + 41 is below the 110 µm
+/// s of stock and 41 µm of margin under 218 µm: ⌊(218 − s − 41)/18⌋ turns of the first pass are omitted; where s + 41 is below the 110 µm
 /// that the second pass begins at, the first with its spark-out turn, and ⌊(110 − s − 41)/6⌋ more. The finished journals are as good.
 #[test]
 fn turns_in_the_air_are_left_out_by_the_closed_form_and_the_part_is_as_good() {

@@ -1,4 +1,4 @@
-//! Wheel and part give way to each other: what a machine with a stiffness leaves of a part, turn after turn.
+//! Wheel and part deflect against each other: what a machine with a stiffness leaves of a part, turn after turn.
 
 use super::turned::{self, Eccentric};
 use super::{ideal, machine};
@@ -123,7 +123,7 @@ fn a_plunge_and_its_spark_out_are_those_of_the_law() {
     assert!((cutting.axes[1].effort + wanted_n).abs() < 0.02 * wanted_n, "{} N", cutting.axes[1].effort);
 }
 
-/// On what is not round wheel and part give way along the normal: an eccentric disc keeps its form, and what is left of its stock is
+/// On what is not round wheel and part deflect along the normal: an eccentric disc keeps its form, and what is left of its stock is
 /// the same all round.
 #[test]
 fn an_eccentric_gives_way_along_its_normal() {
@@ -151,7 +151,7 @@ fn an_eccentric_gives_way_along_its_normal() {
     }
 }
 
-/// A stiffer machine leaves less; one that does not give way at all leaves what the rigid wheel leaves.
+/// A stiffer machine leaves less; one that does not deflect at all leaves what the rigid wheel leaves.
 #[test]
 fn a_machine_that_is_stiff_beyond_measure_grinds_like_a_rigid_one() {
     let ground = |description: &MachineDescription| {

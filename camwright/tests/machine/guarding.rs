@@ -1,4 +1,4 @@
-//! Door, chuck, part sensor and work area: nothing moves where somebody could be hurt, and nothing opens while something moves.
+//! Door, chuck, part sensor and work area: nothing moves while a person is in reach, and nothing opens while something moves.
 
 use super::{follow, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;

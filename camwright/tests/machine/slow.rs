@@ -102,7 +102,7 @@ fn beating_turns_leave_the_envelope_of_the_waves() {
     assert!(low > 19.9995 - 1e-6 && high < 19.9995 + 1e-3 / 3.0, "{low} {high}");
 }
 
-/// Wheel and part that give way let through km/(km + kg) of the wave.
+/// Wheel and part that deflect let through km/(km + kg) of the wave.
 #[test]
 fn what_gives_way_softens_the_waves() {
     let contact = ContactDescription {

@@ -127,7 +127,7 @@ fn ideal_drives_leave_the_cusps_of_the_feed_and_nothing_else() {
 }
 
 /// A slide whose structure swings at f hangs back by its acceleration over (2πf)²: e ω² over it, 0.4 µm at 150 rpm and 1.7 µm at 300 with
-/// 150 Hz. The loops lag by X'' ω² (1 − ff)/Kv² besides, some hundredths.
+/// 150 Hz. The loops lag by X'' ω² (1 − ff)/Kv² in addition, some hundredths.
 #[test]
 fn ordinary_drives_leave_more_the_faster_the_part_turns() {
     let mut description = at(&lathe(), 0.0);

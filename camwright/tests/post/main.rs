@@ -177,7 +177,7 @@ fn a_program_that_drives_something_else_is_found() {
     short.truncate(feeding - 200);
     assert!(matches!(compare(&request, &posted, &short), Err(PostError::OtherCalls { expected: 4, .. })));
     let mut low = good.clone();
-    // The rapid that leaves the part after the first call is left out: C turns on beside it.
+    // The rapid that leaves the part after the first call is omitted: C turns on beside it.
     let leaves =
         good.windows(2).position(|pair| pair[0].time_s.is_some() && pair[1].time_s.is_none()).expect("a rapid") + 1;
     low.remove(leaves);

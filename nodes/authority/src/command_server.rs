@@ -45,7 +45,7 @@ impl Authority for LeaseGate {
     }
 }
 
-/// An answer that waits until the members have heard of a change.
+/// An answer that waits until the members have acknowledged a change.
 type DelayedAnswer = (Responder<TakeCommand>, TakeCommandResponse, u64, Instant);
 
 /// Keeps the lease of a machine.
@@ -228,7 +228,7 @@ impl CommandServer {
         }
     }
 
-    /// Answers those whose change every member has heard of, and those who have waited for long enough.
+    /// Answers those whose change every member has received, and those who have waited for long enough.
     fn answer_waiting(&self) {
         let now = Instant::now();
         let due: Vec<DelayedAnswer> = {

@@ -96,7 +96,7 @@ pub(super) struct Lease {
 }
 
 impl Lease {
-    /// Lease that nobody holds; members are lost after `silence_limit`. The first number differs from those of an earlier run.
+    /// Lease without a holder; members are lost after `silence_limit`. The first number differs from those of an earlier run.
     pub(super) fn new(silence_limit: Duration, first_number: u64) -> Self {
         let first_number = first_number.max(1);
         let (number, holder, members, claims) = (first_number, None, [None, None], [None, None]);
@@ -118,13 +118,13 @@ impl Lease {
         self.holder.as_ref().map_or(0.0, |holder| holder.until.saturating_duration_since(now).as_secs_f64())
     }
 
-    /// Participant that has a role and has heard of this lease.
+    /// Participant that has a role and has received this lease.
     pub(super) fn member(&self, role: Role) -> Option<Participant> {
         let member = self.members[role as usize].as_ref();
         member.filter(|member| self.has_acknowledged(member.known, self.first_number)).map(|member| member.participant)
     }
 
-    /// Returns true once every member has heard of a state or a later one, and no other waits for the role of a silent member.
+    /// Returns true once every member has received a state or a later one, and no other waits for the role of a silent member.
     pub(super) fn is_known(&self, number: u64, now: Instant) -> bool {
         let is_claimed = self.claims.iter().flatten().any(|claimed| now.saturating_duration_since(*claimed) < CLAIM);
         !is_claimed && self.members.iter().flatten().all(|member| self.has_acknowledged(member.known, number))
@@ -197,7 +197,7 @@ impl Lease {
         let place = &mut self.members[role as usize];
         match place {
             Some(member) if member.participant == by => {
-                // It has heard of this lease for the first time: its role counts from now on.
+                // It has received this lease for the first time: its role counts from now on.
                 let is_news = known >= first && known <= last && !(first..=last).contains(&member.known);
                 self.number += u64::from(is_news);
                 member.silence.reset();

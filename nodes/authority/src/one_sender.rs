@@ -13,7 +13,7 @@ pub struct OneSender {
 }
 
 impl OneSender {
-    /// A topic that nobody has sent yet; a sender that is silent for longer than `limit` makes room for another.
+    /// A topic without a sender yet; a sender that is silent for longer than `limit` makes room for another.
     pub fn new(topic: &'static str, limit: Duration) -> Self {
         Self { topic, limit, sender: None }
     }

@@ -360,7 +360,7 @@ impl Engine {
         self.unacknowledged.clear();
     }
 
-    /// A machine that is heard and does not attend ends the wait.
+    /// A machine that is alive and does not attend ends the wait.
     fn give_up_attention(&mut self) {
         if let Some((made, ..)) = self.attending.take_if(|(_, _, since)| since.elapsed() > ATTENTION) {
             self.unacknowledged.clear();

@@ -46,9 +46,9 @@ pub(super) struct ActiveGoal {
     ending: Option<Ending>,
     /// Result of a trajectory that ended before its handle arrived.
     early: Option<(GoalEnd, FollowJointTrajectoryResult)>,
-    /// A jog comes to rest because nobody holds it any more.
+    /// A jog comes to rest because its button was released.
     was_let_go: bool,
-    /// Turns of spark-out left out, for each lobe of the plan.
+    /// Turns of spark-out omitted, for each lobe of the plan.
     turns_left_out: Vec<u32>,
     /// The interpolator's own alarm, if it raised one.
     pub(super) alarm: Option<(u16, String)>,
@@ -77,7 +77,7 @@ impl ActiveGoal {
         self.goal.as_ref()
     }
 
-    /// A trajectory of the topic has command: nobody waits for an answer, so its end is logged.
+    /// A trajectory of the topic has command: no client waits for an answer, so its end is logged.
     pub(super) fn is_of_topic(&self) -> bool {
         matches!(self.goal, Some(RunningGoal::Topic))
     }
@@ -98,7 +98,7 @@ impl ActiveGoal {
         }
     }
 
-    /// The jog that has command comes to rest because nobody holds it any more.
+    /// The jog that has command comes to rest because its button was released.
     pub(super) fn let_go(&mut self) {
         self.was_let_go = true;
     }
@@ -110,7 +110,7 @@ impl ActiveGoal {
         }
     }
 
-    /// The trajectory in execution gives way to another, of a goal or of the topic.
+    /// The trajectory in execution is replaced by another, of a goal or of the topic.
     pub(super) fn yield_to(&mut self, to_a_goal: bool, name: &str, tick: u64) {
         if let Some(RunningGoal::Trajectory(goal)) = self.goal.take() {
             let error_string = format!("{name} replaced it at tick {tick}");

@@ -76,7 +76,7 @@ impl MachineHealth {
 }
 
 impl Shared {
-    /// Who has command, and whether the machine is heard.
+    /// Who has command, and whether the machine is alive.
     pub(super) fn health(&self) -> Vec<DiagnosticStatus> {
         let (holder, plan) = lock(&self.served).names();
         let message = match (self.is_active(), holder.is_empty()) {

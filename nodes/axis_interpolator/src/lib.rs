@@ -102,11 +102,11 @@ struct Shared {
     rest_counts: Mutex<[i64; AXIS_COUNT]>,
     /// Which axes know their zero.
     homed: Mutex<[bool; AXIS_COUNT]>,
-    /// A jog that somebody has to hold.
+    /// A jog with hold-to-run.
     held: Mutex<Option<HeldJog>>,
     /// Condition of door, chuck or work area that prevents axes and wheel from starting; empty: none.
     hindrance: Mutex<String>,
-    /// The machine's last tick that was heard of.
+    /// The machine's last tick that was received of.
     tick: AtomicU64,
     machine_health: Mutex<MachineHealth>,
     partners: Mutex<partners::InterpolatorPartners>,
@@ -250,7 +250,7 @@ impl AxisInterpolator {
         }
         let latest = Instant::now() + limit;
         while lock(&self.shared.served).is_busy() && Instant::now() < latest {
-            // The pump ends the goal on its own thread and wakes nobody here.
+            // The pump ends the goal on its own thread and wakes no thread here.
             std::thread::sleep(Duration::from_millis(10));
         }
         self.shared.stop.store(true, Ordering::Release);
@@ -376,7 +376,7 @@ impl Shared {
         self.tick.load(Ordering::Acquire)
     }
 
-    /// The time of the machine's last tick (ns); 0 before it was heard of.
+    /// The time of the machine's last tick (ns); 0 before it was received of.
     fn machine_time_ns(&self) -> i64 {
         self.clock().map_or(0, |clock| clock.ns(self.machine_tick()))
     }
@@ -397,7 +397,7 @@ impl Shared {
         self.silent_machine().or_else(|| self.grant.obstacle())
     }
 
-    /// Why the machine would answer any motion with an alarm. For whoever does not look at the work area as the planner does.
+    /// Why the machine would answer any motion with an alarm. For clients that do not check the work area.
     fn hindrance(&self) -> Result<(), String> {
         match lock(&self.hindrance).as_str() {
             "" => Ok(()),

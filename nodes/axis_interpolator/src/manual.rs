@@ -1,7 +1,7 @@
 //! Work by hand: the action `~/jog` with its `~/hold_to_run`, and the service `~/wheel`.
 //!
-//! A jog that has no distance goes on while somebody holds it: while messages come on `~/hold_to_run`. They are waited for in ticks of the
-//! machine, so that a jog ends whoever else has stopped: who held it, the network, this node's other threads.
+//! A jog that has no distance continues while messages come on `~/hold_to_run`. They are waited for in ticks of the
+//! machine, so that a jog ends if any of these has stopped: its client, the network, this node's other threads.
 
 use super::goals::{RunningGoal, by};
 use super::{Shared, lock};

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Longest time for the pages of a plan to arrive after a goal that names it.
 const PAGES: Duration = Duration::from_secs(10);
 
-/// A partner that has been heard at least once.
+/// A partner that has sent at least one message.
 #[derive(Debug)]
 struct Partner {
     participant: Guid,
@@ -42,7 +42,7 @@ impl InterpolatorPartners {
         Self { limit, machine: None, planner: None, plan_by: None, pages: Silence::new(PAGES) }
     }
 
-    /// The machine is heard; true where another one was before.
+    /// The machine is alive; true if another one was before.
     fn record_machine(&mut self, writer: Guid) -> bool {
         let participant = participant(writer);
         let is_other = self.machine.as_ref().is_some_and(|machine| machine.participant != participant);
@@ -50,7 +50,7 @@ impl InterpolatorPartners {
         is_other
     }
 
-    /// The planner is heard. A planner plans on threads of its own and says something once a second.
+    /// The planner is alive. It plans on threads of its own and sends a message once a second.
     fn record_planner(&mut self, writer: Guid) {
         self.planner = Some(Partner { participant: participant(writer), silence: Silence::new(2 * self.limit) });
     }

@@ -262,7 +262,7 @@ impl EnginePump {
             match step {
                 Some(ArrivalStep::Tell(message)) => back(message),
                 Some(ArrivalStep::Wait) => {
-                    // It may have ended before this was heard.
+                    // It may have ended before this was received.
                     if !lock(&shared.served).is_busy() {
                         shared.begin_arrival();
                     }

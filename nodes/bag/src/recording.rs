@@ -97,7 +97,7 @@ pub struct Recording {
     queue_bytes: u64,
     /// The writer's thread, to wake it for what is asked of it.
     writer: Thread,
-    /// The same until somebody has waited for its end.
+    /// Join handle until the end is awaited.
     thread: Mutex<Option<WriterThread>>,
 }
 

@@ -1,7 +1,7 @@
 //! Intact parts of a damaged MCAP file, from its beginning to its end: chunks with a correct check sum; everything between them is lost.
 //!
 //! ```text
-//! record · record · chunk ✓ · chunk ✗ (told, with what its index says of it) · ??? … search … · chunk ✓ · torn tail
+//! record · record · chunk ✓ · chunk ✗ (reported with its index entry) · ??? … search … · chunk ✓ · torn tail
 //! ```
 //! Where lengths lead nowhere any more the next chunk is searched for, byte by byte; that it is one its check sum proves.
 

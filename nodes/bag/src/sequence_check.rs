@@ -17,7 +17,7 @@ pub(super) enum SequenceCheck {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Numbers {
     largest: u32,
-    /// From and to of those that were left out.
+    /// From and to of those that were omitted.
     left_out: BTreeSet<(u32, u32)>,
 }
 

@@ -1,4 +1,4 @@
-//! The last seconds of a recording, held in memory until somebody wants them in the bag.
+//! The last seconds of a recording, held in memory until a request writes them to the bag.
 
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -143,7 +143,7 @@ impl Robot {
     /// A command to the cell.
     ///
     /// # Errors
-    /// Nobody answers.
+    /// No answer.
     pub(crate) fn command(&self, request: &CellCommandRequest) -> Result<CellCommandResponse, String> {
         self.command.wait_for_service(ANSWER).map_err(|error| error.to_string())?;
         self.command.call(request, ANSWER).map_err(|error| error.to_string())
@@ -239,7 +239,7 @@ impl Robot {
                 self.cell("the cell to be idle", |cell| cell.state == state)?;
             }
         }
-        // What is heard from now on is of this run.
+        // Messages from now on belong to this run.
         self.cell("the run to begin", |cell| cell.state != CellState::IDLE).map(drop)
     }
 }

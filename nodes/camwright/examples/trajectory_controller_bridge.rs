@@ -284,7 +284,7 @@ impl Shared {
         }
         standing.commands_received = message.sequence;
         match message.kind {
-            // Of jobs it keeps no book, and an input that it has not got is not closed.
+            // Of jobs it keeps no book, and an input that it lacks is not closed.
             MachineCommand::JOB_BEGIN | MachineCommand::JOB_END | MachineCommand::ASK => {}
             MachineCommand::ALARM => match u16::try_from(message.counts).ok().and_then(AlarmKind::from_number) {
                 Some(kind) => standing.raise(kind, f64::NAN, 0.0),

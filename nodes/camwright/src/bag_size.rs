@@ -1,7 +1,7 @@
-//! How large the bag of a job will be, told before it is run: what every topic of the cell sends, how often, and what a bag makes of it.
+//! Predicted size of the bag of a job: messages of every topic, their rate, and the overhead of the storage.
 //!
-//! Sizes are those of messages that are made here and written as CDR; nothing in it was measured. What depends on the pace of the computer (markers and
-//! outlines for viewers) or on what happens (alarms, logs) is small and left out.
+//! Message sizes come from sample messages written as CDR, not from measurements. Markers and outlines for viewers, whose rate depends
+//! on the computer, and alarms and logs are small and omitted.
 
 use std::path::Path;
 
@@ -35,15 +35,15 @@ use camwright_planning::{AnyPrepared, bar, with_raw_part};
 use camwright_run_logger::MIN_FREE_MB;
 use camwright_scene::{Frames, Tree};
 
-/// Bytes of a message in a file besides its own: head and fields of its record, and its entry in the index.
+/// Bytes of a message in a file in addition to its own: head and fields of its record, and its entry in the index.
 const FRAMING: u64 = (1 + 8) + (2 + 4 + 8 + 8) + (8 + 8);
-/// Bytes of a chunk besides its records, and for each channel in it: its head and its entry in the index of the file, their share of both.
+/// Bytes of a chunk in addition to its records, and for each channel in it: its head and its entry in the index of the file, their share of both.
 const CHUNK: u64 = (9 + 40) + (9 + 72);
 const CHANNEL_IN_CHUNK: u64 = (9 + 2 + 4) + (2 + 8);
-/// What a channel has beside its type: names, quality of service, type hash (B).
+/// Size of a channel without its type: names, quality of service, type hash (B).
 const CHANNEL: u64 = 800;
 
-/// Where the files are told that a job names.
+/// Topic of the files that a job names.
 const JOB_FILES: &str = "job_planner/job_files";
 /// Topics of plans, of states of the machine, and of the recorder.
 const PLAN: &str = "job_planner/plan";
@@ -93,15 +93,15 @@ pub struct TopicSize {
     pub bytes: u64,
 }
 
-/// What the bag of a run will hold.
+/// Predicted content of the bag of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BagSize {
-    /// Each topic that matters.
+    /// Topics that contribute to the size.
     pub topics: Vec<TopicSize>,
 }
 
 impl BagSize {
-    /// Of a job that has been planned, run at a pace.
+    /// Estimates the bag of a planned job at a pace.
     #[must_use]
     pub fn estimate(prepared: &AnyPrepared, pace: Pace) -> Self {
         let (machine, wheel_radius_mm) = match prepared {
@@ -125,8 +125,8 @@ impl BagSize {
         Self { topics }
     }
 
-    /// Of so many parts, one after the other. The files of a job are told once; that one which learns is another job with every part, with
-    /// its tables once more, is left out.
+    /// Size for a number of consecutive parts. Files of a job are published once. A job that learns publishes its tables again with every
+    /// part; this is omitted.
     #[must_use]
     pub fn times(mut self, parts: u32) -> Self {
         let of_each_part = self.topics.iter_mut().filter(|topic| topic.topic != JOB_FILES);
@@ -134,7 +134,7 @@ impl BagSize {
         self
     }
 
-    /// Of the whole bag (B), in the layout of the preset `default`.
+    /// Size of the whole bag (B), in the layout of the preset `default`.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         let messages: u64 = self.topics.iter().map(|t| t.messages * (t.bytes + FRAMING)).sum();
@@ -158,7 +158,7 @@ impl BagSize {
         format!("{:.1} MB of bag, uncompressed ({})", megabytes(self.bytes()), largest.join(", "))
     }
 
-    /// What is wrong with the room for it on the disk of a directory that need not be there yet; nothing where there is enough.
+    /// Returns a message if the disk of a directory, existing or not, has too little space for the bag.
     #[must_use]
     pub fn lacks_room(&self, directory: &Path) -> Option<String> {
         let there = directory.ancestors().find(|path| path.is_dir() || path.as_os_str().is_empty())?;
@@ -194,7 +194,7 @@ pub fn recorded_topics(machine: &MachineDescription) -> Vec<(&'static str, &'sta
     topics
 }
 
-/// What machine and interpolator send.
+/// Topics of machine and interpolator.
 fn machine_topics(machine: &MachineDescription, wheel_radius_mm: f64, duration_s: f64, pace: Pace) -> Vec<TopicSize> {
     let tick_s = machine.cycle_time_s();
     let per_tick = |ticks: u64| count(duration_s, 1.0 / (tick_s * (ticks as f64)));
@@ -305,12 +305,12 @@ fn page_topic<T: Message>(name: &'static str, pages: &[T]) -> TopicSize {
     topic::<T>(name, count, pages.iter().map(bytes_of).sum::<u64>() / count.max(1))
 }
 
-/// What a message takes as it travels, filled up to a multiple of four bytes.
+/// Size of a message on the wire, padded to a multiple of four bytes.
 fn bytes_of<T: Message>(message: &T) -> u64 {
     sample_from_message(message).map_or(0, |sample| sample.len().next_multiple_of(4) as u64)
 }
 
-/// So many times in so much time.
+/// Number of messages at a rate within a duration.
 #[allow(clippy::cast_possible_truncation, reason = "a duration of a job and a rate are positive; a cast saturates")]
 fn count(duration_s: f64, rate_hz: f64) -> u64 {
     (duration_s * rate_hz).round().max(0.0) as u64

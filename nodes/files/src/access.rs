@@ -1,4 +1,4 @@
-//! Which files somebody may name who asks over ROS: those in the folders of the job and of params, and in folders that the operator names.
+//! Files that requests over ROS may name: those in the folders of the job and of params, and in folders that the operator names.
 //! What a file says travels in refusals, so no other is read.
 
 use super::locate::{file_of, roots};
@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Keys that name files, with the kind of file and how its name may end where it is left out.
+/// Keys that name files, with the kind of file and how its name may end where it is omitted.
 const FILE_KEYS: [(&str, &str, &[&str]); 7] = [
     ("machine", "machines", &["yaml"]),
     ("program", "programs", &["ngc", "NC", "MPF"]),
@@ -32,7 +32,7 @@ const HEAD: u64 = 1 << 16;
 const SHOWN: usize = 200;
 
 /// Refuses a job and `key=value` overrides that came over ROS and lead to files that are none of the asker's business; `more` are folders that
-/// the operator opened besides.
+/// the operator opened in addition.
 pub fn check(job: &str, overrides: &[String], more: &[PathBuf]) -> Result<(), String> {
     let job_path = file_of("jobs", job, "yaml", None).or_else(|| file_of("lifts", job, "csv", None));
     let mut folders = roots();
@@ -71,7 +71,7 @@ pub fn check(job: &str, overrides: &[String], more: &[PathBuf]) -> Result<(), St
     Ok(())
 }
 
-/// Folders of the files that overrides name, for whoever gives them himself on this computer.
+/// Folders of the files that overrides name, for a user of this computer.
 pub fn folders_of(overrides: &[String]) -> Vec<String> {
     let mut folders = Vec::new();
     for (key, value) in overrides.iter().filter_map(|over| over.split_once('=')) {

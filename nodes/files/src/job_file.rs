@@ -293,7 +293,7 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<Job, ConfigError
 ///
 /// # Errors
 /// Anything that is not a job, at least one sentence: unknown or missing keys, values out of range, tables that are
-/// refused. What needs the result of a failed step is left out.
+/// refused. What needs the result of a failed step is omitted.
 pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigError>> {
     let document = Document::with_overrides(located, overrides).map_err(one)?;
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;

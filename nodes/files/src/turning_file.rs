@@ -37,7 +37,7 @@ const COLUMNS_PER_FEED: f64 = 10.0;
 /// Maximum azimuths of that grid.
 const MAX_AZIMUTHS: usize = 7200;
 
-/// Default form tolerance besides the cusps of the feed (µm).
+/// Default form tolerance in addition to the cusps of the feed (µm).
 const TOLERANCE_UM: f64 = 2.0;
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -214,7 +214,7 @@ pub struct TurnedJob {
     pub faults: Vec<JobFault>,
     /// Grid of the simulated part and of its form map.
     pub grid: PartGrid,
-    /// Form tolerance besides the cusps of the feed (mm).
+    /// Form tolerance in addition to the cusps of the feed (mm).
     pub tolerance_mm: f64,
     /// The job file, for messages that point into it.
     pub document: Document,

@@ -176,7 +176,7 @@ impl DressingFile {
     }
 }
 
-/// Feature of the part besides its lobes.
+/// Feature of the part in addition to its lobes.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ObstacleFile {

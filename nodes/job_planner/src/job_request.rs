@@ -62,7 +62,7 @@ impl Shared {
     /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
     ///
     /// # Errors
-    /// A file that nobody may name over ROS.
+    /// A file that requests over ROS may not name.
     pub(super) fn used(
         &self,
         name: &str,
@@ -83,7 +83,7 @@ impl Shared {
             return used;
         }
         let Ok(job) = job_file::load(name, &used) else { return used };
-        // A job on the part as it is; what somebody says of its phase counts more.
+        // A job on the part as it is; a phase from the request has priority.
         let is_given = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
         if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_given {
             used.extend(self.setup.phase_override());

@@ -1,4 +1,4 @@
-//! Lobes as they shall be and what they are off, for viewers: `~/lobe_forms`, and drawn, `~/markers`.
+//! Lobes in their nominal form and what they are off, for viewers: `~/lobe_forms`, and drawn, `~/markers`.
 
 use super::lock;
 use camwright::cam::form::Form;
@@ -46,7 +46,7 @@ impl LobeForms {
         })
     }
 
-    /// A job begins: its lobes as they shall be, in the place of those before.
+    /// A job begins: its lobes in their nominal form, in the place of those before.
     pub(super) fn designed(&self, prepared: &AnyPrepared) {
         let AnyPrepared::Ground(prepared) = prepared else { return };
         let outcome = self.clear(&prepared.machine).and_then(|()| {

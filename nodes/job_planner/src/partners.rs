@@ -6,7 +6,7 @@ use camwright_threads::silence::Silence;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// The interpolator as it was heard last.
+/// The interpolator as it was received last.
 #[derive(Debug, Clone, Copy)]
 struct LastContact {
     participant: [u8; 12],

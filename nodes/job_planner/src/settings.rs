@@ -20,7 +20,7 @@ pub(super) const LOADING_ENTER: &str = "loading_enter_s";
 pub(super) const LOADING_INSIDE: &str = "loading_inside_s";
 const PHASES: &str = "phases_deg";
 const OVERRIDES: &str = "overrides";
-/// Folders of files that jobs and overrides over ROS may name besides their own.
+/// Folders of files that jobs and overrides over ROS may name in addition to their own.
 pub(super) const FILE_FOLDERS: &str = "file_folders";
 
 /// Keys of a job file that a parameter of the same name overrides.

@@ -61,7 +61,7 @@ impl PartPages {
         })
     }
 
-    /// Puts a page into its place; what does not fit there is left out, and the page stays missing.
+    /// Puts a page into its place; what does not fit there is omitted, and the page stays missing.
     fn add_page(&mut self, page: &TurnedPage) {
         let place = usize::try_from(page.first).ok().and_then(|first| self.radii_mm.get_mut(first..));
         let place = place.and_then(|rest| rest.get_mut(..page.radius.len()));

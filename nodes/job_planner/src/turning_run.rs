@@ -38,7 +38,7 @@ impl TurningRun {
         self.measure(result)
     }
 
-    /// The form of the finished part, which goes to whoever listens as a map too.
+    /// The form of the finished part, which goes to subscribers as a map too.
     fn measure(&self, result: &mut RunJobResult) -> Result<(), JobFailure> {
         let shared = &self.execution.shared;
         let part = shared

@@ -156,7 +156,7 @@ fn at_rest(message: &MachineStream) -> bool {
     message.motion == MachineStream::MOTION_STANDSTILL
 }
 
-/// News and the next, between which setpoints moved, though both say that all rests and nobody has command.
+/// News and the next, between which setpoints moved, though both say that all rests and no client has command.
 pub(super) fn moves_at_standstill(streams: &[MachineStream]) -> impl Iterator<Item = (&MachineStream, &MachineStream)> {
     streams.windows(2).filter_map(|pair| {
         let [one, other] = pair else { return None };

@@ -1,6 +1,6 @@
 //! Check of a machine against its contract (`nodes/MACHINE_CONTRACT.md`), clause by clause.
 //!
-//! It listens first, and judges what it heard once it has heard it: a judge is a function of messages. What it compares it computes
+//! It listens first, and judges what it heard once it has received it: a judge is a function of messages. What it compares it computes
 //! itself, in integers and by a polynomial of its own, and not by what camwright's own nodes and the simulated machine do it with.
 
 mod alarms;
@@ -44,7 +44,7 @@ pub struct Moving {
 pub struct Settings {
     /// Listening time.
     pub listen: Duration,
-    /// Maximum time until the machine is heard.
+    /// Maximum time until the machine sends a message.
     pub patience: Duration,
     /// Permitted motion; `None`: nothing moves.
     pub moving: Option<Moving>,
@@ -67,14 +67,14 @@ pub enum CheckError {
 #[derive(Debug)]
 pub struct Checked {
     pub report: ClauseReport,
-    /// Somebody ended it before its end.
+    /// Interrupted by the user.
     pub interrupted: bool,
 }
 
-/// Checks the machine that is heard.
+/// Checks the machine in the domain.
 ///
 /// # Errors
-/// No machine is heard, it is not free to be moved, DDS cannot start.
+/// No machine sends messages, it is not free to be moved, DDS cannot start.
 pub fn check(
     args: &RosArgs,
     settings: &Settings,
@@ -130,7 +130,7 @@ fn listen(
     identity::endpoints(node, &mut report);
     if !interrupted {
         let command = take_command(node, &mut report)?;
-        // Somebody may have taken command meanwhile.
+        // Another client may have taken command meanwhile.
         match (target, motion::obstacle(ears)) {
             (Some(_), Some(obstacle)) => return Err(CheckError::Refused(obstacle)),
             (Some(target), None) => {
@@ -166,7 +166,7 @@ fn take_command(node: &Node, report: &mut ClauseReport) -> Result<Option<HeldCom
     }
 }
 
-/// Judges everything that was heard.
+/// Judges everything that was received.
 fn judge(node: &Node, ears: &Observer, facts: &DescriptionFacts, report: &mut ClauseReport) {
     // Topics overtake each other: ticks that the other topics have not reported yet are ignored.
     let streams = ears.read(|observed| observed.streams.len());

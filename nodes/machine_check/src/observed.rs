@@ -27,7 +27,7 @@ pub(super) struct Joints {
     pub(super) effort: Vec<f64>,
 }
 
-/// Everything that was heard.
+/// Everything that was received.
 #[derive(Debug, Default)]
 pub(super) struct Observed {
     pub(super) description: Option<MachineDescription>,
@@ -81,7 +81,7 @@ pub(super) struct DescriptionFacts {
     pub(super) delay: u64,
     /// Ticks between two messages of the stream.
     pub(super) period: u64,
-    /// The same of a machine that stands still at pace realtime while nobody sends setpoints.
+    /// The same of a machine that stands still at pace realtime without setpoints.
     pub(super) rest_period: u64,
     pub(super) joints: Vec<String>,
     /// Counts of an axis for a metre or a radian.
@@ -112,7 +112,7 @@ impl DescriptionFacts {
 pub(super) struct Observer(Arc<(Mutex<Observed>, Condvar)>);
 
 impl Observer {
-    /// Looks at what was heard.
+    /// Looks at what was received.
     pub(super) fn read<R>(&self, read: impl FnOnce(&Observed) -> R) -> R {
         read(&self.0.0.lock().unwrap_or_else(PoisonError::into_inner))
     }

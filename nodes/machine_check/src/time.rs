@@ -105,7 +105,7 @@ fn usual(steps: &[TickStep], moves: bool) -> Option<i64> {
     counts.into_iter().max_by_key(|(_, count)| *count).map(|(step, _)| step)
 }
 
-/// Returns whether a machine rests while nobody sends setpoints; not at pace fast, it then reports less often.
+/// Returns whether a machine rests without setpoints; not at pace fast, it then reports less often.
 fn is_idle(message: &MachineStream) -> bool {
     message.pace != MachineStream::PACE_FAST
         && message.motion == MachineStream::MOTION_STANDSTILL

@@ -67,7 +67,7 @@ pub struct Keyframes {
     /// (s); 0: none.
     pub(super) period_s: f64,
     pub(super) cycle_s: f64,
-    /// A clock waits for nobody.
+    /// A clock does not wait.
     pub(super) by_the_clock: bool,
     /// The tick from which on one is due.
     pub(super) due: u64,

@@ -80,7 +80,7 @@ pub struct AskedFault {
     pub request: InjectFaultRequest,
 }
 
-/// Input applied by the cyclic thread, besides the chunks and raw parts that it returns.
+/// Input applied by the cyclic thread, in addition to the chunks and raw parts that it returns.
 #[derive(Debug)]
 pub enum CyclicInput {
     NoChunk([u8; 16]),

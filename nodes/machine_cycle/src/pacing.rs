@@ -6,7 +6,7 @@
 //! on time ──(more than 50 cycles late)──► behind ──(at rest, 200 quiet cycles without credit)──► making up ─► on time
 //!                                            └──(in motion: 10 % faster while setpoints are ahead)──────────►┘
 //! ```
-//! A machine that is behind executes no burst of ticks while somebody may be about to send setpoints for them: it
+//! A machine that is behind executes no burst of ticks while setpoints for them may still arrive: it
 //! withdraws its credit first, so that no motion begins, waits for what is under way, and only then executes the ticks
 //! that are missing. Nothing moves in them. A clock that is set back makes the ticks 10 % slower until it has caught up.
 
@@ -32,7 +32,7 @@ pub enum Pace {
 /// State of the clock and of the inputs before a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct CycleTime {
-    /// Time that nobody sets (ns).
+    /// Monotonic time (ns).
     pub monotonic_ns: i64,
     /// Time of the system clock since 1970 (ns).
     pub system_ns: i64,
@@ -152,7 +152,7 @@ impl Pacing {
         let slip_ns = SLIP_TICKS * i64::from(self.clock.cycle_time_ns);
         let is_late = behind_ns > slip_ns;
         self.mode = match self.mode {
-            // Nobody has heard of a tick yet.
+            // No tick has been published yet.
             _ if moment.tick == 0 && is_late => PacingMode::MakingUp { max_ns: 0 },
             PacingMode::OnTime | PacingMode::Ahead if is_late => {
                 self.slip = Some(if resumes { Slip::Inactive(behind_ns) } else { Slip::Stalled(behind_ns) });

@@ -16,12 +16,12 @@ pub struct MachinePartners {
     /// Who has command, while the machine waits for its setpoints.
     pub(super) sender: Silence,
     pub(super) recorder: Silence,
-    /// The recorder is heard and does not come closer.
+    /// The recorder is alive and makes no progress.
     pub(super) behind: Silence,
     /// Messages of the recorder, and the tick that it had recorded, at the last look.
     pub(super) recorder_messages: u64,
     pub(super) recorded_tick: u64,
-    /// Nobody waits for the recorder.
+    /// Ticks do not wait for the recorder.
     pub(super) is_recording_lost: bool,
     /// A motion is about to begin: no idle tick passes before its first setpoint.
     pub attends: bool,

@@ -43,7 +43,7 @@ impl CyclicLoop {
         }
     }
 
-    /// A tick is executed: nobody is waited for.
+    /// A tick is executed: the machine waits for no partner.
     pub fn nobody_is_waited_for(&mut self, now: Instant) {
         self.partners.sender.check(now);
         self.partners.sender.reset();

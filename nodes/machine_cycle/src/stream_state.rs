@@ -5,7 +5,7 @@
 pub struct StreamState {
     /// Machine commands received from the holder, in sequence.
     pub commands_received: u32,
-    /// Somebody has command of the setpoints.
+    /// A client has command of the setpoints.
     pub has_holder: bool,
     /// Who, by the GUID of its participant.
     pub holder: [u8; 16],

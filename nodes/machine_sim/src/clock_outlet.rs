@@ -1,4 +1,4 @@
-//! `/clock` at pace fast: published here unless somebody else does.
+//! `/clock` at pace fast: published here unless another client does.
 //!
 //! Two clocks would tear every node that follows simulated time to and fro. So nothing is published as long as another publisher is
 //! known that came before this one; of two that came together, the one with the smaller GUID goes on.
@@ -29,7 +29,7 @@ impl OtherPublishers {
         Ok(Self(node.other_publishers(TOPIC)?.into_iter().map(|other| (other.guid, other.node)).collect()))
     }
 
-    /// Somebody whose clock counts rather than that of this publisher.
+    /// Another publisher whose clock has priority.
     fn ahead_of(&self, publisher: Option<Guid>) -> Option<String> {
         let ahead = self.0.iter().find(|(guid, _)| publisher.is_none_or(|own| *guid < own));
         ahead.map(|(_, node)| node.clone().unwrap_or_else(|| "another node".to_owned()))

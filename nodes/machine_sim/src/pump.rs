@@ -94,7 +94,7 @@ impl MachineOutlets {
     }
 }
 
-/// State of the pump besides the reports.
+/// State of the pump in addition to the reports.
 #[derive(Debug)]
 pub(super) struct Context {
     pub(super) health: Health,
@@ -262,7 +262,7 @@ impl MachinePump {
         sent
     }
 
-    /// Returns whether the stream is due by its period, which is longer while the machine stands still and nobody sends setpoints.
+    /// Returns whether the stream is due by its period, which is longer while the machine stands still and receives no setpoints.
     fn is_stream_due(&self, report: &TickReport, state: &StreamState) -> bool {
         let is_idle = self.context.pace == MachineStream::PACE_REALTIME
             && report.motion == MotionState::Standstill

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 
 /// Machine time between two sets of transforms (ns): 50 in a second, as a screen shows them.
 const TRANSFORM_PERIOD_NS: u64 = 20_000_000;
-/// Real time between two outlines of a part that is cut: faster than that nobody looks, however fast the machine runs.
+/// Real time between two outlines of a part that is cut: a faster rate is invisible, at any pace.
 const OUTLINE_PERIOD: Duration = Duration::from_millis(250);
 /// The same for a turned part, of which every slice is a marker.
 const SLICED_PERIOD: Duration = Duration::from_secs(1);

@@ -78,7 +78,7 @@ fn reset_shift(node: &Node, inlet: &CycleInlet) -> Result<ServiceHandle, RosErro
     })
 }
 
-/// The loader as it was heard last.
+/// The loader as it was received last.
 #[derive(Debug, Default)]
 struct LastContact {
     at: Option<Instant>,

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Form error of a job on a machine without some effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectRemoved {
-    /// The effects that are left out.
+    /// The effects that are omitted.
     pub effects: Vec<Effect>,
     pub lobes: Vec<LobeResult>,
 }
@@ -71,7 +71,7 @@ pub(super) fn left_out(machine: &MachineDescription) -> Vec<Vec<Effect>> {
 /// See [`simulate_job_on`].
 pub fn causes(prepared: &PreparedJob) -> Result<Causes, SimulationFailed> {
     let mut all = effects(&prepared.machine);
-    // What a gauge finds by how the machine gives way cannot be found on one that does not.
+    // What a gauge finds by how the machine deflects cannot be found on one that does not.
     all.retain(|effect| *effect != Effect::Deflection || prepared.expected_correction.is_none());
     let left_out = each_and_all(all);
     let own = || prepared.machine.clone();
@@ -131,7 +131,7 @@ mod tests {
     use camwright::math::units::um_from_mm;
     use camwright_files::convert::mm_from_m;
 
-    /// The default machine lags, gives way and counts; without any of it it grinds within 0.05 µm. Drives and stiffness leave more each,
+    /// The default machine lags, deflects and counts; without any of it it grinds within 0.05 µm. Drives and stiffness leave more each,
     /// counts hardly anything; good drives less than the ordinary ones.
     #[test]
     fn every_effect_of_the_machine_has_its_share_of_the_error() {

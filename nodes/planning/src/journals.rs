@@ -297,7 +297,7 @@ mod tests {
         assert!(results.iter().all(|result| um_from_mm(mm_from_m(result.runout)) < 1.5));
     }
 
-    /// The shipped journals with 30 um less on them than their job says: turns are left out, and they come out as good. With 60 um more
+    /// The shipped journals with 30 um less on them than their job says: turns are omitted, and they come out as good. With 60 um more
     /// nothing is ground.
     #[test]
     fn stock_is_measured_and_turns_are_left_out() {

@@ -188,7 +188,7 @@ mod tests {
         assert!((lobe_result(&design, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
         let found = LobeDesign { phase_rad: -0.6, part_phase_rad: 0.1, ..design.clone() };
         assert!((lobe_result(&found, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
-        // Ground where the keyway should be: the disc is turned by 0.1 rad, up to e sin 0.1 off besides its stock.
+        // Ground where the keyway should be: the disc is turned by 0.1 rad, up to e sin 0.1 off in addition to its stock.
         let ground = PartLobe { key_way: 0.1, ..blank(&design, 0.25, 0.0, |_| 0.0) };
         let off = lobe_result(&design, &ground).unwrap().form_error_max.abs();
         assert!((off - (0.25e-3 + 4.2e-3 * (2.0 * 0.05_f64.sin()))).abs() < 2e-5, "{off}");

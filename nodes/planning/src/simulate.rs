@@ -195,7 +195,7 @@ mod tests {
         assert!(ordinary > ideal, "{ordinary} um, ideal {ideal} um");
     }
 
-    /// Infeed once per turn, along the normal, or both: the lobes end as they shall be.
+    /// Infeed once per turn, along the normal, or both: the lobes end in their nominal form.
     #[test]
     fn every_kind_of_infeed_grinds_the_design_within_a_micrometre() {
         for kind in

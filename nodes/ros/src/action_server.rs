@@ -1,6 +1,6 @@
 //! Action servers: any number of goals at once, with a table of their states.
 //!
-//! The crate's own server loses cancel requests and results as soon as two goals run, publishes the end of a goal only when somebody
+//! The crate's own server loses cancel requests and results as soon as two goals run, publishes the end of a goal only when a client
 //! asks for its result, and keeps no results. This one has one table behind one lock; requests are handled on the executor thread,
 //! goals are worked on wherever their handles go.
 
@@ -174,7 +174,7 @@ impl<A: Action> GoalTableCore<A> {
             GoalDecision::Later(decision) => {
                 let (core, handler) = (Arc::clone(self), Arc::clone(handler));
                 decision.then(move |verdict| {
-                    // On the executor thread, whoever decided: handlers are promised that.
+                    // On the executor thread in every case, as handlers expect.
                     if let Some(node) = core.node.upgrade() {
                         node.post(move || core.decided(&handler, id, goal, responder, verdict));
                     }

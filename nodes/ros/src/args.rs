@@ -243,7 +243,7 @@ impl RosArgs {
         self
     }
 
-    /// The same with a value for a parameter that is used unless somebody gave another.
+    /// The same with a value for the default of a parameter.
     #[must_use]
     pub fn with_default_parameter(mut self, node: Option<&str>, name: &str, value: ParameterValue) -> Self {
         self.overrides.insert(0, Override::One { node: node.map(str::to_string), name: name.to_string(), value });

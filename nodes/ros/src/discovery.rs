@@ -216,7 +216,7 @@ impl Graph {
             if left.is_zero() {
                 return false;
             }
-            // Besides news there is time, which makes a match trustworthy.
+            // A match becomes reliable after a time.
             let moment = left.min(Duration::from_millis(50));
             state = self.changed.wait_timeout(state, moment).unwrap_or_else(PoisonError::into_inner).0;
         }

@@ -15,7 +15,7 @@
 //! **A long reply.** What does not fit into one datagram is sent in fragments, and a reply carries inline whose request it answers.
 //! `RustDDS` 0.15 writes one octet too many between the two (the tag of an `Option`), so no reader understands such a fragment: a Fast
 //! DDS client waits for ever for a reply of more than 1372 octets. So a long reply is sent from here, in one datagram or in fragments,
-//! and `RustDDS` writes the same sample without naming the request, which it does right: whoever has the reply already takes that for
+//! and `RustDDS` writes the same sample without naming the request, which it does right: a client with the reply takes that for
 //! a repetition, and it fills what was lost. On this host alone: where a client on another host listens is not known here.
 
 use std::{

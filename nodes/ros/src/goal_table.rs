@@ -132,7 +132,7 @@ impl<A: Action> GoalTableCore<A> {
             return false;
         }
         if status == GoalStatus::Canceled && entry.status() != GoalStatus::Canceling {
-            // Whoever works on the goal was quicker than the answer to the cancel request.
+            // The goal ended before the answer to the cancel request.
             self.set(&goals, id, GoalStatus::Canceling);
         }
         let Some(entry) = goals.get_mut(&id) else { return false };
@@ -148,7 +148,7 @@ impl<A: Action> GoalTableCore<A> {
         true
     }
 
-    /// Makes room for a goal; the reason if there is none. Results that nobody may ask for any more go first.
+    /// Makes room for a goal; the reason if there is none. Results that can no longer be requested go first.
     pub(super) fn make_room(&self, id: GoalId) -> Option<String> {
         let mut goals = self.goals();
         if goals.contains_key(&id) {

@@ -1,4 +1,4 @@
-//! Services as they are discovered, and requests that are serialised already, whose answers nobody waits for.
+//! Services as they are discovered, and requests that are serialised already, without waiting for their answers.
 
 use super::discovery::TopicInfo;
 use super::error::RosError;

@@ -18,7 +18,7 @@ const QUICK: u32 = 512;
 /// Maximum number of samples before the first message where a late joiner gets a history at once.
 const MAX_HISTORY: u32 = 2048;
 
-/// Memory a sample takes besides its payload (B): two entries of ordered maps, and the header.
+/// Memory a sample takes in addition to its payload (B): two entries of ordered maps, and the header.
 const OVERHEAD_BYTES: usize = 256;
 
 /// Time for which a cache holds all messages that arrive at the highest rate seen (ns).
@@ -67,7 +67,7 @@ impl Growth {
         Growth { bounds, granted: bounds.initial, largest_bytes: 0, since_ns: i64::MIN, count: 0 }
     }
 
-    /// Takes note of a message; returns the new depth when the cache shall grow.
+    /// Takes note of a message; returns the new depth when the cache must grow.
     fn observe(&mut self, bytes: usize, received_ns: i64) -> Option<u32> {
         self.largest_bytes = self.largest_bytes.max(bytes);
         if received_ns.saturating_sub(self.since_ns) >= HORIZON_NS || received_ns < self.since_ns {

@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Replies within a step that go out at once: what fits into the reader of a client besides two that it has not read.
+/// Replies within a step that go out at once: what fits into the reader of a client in addition to two that it has not read.
 const AT_ONCE: usize = 8;
 
 /// Replies of a step after a burst. With [`STEP`], 600 a second: `rclpy` read about 1000 a second on two busy cores.

@@ -76,7 +76,7 @@ pub(super) fn disposal(participant: &[u8; 16]) -> Vec<u8> {
     let begun = begin(&mut message, 0x15, INLINE_QOS);
     // Flags, and the offset of the inline QoS behind the fields that follow.
     message.extend_from_slice(&[0, 0, 16, 0]);
-    // Reader: whoever reads announcements. Writer: that of our announcements.
+    // Reader: any reader of announcements. Writer: ours.
     message.extend_from_slice(&[0x00, 0x01, 0x00, 0xc7]);
     message.extend_from_slice(&[0x00, 0x01, 0x00, 0xc2]);
     // Later than any announcement, of which there is one in 10 s.

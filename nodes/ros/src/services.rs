@@ -306,7 +306,7 @@ pub struct Responder<S: Service> {
     unanswered: Option<Unanswered<S>>,
 }
 
-/// Makes the answer to a request that nobody answers, from the reason.
+/// Makes the answer to an unanswered request, from the reason.
 type Unanswered<S> = Box<dyn Fn(String) -> <S as Service>::Response + Send + Sync>;
 
 /// Text of the answer to a request that was dropped.

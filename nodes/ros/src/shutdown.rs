@@ -91,7 +91,7 @@ impl Shutdown {
     }
 
     /// Asks for an orderly end of this process because it cannot go on, and ends it with [`EXIT_FAILED`] if that takes longer than 10 s.
-    /// Without [`Shutdown::on_signals`], whoever runs the nodes has to end them.
+    /// Without [`Shutdown::on_signals`], the caller ends the nodes.
     pub(super) fn fail_process(reason: &str) {
         let first = FAILURE.set(reason.to_owned()).is_ok();
         let Some(shutdown) = ON_SIGNALS.get() else { return };

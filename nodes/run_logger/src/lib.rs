@@ -356,7 +356,7 @@ impl RunLogger {
 
 impl Drop for RunLogger {
     fn drop(&mut self) {
-        // A bag that nobody closed: its metadata and the log say how it went.
+        // A bag that was not closed: its metadata and the log say how it went.
         drop(self.shared.deactivate());
     }
 }

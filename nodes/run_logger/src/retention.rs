@@ -1,4 +1,4 @@
-//! Old runs make room for new ones, where somebody said how many are to be kept.
+//! Old runs make room for new ones, up to the configured number.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ impl Retention {
 }
 
 fn closed_run(path: PathBuf) -> Option<ClosedRun> {
-    // A link leads to what somebody wants elsewhere.
+    // The target of a link is outside the directory and stays.
     if !fs::symlink_metadata(&path).ok()?.is_dir() {
         return None;
     }

@@ -92,7 +92,7 @@ pub(super) struct Session {
     recording: Recording,
     is_paused: AtomicBool,
     is_stopped: AtomicBool,
-    /// Guard the fields below against each other's threads; all callbacks run on the executor's, so nobody waits long.
+    /// Guard the fields below against each other's threads; all callbacks run on the executor's, so waits are short.
     topics: Mutex<Topics>,
     progress: Mutex<Progress>,
     held: Mutex<Vec<HeldMessage>>,

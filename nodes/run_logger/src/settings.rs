@@ -24,7 +24,7 @@ pub(super) struct RecorderSettings {
     /// Take topics of actions' own types too.
     pub(super) include_feedback: bool,
     pub(super) start_paused: bool,
-    /// Ticks after which the machine hears how far the bag is, besides ten times a second.
+    /// Ticks after which the machine hears how far the bag is, in addition to ten times a second.
     pub(super) credit_ticks: u64,
     /// Unread messages that a subscription may hold.
     pub(super) depth: u32,

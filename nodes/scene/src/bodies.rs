@@ -17,7 +17,7 @@ const INSERT: [f64; 4] = [0.85, 0.70, 0.25, 1.0];
 const WHEEL_DENSITY: f64 = 2300.0;
 const CARBIDE_DENSITY: f64 = 14_500.0;
 
-/// Room between the outermost lobe and what the part is held by, where nobody says where that is (m).
+/// Room between the outermost lobe and what the part is held by, if unknown (m).
 const HELD_BESIDE: f64 = 0.04;
 
 /// A body of revolution along the part (m).

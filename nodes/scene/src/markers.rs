@@ -1,4 +1,4 @@
-//! Markers: the part as it is, as it shall be, and what it is off.
+//! Markers: the part as it is, in its nominal form, and what it is off.
 
 use super::solids::{azimuth, body, polar, radius_at, ring};
 use camwright_msgs::geometry_msgs::msg::{Point, Pose, Quaternion, Vector3};

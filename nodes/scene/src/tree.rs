@@ -138,7 +138,7 @@ fn joints(machine: &MachineDescription, wheel_radius: f64, wheel_inertia: f64, f
     };
     let max = machine.wheel.speed_rad_s(machine.wheel.min_radius_mm);
     let velocity = machine.wheel.max_speed_rad_s.unwrap_or(max).max(max);
-    // Nobody says what its motor can do; it does bring the wheel up to speed in its time.
+    // Motor data are unknown; it accelerates the wheel in its spin-up time.
     let spin_up_s = if machine.wheel.spin_up_s > 0.0 { machine.wheel.spin_up_s } else { 1.0 };
     let wheel = Limit { range: None, velocity, effort: wheel_inertia * velocity / spin_up_s };
     let (base, table, part, head) = (&frames.base, &frames.table, &frames.part, &frames.head);
@@ -164,7 +164,7 @@ fn limit(machine: &MachineDescription, axis: Axis) -> Limit {
     let own = machine.axis(axis);
     let range =
         own.soft_limits.or(own.overtravel).map(|(low, high)| (si_from_core(axis, low), si_from_core(axis, high)));
-    // Where nobody says what the drive can do, it can do what plans ask for.
+    // Without data of the drive, its limits are those of plans.
     let effort = own.drive.max_force.unwrap_or_else(|| own.inertia * si_from_core(axis, own.limits.acceleration));
     Limit { range, velocity: si_from_core(axis, own.limits.velocity), effort }
 }

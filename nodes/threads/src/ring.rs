@@ -1,6 +1,6 @@
 //! Between a cyclic thread and the rest of its node: a ring that wakes its reader.
 //!
-//! The cyclic thread only moves values; whoever shares the node with it builds messages, publishes and logs. Values are
+//! The cyclic thread only moves values; the other threads of the node build messages, publish and log. Values are
 //! made before and dropped after, by the other side: the ring itself never allocates.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,7 +34,7 @@ impl Waker {
         }
     }
 
-    /// Waits on the adopted thread until somebody wakes it, or the time is over; true if it was woken.
+    /// Waits on the adopted thread until it is woken or the time is over; true if it was woken.
     #[must_use]
     pub fn wait(&self, at_most: Duration) -> bool {
         if !self.inner.has_news.swap(false, Ordering::Acquire) {

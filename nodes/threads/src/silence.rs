@@ -21,7 +21,7 @@ pub struct Silence {
 }
 
 impl Silence {
-    /// A partner that has just been heard.
+    /// A partner that has just sent a message.
     pub fn new(limit: Duration) -> Self {
         Self { limit, silent: Duration::ZERO, looked: Instant::now() }
     }

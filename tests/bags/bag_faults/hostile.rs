@@ -1,4 +1,4 @@
-//! Bags that somebody made to harm whoever opens them, and bags with some bytes changed: every command ends, says something, and takes no more
+//! Malicious bags, and bags with some bytes changed: every command ends, says something, and takes no more
 //! memory than it should.
 
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]

@@ -1,7 +1,7 @@
 //! Latencies between our nodes, beside the same on other stacks: `cargo bench -p camwright_nodes --bench latency`.
 //!
 //! Options after `--`: `--quick` (few samples), `--only-cell` (no responders), `--seed N`. Ctrl-C prints what there is. What each row is
-//! stands in `tests/benchmarks/README.md`. Ends with 1 where a row lacks samples; how long anything took is nobody's condition.
+//! stands in `tests/benchmarks/README.md`. Ends with 1 where a row lacks samples; durations are not checked.
 #![allow(clippy::print_stdout, reason = "a command")]
 #![allow(unreachable_pub, reason = "a binary has no outside")]
 

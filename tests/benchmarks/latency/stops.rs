@@ -229,7 +229,7 @@ pub fn limits_and_estops(asker: &mut Asker, watch: &Watch, limits: &mut [Row], e
             }
             let _aborted = over.result(PATIENCE).expect("the move ends");
             operator.reset();
-            // Also shows that the interpolator has heard of the reset.
+            // Also shows that the interpolator has received the reset.
             operator.go(&[("x_axis", FROM_M)]);
         }
         if estops[0].times.len() < estops[0].wanted {
@@ -240,7 +240,7 @@ pub fn limits_and_estops(asker: &mut Asker, watch: &Watch, limits: &mut [Row], e
     }
 }
 
-/// All axes move, and somebody presses the e-stop.
+/// All axes move when the e-stop is pressed.
 fn press_once(asker: &mut Asker, watch: &Watch, operator: &Operator, there: bool, rows: &mut [Row]) {
     watch.catch_up();
     let (z, c) = if there { (0.08, 4.0) } else { (0.0, 0.0) };

@@ -85,7 +85,7 @@ impl Publisher {
         Self { name, process, stdin, load }
     }
 
-    /// Waits until somebody is subscribed.
+    /// Waits for a subscriber.
     pub fn wait_matched(&mut self) {
         let line = self.process.line(PATIENCE);
         assert_eq!(line.as_deref(), Some("matched"), "nobody is subscribed{}", self.process.complaint());

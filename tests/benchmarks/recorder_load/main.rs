@@ -1,7 +1,7 @@
 //! The recorder under load, beside one in Python: `cargo bench -p camwright_nodes --bench recorder_load`, options after `--` (`--help`).
 //!
 //! What each column is stands in `tests/benchmarks/README.md`. Ends with 1 where a message is not accounted for, or with `--cell` where
-//! one is missing; how long anything took is nobody's condition.
+//! one is missing; durations are not checked.
 #![allow(clippy::print_stdout, reason = "a command")]
 #![allow(unreachable_pub, reason = "a binary has no outside")]
 

@@ -75,7 +75,7 @@ impl Fault {
                 message.actual_counts[2] += 1;
             }
             Self::NotAtItsSetpoint if count % 6 == 4 => message.setpoint_counts[2] += 1,
-            // The largest number there is: whoever adds to it without looking fails.
+            // The largest number there is: an unchecked addition overflows.
             Self::CreditBeyond if count.is_multiple_of(8) => message.credit_tick = u64::MAX,
             Self::UnknownPace => message.pace = 7,
             Self::OneCountOff if message.alarms.is_empty() && message.actual_velocities[0].abs() > 0.1 => {
@@ -95,7 +95,7 @@ impl Fault {
     fn joints(self, mut message: JointState, count: u64, period_ns: u32) -> Option<JointState> {
         match self {
             Self::TickLeftOut if count % 200 == 103 => return None,
-            // Every second one, and one besides.
+            // Every second one, and one in addition.
             Self::JointsUneven if count % 2 == 1 || count % 200 == 100 => return None,
             Self::JointStampOff if count % 200 == 100 => message.header.stamp.nanosec += period_ns / 2,
             _ => {}

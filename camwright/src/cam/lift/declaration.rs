@@ -3,7 +3,7 @@
 /// One row of a table as it was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftRow {
-    /// Line of the file, for whoever has to correct it; 0 for a row that was mirrored or filled in.
+    /// Line of the file, for the user who corrects it; 0 for a row that was mirrored or filled in.
     pub line: usize,
     /// Angle (cam or crank degrees, as declared); `None` where the file has one value per block and no angles.
     pub angle_deg: Option<f64>,

@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 /// A point of a contour, in the cam's frame: x towards azimuth 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContourPoint {
-    /// Line of the file, for whoever has to correct it.
+    /// Line of the file, for the user who corrects it.
     pub line: usize,
     /// x (mm).
     pub x_mm: f64,

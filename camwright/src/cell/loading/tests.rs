@@ -9,7 +9,7 @@ const TIMEOUTS: Timeouts = Timeouts { machine_s: 5.0, enter_s: 20.0, inside_s: 3
 const READY: LoaderState = LoaderState { available: true, inside: false, busy: false, has_fault: false };
 const INSIDE: LoaderState = LoaderState { available: true, inside: true, busy: true, has_fault: false };
 
-/// A machine that has just ended a part: door closed, chuck closed on the part, nobody inside.
+/// A machine that has just ended a part: door closed, chuck closed on the part, nobody in the work area.
 const AFTER_A_PART: LoadingInputs = LoadingInputs {
     now_s: 0.0,
     door: ActuatorPosition::Closed,

@@ -8,7 +8,7 @@ use crate::math::units::um_from_mm;
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
 
-/// A motion of a program, whoever has read it.
+/// A motion of a programfrom any reader.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgramRun {
     /// X, Y, Z (mm) and C (rad) at the end, in the part's frame.

@@ -168,7 +168,7 @@ impl ReadBlock {
         whole.map(Some).ok_or_else(|| ReadFault::NotWhole { word: word(), min, max })
     }
 
-    /// The first word that nobody took.
+    /// The first unused word.
     pub(super) fn left(&self) -> Option<String> {
         let letters = (b'A'..=b'Z').zip(self.letters).find_map(|(letter, value)| Some((letter, value?.0)));
         let letter = letters.map(|(letter, value)| format!("{}{value}", char::from(letter)));

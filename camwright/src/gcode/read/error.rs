@@ -75,7 +75,7 @@ pub enum ReadFault {
     /// A subprogram that is there twice.
     #[error("program {name} is there twice")]
     SameProgram { name: String },
-    /// A subprogram that nobody calls, so that nobody has read it.
+    /// A subprogram that is never called and therefore was not read.
     #[error("subprogram {name} is never called, so it was not read")]
     NeverCalled { name: String },
     /// A call with another number of parameters than are declared.

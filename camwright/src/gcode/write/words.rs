@@ -42,7 +42,7 @@ pub(super) fn about_machine(dialect: Dialect, x_values: XValues) -> Vec<&'static
     }
 }
 
-/// A safe state to begin in: metric, absolute, no compensation, no cycle, no shift that somebody left.
+/// A safe state to begin in: metric, absolute, no compensation, no cycle, no earlier shift.
 pub(super) fn push_start(dialect: Dialect, program: &Program, names: &ProgramNames, to: &mut String) {
     let x_values = program.format.x_values();
     match dialect {

@@ -1,7 +1,7 @@
 //! The state of what runs, at one moment, as octets: written down, taken up again, or compared with what it is now.
 //!
 //! One walk through the state serves all three ([`Snapshot::snapshot`]): what is written and what is read cannot come apart, and a field that is
-//! added does not compile until somebody has said whether it is state or what the state stands on. What a description decides is not
+//! added does not compile until it is declared as state or as part of the description. What a description decides is not
 //! written. Octets are little-endian and carry no names; of which form they are, who stores them has to say.
 //!
 //! Writing neither allocates nor fails where there is room. What is read is not trusted: every number is finite and of a size that a

@@ -92,7 +92,7 @@ pub fn shortest_lead_s(
     Some(-lead_in(turning, &limits, along)?[0].at)
 }
 
-/// The shortest lead-in: distance of X from what it shall follow over the time before 0 (mm over s), 0 at time 0. `along` gives
+/// The shortest lead-in: distance of X from what it must follow over the time before 0 (mm over s), 0 at time 0. `along` gives
 /// X over the angle of C before and at 0 (mm over rad); `limits` are those of the way beside the path.
 pub(super) fn lead_in(
     turning: &FlyingStart,

@@ -43,7 +43,7 @@ const POINTS: usize = 14_400;
 /// Parts into which what lies between two of those is divided where the jerk of X may have its peak there.
 const JERK_PARTS: u32 = 8;
 
-/// Parts of an interval between which the bound is looked at besides: a notch that a concave flank makes in it may be narrower than
+/// Parts of an interval between which the bound is looked at in addition: a notch that a concave flank makes in it may be narrower than
 /// the table is fine, and there the knots of a turn are close.
 const BOUND_PARTS: usize = 4;
 

@@ -62,7 +62,7 @@ fn batch(job: &JobSpec, description: &MachineDescription, parts: usize) -> Vec<V
     errors
 }
 
-/// Drives with friction, a structure that swings and a mismatch of gains, and a wheel that gives way: after three parts every lobe is
+/// Drives with friction, a structure that swings and a mismatch of gains, and a wheel that deflects: after three parts every lobe is
 /// within 2 µm from its highest to its lowest place, and nearer to size and form than the first.
 #[test]
 fn three_parts_teach_every_lobe_to_be_within_two_micrometres() {

@@ -14,7 +14,7 @@
 //! the law of its retreat, or brakes and is drawn back, each with its structure swinging on: the largest P(C(t)) − x(t) beyond
 //! that at the alarm is the lag. A drive that took a jump of its encoder for an error has pushed as hard as it can for some of a
 //! tick before the alarm, so what its slide and its structure do at the alarm is part of that.
-//! Wheel and part giving way to each other only make the cut less deep; that the wheel wears, too.
+//! Wheel and part deflecting to each other only make the cut less deep; that the wheel wears, too.
 
 mod cases;
 mod swing;

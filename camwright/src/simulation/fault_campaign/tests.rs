@@ -25,7 +25,7 @@ fn motor(inertia: f64, max_force: f64, coulomb_friction: f64, frequency_hz: f64)
     }
 }
 
-/// Two lobes of a short job on a machine that gives way, with ordinary drives and a gauge.
+/// Two lobes of a short job on a machine that deflects, with ordinary drives and a gauge.
 #[test]
 fn every_fault_ends_at_rest_with_an_alarm_off_the_part_and_within_its_bound() {
     let seed = 7_u64;

@@ -104,7 +104,7 @@ impl AxisFlaw {
         Axis::ALL.into_iter().flat_map(one).chain(all).chain(Axis::ALL.into_iter().map(but))
     }
 
-    /// A machine without it; `None` where it has not got it, or no more of it than one axis alone.
+    /// A machine without it; `None` where it lacks it, or no more of it than one axis alone.
     fn left_out_of(self, machine: &MachineDescription) -> Option<MachineDescription> {
         let mut other = machine.clone();
         let mut changed = 0;
@@ -186,7 +186,7 @@ mod tests {
         ..DriveSettings::IDEAL
     };
 
-    /// One after the other left out they are all gone, and nothing is left but the loops.
+    /// One after the other omitted they are all gone, and nothing is left but the loops.
     #[test]
     fn a_flaw_that_is_left_out_is_gone_and_nothing_else() {
         let loops = DriveSettings {

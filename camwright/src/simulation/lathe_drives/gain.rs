@@ -88,7 +88,7 @@ impl TurningDrives<'_> {
     ///
     /// From an eighth of the drive's own gain on upwards; a loop that answers faster follows better until the structure or the servo step
     /// makes it swing, so the first that keeps the tolerance after one that does not is bisected. Where none does, the flaws of the
-    /// drives are left out one after the other with the gain that leaves least.
+    /// drives are omitted one after the other with the gain that leaves least.
     ///
     /// # Errors
     /// A tolerance or a bound that is none; what [`Self::form`] says, but for alarms of the machine, which count as not keeping it.

@@ -1,4 +1,4 @@
-//! Commands of the machine besides setpoints, and reasons for refusing a reset.
+//! Commands of the machine in addition to setpoints, and reasons for refusing a reset.
 
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Input;
@@ -19,7 +19,7 @@ pub enum MachineCommand {
     /// Let the wheel come to rest.
     #[default]
     WheelStop,
-    /// Somebody wants to know whether an input is closed: if it is, an edge says so in this tick.
+    /// Query of an input: if it is closed, an edge reports it in this tick.
     Ask { input: Input },
     /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`](crate::machine::WHEEL_TOLERANCE_MM); else an alarm.
     ExpectWheel {
@@ -73,7 +73,7 @@ pub enum ResetRefused {
     /// A drive still reports its fault.
     #[error("the drive of {} still reports a fault", .0.joint())]
     DriveFault(Axis),
-    /// Somebody is in the work area.
+    /// A person is in the work area.
     #[error("a person is in the work area")]
     Entered,
     /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.

@@ -11,7 +11,7 @@ use crate::simulation::workpiece::{Deflection, Lobe};
 
 /// Equal readings in a row that are suspicious.
 const STUCK_READINGS: u32 = 100;
-/// Depth that must have been cut all round meanwhile, for a gauge without noise (mm), besides two steps of its reading.
+/// Depth that must have been cut all round meanwhile, for a gauge without noise (mm), in addition to two steps of its reading.
 const STUCK_DEPTH_MM: f64 = 5.0e-4;
 
 /// History of the readings.

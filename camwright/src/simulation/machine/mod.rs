@@ -209,7 +209,7 @@ impl Machine {
         self.axis_watch.restart(&self.axes);
     }
 
-    /// Raises an alarm that somebody else found, as the node that watches the stream of setpoints.
+    /// Raises an alarm that another client found, as the node that watches the stream of setpoints.
     ///
     /// An alarm that is active already is not raised again. See [`AlarmKind`] for value and bound.
     pub fn raise(&mut self, kind: AlarmKind, value: f64, bound: f64) {

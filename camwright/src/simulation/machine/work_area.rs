@@ -1,4 +1,4 @@
-//! Guards: nothing moves with an open door, an open chuck or somebody inside, and nothing opens while something moves.
+//! Guards: nothing moves with an open door, an open chuck or a person inside, and nothing opens while something moves.
 
 use super::Machine;
 use super::supervision::SetpointSource;
@@ -15,7 +15,7 @@ impl Machine {
         self.work_area.as_ref().map(|area| area.state(self.is_quiet()))
     }
 
-    /// Door or chuck is on its way, or the wheel of a machine that is loaded runs down: ticks that somebody waits for.
+    /// Door or chuck is on its way, or the wheel of a machine that is loaded runs down: ticks that a client waits for.
     #[must_use]
     pub fn is_being_loaded(&self) -> bool {
         let spindle = self.wheel.spindle();
@@ -26,7 +26,7 @@ impl Machine {
     /// Opens or closes the door.
     ///
     /// # Errors
-    /// Something moves, or somebody is inside; the door stays as it is.
+    /// Something moves, or a person is inside; the door does not move.
     pub fn order_door(&mut self, open: bool) -> Result<(), LoadingRefused> {
         self.require_stillness()?;
         self.work_area.as_mut().map_or(Err(LoadingRefused::NothingThere), |area| area.order_door(open))

@@ -177,7 +177,7 @@ fn a_lasting_force_leaves_what_the_gains_allow_and_the_integral_nothing() {
     }
 }
 
-/// At a reversal friction turns round, 2 Fc: the gains alone would give way by 2 Fc/(m w Kv) before the integral has it; a drive that
+/// At a reversal friction turns round, 2 Fc: the gains alone would deflect by 2 Fc/(m w Kv) before the integral has it; a drive that
 /// knows its friction leaves a small part of that.
 #[test]
 fn friction_leaves_its_mark_at_reversals_and_feed_forward_wipes_it_off() {

@@ -1,4 +1,4 @@
-//! A wheel that presses on a lobe: how far machine and part give way, and what it cuts where it then stands.
+//! A wheel that presses on a lobe: how far machine and part deflect, and what it cuts where it then stands.
 //!
 //! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth
 //! keeps its radius from before the present pass until it is opposite the wheel.
@@ -96,7 +96,7 @@ impl Lobe {
     }
 
     /// The wheel stands here for a moment, undeflected, and had given way like this in the moment before: what it removes, and how
-    /// far it gives way now. With `cuts` false it only presses. The moment is so long (s).
+    /// far it deflects now. With `cuts` false it only presses. The moment is so long (s).
     ///
     /// The law's engagement is the depth of the wheel as it stood deflected, and that deflection: as the deflected wheel runs along the
     /// surface that it makes, its deepest point is the one that counts, however steeply the undeflected wheel closes in.

@@ -53,7 +53,7 @@ pub struct CutRecord {
     wheel_speed_m_s: f64,
     /// Largest normal force (N), of the whole contact as the law has it.
     forces_n: Vec<f64>,
-    /// None of them where nobody says what grinding takes.
+    /// None without data of the grinding process.
     degrees: Vec<RemovalAtDegree>,
     passage: Option<Passage>,
     /// Azimuth of the wheel line before (rad).
@@ -86,7 +86,7 @@ pub(super) struct ContactSample {
 }
 
 impl CutRecord {
-    /// An empty one for a lobe on a machine; none where wheel and part do not give way, since the law of that is what a cut is known by.
+    /// An empty one for a lobe on a machine; none where wheel and part do not deflect, since the law of that is what a cut is known by.
     pub(crate) fn from_description(description: &MachineDescription) -> Option<Self> {
         description.contact.as_ref()?;
         let process = description.process;

@@ -23,7 +23,7 @@ use candidate_blocks::{BlockEdge, CandidateBlocks};
 pub use compliance::Deflection;
 pub use cut_record::{CutRecord, DEGREES, RemovalAtDegree};
 
-/// Azimuths of an outline unless somebody wants another number: 0.1° apart, the block of JPS6156064B2.
+/// Default number of azimuths of an outline: 0.1° apart, the block of JPS6156064B2.
 pub const DEFAULT_AZIMUTHS: usize = 3600;
 
 /// Azimuths that are looked at together. Larger blocks are rejected less often, smaller ones cost more looking.

@@ -1,4 +1,4 @@
-//! The part in a keyframe: outlines are read as those of a raw part are taken, then what a cut has left besides them.
+//! The part in a keyframe: outlines are read as those of a raw part are taken, then what a cut has left in addition to them.
 
 use super::{CutRecord, Lobe, Workpiece};
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};

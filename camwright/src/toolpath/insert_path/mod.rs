@@ -208,7 +208,7 @@ const LARGEST_INSERT_MM: f64 = 1000.0;
 /// Error of X between knots that is still accepted (mm): what the plan promises of the distance from the section.
 const ALLOWED_ERROR_MM: f64 = 1e-5;
 
-/// Maximum addition to X, besides its slopes, by a contact that changes the flank of a hollow (mm).
+/// Maximum addition to X, in addition to its slopes, by a contact that changes the flank of a hollow (mm).
 const CONTINUOUS_MM: f64 = 5e-3;
 
 /// Places at which a path is looked at again.

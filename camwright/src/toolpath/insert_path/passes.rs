@@ -3,7 +3,7 @@
 //! Depth is measured where the insert cuts: along the section's normal in the rake plane, between the parallels to the section that two
 //! passes leave. In space, square to the surface, it is less wherever that leans away from the rake plane. A pass leaves its parallel but
 //! for the cusps of its own feed, f²/8R higher, and for hollows that R and the stock together do not reach into, both of which the next
-//! pass takes besides. The first pass meets the bar, which is no parallel: it takes at most its depth where the stock is at least what the bar
+//! pass takes in addition. The first pass meets the bar, which is no parallel: it takes at most its depth where the stock is at least what the bar
 //! stands beyond the part, as a turning job must say, and less, or nothing, elsewhere.
 
 use super::{InsertFeed, InsertPath, InsertPathError, InsertPathKey, PathRequest};

@@ -75,7 +75,7 @@ pub struct PathUse {
 const PARTS: usize = 8;
 const FINER: f64 = 8.0;
 
-/// Share by which differences may exceed a limit: their own rounding, besides that of the positions.
+/// Share by which differences may exceed a limit: their own rounding, in addition to that of the positions.
 const ROUNDING: f64 = 1e-6;
 
 impl Rates {

@@ -28,7 +28,7 @@ impl Columns {
         columns
     }
 
-    /// Takes a point; what lies outside the range, or is no number, is left out.
+    /// Takes a point; what lies outside the range, or is no number, is omitted.
     pub(super) fn add(&mut self, x: f64, y: f64) {
         let place = (x - self.from) / (self.to - self.from);
         if !(0.0..=1.0).contains(&place) || !y.is_finite() {

@@ -166,7 +166,7 @@ impl RecordedRun {
         }
     }
 
-    /// Length of a tick (s); none where no machine was heard.
+    /// Length of a tick (s); none where no machine was received.
     pub(super) fn cycle_s(&self) -> Option<f64> {
         self.clock.map(|clock| f64::from(clock.cycle_time_ns) * 1e-9)
     }

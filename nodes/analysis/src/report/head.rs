@@ -100,7 +100,7 @@ fn pictures(out: &mut String, findings: &Findings<'_>, worst: &WorstError) {
     );
 }
 
-/// A lobe as it shall be with what it is off by.
+/// A lobe in its nominal form with what it is off by.
 pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> DrawnSection {
     let errors: Vec<f64> = form.form_error.iter().map(|error| um(*error)).collect();
     let outline = findings.story.outlines.iter().find(|part| part.name == form.name);

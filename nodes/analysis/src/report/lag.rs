@@ -5,7 +5,7 @@
 //! η = atan(s′/s) from the wheel's line; along it the part keeps e·cos η.
 //!
 //! Encoders sit on the slides. What a slide carries swings, y¨ = ω²(x − y) + 2ζω(ẋ − ẏ), with the frequency and the damping that the
-//! recorded machine description states; driven by the recorded x this gives where the tool was. What neither shows (wheel and part giving way,
+//! recorded machine description states; driven by the recorded x this gives where the tool was. What neither shows (wheel and part deflecting,
 //! wear, warmth) is not in it.
 
 use super::columns::Columns;
@@ -51,7 +51,7 @@ pub(super) struct Lag {
     pub(super) tool: Option<Residual>,
 }
 
-/// Machine data besides its ticks.
+/// Machine data in addition to its ticks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CutContext<'a> {
     pub(super) description: Option<&'a MachineDescription>,

@@ -129,7 +129,7 @@ fn split_of(
     })
 }
 
-/// Makes the report of a bag and writes it; left out, `out` is `report.html` in the bag's directory. Returns where it lies.
+/// Makes the report of a bag and writes it; omitted, `out` is `report.html` in the bag's directory. Returns where it lies.
 ///
 /// # Errors
 /// As [`html`], and where the file cannot be written.

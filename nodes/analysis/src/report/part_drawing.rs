@@ -1,4 +1,4 @@
-//! A section of the part as it shall be and, magnified, how far it is off.
+//! A section of the part in its nominal form and, magnified, how far it is off.
 
 use super::text::{escape, fixed, signed};
 use camwright::math::range::minimum_and_maximum;

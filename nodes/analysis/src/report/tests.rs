@@ -70,7 +70,7 @@ fn a_hostile_bag_gives_a_page_without_a_script_and_the_same_bag_the_same_bytes()
         write(writer, "/a/job_planner/job_status", of_job, 1, &status(JobStatus::PLANNING));
         write(writer, "/a/machine/alarms", "camwright_msgs/msg/MachineAlarms", 2, &alarms);
         write(writer, "/a/job_planner/job_status", of_job, 3, &status(JobStatus::ABORTED));
-        // Of the same name and another type: it is counted and left out.
+        // Of the same name and another type: it is counted and omitted.
         write(writer, "/a/machine/part", "std_msgs/msg/String", 4, &String::from("no part"));
     });
     let page = html(&path).expect("a report");

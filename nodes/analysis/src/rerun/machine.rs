@@ -118,7 +118,7 @@ impl<'a> MachineRun<'a> {
     pub(super) fn finish(&mut self) -> Result<(), Box<ReplayDifference>> {
         self.work(true)?;
         self.run_to(self.recorded.last_tick, true)?;
-        // Inputs of after the last tick that the recorder heard of changed nothing that it knows.
+        // Inputs of after the last tick that the recorder received changed nothing that it knows.
         Ok(())
     }
 

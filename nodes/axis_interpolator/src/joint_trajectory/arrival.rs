@@ -3,7 +3,7 @@
 //! ```text
 //! goal ─► Foresee ─► engine ─► where the axes will be at tick S ─► the new trajectory from there ─► Splice ─► engine, at S
 //! ```
-//! Only then is the goal accepted and the one before it ended: a goal that cannot be followed disturbs nobody.
+//! Only then is the goal accepted and the one before it ended: a goal that cannot be followed has no effect.
 
 use super::wanted::RequestedTrajectory;
 use crate::engine_messages::{MotionForecast, PreparedMotion, ToEngine};

@@ -54,7 +54,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
             Some(reason) => Err(reason),
         });
         if lock(&self.0.served).is_busy() {
-            // Somebody else has begun since the goal was accepted.
+            // Another client has begun since the goal was accepted.
             super::goals::refuse_trajectory(&handle, &motion.err().unwrap_or_default());
             return;
         }

@@ -28,10 +28,10 @@ use camwright_run_logger::{Selection, TopicFilter, regex};
 use playback::{PlaybackRequest, Player, PlayerOutlets, Track};
 use services::PlayerCommand;
 
-/// How long no further subscriber may turn up before the first message goes out. A peer that is already running finds a new
-/// publisher within 0.2 s (measured with Fast DDS on one machine).
+/// Time without a new subscriber before the first message is published. A running peer finds a new publisher within 0.2 s (measured
+/// with Fast DDS on one machine).
 const QUIET: Duration = Duration::from_millis(500);
-/// How long the last messages have to reach reliable subscribers.
+/// Time for the last messages to reach reliable subscribers.
 const FAREWELL: Duration = Duration::from_millis(300);
 
 /// Arguments of `camwright replay`.
@@ -103,10 +103,10 @@ pub enum ReplayError {
     /// The graph refused.
     #[error(transparent)]
     Ros(#[from] RosError),
-    /// What is to be played cannot be understood.
+    /// The selection of topics or times is invalid.
     #[error("{reason}")]
     Regex {
-        /// What is wrong.
+        /// Description of the error.
         reason: String,
     },
     /// There is nothing to play.
@@ -117,7 +117,7 @@ pub enum ReplayError {
     },
 }
 
-/// What was played.
+/// Result of a playback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PlaybackSummary {
     /// Messages published.

@@ -37,7 +37,7 @@ impl PlaybackPace {
     pub(super) fn due(&self, bag_ns: u64) -> Option<Instant> {
         let ahead = bag_ns.saturating_sub(self.from_ns) as f64 / self.rate;
         let since = self.since?;
-        // What lies beyond what the system's clock can tell is never due.
+        // Times beyond the range of the system's clock are never due.
         since.checked_add(Duration::from_nanos(nanoseconds(ahead))).or_else(|| since.checked_add(FAR))
     }
 

@@ -7,7 +7,7 @@ use camwright_ros::Qos;
 /// Depth of what is played to a subscriber that is slow (messages).
 const DEPTH: u32 = 1000;
 
-/// The quality of service to publish a recorded topic with: at least what each of its publishers offered, so that whoever could
+/// The quality of service to publish a recorded topic with: at least what each of its publishers offered, so that a client that could
 /// listen then can listen now. `message_count` is the number of its messages in the bag.
 ///
 /// Bags seldom know the depth of a publisher. A latched topic keeps all its messages then, up to [`DEPTH`]: a plan's pages are

@@ -19,7 +19,7 @@ use camwright_ros::{Publisher, RawPublisher, from_time, to_time};
 
 /// Messages that are published before it is looked again what is asked.
 const BATCH: usize = 500;
-/// How long nothing may happen before the player looks around (it is woken by every order).
+/// Maximum wait of the player without a command; commands wake it.
 const IDLE: Duration = Duration::from_secs(1);
 
 /// One topic of the bag.
@@ -34,7 +34,7 @@ impl Track {
     }
 }
 
-/// What is told besides the bag's messages.
+/// Outputs in addition to the bag's messages.
 pub(super) struct PlayerOutlets {
     /// The bag's time, and how often.
     pub(super) clock: Option<(Publisher<Clock>, Duration)>,
@@ -43,7 +43,7 @@ pub(super) struct PlayerOutlets {
     pub(super) progress: ProgressBar,
 }
 
-/// What is to be played, and how.
+/// Time range and options of a playback.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PlaybackRequest {
     /// From and to (ns since 1970).
@@ -127,7 +127,7 @@ impl<'a> Player<'a> {
         self.played
     }
 
-    /// How long until something is due.
+    /// Time until the next action.
     fn wait(&self) -> Duration {
         let now = Instant::now();
         let message = self.next.as_ref().and_then(|message| self.pace.due(message.log_time_ns));

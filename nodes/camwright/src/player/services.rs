@@ -9,7 +9,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 
 use camwright_ros::{Node, Responder, RosError, ServiceHandle, from_time};
 
-/// What the player is asked, and whom it answers.
+/// Request to the player, with its client.
 #[derive(Debug)]
 pub(super) enum PlayerCommand {
     /// The process is to end.
@@ -22,7 +22,7 @@ pub(super) enum PlayerCommand {
     GetRate(Responder<GetRate>),
     SetRate(f64, Responder<SetRate>),
     PlayNext(Responder<PlayNext>),
-    /// So many messages; 0: all.
+    /// Number of messages; 0: all.
     Burst(u64, Responder<Burst>),
     /// A moment of the bag (ns since 1970).
     Seek(i64, Responder<Seek>),

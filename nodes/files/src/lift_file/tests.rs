@@ -133,7 +133,7 @@ fn titles_and_comments_of_other_programs_are_passed_over() {
     // A line of units under the header.
     let units = format!("cam_angle_deg,lift_mm\n(deg),(mm)\n{}", turn(|angle, lift| format!("{angle:.1},{lift:.3}")));
     is_the_turn(&read_one("units", &units, "{table: t.txt}").unwrap(), 1e-3);
-    // Nobody names the columns.
+    // The columns have no names.
     let errors = read_one("nobody", &rows, "{table: t.txt}").unwrap_err();
     assert!(errors[0].starts_with("t.txt:1: no header line names the columns; the job must"), "{errors:?}");
     let errors = read_one("unknown", &text, "{table: t.txt}").unwrap_err();

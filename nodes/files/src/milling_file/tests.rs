@@ -306,7 +306,7 @@ fn a_table_that_is_far_too_long_is_refused_by_its_size_or_at_the_row_too_many() 
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Bytes left out, put in or changed, wherever: an answer, and no more than a moment for it.
+/// Bytes omitted, put in or changed, wherever: an answer, and no more than a moment for it.
 #[test]
 fn no_text_makes_the_reader_panic() {
     let (mut read_well, mut refused) = (0, 0);

@@ -29,7 +29,7 @@ pub(super) enum SuspensionCause {
     /// A robot is to load.
     Loading,
     Command,
-    /// Somebody else holds the feed, and the cell follows.
+    /// Another client holds the feed, and the cell follows.
     Feed,
 }
 
@@ -64,7 +64,7 @@ pub(super) struct CellController {
     pub(super) substate: String,
     /// The machine refused the last request for the door; `substate` has its reason.
     pub(super) is_door_refused: bool,
-    /// Somebody said ABORT, or something happened that no alarm of the machine keeps: only CLEAR ends it.
+    /// ABORT, or a fault without an alarm of the machine: only CLEAR ends it.
     pub(super) needs_clear: bool,
     /// The alarm of the machine that it was aborted for.
     by_alarm: bool,
@@ -78,7 +78,7 @@ pub(super) struct CellController {
     motion_at: Option<Instant>,
     pub(super) counters: MachineCounters,
     pub(super) job: String,
-    /// A job executes, whoever asked for it.
+    /// A job of any client executes.
     pub(super) in_job: bool,
     /// Parts of the run: wanted, done.
     pub(super) parts: (u32, u32),
@@ -201,7 +201,7 @@ impl CellController {
         }
     }
 
-    /// A job of whoever runs, or none.
+    /// Running job of any client, or none.
     pub(super) fn is_busy(shared: &Shared) -> bool {
         !matches!(*lock(&shared.job_slot), JobSlot::Idle)
     }
@@ -224,7 +224,7 @@ impl CellController {
                 self.reason = Reason { text: alarm.text, alarm: alarm.number, remedy: alarm.remedy };
                 self.by_alarm = true;
             }
-            // Somebody else has reset the machine.
+            // Another client has reset the machine.
             None if state == PackmlState::Aborted && self.by_alarm && !self.needs_clear => {
                 self.by_alarm = false;
                 self.command(shared, Command::Clear);
@@ -233,7 +233,7 @@ impl CellController {
         }
     }
 
-    /// Somebody else holds the feed, or lets go of it.
+    /// Another client holds the feed, or lets go of it.
     fn check_hold(&mut self, shared: &Shared) {
         if !Self::is_busy(shared) {
             return;
@@ -285,7 +285,7 @@ impl CellController {
         match (busy, self.motion_state()) {
             (true, InterpolatorState::HELD) => self.complete(shared),
             (true, InterpolatorState::HOLDING) => {}
-            // Whoever held it has let go of it already.
+            // The client that held it has released it.
             (true, _) if self.cause == Some(SuspensionCause::Feed) => self.complete(shared),
             // A job that is being planned, or whose part is put in, is held once it moves.
             (true, _) => self.devices.ask(DeviceRequest::Hold(true)),
@@ -413,7 +413,7 @@ impl CellController {
         }
     }
 
-    /// Who may start something besides the cell itself.
+    /// Who may start something in addition to the cell itself.
     fn set_gate(&self, shared: &Shared) {
         let mode = self.unit.mode();
         let state = self.unit.state();

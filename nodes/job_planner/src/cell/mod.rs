@@ -94,7 +94,7 @@ impl CellInterface {
         let _ending = self.mailbox.send(changed);
     }
 
-    /// Why a job of somebody else may not begin.
+    /// Why a job of another client may not begin.
     pub(super) fn keeps_jobs_out(&self) -> Option<String> {
         lock(&self.gate).jobs.clone()
     }
@@ -170,7 +170,7 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
     Ok(vec![command, mode, chuck("~/open_chuck", true)?, chuck("~/close_chuck", false)?])
 }
 
-/// Subscriptions of the cell besides the planner's own.
+/// Subscriptions of the cell in addition to the planner's own.
 pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<Vec<Subscription>, RosError> {
     let node: &Node = &shared.node;
     let this = Arc::clone(shared);

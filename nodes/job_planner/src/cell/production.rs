@@ -48,7 +48,7 @@ impl CellController {
         }
     }
 
-    /// The robot as long as it is heard.
+    /// The robot while its signals arrive.
     pub(super) fn loader_state(&self, shared: &Shared) -> Option<LoaderState> {
         let max_s = shared.node.parameters().double(settings::LOADER_TIMEOUT);
         let (loader, _) = self.loader.as_ref().filter(|(_, at)| at.elapsed().as_secs_f64() <= max_s)?;
@@ -60,7 +60,7 @@ impl CellController {
         })
     }
 
-    /// Somebody is in the work area, or went silent in there.
+    /// A person or a silent loader is in the work area.
     pub(super) fn is_inside(&self) -> bool {
         let area = self.area.as_ref();
         area.is_some_and(|area| area.entered || self.loader.as_ref().is_some_and(|(loader, _)| loader.in_work_area))
@@ -121,7 +121,7 @@ impl CellController {
         }
     }
 
-    /// Door and chuck are closed, or have had their time; a door that somebody left open is closed.
+    /// Door and chuck are closed, or have had their time; an open door is closed.
     fn is_closed(&mut self, shared: &Shared) -> bool {
         let Some(area) = self.area.as_ref().filter(|area| !area.may_move) else { return true };
         if area.door != WorkArea::CLOSED && !area.entered {
@@ -195,7 +195,7 @@ impl CellController {
         }
     }
 
-    /// The leave to enter lasts for as long as somebody is inside, whatever becomes of the run.
+    /// The leave to enter lasts while the work area is occupied, even after the run has ended.
     pub(super) fn let_go_of_handshake(&mut self) {
         let is_needed = matches!(self.unit.state(), PackmlState::Suspending | PackmlState::Suspended);
         if !is_needed && !self.is_inside() {
@@ -223,7 +223,7 @@ impl CellController {
         self.settle(shared);
     }
 
-    /// A part of the run could not be begun: somebody has to look.
+    /// A part of the run could not start: the operator must check.
     pub(super) fn part_refused(&mut self, shared: &Shared, reason: &str) {
         let Some(run) = &mut self.run else { return };
         run.phase = PartPhase::Begin;

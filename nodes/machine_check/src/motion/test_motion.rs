@@ -17,7 +17,7 @@ const MESSAGES: usize = 12;
 /// Why a test ended before its end.
 #[derive(Debug)]
 pub(super) enum EarlyEnd {
-    /// Somebody wants to have done with it.
+    /// Interrupt requested.
     Interrupted,
     /// Nothing more can be tried: the clause that is broken by it, and why.
     Stuck(u8, String),
@@ -125,7 +125,7 @@ impl<'a> TestMotion<'a> {
         self.wait_observed(PATIENCE, |observed| observed.last().is_some_and(&mut wanted))
     }
 
-    /// The same with everything that was heard.
+    /// The same with everything that was received.
     pub(super) fn wait_observed(&self, patience: Duration, mut wanted: impl FnMut(&Observed) -> bool) -> bool {
         self.ears.wait(patience, |observed| wanted(observed).then_some(())).is_some()
     }
@@ -185,7 +185,7 @@ impl<'a> TestMotion<'a> {
         Err(EarlyEnd::Stuck(30, format!("alarms {:?} are active after their reset", self.news().alarms)))
     }
 
-    /// Goes on, unless somebody wants to have done.
+    /// Goes on, unless an interrupt was requested.
     pub(super) fn go_on(&self) -> Result<(), EarlyEnd> {
         if self.shutdown.is_requested() { Err(EarlyEnd::Interrupted) } else { Ok(()) }
     }

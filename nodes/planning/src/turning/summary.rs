@@ -47,7 +47,7 @@ pub struct TurningSummary {
     pub mesh: Option<MeshSummary>,
     /// Clearance of the insert.
     pub clearance: ClearanceSummary,
-    /// Form tolerance besides the cusps.
+    /// Form tolerance in addition to the cusps.
     pub tolerance_um: f64,
     /// The passes in their order.
     pub passes: Vec<TurnedPassSummary>,

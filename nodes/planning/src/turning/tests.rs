@@ -168,7 +168,7 @@ fn a_part_on_another_grid_has_no_form() {
     assert_eq!(error, "the part has no column from 0 to 24 mm");
 }
 
-/// Every key with values that nobody means: planned or refused in a sentence with its file, never a panic, never for long.
+/// Every key with implausible values: planned or refused in a sentence with its file, never a panic, never for long.
 #[test]
 fn hostile_values_are_refused_or_planned() {
     let keys = [

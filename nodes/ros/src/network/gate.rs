@@ -56,7 +56,7 @@ impl ParticipantGate {
         ParticipantGate { readers: Arc::clone(readers), sources, present: BTreeSet::new(), closed: None }
     }
 
-    /// Takes what discovery reports of participants. `admitted` are those that are heard if the gate closes; returns a sentence if it does.
+    /// Takes what discovery reports of participants. `admitted` are those that are received if the gate closes; returns a sentence if it does.
     pub(crate) fn admit(
         &mut self,
         event: &DomainParticipantStatusEvent,

@@ -82,7 +82,7 @@ impl FilterExtent {
     pub(super) const SHORT: FilterExtent = FilterExtent { any: 5, plain: 16, drop_longer: false };
 }
 
-/// The program for a socket that reads. With `admitted`, other participants are not heard.
+/// The program for a socket that reads. With `admitted`, other participants are not received.
 pub(super) fn reading(sources: Sources, walk: FilterExtent, admitted: Option<&[[u8; 12]]>) -> Option<Vec<FilterStep>> {
     let mut a = Assembler::default();
     if sources == Sources::ThisHost {
