@@ -1,6 +1,7 @@
 //! Language of doc comments and names: openings, words and function names that readers stumble over.
 
 use crate::support::repository;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Largest share of doc comments that open with one of [`OPENINGS`], in percent.
@@ -103,4 +104,31 @@ fn functions_and_constants_say_what_they_are() {
         "name the action (from_…, report_…, receive_…, retain_…, MAX_…, MIN_…):\n{}",
         found.join("\n")
     );
+}
+
+/// Name that a line defines as a type outside its module.
+fn shared_type(line: &str) -> Option<&str> {
+    let line = line.trim_start().strip_prefix("pub")?;
+    let line = line.strip_prefix('(').map_or(line, |rest| rest.split_once(')').map_or(rest, |(_, after)| after));
+    let (kind, rest) = line.strip_prefix(' ')?.split_once(' ')?;
+    let is_type = ["struct", "enum", "trait", "type"].contains(&kind);
+    rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().filter(|name| is_type && !name.is_empty())
+}
+
+#[test]
+fn type_names_have_one_meaning() {
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (path, text) in texts() {
+        let inside = path.strip_prefix(repository()).expect("a path of the repository");
+        let is_source = inside.components().any(|folder| folder.as_os_str() == "src");
+        for (number, line) in text.lines().enumerate().filter(|_| is_source) {
+            if let Some(name) = shared_type(line) {
+                places.entry(name.to_owned()).or_default().push(format!("{}:{}", inside.display(), number + 1));
+            }
+        }
+    }
+    assert!(places.len() > 800, "only {} types", places.len());
+    let twice: Vec<String> =
+        places.iter().filter(|(_, at)| at.len() > 1).map(|(name, at)| format!("{name}: {}", at.join(", "))).collect();
+    assert!(twice.is_empty(), "give each type a name of its own:\n{}", twice.join("\n"));
 }
