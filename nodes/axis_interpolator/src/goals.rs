@@ -165,7 +165,7 @@ impl ActiveGoal {
         let message = format!("not started: {reason}; nothing moved");
         match self.goal.take() {
             Some(RunningGoal::Plan(goal)) => {
-                end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() })
+                end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() });
             }
             Some(RunningGoal::Home(goal)) => end.close(&goal, HomeResult { message, ..HomeResult::default() }),
             Some(RunningGoal::Trajectory(goal)) => {

@@ -115,7 +115,7 @@ fn start_is_for_modes_that_produce_and_modes_change_at_rest() {
                     assert_eq!(is_taken, Err(CommandRefused::Mode { mode }));
                 }
                 _ => {
-                    assert_eq!(is_taken.is_ok(), PackmlState::Idle.commanded(command).is_some(), "{command} in {mode}")
+                    assert_eq!(is_taken.is_ok(), PackmlState::Idle.commanded(command).is_some(), "{command} in {mode}");
                 }
             }
         }
