@@ -268,7 +268,7 @@ fn all_errors_of_a_file_are_reported_at_once_with_their_lines() {
     lines.remove(61);
     lines[300] = "300,NaN".into();
     let errors = read_one("all", &lines.join("\n"), "{table: t.txt}").unwrap_err();
-    let heads: Vec<&str> = errors.iter().map(|error| error.split(',').next().unwrap_or("")).collect();
+    let heads: Vec<&str> = errors.iter().map(|error| error.split([',', ';']).next().unwrap_or("")).collect();
     assert_eq!(
         heads,
         [

@@ -95,7 +95,8 @@ pub struct ClearanceSummary {
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct AngleSummary {
     pub angle_deg: f64,
-    /// Least that is allowed.
+    /// Minimum allowed angle.
+    #[serde(rename = "least_deg")]
     pub min_deg: f64,
     /// Angle of `c_axis`.
     pub c_deg: f64,
