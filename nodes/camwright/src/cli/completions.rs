@@ -73,7 +73,11 @@ fn rendered(command: &Command, page: &Man) -> std::io::Result<Vec<u8>> {
     let after = command.get_after_help().map(ToString::to_string).unwrap_or_default();
     let (examples, codes) = after.split_at(after.find("Exit codes").unwrap_or(after.len()));
     let mut roff = Roff::new();
-    for (heading, lines) in [("EXAMPLES", examples), ("EXIT STATUS", codes)] {
+    for (heading, titles, lines) in [
+        ("EXAMPLES", &["Examples:\n", "Example: "][..], examples),
+        ("EXIT STATUS", &["Exit codes:\n", "Exit codes: "], codes),
+    ] {
+        let lines = titles.iter().find_map(|title| lines.strip_prefix(title)).unwrap_or(lines);
         roff.control("SH", [heading]).control("nf", []);
         for line in lines.trim_end().lines() {
             roff.text([roman(line)]);

@@ -14,10 +14,10 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct OutputArgs {
     /// Print errors only; the exit code is the result.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, display_order = 900)]
     quiet: bool,
     /// Colour verdicts, errors and warnings; `auto` does on a terminal without NO_COLOR.
-    #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
+    #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN", display_order = 901)]
     color: ColorChoice,
 }
 

@@ -2,7 +2,7 @@
 
 use super::bag_room;
 use super::batch::Batch;
-use super::output::{note, print_error, print_warning};
+use super::output::{is_quiet, note, print_error, print_warning};
 use super::pace::PaceArg;
 use super::run_cell::Cell;
 use super::run_client::Client;
@@ -24,7 +24,7 @@ use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
 use camwright_planning::{self as planning, AnyPrepared, Causes, OtherLathe, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
-use camwright_ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
+use camwright_ros::{GoalStatus, Level, RosArgs, RosLayer, Shutdown};
 use camwright_threads::supervised;
 use clap::Args;
 use std::net::SocketAddr;
@@ -118,8 +118,12 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let started = Instant::now();
     let progress = RunProgress::start(args.verbose);
-    let quiet = if args.verbose { ros_args.clone() } else { ros_args.clone().with_quiet_console() };
-    let ros_args = &quiet;
+    let lowest = match (is_quiet(), args.verbose) {
+        (true, _) => Level::Error,
+        (false, true) => Level::Unset,
+        (false, false) => Level::Warn,
+    };
+    let ros_args = &ros_args.clone().with_console_level(lowest);
     let shutdown = Shutdown::on_signals()?;
     let mut request = Request::from_args(args)?;
     let own = request.prepare_cell(ros_args)?;

@@ -25,8 +25,8 @@ const FINDING: Duration = Duration::from_secs(120);
 
 /// Note after the first Ctrl-C.
 const CANCELLING: &str = "\
-Ctrl-C: cancelling. The machine retracts and comes to rest, then the bag is closed;
-the part stays unfinished. A second Ctrl-C ends at once and leaves the bag open.";
+Ctrl-C: cancelling. The machine retracts and comes to rest, then the bag is
+closed; the part stays unfinished. A second Ctrl-C leaves the bag open.";
 /// Error of a start that was interrupted.
 const INTERRUPTED: &str = "interrupted before the job started; nothing moved";
 

@@ -1,5 +1,6 @@
 //! Progress bar of `camwright run`: one bar for planning, start, run, bag and report.
 
+use super::output::note;
 use camwright_bag::progress;
 use camwright_files::convert::um_from_m as um;
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
@@ -92,6 +93,10 @@ impl RunProgress {
     /// Fills the bar, which stays on the terminal.
     fn finish(&self) {
         self.bar.finish_with_message(format!("done in {:.1} s", self.began.elapsed().as_secs_f64()));
+        if !self.bar.is_hidden() {
+            // A finished bar does not end its line.
+            note!("");
+        }
     }
 }
 
