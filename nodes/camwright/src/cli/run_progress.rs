@@ -5,7 +5,7 @@ use camwright_bag::progress;
 use camwright_files::convert::um_from_m as um;
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
 use camwright_ros::GoalStatus;
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressDrawTarget};
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -54,7 +54,7 @@ impl RunProgress {
     /// Bar at its start; hidden where log lines would tear it.
     pub(super) fn start(is_hidden: bool) -> Self {
         let bar = match is_hidden {
-            true => ProgressBar::hidden(),
+            true => ProgressBar::with_draw_target(Some(WHOLE), ProgressDrawTarget::hidden()),
             false => progress::bar(WHOLE, "{bar:24} {percent:>3} %  {wide_msg}"),
         };
         let progress = Self { bar, began: Instant::now() };
