@@ -105,13 +105,18 @@ fn verdicts_are_coloured_on_a_terminal_or_as_asked() {
     let (folder, domain) = (Folder::new("terminal-colour"), Domain::reserve());
     let check = |color: &str, no_color: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
-        command.current_dir(folder.path()).env("NO_COLOR", no_color).args(["check", "eccentric", "--color", color]);
+        command.current_dir(folder.path()).env("NO_COLOR", no_color).args([
+            "check",
+            "four_lobe_camshaft",
+            "--color",
+            color,
+        ]);
         stdout(&command.output().expect("camwright runs"))
     };
     assert!(check("auto", "").starts_with("CLEAN: ") && check("never", "").starts_with("CLEAN: "), "a pipe");
     assert!(check("always", "1").starts_with(GREEN), "the argument wins");
-    assert!(on_terminal(&folder, &domain, "check eccentric").contains(GREEN));
-    let plain = on_terminal(&folder, &domain, "--color never check eccentric");
+    assert!(on_terminal(&folder, &domain, "check four_lobe_camshaft").contains(GREEN));
+    let plain = on_terminal(&folder, &domain, "--color never check four_lobe_camshaft");
     assert!(plain.contains("CLEAN: ") && !plain.contains('\u{1b}'), "{plain:?}");
     let refused = camwright(&folder, &domain, &["check", "nowhere", "--color=always"]);
     assert!(String::from_utf8_lossy(&refused.stderr).starts_with(RED), "{refused:?}");
@@ -121,7 +126,7 @@ fn verdicts_are_coloured_on_a_terminal_or_as_asked() {
 fn quiet_prints_errors_only() {
     let (folder, domain) = (Folder::new("terminal-silence"), Domain::reserve());
     let call = |words: &[&str]| camwright(&folder, &domain, words);
-    for words in [&["--quiet", "check", "eccentric"][..], &["plan", "eccentric", "--out", "plan", "-q"]] {
+    for words in [&["--quiet", "check", "four_lobe_camshaft"][..], &["plan", "eccentric", "--out", "plan", "-q"]] {
         let output = call(words);
         assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty(), "{output:?}");
     }
@@ -155,7 +160,7 @@ fn results_for_scripts_are_json_alone() {
         &run[..],
         &["plan", "eccentric", "--out", "plan"],
         &["post", "eccentric_disc", "--out", "nc"],
-        &["check", "eccentric"],
+        &["check", "four_lobe_camshaft"],
         &["list", "alarms"],
         &["bag", "info", "run"],
         &["bag", "check", "run"],
@@ -233,7 +238,7 @@ fn help_fits_80_columns_and_its_examples_work() {
     assert!(examples.len() > 20, "{examples:?}");
 
     let home = folder.join("home");
-    for made in ["home/.config/fish/completions", "home/.local/share/bash-completion/completions", "given"] {
+    for made in ["home/.config/fish/completions", "home/.zfunc", "given"] {
         std::fs::create_dir_all(folder.join(made)).expect("our folder");
     }
     let given = folder.join("given");

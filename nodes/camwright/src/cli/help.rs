@@ -257,7 +257,7 @@ Exit codes:
 
 pub(super) const COMPLETIONS: &str = "\
 Examples:
-  camwright completions bash > ~/.local/share/bash-completion/completions/camwright
+  camwright completions zsh > ~/.zfunc/_camwright
   camwright completions fish > ~/.config/fish/completions/camwright.fish
 
 Exit codes: 0 printed, 2 wrong arguments";
