@@ -16,7 +16,7 @@ pub(super) struct OutputArgs {
     /// Print errors only; the exit code is the result.
     #[arg(long, short, global = true, display_order = 900)]
     quiet: bool,
-    /// Colour verdicts, errors and warnings; `auto` does on a terminal without NO_COLOR.
+    /// Colour verdicts, errors and warnings; `auto` does on a terminal without `NO_COLOR`.
     #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN", display_order = 901)]
     color: ColorChoice,
 }

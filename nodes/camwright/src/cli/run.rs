@@ -5,7 +5,7 @@ use super::batch::Batch;
 use super::output::{is_quiet, note, print_error, print_warning};
 use super::pace::PaceArg;
 use super::run_cell::Cell;
-use super::run_client::Client;
+use super::run_client::{Client, JobEnd};
 use super::run_part::PartState;
 use super::run_progress::{RunProgress, Stage};
 use super::run_report::{Report, RunFiles};
@@ -398,7 +398,7 @@ fn run_parts(
     mut batch: Option<Batch>,
     progress: &RunProgress,
     shutdown: &Shutdown,
-) -> (Result<(GoalStatus, RunJobResult, PartState), NodeError>, Option<Batch>) {
+) -> (Result<JobEnd, NodeError>, Option<Batch>) {
     let mut overrides = args.set.clone();
     overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
     overrides.extend(args.forget_stiffness.then(|| "identification.afresh=true".to_owned()));

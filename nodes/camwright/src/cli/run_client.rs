@@ -38,6 +38,9 @@ struct CellState {
     form_map: Option<FormMap>,
 }
 
+/// End of a job: its status, its result, and the part by the feedback.
+pub(super) type JobEnd = (GoalStatus, RunJobResult, PartState);
+
 /// Client node of the cell.
 pub(super) struct Client {
     pub(super) node: Node,
@@ -172,7 +175,7 @@ impl Client {
         overrides: &[String],
         progress: &JobProgress,
         shutdown: &Shutdown,
-    ) -> Result<(GoalStatus, RunJobResult, PartState), NodeError> {
+    ) -> Result<JobEnd, NodeError> {
         let part: Arc<Mutex<PartState>> = Arc::default();
         let (bar, state) = (progress.clone(), Arc::clone(&part));
         let on_feedback = move |feedback: RunJobFeedback| {
