@@ -9,5 +9,6 @@ mod comments;
 mod documents;
 mod installed_package;
 mod messages_on_the_wire;
+mod packages;
 mod skipped_peers;
 mod type_hashes;

@@ -2,13 +2,26 @@
 
 use super::Bag;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Refresh rate of the display (1/s).
 const DRAWN_HZ: u8 = 10;
 
+/// Set by [`hide_all`].
+static HIDDEN: AtomicBool = AtomicBool::new(false);
+
+/// Hides every bar of this process that is made afterwards.
+pub fn hide_all() {
+    HIDDEN.store(true, Ordering::Relaxed);
+}
+
 /// A bar of so many things, on standard error, drawn as a template of indicatif says; hidden where that is no terminal.
 pub fn bar(length: u64, template: &str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr_with_hz(DRAWN_HZ));
+    let target = match HIDDEN.load(Ordering::Relaxed) {
+        true => ProgressDrawTarget::hidden(),
+        false => ProgressDrawTarget::stderr_with_hz(DRAWN_HZ),
+    };
+    let bar = ProgressBar::with_draw_target(Some(length), target);
     match ProgressStyle::with_template(template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,

@@ -213,12 +213,9 @@ pub fn list(kind: &str) -> Vec<String> {
 
 pub(super) fn roots() -> Vec<PathBuf> {
     let mut roots = vec![PathBuf::from("params")];
-    // <prefix>/lib/camwright/<binary> of an installed package
-    if let Some(prefix) =
-        std::env::current_exe().ok().as_deref().and_then(Path::parent).and_then(|p| p.parent()?.parent())
-    {
-        roots.push(prefix.join("share/camwright/params"));
-    }
+    // <prefix>/bin/<binary> or <prefix>/lib/camwright/<binary>
+    let program = std::env::current_exe().unwrap_or_default();
+    roots.extend(program.ancestors().skip(2).take(2).map(|prefix| prefix.join("share/camwright/params")));
     roots
 }
 

@@ -57,7 +57,7 @@ pub struct RosArgs {
     default_level: Option<Level>,
     enclave: Option<String>,
     stdout_logs: bool,
-    quiet_stdout: bool,
+    lowest_stdout: Level,
     rosout_logs: bool,
     unparsed: Vec<String>,
     domain_id: u16,
@@ -75,7 +75,7 @@ impl Default for RosArgs {
             default_level: None,
             enclave: None,
             stdout_logs: true,
-            quiet_stdout: false,
+            lowest_stdout: Level::Unset,
             rosout_logs: true,
             unparsed: Vec::new(),
             domain_id: 0,
@@ -279,17 +279,17 @@ impl RosArgs {
         &self.remaps
     }
 
-    /// Prints only warnings and errors on the terminal, unless the command line sets a log level. `/rosout` keeps every line.
+    /// Prints only lines from this level on the terminal, unless the command line sets a log level. `/rosout` keeps every line.
     #[must_use]
-    pub fn with_quiet_console(mut self) -> Self {
-        self.quiet_stdout = self.log_levels.is_empty() && self.default_level.is_none();
+    pub fn with_console_level(mut self, lowest: Level) -> Self {
+        let is_set = !self.log_levels.is_empty() || self.default_level.is_some();
+        self.lowest_stdout = if is_set { Level::Unset } else { lowest };
         self
     }
 
     /// Lowest level that the terminal shows; none without a terminal log.
     pub(super) fn console(&self) -> Option<Level> {
-        let lowest = if self.quiet_stdout { Level::Warn } else { Level::Unset };
-        self.stdout_logs.then_some(lowest)
+        self.stdout_logs.then_some(self.lowest_stdout)
     }
 
     pub(super) fn rosout(&self) -> bool {

@@ -202,7 +202,7 @@ fn command_lines_mean_what_they_mean_to_rcl() {
 
 #[test]
 fn a_quiet_console_shows_warnings_unless_a_level_is_asked_for() {
-    let args = |words: &[&str]| parse(words).expect("arguments").0.with_quiet_console();
+    let args = |words: &[&str]| parse(words).expect("arguments").0.with_console_level(Level::Warn);
     assert_eq!(args(&[]).console(), Some(Level::Warn));
     assert_eq!(args(&["--ros-args", "--log-level", "debug"]).console(), Some(Level::Unset));
     assert!(args(&[]).rosout(), "the bag holds every line");

@@ -271,7 +271,8 @@ fn the_command_compares_a_run_with_itself_and_with_another() {
     let replay = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
         let output = command.current_dir(folder.path()).arg("replay").args(arguments).output().expect("it runs");
-        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+        // An error is on the other stream, and nothing else is there.
+        (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
     };
     let (code, text) = replay(&["one", "--against"]);
     println!("{text}");
@@ -281,5 +282,5 @@ fn the_command_compares_a_run_with_itself_and_with_another() {
     let (code, text) = replay(&["one", "--against", "other"]);
     assert!(code == Some(3) && text.contains("the other run differs: job 1: the same up to tick "), "{text}");
     let (code, text) = replay(&["nowhere", "--against"]);
-    assert!(code == Some(1) && text.starts_with("cannot replay nowhere: "), "{text}");
+    assert!(code == Some(1) && text.starts_with("camwright replay: cannot replay nowhere: "), "{text}");
 }

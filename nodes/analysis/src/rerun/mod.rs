@@ -22,26 +22,21 @@ pub use error::RerunError;
 pub use window::Window;
 
 use camwright_bag::Bag;
-use camwright_bag::terminal::wrapped;
 use camwright_files::convert::setpoints::chunk_from_trajectory;
 use camwright_files::convert::time::ns_from_time;
 use camwright_machine_cycle::input_record::{VERSION, version_of};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use digests::DigestComparison;
 use machine::MachineRun;
 use motion::InterpolatorReplay;
 use outputs::Output;
 use recorded::RecordedInputs;
-use std::io::Write;
+use serde_json::{Value, json};
 use std::path::Path;
-use std::process::ExitCode;
 use std::time::Instant;
 use topics::read;
-
-/// Exit codes: the run is another one; it cannot be said.
-const DIFFERS: u8 = 3;
-const CANNOT: u8 = 1;
 
 /// Result of recomputing a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,26 +115,64 @@ impl ReplayVerdict {
     }
 }
 
-/// Runs `camwright replay BAG --against [OTHER]`, over a window of its ticks. Exit code 0: identical; 3: it differs; 1: it cannot be said.
-#[must_use]
-pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
-    let (text, code) = match within(bag, window)
-        .and_then(|verdict| Ok((verdict, other.map(|o| digests::compare(bag, o)).transpose()?)))
-    {
-        Ok((verdict, compared)) => {
-            let mut text = verdict.to_text();
-            let mut same = verdict.is_identical();
-            if let Some(compared) = compared {
-                same &= compared.is_same();
-                text = format!("{}\n{text}", compared.to_text());
-            }
-            (text, if same { 0 } else { DIFFERS })
-        }
-        Err(error) => (format!("cannot replay {}: {error}", bag.display()), CANNOT),
-    };
-    // Output that went away is no failure of ours.
-    let _ = writeln!(std::io::stdout(), "{}", wrapped(&text, 2));
-    ExitCode::from(code)
+/// Result of `camwright replay BAG --against [OTHER]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    pub verdict: ReplayVerdict,
+    /// Comparison with the other run, if there is one.
+    other: Option<DigestComparison>,
+}
+
+impl Comparison {
+    /// The computed run is the recorded one, and the other run is the same.
+    #[must_use]
+    pub fn is_same(&self) -> bool {
+        self.verdict.is_identical() && self.other.as_ref().is_none_or(DigestComparison::is_same)
+    }
+
+    /// The verdict in lines for people, that of the other run first.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let other = self.other.as_ref().map_or_else(String::new, |other| other.to_text() + "\n");
+        other + &self.verdict.to_text()
+    }
+
+    /// The verdict for scripts.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        let ReplayVerdict { ticks, setpoints, motions, compared, keyframes, lost, .. } = self.verdict;
+        let differences = self.verdict.differences.iter();
+        let changed = self.verdict.changed.iter().map(|(tick, input)| json!({ "tick": tick, "input": input }));
+        json!({
+            "is_same": self.is_same(),
+            "is_identical": self.verdict.is_identical(),
+            "differences": differences.map(|found| json!({ "tick": found.tick, "text": found.to_string() })).collect::<Vec<_>>(),
+            "changed_inputs": changed.collect::<Vec<_>>(),
+            "from_tick": self.verdict.begun,
+            "ticks": ticks,
+            "setpoints": setpoints,
+            "motions": motions,
+            "messages": compared,
+            "keyframes": keyframes,
+            "digests": self.verdict.digests.0,
+            "last_digest": format!("{:016x}", self.verdict.digests.1),
+            "messages_lost": lost,
+            "machine_time_s": self.verdict.seconds.0,
+            "took_s": self.verdict.seconds.1,
+            "recorded_by": self.verdict.recorded_by,
+            "computed_by": VERSION,
+            "other_run": self.other.as_ref().map(|other| json!({ "is_same": other.is_same(), "text": other.to_text() })),
+        })
+    }
+}
+
+/// Computes the run of a bag again over a window of its ticks, and compares it with the recorded and with another run.
+///
+/// # Errors
+/// See [`within`].
+pub fn against(bag: &Path, other: Option<&Path>, window: Window) -> Result<Comparison, RerunError> {
+    let verdict = within(bag, window)?;
+    Ok(Comparison { verdict, other: other.map(|other| digests::compare(bag, other)).transpose()? })
 }
 
 /// Computes the run of a bag again.

@@ -1,8 +1,8 @@
 //! `camwright bag info`, `check`, `report`, `recover` and `export`.
 
 use super::help;
-use super::output::wrapped;
-use std::io::{self, Write};
+use super::output::{Level, print_error, print_verdict, say, wrapped};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -55,6 +55,9 @@ pub struct ExportArgs {
     /// Longest array that gets a column per element
     #[arg(long, default_value_t = 64, value_name = "N")]
     pub longest: usize,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Format of an export.
@@ -93,6 +96,9 @@ pub struct ReportArgs {
     /// File of the report [default: `report.html` in the bag's directory]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `camwright bag info`.
@@ -128,14 +134,40 @@ pub fn run(args: &BagArgs) -> ExitCode {
     };
     let failed = if matches!(args.command, BagCommand::Recover(_)) { 1 } else { 2 };
     match outcome {
-        Ok((text, code)) => {
-            // A reader that went away (`| head`) is no failure of ours.
-            let _ = writeln!(io::stdout(), "{}", text.trim_end());
+        Ok(BagResult { text, level, code }) => {
+            match level {
+                Some(level) => print_verdict(level, text.trim_end()),
+                None => say!("{}", text.trim_end()),
+            }
             ExitCode::from(code)
         }
         Err(error) => {
-            let _ = writeln!(io::stderr(), "error: {error}");
+            print_error("error", &error);
             ExitCode::from(failed)
+        }
+    }
+}
+
+/// Result of a subcommand.
+struct BagResult {
+    text: String,
+    /// None for JSON.
+    level: Option<Level>,
+    code: u8,
+}
+
+impl BagResult {
+    /// Text with a verdict, or JSON.
+    fn new(
+        is_json: bool,
+        json: impl FnOnce() -> String,
+        text: impl FnOnce() -> String,
+        level: Level,
+        code: u8,
+    ) -> Self {
+        match is_json {
+            true => Self { text: json(), level: None, code },
+            false => Self { text: text(), level: Some(level), code },
         }
     }
 }
@@ -143,39 +175,48 @@ pub fn run(args: &BagArgs) -> ExitCode {
 fn report(args: &ReportArgs) -> ExitCode {
     match camwright_analysis::report::write(&args.bag, args.out.as_deref()) {
         Ok(path) => {
-            let _ = writeln!(io::stdout(), "report: {}", path.display());
+            match args.json {
+                true => say!("{}", json!({ "report": path })),
+                false => say!("report: {}", path.display()),
+            }
             ExitCode::SUCCESS
         }
         Err(error) => {
-            let _ = writeln!(io::stderr(), "error: {error}");
+            print_error("error", &error);
             ExitCode::from(1)
         }
     }
 }
 
-fn info(bag: &Path, json: bool, details: bool) -> Result<(String, u8), camwright_bag::BagError> {
+fn info(bag: &Path, json: bool, details: bool) -> Result<BagResult, camwright_bag::BagError> {
     let info = BagInfo::read(bag)?;
-    Ok((if json { info.to_json() } else { info.to_text(details) }, 0))
-}
-
-fn check_bag(bag: &Path, json: bool) -> Result<(String, u8), camwright_bag::BagError> {
-    let report = check::check(bag)?;
-    let code = match report.worst() {
-        None => 0,
-        Some(BagSeverity::Warning) => 1,
-        Some(BagSeverity::Error) => 2,
+    let text = info.to_text(details);
+    let level = match info.is_closed {
+        false => Level::Bad,
+        true if text.starts_with("COMPLETE") || text.starts_with("CLOSED") => Level::Good,
+        true => Level::Warning,
     };
-    Ok((if json { report.to_json() } else { wrapped(&report.to_text(), 2) }, code))
+    Ok(BagResult::new(json, || info.to_json(), || text, level, 0))
 }
 
-fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<(String, u8), camwright_bag::BagError> {
+fn check_bag(bag: &Path, json: bool) -> Result<BagResult, camwright_bag::BagError> {
+    let report = check::check(bag)?;
+    let (level, code) = match report.worst() {
+        None => (Level::Good, 0),
+        Some(BagSeverity::Warning) => (Level::Warning, 1),
+        Some(BagSeverity::Error) => (Level::Bad, 2),
+    };
+    Ok(BagResult::new(json, || report.to_json(), || wrapped(&report.to_text(), 2), level, code))
+}
+
+fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<BagResult, camwright_bag::BagError> {
     let into = into.map_or_else(|| recover::beside(bag), Path::to_owned);
     let recovery = recover::recover(bag, &into)?;
     let code = if recovery.is_whole() { 0 } else { 2 };
-    Ok((if json { recovery.to_json() } else { wrapped(&recovery.to_text(), 2) }, code))
+    Ok(BagResult::new(json, || recovery.to_json(), || wrapped(&recovery.to_text(), 2), Level::from_code(code), code))
 }
 
-fn export_bag(args: &ExportArgs) -> Result<(String, u8), camwright_bag::BagError> {
+fn export_bag(args: &ExportArgs) -> Result<BagResult, camwright_bag::BagError> {
     let bag = Bag::open(&args.bag)?;
     let beside = |word: &str| args.into.clone().unwrap_or_else(|| camwright_bag::named_beside(&args.bag, word));
     let copy = |preset: Preset| export::to_bag(&bag, &beside(preset.name()), preset);
@@ -195,5 +236,11 @@ fn export_bag(args: &ExportArgs) -> Result<(String, u8), camwright_bag::BagError
     for path in &exported.paths {
         text.push_str(&format!("{}\n", path.display()));
     }
-    Ok((text, u8::from(!exported.left_out.is_empty())))
+    let json = || {
+        let missing: serde_json::Map<String, serde_json::Value> =
+            exported.left_out.iter().map(|(topic, reason)| (topic.clone(), reason.as_str().into())).collect();
+        json!({ "messages": exported.messages, "files": exported.paths, "not_exported": missing }).to_string()
+    };
+    let code = u8::from(!exported.left_out.is_empty());
+    Ok(BagResult::new(args.json, json, || text, Level::from_code(code), code))
 }

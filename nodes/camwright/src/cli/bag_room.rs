@@ -1,5 +1,6 @@
 //! Directory and predicted size of the bag of `camwright run`, checked before a node starts.
 
+use super::output::note;
 use super::pace::PaceArg;
 use crate::bag_size::BagSize;
 use camwright_machine_cycle::pacing::Pace;
@@ -24,7 +25,7 @@ pub(super) fn announce(
     };
     let size = BagSize::estimate(prepared, pace).times(parts);
     if verbose {
-        eprintln!("recording {}", size.to_text());
+        note!("recording {}", size.to_text());
     }
     size.lacks_room(bag).map_or(Ok(()), |reason| Err(NodeError::Parameter(reason)))
 }

@@ -1,11 +1,10 @@
 //! `camwright check`: validates a job, a machine, a lift table or a parameter file.
 
 use super::check_parameters;
-use super::output::{say, wrapped};
+use super::output::{Level, print_error, print_verdict, print_warning, say, wrapped};
 use camwright_files::{ConfigError, FileLocation};
 use camwright_planning::{self as planning, CheckReport, Finding, Severity};
 use serde_json::{Value, json};
-use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -34,10 +33,10 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
         Err(error) => (vec![Finding { severity: Severity::Error, error }], None, Vec::new(), args.file.clone()),
     };
     let worst = findings.iter().map(|finding| finding.severity).max();
-    let verdict = match worst {
-        None => "clean",
-        Some(Severity::Warning) => "warnings",
-        Some(Severity::Error) => "refused",
+    let (verdict, level) = match worst {
+        None => ("clean", Level::Good),
+        Some(Severity::Warning) => ("warnings", Level::Warning),
+        Some(Severity::Error) => ("refused", Level::Bad),
     };
     if args.json {
         let findings: Vec<Value> = findings.iter().map(as_json).collect();
@@ -53,9 +52,12 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
             .map(|(count, word)| format!("{count} {word}{}", if *count == 1 { "" } else { "s" }))
             .collect();
         let about = if counts.is_empty() { summary.clone().unwrap_or(file) } else { counts.join(", ") };
-        say!("{}", wrapped(&format!("{}: {about}", verdict.to_uppercase()), 2));
-        for finding in &findings {
-            let _reader_is_gone = writeln!(io::stderr(), "{finding}");
+        print_verdict(level, &wrapped(&format!("{}: {about}", verdict.to_uppercase()), 2));
+        for Finding { severity, error } in &findings {
+            match severity {
+                Severity::Warning => print_warning("warning", error),
+                Severity::Error => print_error("error", error),
+            }
         }
         if let Some(summary) = summary.filter(|_| !counts.is_empty()) {
             say!("{}", wrapped(&summary, 2));

@@ -1,6 +1,6 @@
 //! `camwright check-machine`: checks a machine against the machine contract.
 
-use super::output::say;
+use super::output::{note, print_error, say};
 use camwright::machine::description::Axis;
 use camwright_files::convert::si_from_file;
 use camwright_machine_check::{CheckError, ClauseVerdict, Moving, Settings, check};
@@ -66,13 +66,13 @@ pub(super) fn main(args: &CheckMachineArgs, ros_args: &RosArgs) -> ExitCode {
         patience: Duration::from_secs_f64(args.patience),
         moving: moving.map(|(axis, by)| Moving { joint: axis.joint().to_owned(), distance: si_from_file(axis, by) }),
     };
-    let outcome = Shutdown::on_signals().map_err(|error| CheckError::Node(error.into())).and_then(|shutdown| {
-        check(&ros_args, &settings, &shutdown, &|what| eprintln!("camwright check-machine: {what}"))
-    });
+    let outcome = Shutdown::on_signals()
+        .map_err(|error| CheckError::Node(error.into()))
+        .and_then(|shutdown| check(&ros_args, &settings, &shutdown, &|what| note!("camwright check-machine: {what}")));
     let checked = match outcome {
         Ok(checked) => checked,
         Err(error) => {
-            eprintln!("camwright check-machine: {error}");
+            print_error("camwright check-machine", &error);
             return ExitCode::from(if matches!(error, CheckError::Refused(_)) { 4 } else { 3 });
         }
     };

@@ -17,7 +17,7 @@ const HEAD: &str = "# Command line
 Generated from the definitions of the commands. `--help` prints the same on the terminal.
 
 Results are at most 80 columns wide: first the verdict, then one line per lobe, then the files. [Exit codes](exit_codes.md) lists the codes
-that all commands share. ROS arguments work with every command, after `--ros-args`.
+that all commands share. `--quiet` and `--color` work with every command, and ROS arguments after `--ros-args`.
 
 | command | purpose |
 |---|---|
@@ -65,8 +65,12 @@ fn write_command(command: &mut Command, level: usize, page: &mut String) -> std:
     let usage = command.render_usage().to_string();
     write!(page, "\n{} {name}\n\n{}.\n\n", "#".repeat(level), about.trim_end_matches('.'))?;
     write!(page, "```text\n{}\n```\n", usage.trim())?;
-    let is_listed =
-        |argument: &&Arg| !argument.is_hide_set() && !["help", "version"].contains(&argument.get_id().as_str());
+    // Every command has these; the section of the program lists them.
+    let is_common = |id: &str| name.contains(' ') && ["quiet", "color"].contains(&id);
+    let is_listed = |argument: &&Arg| {
+        let id = argument.get_id().as_str();
+        !argument.is_hide_set() && !["help", "version"].contains(&id) && !is_common(id)
+    };
     let rows: String = command.get_arguments().filter(is_listed).map(row).collect();
     if !rows.is_empty() {
         write!(page, "\n| argument | meaning | default |\n|---|---|---|\n{rows}")?;

@@ -1,14 +1,14 @@
 //! `camwright drives`: form error by each drive of a lathe, and the gain that keeps the tolerance.
 
-use super::output::{say, wrapped};
+use super::output::{Level, print_error, print_verdict, say, wrapped};
 use camwright::math::units::{TURN_RAD, mm_from_um, um_from_mm};
 use camwright::simulation::lathe_drives::{
     Drives, DrivesForm, DrivesResult, FeedForward, GainSearch, GainTrial, MinimumGain, TurningDrives,
 };
+use camwright_bag::progress;
 use camwright_files::any_job::{self, AnyJob};
 use camwright_planning::{self as planning, PreparedTurning};
 use serde_json::{Value, json};
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 /// Arguments of `camwright drives`.
@@ -43,11 +43,12 @@ pub(super) fn main(args: &DrivesArgs) -> ExitCode {
             ExitCode::SUCCESS
         }
         Ok((text, _)) => {
-            say!("{}", wrapped(text.trim_end(), 2));
+            let level = if text.starts_with("NOT GOOD") { Level::Bad } else { Level::Good };
+            print_verdict(level, &wrapped(text.trim_end(), 2));
             ExitCode::SUCCESS
         }
         Err(message) => {
-            let _ = writeln!(io::stderr(), "error: {message}");
+            print_error("error", &message);
             ExitCode::from(2)
         }
     }
@@ -66,13 +67,12 @@ fn prepared(args: &DrivesArgs) -> Result<PreparedTurning, String> {
 fn drives(args: &DrivesArgs) -> Result<(String, Value), String> {
     let prepared = prepared(args)?;
     let (spec, machine) = (&prepared.job.spec, &prepared.machine);
-    // The simulations take some seconds each; the terminal shows which one is done.
-    let mut simulated = 0;
+    // The simulations take some seconds each.
+    let simulations = progress::bar(0, "{pos} simulations done");
     let mut text =
         format!("{}\n{:<40} {:>11} {:>11} {:>11}\n", prepared.summary(), "drives", "highest", "lowest", "excess");
-    let mut record = |text: &mut String, finding: &DrivesResult| {
-        simulated += 1;
-        let _reader_is_gone = write!(io::stderr(), "\r{simulated} simulations done");
+    let record = |text: &mut String, finding: &DrivesResult| {
+        simulations.inc(1);
         *text += &finding_text(finding);
     };
     let all = TurningDrives::new(spec, &prepared.planned.plan, machine, prepared.job.grid);
@@ -96,7 +96,7 @@ fn drives(args: &DrivesArgs) -> Result<(String, Value), String> {
         verdicts.push(format!("feed-forward {name}: {}", verdict(args.tolerance_um, &found)));
         searches.push(json!({ "feed_forward": name, "result": gain_json(&found) }));
     }
-    let _reader_is_gone = writeln!(io::stderr());
+    simulations.finish_and_clear();
     let compared: serde_json::Map<String, Value> =
         compared.iter().map(|(drives, form)| (drives.to_string(), form_json(form))).collect();
     let json = json!({

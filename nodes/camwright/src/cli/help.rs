@@ -245,3 +245,24 @@ Examples:
 
 Exit codes of playing: 0 played or interrupted, 2 not played
 Exit codes of --against: 0 identical, 1 cannot be computed, 3 different";
+
+pub(super) const REPLAN: &str = "\
+Example: camwright replan bags/my_run --set work_speed_rpm=58
+
+Exit codes:
+  0  same plans
+  1  a job cannot be planned again
+  2  wrong arguments
+  3  differences";
+
+pub(super) const COMPLETIONS: &str = "\
+Examples:
+  camwright completions zsh > ~/.zfunc/_camwright
+  camwright completions fish > ~/.config/fish/completions/camwright.fish
+
+Exit codes: 0 printed, 2 wrong arguments";
+
+pub(super) const MAN: &str = "\
+Example: camwright man ~/.local/share/man/man1
+
+Exit codes: 0 written, 1 not written, 2 wrong arguments";

@@ -1,6 +1,6 @@
 //! `camwright init`: writes a commented file to start from.
 
-use super::output::say;
+use super::output::{print_error, say};
 use camwright_files::file_kind::FileKind;
 use camwright_files::starter::starter_name;
 use clap::{Args, ValueEnum};
@@ -67,7 +67,7 @@ pub(super) fn main(args: &InitArgs) -> ExitCode {
     match init(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("camwright init: {error}");
+            print_error("camwright init", &error);
             ExitCode::from(1)
         }
     }

@@ -1,6 +1,6 @@
 //! `camwright list`: names that other commands accept, with their meaning.
 
-use super::output::{say, wrapped};
+use super::output::{print_error, say, wrapped};
 use crate::bag_size;
 use camwright::machine::alarm::{AlarmKind, AlarmSeverity};
 use camwright::simulation::fault::FAULTS;
@@ -56,7 +56,7 @@ pub(super) fn main(args: &ListArgs) -> ExitCode {
     let table = match table(args.subject) {
         Ok(table) => table,
         Err(error) => {
-            eprintln!("camwright list: {error}");
+            print_error("camwright list", &error);
             return ExitCode::from(1);
         }
     };

@@ -7,6 +7,7 @@ mod batch;
 mod check;
 mod check_machine;
 mod check_parameters;
+mod completions;
 #[cfg(test)]
 mod documents;
 mod drives;
@@ -20,10 +21,13 @@ mod page;
 mod plan;
 mod plan_turned;
 mod post;
+mod replan;
 mod replay;
 mod run;
 mod run_cell;
 mod run_client;
+mod run_part;
+mod run_progress;
 mod run_report;
 mod schema;
 mod setup;
@@ -32,8 +36,8 @@ mod turned_report;
 mod urdf;
 
 use camwright_ros::{RosArgs, Shutdown};
-use clap::{Parser, Subcommand};
-use std::io::Write;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use output::{OutputArgs, print_error};
 use std::process::ExitCode;
 
 /// Plan, simulate, record and replay the grinding and turning of parts that are not round.
@@ -42,6 +46,8 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "camwright", version, max_term_width = 80, after_help = help::CAMWRIGHT)]
 struct Cli {
+    #[command(flatten)]
+    output: OutputArgs,
     #[command(subcommand)]
     command: Option<CommandLine>,
 }
@@ -81,12 +87,23 @@ enum CommandLine {
     /// Play a bag to the ROS graph, or recompute its run and compare.
     Replay(replay::ReplayCommand),
     /// Plan the recorded jobs of bags again and list differences.
-    Replan(camwright_analysis::replan::ReplanArgs),
+    Replan(replan::ReplanArgs),
+    /// Print the completions of a shell.
+    Completions(completions::CompletionsArgs),
+    /// Write the man pages of all commands.
+    Man(completions::ManArgs),
 }
 
-/// Command of a command line; without one `run` with its defaults.
-fn command_of(words: impl Iterator<Item = String>) -> Option<CommandLine> {
-    Cli::parse_from(words).command.or_else(|| Cli::parse_from(["camwright", "run"]).command)
+/// Parses a command line; ends the process on help, version or an error.
+fn parse(words: Vec<String>) -> Cli {
+    let matches = Cli::command().color(output::color_choice(&words)).get_matches_from(words);
+    Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+/// Command of a command line, and its output; without a command `run` with its defaults.
+fn command_of(words: Vec<String>) -> (OutputArgs, Option<CommandLine>) {
+    let Cli { output, command } = parse(words);
+    (output, command.or_else(|| parse(vec!["camwright".into(), "run".into()]).command))
 }
 
 /// Entry point of the binary.
@@ -95,14 +112,13 @@ pub fn main() -> ExitCode {
     let (ros_args, rest) = match RosArgs::from_env() {
         Ok(parsed) => parsed,
         Err(error) => {
-            // A reader that went away is no failure of ours.
-            let _ = writeln!(std::io::stderr(), "camwright: {error}");
+            print_error("camwright", &error);
             return ExitCode::from(2);
         }
     };
-    let Some(command) = command_of(std::iter::once("camwright".to_owned()).chain(rest)) else {
-        return ExitCode::from(2);
-    };
+    let (output, command) = command_of(std::iter::once("camwright".to_owned()).chain(rest).collect());
+    output::apply(output);
+    let Some(command) = command else { return ExitCode::from(2) };
     let code = match command {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
@@ -120,7 +136,9 @@ pub fn main() -> ExitCode {
         CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Bag(args) => bag::run(&args),
         CommandLine::Replay(args) => replay::main(&args, &ros_args),
-        CommandLine::Replan(args) => camwright_analysis::replan::run(&args),
+        CommandLine::Replan(args) => replan::main(&args),
+        CommandLine::Completions(args) => completions::completions(&args),
+        CommandLine::Man(args) => completions::man(&args),
     };
     Shutdown::exit_code(code)
 }
@@ -131,7 +149,7 @@ mod tests {
 
     #[test]
     fn without_a_command_the_defaults_are_those_of_run() {
-        let words = |words: &[&str]| command_of(words.iter().map(ToString::to_string).collect::<Vec<_>>().into_iter());
+        let words = |words: &[&str]| command_of(words.iter().map(ToString::to_string).collect()).1;
         let Some(CommandLine::Run(bare)) = words(&["camwright"]) else { panic!("it runs") };
         let Some(CommandLine::Run(run)) = words(&["camwright", "run"]) else { panic!("it runs") };
         assert_eq!(bare.parts, 1);

@@ -1,12 +1,13 @@
 //! `camwright hold`, `resume`, `override` and others: operations of a running cell.
 
-use super::output::say;
+use super::output::{JsonArg, note, print_error, say};
 use camwright::machine::description::Axis;
 use camwright_operator_page::Operator;
 use camwright_operator_page::operation::{Answer, Operation};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, RosLayer, Shutdown};
 use clap::Subcommand;
+use serde_json::json;
 use std::process::ExitCode;
 
 /// Operations of a running cell.
@@ -14,29 +15,45 @@ use std::process::ExitCode;
 pub(super) enum OperateCommand {
     /// Hold the motion of a running cell on its path.
     #[command(after_help = super::help::HOLD)]
-    Hold,
+    Hold {
+        #[command(flatten)]
+        output: JsonArg,
+    },
     /// Continue a held motion.
     #[command(after_help = super::help::RESUME)]
-    Resume,
+    Resume {
+        #[command(flatten)]
+        output: JsonArg,
+    },
     /// Set the feed override.
     #[command(after_help = super::help::OVERRIDE)]
     Override {
         /// Percent of the programmed speed, 0 to 100.
         #[arg(value_name = "PERCENT", value_parser = percent)]
         percent: f64,
+        #[command(flatten)]
+        output: JsonArg,
     },
     /// Cancel the job, or the motion if there is no job.
     #[command(after_help = super::help::CANCEL)]
-    Cancel,
+    Cancel {
+        #[command(flatten)]
+        output: JsonArg,
+    },
     /// Reset the alarms; nothing moves.
     #[command(after_help = super::help::RESET)]
-    Reset,
+    Reset {
+        #[command(flatten)]
+        output: JsonArg,
+    },
     /// Press the emergency stop of the simulated machine.
     #[command(after_help = super::help::ESTOP)]
     Estop {
         /// Release it instead.
         #[arg(long)]
         release: bool,
+        #[command(flatten)]
+        output: JsonArg,
     },
     /// Home axes on their switches.
     #[command(after_help = super::help::HOME)]
@@ -44,6 +61,8 @@ pub(super) enum OperateCommand {
         /// Joints [default: all that need it].
         #[arg(value_name = "JOINT", value_parser = joint)]
         axes: Vec<Axis>,
+        #[command(flatten)]
+        output: JsonArg,
     },
     /// Start or stop the wheel.
     #[command(after_help = super::help::WHEEL)]
@@ -51,13 +70,21 @@ pub(super) enum OperateCommand {
         /// `on` or `off`.
         #[arg(value_parser = switch, action = clap::ArgAction::Set)]
         on: bool,
+        #[command(flatten)]
+        output: JsonArg,
     },
     /// Open door and chuck, insert a part, close both.
     #[command(after_help = super::help::LOAD)]
-    Load,
+    Load {
+        #[command(flatten)]
+        output: JsonArg,
+    },
     /// Open door and chuck, remove the part, close the door.
     #[command(after_help = super::help::UNLOAD)]
-    Unload,
+    Unload {
+        #[command(flatten)]
+        output: JsonArg,
+    },
     /// Jog one axis, by a distance or until Ctrl-C.
     #[command(after_help = super::help::JOG)]
     Jog {
@@ -67,6 +94,8 @@ pub(super) enum OperateCommand {
         /// Speed (mm/s, deg/s); without a distance its sign is the direction.
         #[arg(long, allow_negative_numbers = true)]
         speed: f64,
+        #[command(flatten)]
+        output: JsonArg,
     },
 }
 
@@ -105,19 +134,35 @@ impl OperateCommand {
     fn operation(&self) -> Operation {
         let name = |axis: &Axis| axis.joint().to_owned();
         match self {
-            Self::Hold => Operation::Hold {},
-            Self::Resume => Operation::Resume {},
-            Self::Override { percent } => Operation::Override { percent: *percent },
-            Self::Cancel => Operation::Cancel {},
-            Self::Reset => Operation::Reset {},
-            Self::Estop { release } => Operation::Estop { press: !release },
-            Self::Home { axes } => Operation::Home { axes: axes.iter().map(name).collect() },
-            Self::Wheel { on } => Operation::Wheel { on: *on },
-            Self::Load => Operation::Load {},
-            Self::Unload => Operation::Unload {},
-            Self::Jog { axis: (axis, distance), speed } => {
+            Self::Hold { .. } => Operation::Hold {},
+            Self::Resume { .. } => Operation::Resume {},
+            Self::Override { percent, .. } => Operation::Override { percent: *percent },
+            Self::Cancel { .. } => Operation::Cancel {},
+            Self::Reset { .. } => Operation::Reset {},
+            Self::Estop { release, .. } => Operation::Estop { press: !release },
+            Self::Home { axes, .. } => Operation::Home { axes: axes.iter().map(name).collect() },
+            Self::Wheel { on, .. } => Operation::Wheel { on: *on },
+            Self::Load { .. } => Operation::Load {},
+            Self::Unload { .. } => Operation::Unload {},
+            Self::Jog { axis: (axis, distance), speed, .. } => {
                 Operation::Jog { axis: name(axis), distance: *distance, speed: *speed }
             }
+        }
+    }
+
+    const fn output(&self) -> JsonArg {
+        match self {
+            Self::Hold { output }
+            | Self::Resume { output }
+            | Self::Override { output, .. }
+            | Self::Cancel { output }
+            | Self::Reset { output }
+            | Self::Estop { output, .. }
+            | Self::Home { output, .. }
+            | Self::Wheel { output, .. }
+            | Self::Load { output }
+            | Self::Unload { output }
+            | Self::Jog { output, .. } => *output,
         }
     }
 }
@@ -127,16 +172,20 @@ pub(super) fn main(command: &OperateCommand, ros_args: &RosArgs) -> ExitCode {
     RosLayer::install();
     let operation = command.operation();
     match run(&operation, ros_args) {
+        Ok(Answer { done, message }) if command.output().json => {
+            say!("{}", json!({ "done": done, "message": message }));
+            if done { ExitCode::SUCCESS } else { ExitCode::from(3) }
+        }
         Ok(Answer { done: true, message }) => {
             say!("{message}");
             ExitCode::SUCCESS
         }
         Ok(Answer { done: false, message }) => {
-            eprintln!("camwright: {message}");
+            print_error("camwright", &message);
             ExitCode::from(3)
         }
         Err(error) => {
-            eprintln!("camwright: {error}");
+            print_error("camwright", &error);
             ExitCode::from(1)
         }
     }
@@ -147,7 +196,7 @@ fn run(operation: &Operation, ros_args: &RosArgs) -> Result<Answer, NodeError> {
     let node = Node::new(NodeOptions::new("camwright_operate", ros_args))?;
     let spin = node.spin_in_thread()?;
     if let Operation::Jog { axis, distance: None, .. } = operation {
-        eprintln!("jogging {axis} until Ctrl-C");
+        note!("jogging {axis} until Ctrl-C");
     }
     let operator = Operator::new(node.clone(), ros_args, "camwright operator");
     let answer = operator.perform(operation, &|| !shutdown.is_requested());

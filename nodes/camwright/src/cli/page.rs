@@ -1,5 +1,6 @@
 //! `camwright page`: serves the operator page of a running cell.
 
+use super::output::{note, print_error};
 use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
 use camwright_ros::running::NodeError;
 use camwright_ros::{RosArgs, RosLayer, Shutdown};
@@ -28,7 +29,7 @@ pub(super) fn main(args: &PageArgs, ros_args: &RosArgs) -> ExitCode {
     match serve(args, ros_args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("camwright page: {error}");
+            print_error("camwright page", &error);
             ExitCode::from(1)
         }
     }
@@ -45,5 +46,5 @@ fn serve(args: &PageArgs, ros_args: &RosArgs) -> Result<(), NodeError> {
 
 /// Prints the address of the page.
 pub(super) fn print_address(page: &OperatorPage) {
-    eprintln!("operator page: {}", page.url());
+    note!("operator page: {}", page.url());
 }

@@ -1,13 +1,12 @@
 //! `camwright plan`: plans a job without ROS and writes its paths.
 
-use super::output::{say, wrapped};
+use super::output::{Level, print_error, print_verdict, say, wrapped};
 use super::plan_turned;
 use crate::bag_size::BagSize;
 use camwright_machine_cycle::pacing::Pace;
 use camwright_planning::{self as planning, AnyPrepared, BoundSummary, PassSummary, RemovalClass};
 use serde::Serialize;
 use std::cell::Cell;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -63,12 +62,12 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
             ExitCode::SUCCESS
         }
         Ok(text) => {
-            say!("{}", wrapped(text.trim_end(), 2));
+            print_verdict(Level::Good, &wrapped(text.trim_end(), 2));
             say!("files:  {} in {}", files.get(), args.out.display());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            let _reader_is_gone = writeln!(io::stderr(), "error: {error}");
+            print_error("error", &error);
             ExitCode::from(2)
         }
     }
@@ -170,22 +169,22 @@ fn details(summary: &planning::Summary) -> String {
 }
 
 /// One line for each pass of each lobe under a heading; lobes with the same text share a line.
-fn by_lobes(summary: &planning::Summary, heading: &str, say: impl Fn(&PassSummary) -> String) -> String {
+fn by_lobes(summary: &planning::Summary, heading: &str, describe: impl Fn(&PassSummary) -> String) -> String {
     let mut lines: Vec<(Vec<&str>, &str, String)> = Vec::new();
     for lobe in &summary.lobes {
         for pass in &lobe.passes {
-            let said = say(pass);
-            match lines.iter_mut().find(|line| line.1 == pass.name && line.2 == said) {
+            let text = describe(pass);
+            match lines.iter_mut().find(|line| line.1 == pass.name && line.2 == text) {
                 Some(line) => line.0.push(&lobe.name),
-                None => lines.push((vec![&lobe.name], &pass.name, said)),
+                None => lines.push((vec![&lobe.name], &pass.name, text)),
             }
         }
     }
     let names: Vec<String> = lines.iter().map(|line| line.0.join(" ")).collect();
     let width = names.iter().map(String::len).max().unwrap_or(0).max(8);
     let mut text = format!("\n{:<width$} {:<8} {heading}\n", "lobe", "pass");
-    for (names, (_, pass, said)) in names.iter().zip(&lines) {
-        text += &format!("{names:<width$} {pass:<8} {said}\n");
+    for (names, (_, pass, line)) in names.iter().zip(&lines) {
+        text += &format!("{names:<width$} {pass:<8} {line}\n");
     }
     text
 }

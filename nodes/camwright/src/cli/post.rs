@@ -1,9 +1,8 @@
 //! `camwright post`: writes the NC program of a job and verifies it.
 
-use super::output::{say, wrapped};
+use super::output::{Level, print_error, print_verdict, say, wrapped};
 use camwright_planning::{self as planning, ProgramSummary};
 use std::cell::Cell;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -51,12 +50,12 @@ pub(super) fn main(args: &PostArgs) -> ExitCode {
         }
         Ok(summary) => {
             let text = if args.details { as_text(&summary) + &details(&summary) } else { as_text(&summary) };
-            say!("{}", wrapped(text.trim_end(), 2));
+            print_verdict(Level::Good, &wrapped(text.trim_end(), 2));
             say!("files:   {} in {}", files.get(), args.out.display());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            let _reader_is_gone = writeln!(io::stderr(), "error: {error}");
+            print_error("error", &error);
             ExitCode::from(2)
         }
     }

@@ -2,10 +2,13 @@
 
 use super::bag_room;
 use super::batch::Batch;
+use super::output::{is_quiet, note, print_error, print_warning};
 use super::pace::PaceArg;
 use super::run_cell::CellNodes;
-use super::run_client::CellClient;
-use super::run_report::Report;
+use super::run_client::{CellClient, JobEnd};
+use super::run_part::PartState;
+use super::run_progress::{RunProgress, Stage};
+use super::run_report::{Report, RunFiles};
 use super::turned_report::TurnedReport;
 use camwright_analysis::report;
 use camwright_authority::{HeldCommand, TakeOptions};
@@ -21,7 +24,7 @@ use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
 use camwright_planning::{self as planning, AnyPrepared, Causes, OtherLathe, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
-use camwright_ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
+use camwright_ros::{GoalStatus, Level, RosArgs, RosLayer, Shutdown};
 use camwright_threads::supervised;
 use clap::Args;
 use std::net::SocketAddr;
@@ -106,7 +109,7 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
     match run(args, ros_args) {
         Ok(code) => supervised::exit_code().unwrap_or(code),
         Err(error) => {
-            eprintln!("camwright run: {error}");
+            print_error("camwright run", &error);
             supervised::exit_code().unwrap_or_else(|| ExitCode::from(1))
         }
     }
@@ -114,17 +117,24 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let started = Instant::now();
-    let quiet = if args.verbose { ros_args.clone() } else { ros_args.clone().with_quiet_console() };
-    let ros_args = &quiet;
+    let progress = RunProgress::start(args.verbose);
+    let lowest = match (is_quiet(), args.verbose) {
+        (true, _) => Level::Error,
+        (false, true) => Level::Unset,
+        (false, false) => Level::Warn,
+    };
+    let ros_args = &ros_args.clone().with_console_level(lowest);
     let shutdown = Shutdown::on_signals()?;
     let mut request = Request::from_args(args)?;
     let own = request.prepare_cell(ros_args)?;
-    let page = start_page(args, ros_args)?;
+    let page = progress.suspend(|| start_page(args, ros_args))?;
+    progress.enter(Stage::Starting);
     let client = CellClient::new(ros_args)?;
     let cell = own.as_ref().map(|own| CellNodes::start(&own.ros_args)).transpose()?;
     let planned = own.map(|own| own.planned);
     client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
-    let finished = run_job(&client, &mut request, ros_args, &shutdown);
+    let finished = run_job(&client, &mut request, ros_args, &progress, &shutdown);
+    progress.enter(Stage::Closing);
     if let Some(cell) = cell {
         cell.stop();
     }
@@ -137,9 +147,10 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
         }
     };
     page.iter().for_each(OperatorPage::end_cell);
-    let code = request.report(finished, planned, started.elapsed());
+    progress.enter(Stage::Reporting);
+    let code = request.report(finished, planned, &progress, started.elapsed());
     if let Some(page) = page {
-        eprintln!("the operator page stays until Ctrl-C: {}", page.url());
+        note!("the operator page stays until Ctrl-C: {}", page.url());
         shutdown.wait();
         page.stop();
     }
@@ -172,6 +183,7 @@ struct Finished {
     batch: Option<Batch>,
     planned_as: Option<JobStatus>,
     form_map: Option<FormMap>,
+    part: PartState,
 }
 
 impl Request {
@@ -227,13 +239,20 @@ impl Request {
     }
 
     /// Prints the report of a finished run; returns the exit code.
-    fn report(self, finished: Finished, planned: Option<AnyPrepared>, took: Duration) -> ExitCode {
+    fn report(
+        self,
+        finished: Finished,
+        planned: Option<AnyPrepared>,
+        progress: &RunProgress,
+        took: Duration,
+    ) -> ExitCode {
         let bag = (!self.args.attach).then(|| self.bag.clone());
-        let page = bag.as_deref().and_then(page_of);
+        let report = bag.as_deref().and_then(|bag| page_of(bag, progress));
+        let files = RunFiles { bag, report };
         if self.turns {
-            self.report_turned(finished, planned, bag.as_ref(), page, took)
+            self.report_turned(finished, planned, files, progress, took)
         } else {
-            self.report_ground(finished, planned, bag.as_ref(), page, took)
+            self.report_ground(finished, planned, files, progress, took)
         }
     }
 
@@ -241,15 +260,15 @@ impl Request {
         self,
         finished: Finished,
         planned: Option<AnyPrepared>,
-        bag: Option<&PathBuf>,
-        page: Option<PathBuf>,
+        files: RunFiles,
+        progress: &RunProgress,
         took: Duration,
     ) -> ExitCode {
         let Self { job, args, read, .. } = self;
         let Finished { status, result, form_map, .. } = finished;
         let (predicted_s, causes) = replanned_turning(read, planned, &args, &result);
-        let report =
-            TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, page, took };
+        let report = TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, files, took };
+        progress.end(status);
         if args.json {
             report.print_json();
         } else {
@@ -262,13 +281,13 @@ impl Request {
         self,
         finished: Finished,
         planned: Option<AnyPrepared>,
-        bag: Option<&PathBuf>,
-        page: Option<PathBuf>,
+        files: RunFiles,
+        progress: &RunProgress,
         took: Duration,
     ) -> ExitCode {
         let dry_run = self.is_dry_run();
         let Self { job, args, .. } = self;
-        let Finished { status, result, batch, planned_as, .. } = finished;
+        let Finished { status, result, batch, planned_as, part, .. } = finished;
         let again = || replanned(&job, planned, &args, planned_as.as_ref());
         let prepared = if result.success && !dry_run { again() } else { None };
         // Predictions of another plan are not those of this run.
@@ -277,12 +296,13 @@ impl Request {
         let times = times.unwrap_or_default();
         let identifies = args.identify_only;
         let causes = Causes::default();
-        let mut report =
-            Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, page, took, identifies };
+        let (job, result) = (&*job, &result);
+        let mut report = Report { job, dry_run, status, result, times, causes, batch, part, files, took, identifies };
         // The causes take a simulation each. A job that only measures leaves no finished part whose errors have causes.
         if !identifies && (args.json || args.details || !report.is_good()) {
             report.causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
         }
+        progress.end(status);
         if args.json {
             report.print_json();
         } else {
@@ -305,25 +325,26 @@ fn run_job(
     client: &CellClient,
     request: &mut Request,
     ros_args: &RosArgs,
+    progress: &RunProgress,
     shutdown: &Shutdown,
 ) -> Result<Finished, NodeError> {
     let command = TakeOptions::new("camwright run").for_cell();
     let command =
         HeldCommand::acquire(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
-    let socket = serve_operators(client, ros_args);
+    let socket = progress.suspend(|| serve_operators(client, ros_args));
     if request.args.find_phase {
         let found = client.find_phase(&request.job, &request.args.set)?;
         request.args.set.extend(found);
     }
     let Request { job, args, .. } = request;
     let batch = if args.parts > 1 { Some(Batch::subscribe(&client.node, args.parts, job, &args.set)?) } else { None };
-    let (outcome, batch) = run_parts(client, job, args, batch, shutdown);
+    let (outcome, batch) = run_parts(client, job, args, batch, progress, shutdown);
     drop(socket);
     drop(command);
-    let planned_as = client.heard_job();
-    let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
-    let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));
-    outcome.map(|(status, result)| Finished { status, result, batch, planned_as, form_map })
+    let planned_as = client.last_job_status();
+    let has_form = outcome.as_ref().ok().filter(|(_, result, _)| !result.turned.is_empty());
+    let form_map = has_form.and_then(|(_, result, _)| client.form_map(result.last_tick));
+    outcome.map(|(status, result, part)| Finished { status, result, batch, planned_as, form_map, part })
 }
 
 /// Lets other processes of this user operate the cell during the job.
@@ -332,7 +353,8 @@ fn serve_operators(client: &CellClient, ros_args: &RosArgs) -> Option<HolderSock
     match HolderSocket::serve(&operator, client.node.supervisor()) {
         Ok(socket) => Some(socket),
         Err(error) => {
-            eprintln!("camwright run: `camwright resume` and others cannot operate this run: {error}");
+            let message = format!("`camwright resume` and others cannot operate this run: {error}");
+            print_warning("camwright run", &message);
             None
         }
     }
@@ -357,11 +379,12 @@ fn not_started(error: &ConfigError) -> NodeError {
 }
 
 /// Writes the report of the run from its bag. A failure is printed and does not fail the run.
-fn page_of(bag: &Path) -> Option<PathBuf> {
+fn page_of(bag: &Path, progress: &RunProgress) -> Option<PathBuf> {
     match report::write(bag, None) {
         Ok(page) => Some(page),
         Err(error) => {
-            eprintln!("camwright run: the report cannot be written: {error}");
+            let message = format!("the report cannot be written: {error}");
+            progress.suspend(|| print_warning("camwright run", &message));
             None
         }
     }
@@ -373,16 +396,19 @@ fn run_parts(
     job: &str,
     args: &RunArgs,
     mut batch: Option<Batch>,
+    progress: &RunProgress,
     shutdown: &Shutdown,
-) -> (Result<(GoalStatus, RunJobResult), NodeError>, Option<Batch>) {
+) -> (Result<JobEnd, NodeError>, Option<Batch>) {
     let mut overrides = args.set.clone();
     overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
     overrides.extend(args.forget_stiffness.then(|| "identification.afresh=true".to_owned()));
+    let mut part = 0;
     loop {
-        let outcome = client.run_job(job, &overrides, shutdown);
+        let outcome = client.run_job(job, &overrides, &progress.job(part, args.parts), shutdown);
+        part += 1;
         overrides.clone_from(&args.set);
         let goes_on = match (&outcome, &mut batch) {
-            (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.measure(result),
+            (Ok((GoalStatus::Succeeded, result, _)), Some(batch)) if result.success => batch.measure(result),
             _ => false,
         };
         if !goes_on || shutdown.is_requested() {

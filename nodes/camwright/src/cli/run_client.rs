@@ -1,8 +1,9 @@
 //! ROS client of `camwright run`.
 
+use super::output::note;
+use super::run_part::PartState;
+use super::run_progress::JobProgress;
 use camwright::math::units::deg_from_rad;
-use camwright_bag::progress;
-use camwright_files::convert::um_from_m as um;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus, RecorderStatus};
 use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest};
@@ -12,8 +13,6 @@ use camwright_ros::running::NodeError;
 use camwright_ros::{
     ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread, Subscription,
 };
-use indicatif::ProgressBar;
-use std::fmt::Write as _;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -24,6 +23,13 @@ const STOPPING: Duration = Duration::from_secs(30);
 /// Maximum time of the keyway search in real time.
 const FINDING: Duration = Duration::from_secs(120);
 
+/// Note after the first Ctrl-C.
+const CANCELLING: &str = "\
+Ctrl-C: cancelling. The machine retracts and comes to rest, then the bag is
+closed; the part stays unfinished. A second Ctrl-C leaves the bag open.";
+/// Error of a start that was interrupted.
+const INTERRUPTED: &str = "interrupted before the job started; nothing moved";
+
 /// Last messages of the cell: written by callbacks, awaited by the main thread.
 #[derive(Debug, Default)]
 struct CellState {
@@ -32,11 +38,14 @@ struct CellState {
     form_map: Option<FormMap>,
 }
 
+/// End of a job: its status, its result, and the part by the feedback.
+pub(super) type JobEnd = (GoalStatus, RunJobResult, PartState);
+
 /// Client node of the cell.
 pub(super) struct CellClient {
     pub(super) node: Node,
     action: ActionClient<RunJob>,
-    heard: Arc<(Mutex<CellState>, Condvar)>,
+    state: Arc<(Mutex<CellState>, Condvar)>,
     _spin: SpinThread,
     _subscriptions: Vec<Subscription>,
 }
@@ -44,23 +53,23 @@ pub(super) struct CellClient {
 impl CellClient {
     pub(super) fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
         let node = Node::new(NodeOptions::new("camwright", ros_args))?;
-        let heard: Arc<(Mutex<CellState>, Condvar)> = Arc::default();
-        let for_recorder = Arc::clone(&heard);
+        let state: Arc<(Mutex<CellState>, Condvar)> = Arc::default();
+        let for_recorder = Arc::clone(&state);
         let recorder =
             node.subscribe::<RecorderStatus>("run_logger/status", &Qos::default_topic(), move |message, _| {
-                update(&for_recorder, |heard| heard.recorder = Some(message));
+                update(&for_recorder, |state| state.recorder = Some(message));
             })?;
-        let for_job = Arc::clone(&heard);
+        let for_job = Arc::clone(&state);
         let job = node.subscribe::<JobStatus>("job_planner/job_status", &Qos::latched(1), move |message, _| {
-            update(&for_job, |heard| heard.job = Some(message));
+            update(&for_job, |state| state.job = Some(message));
         })?;
-        let for_map = Arc::clone(&heard);
+        let for_map = Arc::clone(&state);
         let map = node.subscribe::<FormMap>("job_planner/form_map", &Qos::latched(1), move |message, _| {
-            update(&for_map, |heard| heard.form_map = Some(message));
+            update(&for_map, |state| state.form_map = Some(message));
         })?;
         let action = node.action_client::<RunJob>("job_planner/run_job")?;
         let spin = node.spin_in_thread()?;
-        Ok(Self { node, action, heard, _spin: spin, _subscriptions: vec![recorder, job, map] })
+        Ok(Self { node, action, state, _spin: spin, _subscriptions: vec![recorder, job, map] })
     }
 
     /// Waits for the planner and, with an own recorder, until it records `recorded`.
@@ -77,21 +86,24 @@ impl CellClient {
             wanted.iter().filter(|topic| !recorded(topic)).collect()
         };
         let deadline = Instant::now() + MEETING;
-        let (mutex, changed) = &*self.heard;
-        let mut heard = mutex.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mutex, changed) = &*self.state;
+        let mut state = mutex.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
-            let missing = missing(heard.recorder.as_ref());
+            let missing = missing(state.recorder.as_ref());
             if missing.is_empty() {
                 return Ok(());
             }
             let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() || shutdown.is_requested() {
+            if shutdown.is_requested() {
+                return Err(NodeError::Parameter(INTERRUPTED.into()));
+            }
+            if left.is_zero() {
                 return Err(NodeError::Parameter(format!(
                     "the recorder does not record {missing:?}; check its topic filter"
                 )));
             }
             let slice = left.min(Duration::from_millis(200));
-            heard = changed.wait_timeout(heard, slice).unwrap_or_else(PoisonError::into_inner).0;
+            state = changed.wait_timeout(state, slice).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -105,7 +117,10 @@ impl CellClient {
             if state.id == State::PRIMARY_STATE_ACTIVE {
                 return Ok(());
             }
-            if Instant::now() > deadline || shutdown.is_requested() {
+            if shutdown.is_requested() {
+                return Err(NodeError::Parameter(INTERRUPTED.into()));
+            }
+            if Instant::now() > deadline {
                 return Err(NodeError::Parameter(format!("node {name} is {}, not active; activate it", state.label)));
             }
             // A foreign manager sends no event; the state is polled.
@@ -132,76 +147,83 @@ impl CellClient {
     }
 
     /// Last job status of the planner.
-    pub(super) fn heard_job(&self) -> Option<JobStatus> {
-        self.heard.0.lock().unwrap_or_else(PoisonError::into_inner).job.clone()
+    pub(super) fn last_job_status(&self) -> Option<JobStatus> {
+        self.state.0.lock().unwrap_or_else(PoisonError::into_inner).job.clone()
     }
 
     /// Form map of the part that was turned up to a tick.
     pub(super) fn form_map(&self, tick: u64) -> Option<FormMap> {
         let deadline = Instant::now() + MEETING;
-        let (mutex, changed) = &*self.heard;
-        let mut heard = mutex.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mutex, changed) = &*self.state;
+        let mut state = mutex.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
-            if let Some(map) = heard.form_map.as_ref().filter(|map| map.tick == tick) {
+            if let Some(map) = state.form_map.as_ref().filter(|map| map.tick == tick) {
                 return Some(map.clone());
             }
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return None;
             }
-            heard = changed.wait_timeout(heard, left).unwrap_or_else(PoisonError::into_inner).0;
+            state = changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    /// Runs a job to its end with a progress bar; a signal cancels it.
+    /// Runs a job to its end; a signal cancels it. Returns also the state of the part by the feedback.
     pub(super) fn run_job(
         &self,
         job: &str,
         overrides: &[String],
+        progress: &JobProgress,
         shutdown: &Shutdown,
-    ) -> Result<(GoalStatus, RunJobResult), NodeError> {
-        let progress = progress::bar(1000, "{bar:30} {msg}");
-        progress.set_message("planning");
-        let bar = progress.clone();
+    ) -> Result<JobEnd, NodeError> {
+        let part: Arc<Mutex<PartState>> = Arc::default();
+        let (bar, state) = (progress.clone(), Arc::clone(&part));
+        let on_feedback = move |feedback: RunJobFeedback| {
+            state.lock().unwrap_or_else(PoisonError::into_inner).receive(&feedback);
+            bar.show(&feedback);
+        };
         let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec(), ..RunJobGoal::default() };
-        let goal = self.action.send_goal(goal, move |feedback| show(&bar, &feedback), MEETING)?;
+        let goal = self.action.send_goal(goal, on_feedback, MEETING)?;
         if !goal.accepted() {
-            progress.finish_and_clear();
-            let (mutex, _) = &*self.heard;
-            let reason = mutex.lock().unwrap_or_else(PoisonError::into_inner).job.clone().map(|status| status.message);
+            let reason = self.last_job_status().map(|status| status.message);
             let reason = reason
                 .filter(|reason| !reason.is_empty())
                 .unwrap_or_else(|| "the planner gives no reason; its log may show it".into());
             return Err(NodeError::Parameter(refusal(&reason)));
         }
-        let outcome = wait_for_result(&goal, shutdown);
-        progress.finish_and_clear();
-        outcome
+        let (status, result) = wait_for_result(&goal, progress, shutdown)?;
+        let part = part.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        Ok((status, result, part))
     }
 }
 
 /// Waits for the result; a signal cancels the goal and waits for the axes to come to rest.
-fn wait_for_result(goal: &ClientGoal<RunJob>, shutdown: &Shutdown) -> Result<(GoalStatus, RunJobResult), NodeError> {
+fn wait_for_result(
+    goal: &ClientGoal<RunJob>,
+    progress: &JobProgress,
+    shutdown: &Shutdown,
+) -> Result<(GoalStatus, RunJobResult), NodeError> {
     type Slot = Arc<(Mutex<Option<(GoalStatus, RunJobResult)>>, Condvar)>;
     let slot: Slot = Arc::default();
-    let place = Arc::clone(&slot);
+    let filled = Arc::clone(&slot);
     goal.result_with(move |status, result| {
-        let (mutex, changed) = &*place;
+        let (mutex, changed) = &*filled;
         *mutex.lock().unwrap_or_else(PoisonError::into_inner) = Some((status, result));
         changed.notify_all();
     })?;
     let (mutex, changed) = &*slot;
-    let mut given_up: Option<Instant> = None;
+    let mut deadline: Option<Instant> = None;
     let mut result = mutex.lock().unwrap_or_else(PoisonError::into_inner);
     loop {
         if let Some(result) = result.take() {
             return Ok(result);
         }
-        if shutdown.is_requested() && given_up.is_none() {
-            given_up = Some(Instant::now() + STOPPING);
+        if shutdown.is_requested() && deadline.is_none() {
+            deadline = Some(Instant::now() + STOPPING);
+            progress.suspend(|| note!("{CANCELLING}"));
             goal.cancel_with(|_| {})?;
         }
-        if given_up.is_some_and(|end| Instant::now() > end) {
+        if deadline.is_some_and(|end| Instant::now() > end) {
             return Err(NodeError::Parameter("the cancelled job did not come to rest within 30 s".into()));
         }
         result = changed.wait_timeout(result, Duration::from_millis(100)).unwrap_or_else(PoisonError::into_inner).0;
@@ -214,19 +236,7 @@ fn refusal(reason: &str) -> String {
     format!("job rejected, nothing moved: {reason}")
 }
 
-fn update(heard: &(Mutex<CellState>, Condvar), change: impl FnOnce(&mut CellState)) {
-    change(&mut heard.0.lock().unwrap_or_else(PoisonError::into_inner));
-    heard.1.notify_all();
-}
-
-fn show(progress: &ProgressBar, feedback: &RunJobFeedback) {
-    #[allow(clippy::cast_possible_truncation, reason = "a percentage")]
-    progress.set_position((feedback.percent.clamp(0.0, 100.0) * 10.0) as u64);
-    let mut text = format!("{:>3.0} %  {} {}", feedback.percent, feedback.lobe, feedback.phase_name);
-    if feedback.turns > 0.0 {
-        let _infallible = write!(text, ", turn {:.1} of {:.0}", feedback.turn, feedback.turns);
-        let _infallible = write!(text, ", stock {:.0} um", um(feedback.stock));
-    }
-    let _infallible = write!(text, ", {:.0} s left", feedback.time_left);
-    progress.set_message(text);
+fn update(state: &(Mutex<CellState>, Condvar), change: impl FnOnce(&mut CellState)) {
+    change(&mut state.0.lock().unwrap_or_else(PoisonError::into_inner));
+    state.1.notify_all();
 }

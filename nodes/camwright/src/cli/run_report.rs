@@ -1,7 +1,8 @@
 //! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
 use super::batch::Batch;
-use super::output::{say, wrapped};
+use super::output::{Level, print_verdict, say, wrapped};
+use super::run_part::PartState;
 use camwright::math::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_analysis::report::{BURNT, burnt};
 use camwright_files::convert::{j_mm3_from_j_m3, kw_from_w, m_from_mm, mm_from_m, um_from_m as um};
@@ -45,6 +46,30 @@ fn errors_um(lobes: &[LobeResult]) -> serde_json::Value {
     lobes.iter().map(|lobe| um(lobe.form_error_max)).collect::<Vec<f64>>().into()
 }
 
+/// Files of a run.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RunFiles {
+    /// The bag, if this process recorded one.
+    pub(super) bag: Option<PathBuf>,
+    /// The HTML report, if it was written.
+    pub(super) report: Option<PathBuf>,
+}
+
+impl RunFiles {
+    pub(super) fn print(&self) {
+        for (name, path) in [("bag:", &self.bag), ("report:", &self.report)] {
+            if let Some(path) = path {
+                say!("{name:<7} {}", path.display());
+            }
+        }
+    }
+}
+
+/// Prints the verdict of a run.
+pub(super) fn print_run_verdict(verdict: &str, is_good: bool) {
+    print_verdict(if is_good { Level::Good } else { Level::Bad }, &wrapped(verdict, 2));
+}
+
 /// Result of a grinding job.
 pub(super) struct Report<'a> {
     pub(super) job: &'a str,
@@ -58,9 +83,9 @@ pub(super) struct Report<'a> {
     pub(super) causes: Causes,
     /// All parts of a batch; every other field is about the last part.
     pub(super) batch: Option<Batch>,
-    pub(super) bag: Option<&'a PathBuf>,
-    /// Path of the report.
-    pub(super) page: Option<PathBuf>,
+    /// State of the part if the job is not complete.
+    pub(super) part: PartState,
+    pub(super) files: RunFiles,
     pub(super) took: Duration,
     /// True if the job only measured stiffness.
     pub(super) identifies: bool,
@@ -98,7 +123,7 @@ impl Report<'_> {
 
     /// Prints the verdict, one line a lobe, the files and the next step; with `details` everything else between.
     pub(super) fn print(&self, details: bool) {
-        say!("{}", wrapped(&self.verdict(), 2));
+        print_run_verdict(&self.verdict(), self.is_good());
         self.print_lobes();
         self.print_stiffness();
         if let Some(batch) = &self.batch {
@@ -110,12 +135,10 @@ impl Report<'_> {
         if details {
             self.print_details();
         }
-        if let Some(bag) = self.bag {
-            say!("bag:    {}", bag.display());
+        if !self.is_complete() && !self.dry_run {
+            say!("{}", wrapped(&format!("part:   {}", self.part.text()), 8));
         }
-        if let Some(page) = &self.page {
-            say!("report: {}", page.display());
-        }
+        self.files.print();
         self.print_next_step(details);
     }
 
@@ -270,12 +293,14 @@ impl Report<'_> {
         if self.is_good() {
             return;
         }
-        let see = match (&self.page, details) {
+        let see = match (&self.files.report, details) {
             (Some(_), _) => "open the report",
             (None, false) => "run again with --details",
             (None, true) => "see the alarms in `camwright status`",
         };
-        let next = if self.status != GoalStatus::Succeeded || !self.result.success {
+        let next = if self.status == GoalStatus::Canceled {
+            self.next_after_cancel()
+        } else if !self.is_complete() {
             let alarm = if self.result.alarm == 0 { String::new() } else { format!("alarm {}, ", self.result.alarm) };
             format!("next:   {alarm}{see}; docs/reference/alarms.md lists all alarms with remedies")
         } else if !self.has_good_form() {
@@ -287,6 +312,22 @@ impl Report<'_> {
             format!("next:   {see}, then reduce the infeed per turn or work_speed_rpm")
         };
         say!("{}", wrapped(&next, 8));
+    }
+
+    fn is_complete(&self) -> bool {
+        self.status == GoalStatus::Succeeded && self.result.success
+    }
+
+    /// The next step after a cancelled job. The part of an own cell has gone with its simulated machine.
+    fn next_after_cancel(&self) -> String {
+        let job = self.job;
+        match self.part.next_lobe() {
+            Some(lobe) if self.files.bag.is_none() => {
+                format!("next:   `camwright run {job} --attach --start-at {lobe}` continues on this part")
+            }
+            _ if self.files.bag.is_none() => format!("next:   `camwright run {job} --attach` begins again"),
+            _ => format!("next:   `camwright run {job}` begins a new part; the cell of this run has ended"),
+        }
     }
 
     fn verdict(&self) -> String {
@@ -379,8 +420,9 @@ impl Report<'_> {
             "duration_s": self.result.duration,
             "predicted_s": self.time("job").map(|time| time.predicted_s),
             "duration_with_indexing_s": self.result.duration_with_indexing,
-            "bag": self.bag,
-            "report": self.page,
+            "bag": self.files.bag,
+            "report": self.files.report,
+            "part": (!self.is_complete()).then(|| self.part.json()),
             "took_s": self.took.as_secs_f64(),
             "lobes": lobes,
             "batch": self.batch.as_ref().map(Batch::json),

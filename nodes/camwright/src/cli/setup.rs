@@ -1,7 +1,7 @@
 //! `camwright setup`: set-up work on a cell that runs already.
 
 use super::operate::unknown_joint;
-use super::output::say;
+use super::output::{print_error, say};
 use camwright::machine::description::Axis;
 use camwright_authority::{HeldCommand, TakeOptions};
 use camwright_files::convert::{m_from_mm, si_from_file};
@@ -14,6 +14,7 @@ use camwright_operator_page::operation::{motion, position};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, Node, NodeOptions, RosArgs, RosLayer, Shutdown};
 use clap::{Args, Subcommand};
+use serde_json::json;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -28,6 +29,9 @@ const WORK: Duration = Duration::from_secs(600);
 pub(super) struct SetupArgs {
     #[command(subcommand)]
     work: WorkArgs,
+    /// Print the result as JSON on standard output.
+    #[arg(long, global = true)]
+    json: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -120,23 +124,23 @@ pub(super) fn assignment(text: &str) -> Result<(Axis, f64), String> {
 pub(super) fn main(args: &SetupArgs, ros_args: &RosArgs) -> ExitCode {
     RosLayer::install();
     match run(&args.work, ros_args) {
+        Ok((done, message)) if args.json => {
+            say!("{}", json!({ "done": done, "message": message }));
+            if done { ExitCode::SUCCESS } else { ExitCode::from(3) }
+        }
         Ok((true, message)) => {
-            print(&message);
+            say!("{message}");
             ExitCode::SUCCESS
         }
         Ok((false, message)) => {
-            eprintln!("camwright setup: {message}");
+            print_error("camwright setup", &message);
             ExitCode::from(3)
         }
         Err(error) => {
-            eprintln!("camwright setup: {error}");
+            print_error("camwright setup", &error);
             ExitCode::from(1)
         }
     }
-}
-
-fn print(message: &str) {
-    say!("{message}");
 }
 
 fn run(work: &WorkArgs, ros_args: &RosArgs) -> Result<(bool, String), NodeError> {

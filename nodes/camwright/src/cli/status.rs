@@ -1,6 +1,6 @@
 //! `camwright status`: state of a running cell.
 
-use super::output::{say, wrapped};
+use super::output::{print_error, say, wrapped};
 use camwright_operator_page::look;
 use camwright_ros::{RosArgs, RosLayer};
 use clap::Args;
@@ -30,22 +30,23 @@ pub(super) fn main(args: &StatusArgs, ros_args: &RosArgs) -> ExitCode {
     let status = match look(ros_args, Duration::from_secs_f64(args.patience)) {
         Ok(status) => status,
         Err(error) => {
-            eprintln!("camwright status: {error}");
+            print_error("camwright status", &error);
             return ExitCode::from(1);
         }
     };
     if !status.is_there() {
-        eprintln!(
-            "camwright status: no machine found within {} s; check ROS_DOMAIN_ID and the namespace (--ros-args -r __ns:=/NAME)",
+        let message = format!(
+            "no machine found within {} s; check ROS_DOMAIN_ID and the namespace (--ros-args -r __ns:=/NAME)",
             args.patience
         );
+        print_error("camwright status", &message);
         return ExitCode::from(1);
     }
     if args.json {
         match serde_json::to_string_pretty(&status) {
             Ok(text) => print(&text),
             Err(error) => {
-                eprintln!("camwright status: {error}");
+                print_error("camwright status", &error);
                 return ExitCode::from(1);
             }
         }

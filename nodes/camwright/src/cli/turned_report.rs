@@ -1,7 +1,7 @@
 //! Result of `camwright run` for a turning job.
 
 use super::output::{say, wrapped};
-use super::run_report::{exit_code, status_word};
+use super::run_report::{RunFiles, exit_code, print_run_verdict, status_word};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::convert::{mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
@@ -10,7 +10,6 @@ use camwright_planning::OtherLathe;
 use camwright_ros::GoalStatus;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -27,9 +26,7 @@ pub(super) struct TurnedReport<'a> {
     pub(super) form_map: Option<FormMap>,
     /// Form errors of the same job on other machines.
     pub(super) causes: Vec<OtherLathe>,
-    pub(super) bag: Option<&'a PathBuf>,
-    /// Path of the report.
-    pub(super) page: Option<PathBuf>,
+    pub(super) files: RunFiles,
     pub(super) took: Duration,
 }
 
@@ -51,7 +48,7 @@ impl TurnedReport<'_> {
     /// Prints the verdict, the part, the files and the next step; with `details` the map and the causes of the form error.
     pub(super) fn print(&self, details: bool) {
         let result = self.result;
-        say!("{}", wrapped(&self.verdict(), 2));
+        print_run_verdict(&self.verdict(), self.is_good());
         if let Some(part) = self.part() {
             say!("part         passes   turns       time     highest      lowest         rms");
             say!(
@@ -71,15 +68,15 @@ impl TurnedReport<'_> {
         if details {
             self.print_details();
         }
-        if let Some(bag) = self.bag {
-            say!("bag:    {}", bag.display());
+        if self.status == GoalStatus::Canceled {
+            say!("part:   unfinished; its last pass is not complete");
         }
-        if let Some(page) = &self.page {
-            say!("report: {}", page.display());
-        }
-        if !self.is_good() {
-            let see = if self.page.is_some() { "open the report" } else { "run again with --details" };
-            say!("next:   {see} for the worst place and its cause");
+        self.files.print();
+        if self.status == GoalStatus::Canceled {
+            say!("next:   `camwright run {}` begins a new part", self.job);
+        } else if !self.is_good() {
+            let see = if self.files.report.is_some() { "open the report" } else { "run again with --details" };
+            say!("next:   {see} for the worst position and its cause");
         }
     }
 
@@ -159,8 +156,8 @@ impl TurnedReport<'_> {
             "last_tick": self.result.last_tick,
             "duration_s": self.result.duration,
             "predicted_s": self.predicted_s,
-            "bag": self.bag,
-            "report": self.page,
+            "bag": self.files.bag,
+            "report": self.files.report,
             "took_s": self.took.as_secs_f64(),
             "turned": turned,
             "form_map": self.form_map.as_ref().map(map_json),

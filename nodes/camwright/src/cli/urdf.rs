@@ -1,11 +1,11 @@
 //! `camwright urdf`: prints the URDF of a machine, without ROS.
 
+use super::output::{print_error, say};
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
 use camwright_ros::running::NodeError;
 use camwright_scene::{self as scene, Frames, Tree};
 use clap::Args;
-use std::io::Write;
 use std::process::ExitCode;
 
 /// Arguments of `camwright urdf`.
@@ -32,13 +32,12 @@ pub(super) struct UrdfArgs {
 /// Entry point.
 pub(super) fn main(args: &UrdfArgs) -> ExitCode {
     match urdf(args) {
-        // A reader that went away is no failure of ours.
         Ok(text) => {
-            let _ = std::io::stdout().write_all(text.as_bytes());
+            say!("{}", text.trim_end());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("camwright urdf: {error}");
+            print_error("camwright urdf", &error);
             ExitCode::from(1)
         }
     }

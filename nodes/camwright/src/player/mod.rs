@@ -11,9 +11,7 @@ mod plan;
 mod playback;
 mod services;
 
-use std::io::{self, Write};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -130,25 +128,6 @@ pub struct PlaybackSummary {
     pub topics: usize,
     /// The end was asked for before the bag's.
     pub interrupted: bool,
-}
-
-/// Runs `camwright replay`. Exit code 0: played, or ended by Ctrl-C; 2: it could not be.
-#[must_use]
-pub fn run(args: &ReplayArgs, ros: &RosArgs) -> ExitCode {
-    let played = Shutdown::on_signals().map_err(ReplayError::from).and_then(|shutdown| play(args, ros, &shutdown));
-    let (text, code) = match played {
-        Ok(played) => {
-            let cut = if played.interrupted { ", interrupted" } else { "" };
-            let failed =
-                if played.failed > 0 { format!(", {} could not be sent", played.failed) } else { String::new() };
-            let (n, topics, matched) = (played.messages, played.topics, played.matched_topics);
-            (format!("played {n} messages on {topics} topics, {matched} with subscribers at the start{failed}{cut}"), 0)
-        }
-        Err(error) => (format!("error: {error}"), 2),
-    };
-    // A terminal that went away is no failure of ours.
-    let _ = writeln!(io::stderr(), "{text}");
-    ExitCode::from(code)
 }
 
 /// Plays a bag to the graph from the node `bag_player`, which offers the services of rosbag2's player, until the bag's end or until
