@@ -1,6 +1,7 @@
 //! Why there is no speed plan, in sentences.
 
 use super::{LimitUse, LimitedQuantity, TurnError, figures};
+use crate::machine::description::Axis;
 use crate::math::units::TURN_RAD;
 use crate::motion::point_to_point::PointToPointError;
 use alloc::string::String;
@@ -10,10 +11,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SpeedPlanError {
     /// An axis would exceed a limit at the speed wanted.
-    #[error(
-        "at a work speed of {} rad/s ({} rpm) {worst}{}; {}",
-        figures(*.work_speed_rad_s), rpm(*.work_speed_rad_s), reserve(*.worst), largest(*.largest_rad_s)
-    )]
+    #[error("{}; {}", too_fast(*.work_speed_rad_s, worst), largest(*.largest_rad_s))]
     TooFast {
         work_speed_rad_s: f64,
         /// The limit exceeded most.
@@ -107,6 +105,18 @@ pub enum SpeedPlanError {
 
 fn rpm(rad_s: f64) -> String {
     figures(rad_s * 60.0 / TURN_RAD)
+}
+
+/// The limit that a speed exceeds, and what it allows.
+fn too_fast(work_speed_rad_s: f64, worst: &LimitUse) -> String {
+    let (speed, in_rpm) = (figures(work_speed_rad_s), rpm(work_speed_rad_s));
+    if let (Axis::C, LimitedQuantity::Velocity) = (worst.axis, worst.quantity) {
+        let (limit, limit_rpm) = (figures(worst.allowed), rpm(worst.allowed));
+        return alloc::format!(
+            "the work speed of {in_rpm} rpm ({speed} rad/s) exceeds {limit_rpm} rpm ({limit} rad/s), the limit of c_axis"
+        );
+    }
+    alloc::format!("at a work speed of {speed} rad/s ({in_rpm} rpm) {worst}{}", reserve(*worst))
 }
 
 fn reserve(worst: LimitUse) -> &'static str {
