@@ -22,7 +22,7 @@ pub fn blame(job: &Job, error: &PlanError) -> ConfigError {
 fn machine_limit(job: &Job, error: &PlanError) -> String {
     match error {
         PlanError::Speed { source: SpeedPlanError::TooFast { worst, .. }, .. } => {
-            format!(" (limit in {})", job.machine.place(limit_key(worst.axis, worst.quantity)))
+            format!("; limit: {}", job.machine.place(limit_key(worst.axis, worst.quantity)))
         }
         _ => String::new(),
     }

@@ -53,12 +53,18 @@ fn burns(prepared: &PreparedJob, pass: usize, turns: &[(usize, LobeTurn<'_>)]) -
     let cam_deg = deg_from_rad(wrap_turn(f64::from(prepared.machine.rotation_sense) * angle_rad));
     // The temperature goes with depth to the power of 3/4, and with the root of the speed.
     let (depth, speed) = (index.powf(-4.0 / 3.0), index.powi(-2));
-    let round_down = |percent: f64| percent.floor().max(1.0);
+    let percent = |share: f64| (100.0 * share).floor().max(1.0);
+    let remedy = match prepared.job.spec.passes[pass].speed {
+        SpeedLaw::ConstantWorkSpeed { .. } => {
+            format!(" or work_speed_rpm to {:.0} %, or use speed.law: constant_temperature", percent(speed))
+        }
+        SpeedLaw::ConstantTemperature { .. } => String::from(", or the reference cut of speed"),
+        _ => String::from(", or use speed.law: constant_temperature"),
+    };
     let message = format!(
         "lobe {name}, pass {pass_name}: the predicted burn index is {index:.2} at cam angle {cam_deg:.1} deg, above 1: the part burns; lower \
-         infeed.per_block_um to {:.0} % or work_speed_rpm to {:.0} %, or use speed.law: constant_temperature",
-        round_down(100.0 * depth),
-        round_down(100.0 * speed)
+         infeed.per_block_um to {:.0} %{remedy}",
+        percent(depth)
     );
     Some(warning(
         prepared

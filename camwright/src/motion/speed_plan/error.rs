@@ -1,6 +1,6 @@
 //! Why there is no speed plan, in sentences.
 
-use super::{LimitUse, LimitedQuantity, TurnError, figures};
+use super::{LimitUse, LimitedQuantity, TurnError, cam_angle_deg, figures};
 use crate::machine::description::Axis;
 use crate::math::units::TURN_RAD;
 use crate::motion::point_to_point::PointToPointError;
@@ -107,24 +107,33 @@ fn rpm(rad_s: f64) -> String {
     figures(rad_s * 60.0 / TURN_RAD)
 }
 
-/// The limit that a speed exceeds, and what it allows.
+/// The limit that a speed exceeds, and the speed that it allows.
 fn too_fast(work_speed_rad_s: f64, worst: &LimitUse) -> String {
     let (speed, in_rpm) = (figures(work_speed_rad_s), rpm(work_speed_rad_s));
-    if let (Axis::C, LimitedQuantity::Velocity) = (worst.axis, worst.quantity) {
-        let (limit, limit_rpm) = (figures(worst.allowed), rpm(worst.allowed));
-        return alloc::format!(
-            "the work speed of {in_rpm} rpm ({speed} rad/s) exceeds {limit_rpm} rpm ({limit} rad/s), the limit of c_axis"
-        );
+    let allowed_rad_s = work_speed_rad_s / worst.speed_ratio();
+    let (limit, limit_rpm) = (figures(allowed_rad_s), rpm(allowed_rad_s));
+    let (axis, quantity) = (worst.axis, worst.quantity);
+    let exceeds =
+        alloc::format!("the work speed of {in_rpm} rpm ({speed} rad/s) exceeds {limit_rpm} rpm ({limit} rad/s)");
+    if let (Axis::C, LimitedQuantity::Velocity) = (axis, quantity) {
+        return exceeds + ", the limit of c_axis";
     }
-    alloc::format!("at a work speed of {speed} rad/s ({in_rpm} rpm) {worst}{}", reserve(*worst))
+    exceeds
+        + &alloc::format!(
+            ", the speed at which {} reaches a {} of {} {} at cam angle {:.1} deg{}",
+            axis.joint(),
+            quantity.name(),
+            figures(worst.allowed),
+            quantity.unit(axis),
+            cam_angle_deg(worst.angle_rad),
+            reserve(quantity)
+        )
 }
 
-fn reserve(worst: LimitUse) -> &'static str {
-    match worst.quantity {
-        LimitedQuantity::Velocity => "",
-        LimitedQuantity::Acceleration | LimitedQuantity::Jerk => {
-            " (5 % of the axis limit is kept for a stop on the path)"
-        }
+fn reserve(quantity: LimitedQuantity) -> &'static str {
+    match quantity {
+        LimitedQuantity::Velocity => ", its limit",
+        LimitedQuantity::Acceleration | LimitedQuantity::Jerk => ", its limit less 5 % for a stop on the path",
     }
 }
 

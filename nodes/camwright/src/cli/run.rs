@@ -233,8 +233,8 @@ impl Request {
         let read = read_job(job, &overrides)?;
         let planned = planning::plan_any(read, Some(&machine)).map_err(|error| not_started(&error))?;
         bag_room::announce(&planned, args.pace, args.parts, &self.bag, args.verbose)?;
-        let locks = Cell::lock(&ros_args)?;
         print_warnings(&planned);
+        let locks = Cell::lock(&ros_args)?;
         Ok(Some(OwnCell { ros_args, planned, locks }))
     }
 
