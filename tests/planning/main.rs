@@ -15,4 +15,5 @@ mod schema;
 mod starter_files;
 mod terminal;
 mod tutorials;
+mod warnings;
 mod wrong_inputs;

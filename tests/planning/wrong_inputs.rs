@@ -3,11 +3,12 @@
 
 use crate::support;
 
+use camwright_ros::{Node, NodeLock, NodeOptions, RosArgs};
 use std::collections::BTreeSet;
 use std::net::TcpListener;
 use std::path::Path;
 use std::process::Command;
-use support::{Domain, Folder};
+use support::{Domain, Folder, PATIENCE};
 
 /// Text of a file of params.
 fn params(file: &str) -> String {
@@ -82,6 +83,7 @@ fn a_wrong_command_line_is_refused() {
     desk.fails(&["run", "plate_cam", "--pace", "quick"], 2, &["invalid value 'quick'", "realtime, fast"]);
     desk.fails(&["run", "plate_cam", "--start-at", "A"], 2, &["--attach"]);
     desk.fails(&["init", "jobb"], 2, &["invalid value 'jobb'", "'job'"]);
+    desk.fails(&["init", "study"], 2, &["invalid value 'study'", "job, machine, turning, milling"]);
     desk.fails(&["list", "job"], 2, &["invalid value 'job'", "'jobs'"]);
     desk.fails(&["run", "--ros-args", "-p", "depth"], 2, &["depth"]);
 }
@@ -141,6 +143,50 @@ fn a_run_with_wrong_arguments_is_refused_before_a_node_starts() {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = taken.local_addr().expect("its address").port();
     run(&[&*format!("--page={port}")], &[&*format!("the operator page cannot be served at 127.0.0.1:{port}")]);
+}
+
+#[test]
+fn a_bag_that_does_not_fit_on_the_disk_is_refused_before_a_node_starts() {
+    let desk = Desk::new("disk");
+    let huge = ["run", "four_lobe_camshaft", "--parts", "10000", "--set", "work_speed_rpm=1"];
+    desk.fails(&huge, 1, &[" MB are free on the disk of ", "; free space, or name another disk with --bag"]);
+}
+
+/// Names of a cell are taken before its nodes start. Warnings of the job come first.
+#[test]
+fn a_second_cell_of_a_domain_on_this_host_is_refused_before_a_node_starts() {
+    let desk = Desk::new("second-cell");
+    let args = RosArgs::default().with_domain_id(desk.domain.id());
+    let lock = NodeLock::acquire("axis_interpolator", &args).expect("no cell runs");
+    let runs = format!(
+        "node /axis_interpolator runs already in ROS domain {} (process {}",
+        desk.domain.id(),
+        std::process::id()
+    );
+    let burnt = ["run", "plate_cam", "--set", "infeed.per_block_um=0.1"];
+    desk.fails(&burnt, 1, &["the predicted burn index is ", &runs, "nothing started", "ROS_DOMAIN_ID", "__ns:="]);
+    let output = Command::new(env!("CARGO_BIN_EXE_axis_interpolator"))
+        .env("ROS_DOMAIN_ID", desk.domain.id().to_string())
+        .output()
+        .expect("axis_interpolator runs");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(&runs), "{output:?}");
+    drop(lock);
+    NodeLock::acquire("axis_interpolator", &args).expect("nothing is left");
+}
+
+/// A cell that holds no lock of this host, as those of other hosts, is found by discovery.
+#[test]
+fn a_second_cell_that_discovery_finds_is_refused_before_a_node_starts() {
+    let desk = Desk::new("other-cell");
+    let args = RosArgs::default().with_domain_id(desk.domain.id());
+    let other = Node::new(NodeOptions::new("job_planner", &args)).expect("a node");
+    let spin = other.spin_in_thread().expect("a thread");
+    assert!(other.wait_acquainted(PATIENCE), "alone in a domain, a node waits for no one");
+    let runs = format!("node /job_planner runs already in ROS domain {}; nothing started", desk.domain.id());
+    desk.fails(&["run", "plate_cam"], 1, &[&runs, "ROS_DOMAIN_ID"]);
+    drop(spin);
+    other.shutdown();
 }
 
 #[test]

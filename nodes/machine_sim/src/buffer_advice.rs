@@ -33,30 +33,48 @@ fn recommended_ms(longest_pause_ms: f64) -> f64 {
     ((2.0 * longest_pause_ms + MESSAGES_MS) / STEP_MS).ceil().max(1.0) * STEP_MS
 }
 
+/// Length of the setpoint buffer of a machine (ms).
+pub(super) fn buffer_ms(machine: &MachineDescription) -> f64 {
+    f64::from(machine.feedback_delay_ticks) * f64::from(machine.cycle_time_ns) / 1e6
+}
+
+/// Warning where the longest pause of the cycle asks for a longer buffer.
+pub(super) fn underrun_risk(buffer_ms: f64, longest_pause_ms: f64) -> Option<String> {
+    let wanted_ms = recommended_ms(longest_pause_ms);
+    (wanted_ms > buffer_ms).then(|| {
+        format!(
+            "the computer kept the machine's cycle waiting for up to {longest_pause_ms:.1} ms, the setpoint buffer lasts {buffer_ms:.0} ms: a \
+             motion may end in alarm 80; set machine_sim:setpoint_buffer_ms:={wanted_ms:.0} (--ros-args -p), or cyclic_priority, or reduce \
+             the load of the computer"
+        )
+    })
+}
+
 impl BufferAdvice {
     pub(super) fn new(node: &Node, machine: &MachineDescription) -> Self {
-        let buffer_ms = f64::from(machine.feedback_delay_ticks) * f64::from(machine.cycle_time_ns) / 1e6;
-        Self { node: node.clone(), buffer_ms, reports: 0, is_warned: false }
+        Self { node: node.clone(), buffer_ms: buffer_ms(machine), reports: 0, is_warned: false }
     }
 
     /// Reports the buffer; logs the advice once, and once more where it turns out too short.
     pub(super) fn report(&mut self, bounds: &Bounds) -> DiagnosticStatus {
         let pause_ms = bounds.longest_pause_us.load(Ordering::Relaxed) as f64 / US_PER_MS;
         let (buffer_ms, wanted_ms) = (self.buffer_ms, recommended_ms(pause_ms));
-        let is_short = wanted_ms > buffer_ms;
+        let risk = underrun_risk(buffer_ms, pause_ms);
         self.reports = self.reports.saturating_add(1);
         let measured = format!("setpoint buffer {buffer_ms:.0} ms, longest pause of the cycle {pause_ms:.1} ms");
-        let advice =
-            format!("set setpoint_buffer_ms to {wanted_ms:.0}, or cyclic_priority, or reduce the load of the computer");
-        if is_short && !self.is_warned && self.reports >= REPORTS {
-            self.is_warned = true;
-            self.node.logger().warn(&format!("{measured}: a motion may end in alarm 80; {advice}"));
-        } else if self.reports == REPORTS {
-            self.node.logger().info(&format!("{measured}: enough"));
+        if self.reports >= REPORTS && !self.is_warned {
+            match &risk {
+                Some(risk) => {
+                    self.is_warned = true;
+                    self.node.logger().warn(risk);
+                }
+                None if self.reports == REPORTS => self.node.logger().info(&format!("{measured}: enough")),
+                None => {}
+            }
         }
-        let (level, message) = match is_short {
-            true => (DiagnosticStatus::WARN, format!("{measured}; {advice}")),
-            false => (DiagnosticStatus::OK, measured),
+        let (level, message) = match risk {
+            Some(risk) => (DiagnosticStatus::WARN, risk),
+            None => (DiagnosticStatus::OK, measured),
         };
         let values = [
             ("buffer_ms", format!("{buffer_ms:.0}")),
@@ -79,5 +97,13 @@ mod tests {
             let found: f64 = recommended_ms(pause_ms);
             assert!((found - buffer_ms).abs() < 1e-9, "{pause_ms}: {found}");
         }
+    }
+
+    #[test]
+    fn a_short_buffer_is_reported_with_the_value_to_set() {
+        assert_eq!(underrun_risk(100.0, 30.0), None);
+        let risk =
+            underrun_risk(100.0, 30.1).expect("two pauses of 30.1 ms and 40 ms of messages are more than 100 ms");
+        assert!(risk.contains("up to 30.1 ms") && risk.contains("setpoint_buffer_ms:=150 "), "{risk}");
     }
 }

@@ -76,6 +76,7 @@ pub struct MachineSim {
     threads: Threads,
     bounds: Arc<Bounds>,
     waker: Waker,
+    buffer_ms: f64,
     _spin: SpinThread,
     _endpoints: MachineEndpoints,
     _diagnostics: Diagnostics,
@@ -213,7 +214,8 @@ impl MachineSim {
         autostart::begin(&node, &lifecycle);
         let diagnostics = health.report(&node, &file.description, &bounds, (pace, realtime))?;
         let (_spin, _endpoints, _diagnostics) = (spin, endpoints, diagnostics);
-        Ok(Self { node, lifecycle, threads, bounds, waker, _spin, _endpoints, _diagnostics })
+        let buffer_ms = buffer_advice::buffer_ms(&file.description);
+        Ok(Self { node, lifecycle, threads, bounds, waker, buffer_ms, _spin, _endpoints, _diagnostics })
     }
 
     #[must_use]
@@ -223,6 +225,14 @@ impl MachineSim {
 
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
+    }
+
+    /// Warning where the pauses of the cycle since the start ask for a longer setpoint buffer: at pace realtime the cycle measures how late
+    /// the computer wakes it.
+    #[must_use]
+    pub fn underrun_risk(&self) -> Option<String> {
+        let pause_us = self.bounds.longest_pause_us.load(Ordering::Relaxed);
+        buffer_advice::underrun_risk(self.buffer_ms, pause_us as f64 / buffer_advice::US_PER_MS)
     }
 
     /// Ends the cyclic thread, then the node.

@@ -1,7 +1,8 @@
 //! A planned job of any kind: what is to be known of it without knowing what it makes.
 
+use super::finding::Finding;
 use super::turning::{self, PreparedTurning};
-use super::{PreparedJob, plan};
+use super::{PreparedJob, findings, plan};
 use camwright::machine::description::MachineDescription;
 use camwright_files::ConfigError;
 use camwright_files::any_job::{self, AnyJob};
@@ -51,6 +52,15 @@ pub fn is_milled(job: &MilledJob) -> ConfigError {
 }
 
 impl AnyPrepared {
+    /// Warnings about the job, its files and its plan.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Finding> {
+        match self {
+            Self::Ground(prepared) => findings::all_warnings(prepared),
+            Self::Turned(prepared) => turning::all_warnings(prepared),
+        }
+    }
+
     /// Name of the job.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -1,5 +1,6 @@
 //! Which key of the job file is behind a refusal of the core.
 
+use super::process_warnings::limit_key;
 use camwright::job::dressing::DressError;
 use camwright::job::grinding::{JobError, JobKey, Subject};
 use camwright::machine::WHEEL_TOLERANCE_MM;
@@ -14,7 +15,17 @@ use camwright_files::profile_file::contour_key;
 /// A refusal of the core as one sentence with the file and the line of the key that causes it.
 #[must_use]
 pub fn blame(job: &Job, error: &PlanError) -> ConfigError {
-    job.document.error(&key(job, error), error.to_string())
+    job.document.error(&key(job, error), error.to_string() + &machine_limit(job, error))
+}
+
+/// Position of the machine's limit that a speed exceeds.
+fn machine_limit(job: &Job, error: &PlanError) -> String {
+    match error {
+        PlanError::Speed { source: SpeedPlanError::TooFast { worst, .. }, .. } => {
+            format!("; limit: {}", job.machine.place(limit_key(worst.axis, worst.quantity)))
+        }
+        _ => String::new(),
+    }
 }
 
 fn key(job: &Job, error: &PlanError) -> String {
@@ -151,7 +162,7 @@ fn file_key(key: JobKey) -> &'static str {
 }
 
 /// A key of a pass: the last one's stand in the job itself, those before it in `roughing`.
-fn pass_key(job: &Job, pass: &str, key: &str) -> String {
+pub(super) fn pass_key(job: &Job, pass: &str, key: &str) -> String {
     let passes = &job.spec.passes;
     match passes.iter().position(|other| other.name == pass) {
         Some(index) if index + 1 < passes.len() => format!("roughing.{index}.{key}"),

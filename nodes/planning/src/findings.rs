@@ -3,7 +3,7 @@
 use super::finding::{CheckReport, Finding, warning};
 use super::program::check_milled;
 use super::turning::check_turned;
-use super::{PreparedJob, deflection, error_location::blame, plan};
+use super::{PreparedJob, deflection, error_location::blame, plan, process_warnings};
 use camwright::job::grinding::{JobError, LobeSpec};
 use camwright::machine::wheel_state::WheelNow;
 use camwright::math::units::{deg_from_rad, um_from_mm};
@@ -47,8 +47,7 @@ pub(super) fn check_job(located: &Located, overrides: &[String], machine: Option
     let warnings = warnings(&job);
     match plan(job.clone(), machine) {
         Ok(prepared) => {
-            let mut findings = warnings;
-            findings.extend(planned_warnings(&prepared));
+            let findings = all_warnings(&prepared);
             let notes = super::lifts::notes(&prepared.job, Some(&prepared));
             CheckReport { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
         }
@@ -106,6 +105,13 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
     errors
 }
 
+/// Warnings about a planned job and its files.
+pub(super) fn all_warnings(prepared: &PreparedJob) -> Vec<Finding> {
+    let mut findings = warnings(&prepared.job);
+    findings.extend(planned_warnings(prepared));
+    findings
+}
+
 fn warnings(job: &Job) -> Vec<Finding> {
     let mut findings: Vec<Finding> =
         job.lifts.iter().flat_map(|lift| lift.warnings.iter().cloned().map(warning)).collect();
@@ -151,6 +157,7 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     if let Some(message) = deflection::too_little_spark_out(prepared) {
         findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
     }
+    findings.extend(process_warnings::of_process(prepared));
     findings
 }
 

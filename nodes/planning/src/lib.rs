@@ -27,6 +27,7 @@ mod journals;
 mod lifts;
 mod lobes;
 mod plots;
+mod process_warnings;
 mod program;
 mod programmed;
 mod recorded;

@@ -88,6 +88,11 @@ struct DiscoveryState {
     /// Pairs (ours, theirs) of which it has been said already that they do not fit.
     reported: BTreeSet<(GUID, GUID)>,
     nodes: BTreeMap<Guid, Vec<NodeEntities>>,
+    /// Other participants that are present.
+    participants: BTreeSet<Prefix>,
+    /// Discovery has reported an endpoint of ours. Its reports come in order, and ours follow those of the participants that were met
+    /// before our first endpoint.
+    has_reported_own: bool,
 }
 
 type Listener = Arc<dyn Fn() + Send + Sync>;
@@ -222,6 +227,13 @@ impl Graph {
         }
     }
 
+    /// Waits until every participant that runs already has said which nodes it has; see [`Graph::wait_until`].
+    pub(super) fn wait_acquainted(&self, timeout: Duration) -> bool {
+        let state = self.state();
+        let waited = self.changed.wait_timeout_while(state, timeout, |state| !state.is_acquainted());
+        waited.unwrap_or_else(PoisonError::into_inner).0.is_acquainted()
+    }
+
     /// Asks something about matches.
     pub(super) fn ask<T>(&self, question: impl FnOnce(&Matches<'_>) -> T) -> T {
         question(&self.state().matches())
@@ -316,6 +328,12 @@ impl Graph {
 }
 
 impl DiscoveryState {
+    /// Returns true if all participants that were met are known with their nodes.
+    fn is_acquainted(&self) -> bool {
+        let has_nodes = |met: &Prefix| self.nodes.keys().any(|participant| participant[..12] == *met);
+        self.has_reported_own && self.participants.iter().all(has_nodes)
+    }
+
     fn matches(&self) -> Matches<'_> {
         Matches { matched: &self.matched, nodes: &self.nodes }
     }
@@ -333,7 +351,10 @@ impl DiscoveryState {
             | DomainParticipantStatusEvent::WriterLost { guid, .. }
                 if ours(&guid) =>
             {
-                return false;
+                return !std::mem::replace(&mut self.has_reported_own, true);
+            }
+            DomainParticipantStatusEvent::ParticipantDiscovered { dpd } if !ours(&dpd.guid) => {
+                self.participants.insert(gate::octets(dpd.guid.prefix));
             }
             DomainParticipantStatusEvent::ReaderDetected { reader } => {
                 self.readers.insert(reader.guid, Endpoint::from(&reader));
@@ -358,6 +379,7 @@ impl DiscoveryState {
                 self.forget(|other| *other == guid);
             }
             DomainParticipantStatusEvent::ParticipantLost { id, .. } => {
+                self.participants.remove(&gate::octets(id));
                 self.readers.retain(|guid, _| guid.prefix != id);
                 self.writers.retain(|guid, _| guid.prefix != id);
                 self.nodes.retain(|participant, _| participant[..12] != *id.as_ref());

@@ -29,6 +29,12 @@ impl Node {
         self.graph().wait_until(timeout, |matches| matches.node(fully_qualified_name))
     }
 
+    /// Waits until all participants that ran before this node are known with their nodes; `false` after the timeout, which a participant
+    /// without ROS nodes takes up. The node must spin on another thread.
+    pub fn wait_acquainted(&self, timeout: Duration) -> bool {
+        self.graph().wait_acquainted(timeout)
+    }
+
     /// Publishers of a topic that belong to other nodes.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Frame of a node's process: `main`, start errors, threads, autostart.
 
-use crate::{EXIT_FAILED, Node, RosError, Shutdown};
+use crate::{EXIT_FAILED, Node, NodeLock, RosError, Shutdown};
 use camwright_threads::supervised;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -146,9 +146,12 @@ pub fn main<N, E: std::process::Termination>(
     RosLayer::install();
     crate::limit_memory();
     supervised::injected::from_environment();
-    let node = Shutdown::on_signals().map_err(NodeError::from).and_then(|shutdown| Ok((start(&args)?, shutdown)));
+    let node = Shutdown::on_signals().map_err(NodeError::from).and_then(|shutdown| {
+        let lock = NodeLock::acquire(name, &args)?;
+        Ok((start(&args)?, shutdown, lock))
+    });
     match node {
-        Ok((node, shutdown)) => {
+        Ok((node, shutdown, _lock)) => {
             shutdown.wait();
             end_within(name, limit);
             let code = Shutdown::exit_code(stop(node).report());

@@ -68,9 +68,42 @@ impl LiftTable {
         self.digit_mm
     }
 
+    /// Form that the table leaves open (mm): half its resolution, and what a cubic through its rows may be off between them, 5/384 of the
+    /// largest fourth difference.
+    #[must_use]
+    pub fn unknown_mm(&self) -> f64 {
+        let n = self.blocks();
+        let fourth = |k: usize| {
+            let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|step| self.lift_mm(k + step));
+            (a - 4.0 * b + 6.0 * c - 4.0 * d + e).abs()
+        };
+        0.5 * self.resolution_mm + (0..n).map(fourth).fold(0.0, f64::max) * 5.0 / 384.0
+    }
+
     /// Largest lift (mm).
     #[must_use]
     pub fn max_lift_mm(&self) -> f64 {
         (0..self.blocks()).map(|block| self.lift_mm(block)).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// h(1 − cos φ)/2 over n rows has a fourth difference of h/2 · (2 sin(π/n))⁴; rounding adds at most 16 half digits to it.
+    #[test]
+    fn few_rows_and_coarse_digits_leave_the_form_open() {
+        for (rows, digit_mm) in [(36_u32, 1e-6), (72, 1e-6), (3600, 0.01)] {
+            let lift = |k: u32| 5.0 * (1.0 - libm::cos(f64::from(k) * TURN_RAD / f64::from(rows)));
+            #[allow(clippy::cast_possible_truncation, reason = "at most ten million")]
+            let lifts = (0..rows).map(|k| libm::round(lift(k) / digit_mm) as i64).collect();
+            let table = LiftTable { lifts, digit_mm, resolution_mm: digit_mm };
+            let chord = 2.0 * libm::sin(TURN_RAD / 2.0 / f64::from(rows));
+            let (rows_mm, digits_mm) = (5.0 * chord * chord * chord * chord * 5.0 / 384.0, 0.5 * digit_mm);
+            let rounding_mm = 16.0 * 0.5 * digit_mm * 5.0 / 384.0;
+            let unknown_mm = table.unknown_mm();
+            assert!((unknown_mm - rows_mm - digits_mm).abs() <= rounding_mm * 1.001, "{rows}: {unknown_mm}");
+        }
     }
 }

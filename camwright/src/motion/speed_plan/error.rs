@@ -1,6 +1,7 @@
 //! Why there is no speed plan, in sentences.
 
-use super::{LimitUse, LimitedQuantity, TurnError, figures};
+use super::{LimitUse, LimitedQuantity, TurnError, cam_angle_deg, figures};
+use crate::machine::description::Axis;
 use crate::math::units::TURN_RAD;
 use crate::motion::point_to_point::PointToPointError;
 use alloc::string::String;
@@ -10,10 +11,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SpeedPlanError {
     /// An axis would exceed a limit at the speed wanted.
-    #[error(
-        "at a work speed of {} rad/s ({} rpm) {worst}{}; {}",
-        figures(*.work_speed_rad_s), rpm(*.work_speed_rad_s), reserve(*.worst), largest(*.largest_rad_s)
-    )]
+    #[error("{}; {}", too_fast(*.work_speed_rad_s, worst), largest(*.largest_rad_s))]
     TooFast {
         work_speed_rad_s: f64,
         /// The limit exceeded most.
@@ -109,12 +107,33 @@ fn rpm(rad_s: f64) -> String {
     figures(rad_s * 60.0 / TURN_RAD)
 }
 
-fn reserve(worst: LimitUse) -> &'static str {
-    match worst.quantity {
-        LimitedQuantity::Velocity => "",
-        LimitedQuantity::Acceleration | LimitedQuantity::Jerk => {
-            " (5 % of the axis limit is kept for a stop on the path)"
-        }
+/// The limit that a speed exceeds, and the speed that it allows.
+fn too_fast(work_speed_rad_s: f64, worst: &LimitUse) -> String {
+    let (speed, in_rpm) = (figures(work_speed_rad_s), rpm(work_speed_rad_s));
+    let allowed_rad_s = work_speed_rad_s / worst.speed_ratio();
+    let (limit, limit_rpm) = (figures(allowed_rad_s), rpm(allowed_rad_s));
+    let (axis, quantity) = (worst.axis, worst.quantity);
+    let exceeds =
+        alloc::format!("the work speed of {in_rpm} rpm ({speed} rad/s) exceeds {limit_rpm} rpm ({limit} rad/s)");
+    if let (Axis::C, LimitedQuantity::Velocity) = (axis, quantity) {
+        return exceeds + ", the limit of c_axis";
+    }
+    exceeds
+        + &alloc::format!(
+            ", the speed at which {} reaches a {} of {} {} at cam angle {:.1} deg{}",
+            axis.joint(),
+            quantity.name(),
+            figures(worst.allowed),
+            quantity.unit(axis),
+            cam_angle_deg(worst.angle_rad),
+            reserve(quantity)
+        )
+}
+
+fn reserve(quantity: LimitedQuantity) -> &'static str {
+    match quantity {
+        LimitedQuantity::Velocity => ", its limit",
+        LimitedQuantity::Acceleration | LimitedQuantity::Jerk => ", its limit less 5 % for a stop on the path",
     }
 }
 

@@ -74,6 +74,17 @@ impl LimitUse {
     pub fn ratio(&self) -> f64 {
         self.value / self.allowed
     }
+
+    /// Speed of the motion over the largest that keeps this limit: a velocity grows with it, an acceleration with its square, a jerk with
+    /// its cube.
+    #[must_use]
+    pub fn speed_ratio(&self) -> f64 {
+        match self.quantity {
+            LimitedQuantity::Velocity => self.ratio(),
+            LimitedQuantity::Acceleration => libm::sqrt(self.ratio()),
+            LimitedQuantity::Jerk => libm::cbrt(self.ratio()),
+        }
+    }
 }
 
 impl core::fmt::Display for LimitUse {

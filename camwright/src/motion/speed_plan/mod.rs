@@ -41,7 +41,7 @@ pub use turn_speed::{TurnPoint, TurnSpeed};
 
 use crate::job::grinding::{InfeedDirection, SpeedLaw};
 use crate::job::infeed::{BLEND_SHARE, InfeedLaw, InfeedSchedule};
-use crate::machine::description::MotionLimits;
+use crate::machine::description::{Axis, MotionLimits};
 use crate::math::hermite::{HermiteSpline, Knot, Sample};
 use crate::math::periodic_spline::PeriodicSpline;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
@@ -431,6 +431,12 @@ impl<'a> SpeedRequest<'a> {
 
 /// The law of one constant speed with the shortest ramps that fit.
 fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, LimitViolation> {
+    // Beyond the limit of C every other figure is absurd: the jerk of X grows with the cube of the speed.
+    if speed > request.c.velocity {
+        let (axis, quantity) = (Axis::C, LimitedQuantity::Velocity);
+        let (value, allowed, angle_rad) = (speed, request.c.velocity, request.path_start_rad);
+        return Err(LimitViolation::Limit(LimitUse { axis, quantity, value, allowed, angle_rad, time_s: 0.0 }));
+    }
     if let Some((allowed, angle)) = request.minimum_by_power().filter(|(allowed, _)| *allowed < speed) {
         return Err(LimitViolation::Power(allowed, angle));
     }
@@ -460,7 +466,7 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, L
             &request.c,
             &request.x,
         ));
-        let worst = uses.iter().copied().max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
+        let worst = uses.iter().copied().max_by(|a, b| a.speed_ratio().total_cmp(&b.speed_ratio()));
         match worst {
             Some(worst) if worst.ratio() > 1.0 => {
                 let on_plateau = worst.time_s >= plateau_s.0 && worst.time_s <= plateau_s.1;

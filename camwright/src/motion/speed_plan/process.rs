@@ -1,6 +1,7 @@
 //! Process limit: the largest speed of C at every path angle.
 
 use crate::job::grinding::{InfeedDirection, SpeedLaw};
+use crate::machine::description::ReferenceCut;
 use crate::math::hermite::Sample;
 use crate::toolpath::wheel_path::footprint_ratio;
 
@@ -25,6 +26,17 @@ impl Cutting {
     pub fn removal_rate_ratio_mm2(&self, x: Sample) -> f64 {
         let contact = PathContact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);
         contact.depth_mm * contact.ratio_mm
+    }
+
+    /// The cut at a position of the path, with C at a speed (rad/s).
+    #[must_use]
+    pub fn cut(&self, x: Sample, c_rad_s: f64) -> ReferenceCut {
+        let contact = PathContact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);
+        ReferenceCut {
+            footprint_speed_mm_s: contact.ratio_mm * c_rad_s,
+            depth_mm: contact.depth_mm,
+            equivalent_diameter_mm: contact.equivalent_diameter_mm,
+        }
     }
 }
 
@@ -88,7 +100,7 @@ pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::description::ReferenceCut;
+    use crate::machine::description::GrindingProcess;
 
     const CUTTING: Cutting = Cutting {
         wheel_radius_mm: 60.0,
@@ -119,6 +131,23 @@ mod tests {
         let reference = ReferenceCut { depth_mm: 0.02, ..reference };
         close(SpeedLaw::ConstantTemperature { reference, max_rad_s }, 2.0 * libm::pow(2.0, -1.5));
         close(SpeedLaw::TimeOptimal { max_rad_s }, 100.0);
+    }
+
+    /// On a round part depth, footprint and equivalent diameter are known on paper, and at the temperature law's speed the burn index is 1.
+    #[test]
+    fn the_burn_index_is_one_at_the_speed_of_constant_temperature() {
+        let round = Sample { value: 20.0, ..Sample::default() };
+        let cut = CUTTING.cut(round, 2.0);
+        assert!((cut.depth_mm - 0.04).abs() < 1e-12 && (cut.footprint_speed_mm_s - 40.0).abs() < 1e-9, "{cut:?}");
+        assert!((cut.equivalent_diameter_mm - 30.0).abs() < 1e-9, "{cut:?}");
+        let safe_cut = ReferenceCut { footprint_speed_mm_s: 90.0, depth_mm: 0.03, equivalent_diameter_mm: 25.0 };
+        let process = GrindingProcess { specific_energy_j_mm3: 50.0, rubbing_n_mm2: 0.0, safe_cut };
+        let law = SpeedLaw::ConstantTemperature { reference: safe_cut, max_rad_s: 1e9 };
+        let speed = largest_speed_rad_s(&law, round, &CUTTING);
+        assert!((process.burn_index(&CUTTING.cut(round, speed)) - 1.0).abs() < 1e-12);
+        // Twice the speed: √2.
+        let index = process.burn_index(&CUTTING.cut(round, 2.0 * speed));
+        assert!((index - libm::sqrt(2.0)).abs() < 1e-12, "{index}");
     }
 
     /// On a flank the infeed along X cuts less deep, by cos β; that along the normal does not.

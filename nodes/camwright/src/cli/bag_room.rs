@@ -27,7 +27,8 @@ pub(super) fn announce(
     if verbose {
         note!("recording {}", size.to_text());
     }
-    size.lacks_room(bag).map_or(Ok(()), |reason| Err(NodeError::Parameter(reason)))
+    let remedy = "free space, or name another disk with --bag";
+    size.lacks_room(bag).map_or(Ok(()), |reason| Err(NodeError::Parameter(format!("{reason}; {remedy}"))))
 }
 
 /// Checks that the directory of a bag can be created, and leaves no folder behind.

@@ -2,6 +2,7 @@
 
 use anstyle::{AnsiColor, Style};
 use camwright_bag::progress;
+use camwright_planning::AnyPrepared;
 use clap::{Args, ColorChoice};
 use std::fmt::{Arguments, Display};
 use std::io::Write as _;
@@ -119,6 +120,13 @@ pub(super) fn print_error(sender: &str, message: &dyn Display) {
 /// Prints a warning `sender: message` on standard error.
 pub(super) fn print_warning(sender: &str, message: &dyn Display) {
     write_note(format_args!("{}", Level::Warning.paint(&format!("{sender}: {message}"))));
+}
+
+/// Prints the warnings about a planned job on standard error.
+pub(super) fn print_warnings(prepared: &AnyPrepared) {
+    for finding in prepared.warnings() {
+        write_note(format_args!("{}", Level::Warning.paint(&finding.to_string())));
+    }
 }
 
 /// Prints a line of the result, as `println!` does, but does not panic on a closed pipe.

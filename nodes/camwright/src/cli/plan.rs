@@ -1,6 +1,6 @@
 //! `camwright plan`: plans a job without ROS and writes its paths.
 
-use super::output::{Level, print_error, print_verdict, say, wrapped};
+use super::output::{Level, print_error, print_verdict, print_warnings, say, wrapped};
 use super::plan_turned;
 use crate::bag_size::BagSize;
 use camwright_machine_cycle::pacing::Pace;
@@ -41,6 +41,7 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
     let files = Cell::new(0_usize);
     let count = |_: &Path| files.set(files.get() + 1);
     let done = planning::prepare_any(&args.job, &args.set, None).and_then(|prepared| {
+        print_warnings(&prepared);
         let recorded = format!("recorded {}\n", BagSize::estimate(&prepared, Pace::Fast).to_text());
         let with_details =
             |text: String, details: String| if args.details { text + &details + &recorded } else { text };

@@ -2,7 +2,7 @@
 
 use super::bag_room;
 use super::batch::Batch;
-use super::output::{is_quiet, note, print_error, print_warning};
+use super::output::{is_quiet, note, print_error, print_warning, print_warnings};
 use super::pace::PaceArg;
 use super::run_cell::CellNodes;
 use super::run_client::{CellClient, JobEnd};
@@ -24,7 +24,7 @@ use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
 use camwright_planning::{self as planning, AnyPrepared, Causes, OtherLathe, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
-use camwright_ros::{GoalStatus, Level, RosArgs, RosLayer, Shutdown};
+use camwright_ros::{GoalStatus, Level, NodeLock, RosArgs, RosLayer, Shutdown};
 use camwright_threads::supervised;
 use clap::Args;
 use std::net::SocketAddr;
@@ -130,14 +130,21 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let page = progress.suspend(|| start_page(args, ros_args))?;
     progress.enter(Stage::Starting);
     let client = CellClient::new(ros_args)?;
+    if own.is_some() {
+        client.is_alone(ros_args)?;
+    }
     let cell = own.as_ref().map(|own| CellNodes::start(&own.ros_args)).transpose()?;
-    let planned = own.map(|own| own.planned);
+    let (planned, locks) = own.map(|own| (own.planned, own.locks)).unzip();
     client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
+    if let Some(risk) = cell.as_ref().filter(|_| args.pace == PaceArg::Realtime).and_then(CellNodes::underrun_risk) {
+        progress.suspend(|| print_warning("warning", &risk));
+    }
     let finished = run_job(&client, &mut request, ros_args, &progress, &shutdown);
     progress.enter(Stage::Closing);
     if let Some(cell) = cell {
         cell.stop();
     }
+    drop(locks);
     client.node.shutdown();
     let finished = match finished {
         Ok(finished) => finished,
@@ -163,6 +170,8 @@ struct OwnCell {
     ros_args: RosArgs,
     /// The job, planned for its machine.
     planned: AnyPrepared,
+    /// Names of its nodes.
+    locks: [NodeLock; 4],
 }
 
 /// Job, arguments and bag of one run.
@@ -235,7 +244,9 @@ impl Request {
         let read = read_job(job, &overrides)?;
         let planned = planning::plan_any(read, Some(&machine)).map_err(|error| not_started(&error))?;
         bag_room::announce(&planned, args.pace, args.parts, &self.bag, args.verbose)?;
-        Ok(Some(OwnCell { ros_args, planned }))
+        print_warnings(&planned);
+        let locks = CellNodes::lock(&ros_args)?;
+        Ok(Some(OwnCell { ros_args, planned, locks }))
     }
 
     /// Prints the report of a finished run; returns the exit code.

@@ -5,9 +5,12 @@ use camwright_axis_interpolator::AxisInterpolator;
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
 use camwright_ros::running::NodeError;
-use camwright_ros::{Lifecycle, ParameterValue, RosArgs, Transition};
+use camwright_ros::{Lifecycle, NodeLock, ParameterValue, RosArgs, Transition};
 use camwright_run_logger::RunLogger;
 use std::path::Path;
+
+/// Names of the nodes.
+pub(super) const NODES: [&str; 4] = ["machine_sim", "axis_interpolator", "job_planner", "run_logger"];
 
 /// The four nodes in this process.
 pub(super) struct CellNodes {
@@ -42,6 +45,17 @@ impl CellNodes {
             .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()))
             // A bag lasts as long as the machine took, not as long as the computer did.
             .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(pace == PaceArg::Fast))
+    }
+
+    /// Takes the names of the nodes, so that no other process of this host starts them.
+    pub(super) fn lock(args: &RosArgs) -> Result<[NodeLock; 4], NodeError> {
+        let [machine, interpolator, planner, logger] = NODES.map(|node| NodeLock::acquire(node, args));
+        Ok([machine?, interpolator?, planner?, logger?])
+    }
+
+    /// Risk of an underrun on this computer.
+    pub(super) fn underrun_risk(&self) -> Option<String> {
+        self.machine.underrun_risk()
     }
 
     /// Starts the nodes.

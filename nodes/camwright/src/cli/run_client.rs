@@ -1,6 +1,7 @@
 //! ROS client of `camwright run`.
 
 use super::output::note;
+use super::run_cell::NODES;
 use super::run_part::PartState;
 use super::run_progress::JobProgress;
 use camwright::math::units::deg_from_rad;
@@ -12,10 +13,13 @@ use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
 use camwright_ros::running::NodeError;
 use camwright_ros::{
     ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread, Subscription,
+    runs_already,
 };
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// Maximum time for other participants to say which nodes they have.
+const ACQUAINTED: Duration = Duration::from_secs(1);
 /// Maximum time for the nodes to find each other.
 const MEETING: Duration = Duration::from_secs(20);
 /// Maximum time for a cancelled job to come to rest.
@@ -70,6 +74,19 @@ impl CellClient {
         let action = node.action_client::<RunJob>("job_planner/run_job")?;
         let spin = node.spin_in_thread()?;
         Ok(Self { node, action, state, _spin: spin, _subscriptions: vec![recorder, job, map] })
+    }
+
+    /// Checks that no other host of the domain runs a cell in this namespace.
+    ///
+    /// Reports of discovery end the wait: those of the participants that ran before this client.
+    pub(super) fn is_alone(&self, ros_args: &RosArgs) -> Result<(), NodeError> {
+        let _all_said_their_nodes = self.node.wait_acquainted(ACQUAINTED);
+        let names = NODES.map(|name| join(self.node.namespace(), name));
+        let running = self.node.discovered_nodes().into_iter().find(|node| names.contains(node));
+        match running {
+            Some(node) => Err(NodeError::Parameter(runs_already(&node, ros_args.domain_id(), ""))),
+            None => Ok(()),
+        }
     }
 
     /// Waits for the planner and, with an own recorder, until it records `recorded`.
@@ -234,6 +251,11 @@ fn wait_for_result(
 fn refusal(reason: &str) -> String {
     let reason = reason.strip_prefix("refused, nothing moved: ").unwrap_or(reason);
     format!("job rejected, nothing moved: {reason}")
+}
+
+/// Fully qualified name of a node.
+fn join(namespace: &str, name: &str) -> String {
+    format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
 fn update(state: &(Mutex<CellState>, Condvar), change: impl FnOnce(&mut CellState)) {

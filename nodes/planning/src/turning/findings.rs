@@ -94,6 +94,13 @@ pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
     notes
 }
 
+/// Warnings about a planned job and its files.
+pub(crate) fn all_warnings(prepared: &PreparedTurning) -> Vec<Finding> {
+    let lifts = prepared.job.lifts.iter().flat_map(|(_, lift)| lift.warnings.iter().cloned().map(warning));
+    let planned = turning_summary(prepared).map(|summary| warnings(prepared, &summary));
+    lifts.chain(planned.into_iter().flatten()).collect()
+}
+
 /// Warnings of a feasible job.
 fn warnings(prepared: &PreparedTurning, summary: &TurningSummary) -> Vec<Finding> {
     let document = &prepared.job.document;

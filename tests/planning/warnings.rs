@@ -1,0 +1,175 @@
+//! Warnings about a planned job on the command line: heat, limits that slow C, coarse tables, spark-out, and speeds and wheels that cannot be.
+
+use super::support::Folder;
+use std::f64::consts::TAU;
+use std::process::Command;
+
+/// Exit code and text of `camwright check` with overrides, in one line.
+fn check(job: &str, set: &[&str]) -> (i32, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.args(["check", job]);
+    for pair in set {
+        command.args(["--set", pair]);
+    }
+    let output = command.output().expect("camwright runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    (output.status.code().unwrap_or(-1), text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// Number after some words of a text.
+fn number_after(text: &str, words: &str) -> f64 {
+    let at = text.find(words).unwrap_or_else(|| panic!("{words:?} is not in {text}")) + words.len();
+    let end = |c: char| !c.is_ascii_digit() && c != '.';
+    let number = text[at..].split(end).next().expect("a number");
+    number.parse().unwrap_or_else(|error| panic!("{number:?} after {words:?}: {error}"))
+}
+
+/// Plate cam as a disc of 45 mm.
+const DISC: [&str; 2] =
+    ["profiles.lobes.lift={round: true}", "profiles.lobes.follower={kind: roller, radius_mm: 10.0}"];
+
+/// On a disc of 45 mm the cut of a wheel of 60 mm is known on paper, and with it the burn index.
+#[test]
+fn a_burn_index_above_one_is_a_warning_with_its_value() {
+    let process = |key: &str| {
+        let text = include_str!("../../params/machines/cam_grinder.yaml");
+        number_after(&text[text.find("process:").expect("process data")..], &format!("{key}: "))
+    };
+    let cut = |depth_mm: f64, rpm: f64| {
+        let footprint_mm_s = 45.0 * rpm * TAU / 60.0;
+        let diameter_mm = 2.0 / (1.0 / 60.0 + 1.0 / 45.0);
+        (depth_mm / (1e-3 * process("safe_depth_um"))).powf(0.75)
+            * (footprint_mm_s / process("safe_footprint_speed_mm_s")).sqrt()
+            * (process("safe_equivalent_diameter_mm") / diameter_mm).powf(0.25)
+    };
+    // 3600 blocks of 0.1 µm: the whole infeed in one turn.
+    let (code, text) = check("plate_cam", &[&DISC[..], &["infeed.per_block_um=0.1"]].concat());
+    assert_eq!(code, 1, "{text}");
+    let index = number_after(&text, "the predicted burn index is ");
+    assert!((index - cut(0.36, 30.0)).abs() < 0.006, "{index}, on paper {}", cut(0.36, 30.0));
+    assert!(text.contains("above 1: the part burns; lower infeed.per_block_um to "), "{text}");
+    let (_, text) = check("plate_cam", &DISC);
+    assert!(cut(0.036, 30.0) < 1.0 && !text.contains("burn index"), "{text}");
+}
+
+#[test]
+fn no_shipped_job_has_a_warning() {
+    for job in [
+        "four_lobe_camshaft",
+        "plate_cam",
+        "brake_cam",
+        "dressed_batch",
+        "eccentric_disc",
+        "journal_runout",
+        "rough_and_finish",
+        "turned_cam",
+    ] {
+        let (code, text) = check(job, &[]);
+        assert_eq!(code, 0, "{job}: {text}");
+    }
+}
+
+#[test]
+fn a_speed_beyond_the_limit_of_c_names_that_limit_its_line_and_the_largest_speed() {
+    let (code, text) = check("plate_cam", &["work_speed_rpm=400"]);
+    assert_eq!(code, 2, "{text}");
+    for words in [
+        "the work speed of 400 rpm (41.888 rad/s) exceeds 300 rpm (31.416 rad/s), the limit of c_axis; ",
+        "cam_grinder.yaml:12",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let largest = &text[text.find("the largest work speed that fits is").expect("a speed that fits")..];
+    let rpm = number_after(largest, "rad/s (");
+    let (code, text) = check("plate_cam", &[&format!("work_speed_rpm={rpm}")]);
+    assert!(code < 2, "{text}");
+    // Where X limits, its quantity is named, with figures that are not absurd.
+    let (code, text) = check("plate_cam", &["work_speed_rpm=290"]);
+    assert_eq!(code, 2, "{text}");
+    assert!(
+        text.contains("x_axis reaches a jerk of 950000 mm/s³ at cam angle ") && text.contains("cam_grinder.yaml:53"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_limit_that_slows_c_for_much_of_a_turn_is_a_warning() {
+    let set = ["speed.law=constant_removal_rate", "speed.removal_rate_mm2_s=200.0", "work_speed_rpm=300.0"];
+    let (code, text) = check("plate_cam", &set);
+    assert_eq!(code, 1, "{text}");
+    for words in [
+        "limits slow C for ",
+        "the jerk limit of c_axis (30000 rad/s³, ",
+        "cam_grinder.yaml:14",
+        "work_speed_rpm allows 300.0: lower work_speed_rpm",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let reached = number_after(&text, "C reaches ");
+    assert!(reached > 1.0 && reached < 300.0, "{text}");
+    // A fastest turn is at its limits by definition.
+    let (_, text) = check("plate_cam", &["speed.law=time_optimal", "work_speed_rpm=300.0"]);
+    assert!(!text.contains("limits slow C"), "{text}");
+}
+
+#[test]
+fn too_little_spark_out_is_a_warning_with_what_is_left_and_the_turns_that_do() {
+    let (code, text) = check("four_lobe_camshaft", &["infeed.spark_out_turns=2"]);
+    assert_eq!(code, 1, "{text}");
+    let left = number_after(&text, "2 spark-out turns leave ");
+    assert!((left - 6.64).abs() < 0.05, "{text}");
+    assert!(text.contains("above the tolerance of 5 um; 3 leave "), "{text}");
+}
+
+/// 500 turns of 0.72 µm: a table of 0.05 mm leaves 25 µm open, one of 0.001 mm half a micrometre.
+#[test]
+fn many_turns_from_a_coarse_table_are_a_warning() {
+    let turns = ["infeed.per_block_um=0.0002"];
+    let coarse = ["profiles.intake.lift.resolution_mm=0.05"];
+    let (code, text) = check("four_lobe_camshaft", &[&turns[..], &coarse].concat());
+    assert_eq!(code, 1, "{text}");
+    for words in [
+        "profile intake: 504 turns with 0.720 um of infeed each",
+        "3600 rows of 0.05 mm leave 25.",
+        "use a finer table",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    for set in [&turns[..], &coarse] {
+        let (code, text) = check("four_lobe_camshaft", set);
+        assert!(code < 2 && !text.contains("finer than the table"), "{text}");
+    }
+}
+
+/// The refusal names the largest wheel that reaches a hollow: a little less fits, a little more does not.
+#[test]
+fn a_hollow_that_the_wheel_does_not_reach_names_the_largest_wheel() {
+    // A steep rise of 20 mm over a small base circle has concave flanks.
+    let steep = "profiles.lobes.lift={segments: [{law: dwell, angle_deg: 220}, {law: 4-5-6-7, angle_deg: 70, rise_mm: 20}, \
+                 {law: 4-5-6-7, angle_deg: 70, rise_mm: -20}]}";
+    let base = "profiles.lobes.base_radius_mm=30";
+    let (code, text) = check("plate_cam", &[steep, base, "work_speed_rpm=2"]);
+    assert_eq!(code, 2, "{text}");
+    assert!(
+        text.contains("lobe P, profile lobes: the wheel of radius 60.000 mm does not reach into the concave flank at"),
+        "{text}"
+    );
+    let largest = number_after(&text, "the largest usable radius is ");
+    for (share, fits) in [(0.98, true), (1.001, false)] {
+        let wheel = format!("wheel_radius_mm={:.4}", largest * share);
+        let (code, text) = check("plate_cam", &[steep, base, "work_speed_rpm=2", &wheel]);
+        assert_eq!(code < 2, fits, "{largest} mm, {wheel}: {text}");
+    }
+}
+
+/// A plan prints the same sentences as a check.
+#[test]
+fn a_plan_prints_the_warnings() {
+    let folder = Folder::new("warnings-plan");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.args(["plan", "four_lobe_camshaft", "--set", "infeed.spark_out_turns=2", "--out"]);
+    let output = command.arg(folder.join("plan")).output().expect("camwright runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    assert!(errors.contains("warning: ") && errors.contains("2 spark-out turns leave 6.6"), "{errors}");
+}
