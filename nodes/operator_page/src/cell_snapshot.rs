@@ -1,4 +1,4 @@
-//! The cell as far as its topics were heard.
+//! Last messages of the topics of a cell.
 
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, CommandHolder, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream,
@@ -10,17 +10,18 @@ use std::time::Instant;
 /// Maximum number of lobes that are remembered of a job.
 const MAX_LOBES: usize = 64;
 
-/// Something that is published again and again, and when it was heard last.
+/// Last message of a periodic topic and the time of its arrival.
 #[derive(Debug)]
 pub(super) struct Received<T> {
-    pub(super) said: T,
+    pub(super) message: T,
     pub(super) at: Instant,
 }
 
-/// The cell, as far as it was heard.
+/// Last messages of a cell.
 #[derive(Debug, Default)]
 pub(super) struct CellSnapshot {
-    pub(super) cell: String,
+    /// Namespace of the cell.
+    pub(super) namespace: String,
     /// Time at which the page began to listen.
     pub(super) since: Option<Instant>,
     /// The cell was ended on purpose; its last state stays on the page.
@@ -40,14 +41,14 @@ pub(super) struct CellSnapshot {
     pub(super) plan: Option<(String, PlanHeader)>,
     /// Lobes of the job that was planned last, in its order.
     pub(super) forms: Vec<LobeForm>,
-    /// The lobes of the part, the one that was heard of last at the end.
+    /// Outlines of the lobes, the newest at the end.
     pub(super) outlines: Vec<PartLobe>,
-    /// Counts what `shape` shows.
+    /// Number of changes of the shape.
     shape_version: u64,
 }
 
 impl CellSnapshot {
-    /// Number that grows with everything that the shape shows.
+    /// Returns the number of changes of the shape.
     pub(super) fn shape_version(&self) -> u64 {
         self.shape_version
     }
@@ -56,11 +57,11 @@ impl CellSnapshot {
     pub(super) fn add_form(&mut self, form: LobeForm) {
         self.shape_version += 1;
         let is_new_part = form.form_error.is_empty()
-            && self.forms.iter().any(|known| known.name == form.name && !known.form_error.is_empty());
+            && self.forms.iter().any(|other| other.name == form.name && !other.form_error.is_empty());
         if is_new_part || self.forms.first().is_some_and(|first| first.job != form.job) {
             self.forms.clear();
         }
-        match self.forms.iter().position(|known| known.name == form.name) {
+        match self.forms.iter().position(|other| other.name == form.name) {
             Some(at) => self.forms[at] = form,
             None if self.forms.len() < MAX_LOBES => self.forms.push(form),
             None => {}
@@ -69,7 +70,7 @@ impl CellSnapshot {
 
     pub(super) fn add_outline(&mut self, outline: PartLobe) {
         self.shape_version += 1;
-        self.outlines.retain(|known| known.name != outline.name);
+        self.outlines.retain(|other| other.name != outline.name);
         if self.outlines.len() >= MAX_LOBES {
             self.outlines.remove(0);
         }
@@ -77,14 +78,14 @@ impl CellSnapshot {
     }
 
     pub(super) fn add_interpolator(&mut self, state: InterpolatorState) {
-        let before = self.interpolator.as_ref().map(|heard| heard.said.lobe);
+        let before = self.interpolator.as_ref().map(|received| received.message.lobe);
         self.shape_version += u64::from(before != Some(state.lobe));
-        self.interpolator = Some(Received { said: state, at: Instant::now() });
+        self.interpolator = Some(Received { message: state, at: Instant::now() });
     }
 
-    /// Every node of the cell was heard, and the plan in execution.
+    /// Returns true once every node and the plan in execution were received.
     pub(super) fn is_complete(&self) -> bool {
-        let in_execution = self.interpolator.as_ref().map(|heard| &heard.said.plan_hash);
+        let in_execution = self.interpolator.as_ref().map(|received| &received.message.plan_hash);
         let has_plan = in_execution.is_some_and(|hash| hash.is_empty() || self.plan_in_work().is_some());
         let is_machine_known = self.machine.is_some() && self.io.is_some() && self.axes.is_some();
         has_plan && is_machine_known && self.lease.is_some() && self.job.is_some() && self.recorder.is_some()
@@ -99,17 +100,17 @@ impl CellSnapshot {
 
     /// Header of the plan in execution.
     pub(super) fn plan_in_work(&self) -> Option<&PlanHeader> {
-        let hash = &self.interpolator.as_ref()?.said.plan_hash;
+        let hash = &self.interpolator.as_ref()?.message.plan_hash;
         self.plan.as_ref().filter(|(of, _)| of == hash).map(|(_, header)| header)
     }
 
-    /// Name of the lobe that is worked on.
+    /// Name of the lobe in work.
     pub(super) fn lobe_in_work(&self) -> Option<&str> {
-        let index = usize::try_from(self.interpolator.as_ref()?.said.lobe).ok()?;
+        let index = usize::try_from(self.interpolator.as_ref()?.message.lobe).ok()?;
         self.plan_in_work()?.lobes.get(index).map(String::as_str)
     }
 
-    /// The lobe that is worked on or, without one, the one that was heard of last.
+    /// Outline of the lobe in work; without one, the newest.
     pub(super) fn outline(&self) -> Option<&PartLobe> {
         let in_work = self.lobe_in_work().and_then(|name| self.outlines.iter().find(|outline| outline.name == name));
         in_work.or(self.outlines.last())

@@ -1,7 +1,7 @@
 //! Content of the page and of `camwright status`, as JSON: shop units, named in each key.
 
 use super::cell_snapshot::CellSnapshot;
-use super::words::{self, SILENCE, StatusLine, Tone};
+use super::texts::{self, SILENCE, StatusLine, Tone};
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_files::convert::{mm_from_m, um_from_m as um};
@@ -82,10 +82,10 @@ pub(super) struct AxisLine {
     pub(super) name: String,
     pub(super) position: f64,
     pub(super) velocity: f64,
-    pub(super) behind: f64,
+    pub(super) following_error: f64,
     pub(super) position_unit: &'static str,
     pub(super) velocity_unit: &'static str,
-    pub(super) behind_unit: &'static str,
+    pub(super) following_error_unit: &'static str,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,7 +103,7 @@ pub(super) struct WheelLine {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct RecorderLine {
     pub(super) tone: Tone,
-    pub(super) says: String,
+    pub(super) state: String,
     pub(super) bag: String,
     pub(super) megabytes: f64,
     pub(super) written: u64,
@@ -111,42 +111,42 @@ pub(super) struct RecorderLine {
 }
 
 impl Status {
-    pub(super) fn from_snapshot(known: &CellSnapshot, now: Instant) -> Self {
-        let interpolator = known.interpolator.as_ref().map(|heard| &heard.said);
+    pub(super) fn from_snapshot(snapshot: &CellSnapshot, now: Instant) -> Self {
+        let interpolator = snapshot.interpolator.as_ref().map(|received| &received.message);
         Self {
-            cell: known.cell.clone(),
-            machine: known.machine.as_ref().map_or_else(String::new, |machine| machine.name.clone()),
-            state: words::state(known, now),
-            verdict: verdict(known),
-            alarms: words::alarms(known).map(alarm).collect(),
-            job: job(known),
-            lobe: lobe(known),
-            results: results(known),
-            axes: axes(known),
-            wheel: known.machine.as_ref().map(|machine| wheel(machine, known)),
+            cell: snapshot.namespace.clone(),
+            machine: snapshot.machine.as_ref().map_or_else(String::new, |machine| machine.name.clone()),
+            state: texts::state(snapshot, now),
+            verdict: verdict(snapshot),
+            alarms: texts::alarms(snapshot).map(alarm).collect(),
+            job: job(snapshot),
+            lobe: lobe(snapshot),
+            results: results(snapshot),
+            axes: axes(snapshot),
+            wheel: snapshot.machine.as_ref().map(|machine| wheel(machine, snapshot)),
             override_percent: interpolator.map(|state| 100.0 * state.feed_override),
             is_held: interpolator.is_some_and(|state| (2..=4).contains(&state.state)),
             is_homed: interpolator.is_some_and(|state| state.is_homed),
             holder: interpolator.map_or_else(String::new, |state| state.holder.clone()),
-            lease: lease(known),
-            recorder: recorder(known, now),
-            machine_time_s: machine_time_s(known),
+            lease: lease(snapshot),
+            recorder: recorder(snapshot, now),
+            machine_time_s: machine_time_s(snapshot),
         }
     }
 }
 
 /// Name of the holder of the lease, and whether others may command too.
-fn lease(known: &CellSnapshot) -> String {
-    match &known.lease {
+fn lease(snapshot: &CellSnapshot) -> String {
+    match &snapshot.lease {
         Some(lease) if lease.shared => format!("{} (shared)", lease.holder),
         Some(lease) => lease.holder.clone(),
         None => String::new(),
     }
 }
 
-fn machine_time_s(known: &CellSnapshot) -> f64 {
-    let cycle_s = known.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
-    known.stream.as_ref().map_or(0.0, |stream| stream.said.tick as f64 * cycle_s)
+fn machine_time_s(snapshot: &CellSnapshot) -> f64 {
+    let cycle_s = snapshot.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
+    snapshot.stream.as_ref().map_or(0.0, |stream| stream.message.tick as f64 * cycle_s)
 }
 
 fn alarm(alarm: &Alarm) -> AlarmLine {
@@ -164,10 +164,12 @@ fn alarm(alarm: &Alarm) -> AlarmLine {
     }
 }
 
-fn job(known: &CellSnapshot) -> Option<JobLine> {
-    let status = known.job.as_ref().filter(|status| !status.job.is_empty())?;
-    let (percent, time_left_s) =
-        known.interpolator.as_ref().map_or((0.0, 0.0), |heard| (heard.said.percent, heard.said.time_left));
+fn job(snapshot: &CellSnapshot) -> Option<JobLine> {
+    let status = snapshot.job.as_ref().filter(|status| !status.job.is_empty())?;
+    let (percent, time_left_s) = snapshot
+        .interpolator
+        .as_ref()
+        .map_or((0.0, 0.0), |received| (received.message.percent, received.message.time_left));
     // What was read of the interpolator before and after is not this job's.
     let (percent, time_left_s) = match status.state {
         2 | 3 => (percent, time_left_s),
@@ -177,14 +179,14 @@ fn job(known: &CellSnapshot) -> Option<JobLine> {
     Some(JobLine { name: status.job.clone(), message: status.message.clone(), percent, time_left_s })
 }
 
-fn lobe(known: &CellSnapshot) -> Option<LobeLine> {
-    let state = &known.interpolator.as_ref()?.said;
+fn lobe(snapshot: &CellSnapshot) -> Option<LobeLine> {
+    let state = &snapshot.interpolator.as_ref()?.message;
     let index = usize::try_from(state.lobe).ok()?;
-    let name = known.lobe_in_work().map_or_else(|| format!("number {}", index + 1), str::to_owned);
+    let name = snapshot.lobe_in_work().map_or_else(|| format!("number {}", index + 1), str::to_owned);
     Some(LobeLine {
         name,
         number: index + 1,
-        count: known.plan_in_work().map(|plan| plan.lobes.len()),
+        count: snapshot.plan_in_work().map(|plan| plan.lobes.len()),
         phase: phase_from(state.phase).map_or("", phase_name),
         turn: state.turn,
         turns: state.turns,
@@ -192,10 +194,10 @@ fn lobe(known: &CellSnapshot) -> Option<LobeLine> {
     })
 }
 
-fn results(known: &CellSnapshot) -> Vec<ResultLine> {
-    let Some(status) = &known.job else { return Vec::new() };
+fn results(snapshot: &CellSnapshot) -> Vec<ResultLine> {
+    let Some(status) = &snapshot.job else { return Vec::new() };
     let allowed =
-        |name: &str| known.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
+        |name: &str| snapshot.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
     let line = |name: &str, error: f64, rms: f64, allowed: f64, duration_s: f64| ResultLine {
         name: name.to_owned(),
         error_um: um(error),
@@ -212,27 +214,27 @@ fn results(known: &CellSnapshot) -> Vec<ResultLine> {
 }
 
 /// Verdict on the part: set once all of it has been judged, until the next part starts.
-fn verdict(known: &CellSnapshot) -> StatusLine {
-    let results = results(known);
+fn verdict(snapshot: &CellSnapshot) -> StatusLine {
+    let results = results(snapshot);
     let worst =
         results.iter().max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)));
-    let Some(worst) = worst else { return StatusLine::new(Tone::Quiet, "", "no part measured yet") };
-    let told = format!("{} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
+    let Some(worst) = worst else { return StatusLine::new(Tone::Neutral, "", "no part measured yet") };
+    let worst_text = format!("{} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
     let bad = results.iter().filter(|result| !result.is_good).count();
     match bad {
-        0 => StatusLine::new(Tone::Good, "good", format!("worst: {told}")),
+        0 => StatusLine::new(Tone::Good, "good", format!("worst: {worst_text}")),
         bad => StatusLine::new(
-            Tone::Wrong,
+            Tone::Error,
             "not good",
-            format!("{bad} of {} out of tolerance, worst: {told}", results.len()),
+            format!("{bad} of {} out of tolerance, worst: {worst_text}", results.len()),
         ),
     }
 }
 
-fn axes(known: &CellSnapshot) -> Vec<AxisLine> {
-    let Some(axes) = &known.axes else { return Vec::new() };
+fn axes(snapshot: &CellSnapshot) -> Vec<AxisLine> {
+    let Some(axes) = &snapshot.axes else { return Vec::new() };
     let linear = |joint: &str| {
-        let machine = known.machine.as_ref();
+        let machine = snapshot.machine.as_ref();
         machine.is_some_and(|machine| machine.axes.iter().any(|axis| axis.joint == joint && axis.linear))
     };
     axes.joint_names
@@ -244,63 +246,70 @@ fn axes(known: &CellSnapshot) -> Vec<AxisLine> {
 
 fn axis(joint: &str, values: &InterfaceValue, is_linear: bool) -> AxisLine {
     let value = |name: &str| {
-        let at = values.interface_names.iter().position(|known| known == name);
+        let at = values.interface_names.iter().position(|interface| interface == name);
         at.and_then(|at| values.values.get(at)).copied().unwrap_or_default()
     };
-    let [position, velocity, behind] = ["position", "velocity", "following_error"].map(value);
+    let [position, velocity, following_error] = ["position", "velocity", "following_error"].map(value);
     let name = joint.to_owned();
     if is_linear {
         let units = ["mm", "mm/s", "µm"];
-        return line(name, [mm_from_m(position), mm_from_m(velocity), um(behind)], units);
+        return line(name, [mm_from_m(position), mm_from_m(velocity), um(following_error)], units);
     }
     // One turn is like the other.
     line(
         name,
-        [deg_from_rad(position).rem_euclid(360.0), rpm_from_rad_s(velocity), deg_from_rad(behind)],
+        [deg_from_rad(position).rem_euclid(360.0), rpm_from_rad_s(velocity), deg_from_rad(following_error)],
         ["°", "1/min", "°"],
     )
 }
 
-fn line(name: String, [position, velocity, behind]: [f64; 3], units: [&'static str; 3]) -> AxisLine {
-    let [position_unit, velocity_unit, behind_unit] = units;
-    AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit }
+fn line(name: String, [position, velocity, following_error]: [f64; 3], units: [&'static str; 3]) -> AxisLine {
+    let [position_unit, velocity_unit, following_error_unit] = units;
+    AxisLine { name, position, velocity, following_error, position_unit, velocity_unit, following_error_unit }
 }
 
-fn wheel(machine: &MachineDescription, known: &CellSnapshot) -> WheelLine {
+fn wheel(machine: &MachineDescription, snapshot: &CellSnapshot) -> WheelLine {
     WheelLine {
         radius_mm: mm_from_m(machine.wheel_radius),
         wear_um: um(machine.wheel_wear),
-        is_running: known.io.as_ref().map(|io| io.wheel_running),
-        at_mm: mm_from_m(position(known, "x_axis").unwrap_or_default()),
-        line_deg: position(known, "c_axis")
+        is_running: snapshot.io.as_ref().map(|io| io.wheel_running),
+        at_mm: mm_from_m(position(snapshot, "x_axis").unwrap_or_default()),
+        line_deg: position(snapshot, "c_axis")
             .filter(|_| !machine.stations.is_empty())
             .map(|c| (f64::from(machine.rotation_sense) * deg_from_rad(c)).rem_euclid(360.0)),
     }
 }
 
 /// Position of an axis (m or rad).
-fn position(known: &CellSnapshot, joint: &str) -> Option<f64> {
-    let axes = known.axes.as_ref()?;
-    let at = axes.joint_names.iter().position(|known| known == joint)?;
+fn position(snapshot: &CellSnapshot, joint: &str) -> Option<f64> {
+    let axes = snapshot.axes.as_ref()?;
+    let at = axes.joint_names.iter().position(|other| other == joint)?;
     axes.interface_values.get(at)?.values.first().copied()
 }
 
-fn recorder(known: &CellSnapshot, now: Instant) -> Option<RecorderLine> {
-    let heard = known.recorder.as_ref()?;
-    let said = &heard.said;
-    let (tone, says) = if now.saturating_duration_since(heard.at) > SILENCE {
-        (Tone::Wrong, "silent".to_owned())
-    } else if said.dropped > 0 {
-        (Tone::Wrong, format!("{} messages lost", said.dropped))
-    } else if said.paused {
-        (Tone::Waits, "paused".to_owned())
-    } else if said.recording {
+fn recorder(snapshot: &CellSnapshot, now: Instant) -> Option<RecorderLine> {
+    let received = snapshot.recorder.as_ref()?;
+    let message = &received.message;
+    let (tone, state) = if now.saturating_duration_since(received.at) > SILENCE {
+        (Tone::Error, "silent".to_owned())
+    } else if message.dropped > 0 {
+        (Tone::Error, format!("{} messages lost", message.dropped))
+    } else if message.paused {
+        (Tone::Attention, "paused".to_owned())
+    } else if message.recording {
         (Tone::Good, "recording".to_owned())
     } else {
-        (Tone::Waits, "not recording".to_owned())
+        (Tone::Attention, "not recording".to_owned())
     };
-    let megabytes = said.bytes as f64 / 1e6;
-    Some(RecorderLine { tone, says, bag: said.bag.clone(), megabytes, written: said.written, dropped: said.dropped })
+    let megabytes = message.bytes as f64 / 1e6;
+    Some(RecorderLine {
+        tone,
+        state,
+        bag: message.bag.clone(),
+        megabytes,
+        written: message.written,
+        dropped: message.dropped,
+    })
 }
 
 /// Drawn outline: over the azimuth of the part, in equal steps from the wheel's line at C 0.
@@ -326,8 +335,8 @@ struct PartLine {
 }
 
 impl Shape {
-    pub(super) fn from_snapshot(known: &CellSnapshot) -> Self {
-        Self { designs: known.forms.iter().map(design).collect(), part: known.outline().map(part) }
+    pub(super) fn from_snapshot(snapshot: &CellSnapshot) -> Self {
+        Self { designs: snapshot.forms.iter().map(design).collect(), part: snapshot.outline().map(part) }
     }
 }
 
@@ -344,7 +353,7 @@ fn part(lobe: &PartLobe) -> PartLine {
     PartLine { name: lobe.name.clone(), radius_mm: lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect() }
 }
 
-/// To five digits behind the point: hundredths of a micrometre of a radius.
+/// To five digits following_error the point: hundredths of a micrometre of a radius.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() / 1e5
 }

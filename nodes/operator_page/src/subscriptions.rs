@@ -20,30 +20,30 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
     let newest = Qos::default_topic().keep_last(1);
     let latched = Qos::latched(1);
     Ok(vec![
-        listen::<MachineDescription>(node, feed, "machine/description", &latched, |known, said| {
-            known.machine = Some(said);
+        listen::<MachineDescription>(node, feed, "machine/description", &latched, |snapshot, message| {
+            snapshot.machine = Some(message);
         })?,
-        listen(node, feed, "machine/stream", &newest, |known, said| known.stream = received(said))?,
-        listen(node, feed, "machine/io", &newest, |known, said| known.io = Some(said))?,
-        listen(node, feed, "dynamic_joint_states", &newest, |known, said| known.axes = Some(said))?,
-        listen::<MachineAlarms>(node, feed, "machine/alarms", &latched, |known, said| {
-            known.machine_alarms = said.alarms;
+        listen(node, feed, "machine/stream", &newest, |snapshot, message| snapshot.stream = received(message))?,
+        listen(node, feed, "machine/io", &newest, |snapshot, message| snapshot.io = Some(message))?,
+        listen(node, feed, "dynamic_joint_states", &newest, |snapshot, message| snapshot.axes = Some(message))?,
+        listen::<MachineAlarms>(node, feed, "machine/alarms", &latched, |snapshot, message| {
+            snapshot.machine_alarms = message.alarms;
         })?,
-        listen::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |known, said| {
-            known.interpolator_alarms = said.alarms;
+        listen::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |snapshot, message| {
+            snapshot.interpolator_alarms = message.alarms;
         })?,
-        listen(node, feed, "machine/command_holder", &latched, |known, said| known.lease = Some(said))?,
+        listen(node, feed, "machine/command_holder", &latched, |snapshot, message| snapshot.lease = Some(message))?,
         listen::<InterpolatorState>(node, feed, "axis_interpolator/state", &newest, CellSnapshot::add_interpolator)?,
-        listen(node, feed, "job_planner/job_status", &latched, |known, said| known.job = Some(said))?,
+        listen(node, feed, "job_planner/job_status", &latched, |snapshot, message| snapshot.job = Some(message))?,
         listen::<PlanPage>(node, feed, "job_planner/plan", &Qos::latched(PAGES), CellSnapshot::add_page)?,
         listen::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), CellSnapshot::add_form)?,
         listen::<PartLobe>(node, feed, "machine/outline", &latched, CellSnapshot::add_outline)?,
-        listen(node, feed, "run_logger/status", &newest, |known, said| known.recorder = received(said))?,
+        listen(node, feed, "run_logger/status", &newest, |snapshot, message| snapshot.recorder = received(message))?,
     ])
 }
 
-fn received<T>(said: T) -> Option<Received<T>> {
-    Some(Received { said, at: Instant::now() })
+fn received<T>(message: T) -> Option<Received<T>> {
+    Some(Received { message, at: Instant::now() })
 }
 
 fn listen<M: Message>(
@@ -54,5 +54,5 @@ fn listen<M: Message>(
     take: impl Fn(&mut CellSnapshot, M) + Send + 'static,
 ) -> Result<Subscription, RosError> {
     let feed = Arc::clone(feed);
-    node.subscribe::<M>(topic, qos, move |said, _| feed.update(|known| take(known, said)))
+    node.subscribe::<M>(topic, qos, move |message, _| feed.update(|snapshot| take(snapshot, message)))
 }

@@ -4,12 +4,12 @@ use super::status::{AxisLine, Status};
 use std::fmt;
 
 impl Status {
-    /// A machine was heard.
+    /// Returns true if a machine was found.
     pub fn is_there(&self) -> bool {
         !self.axes.is_empty() || !self.machine.is_empty()
     }
 
-    /// Something needs a reset.
+    /// Returns true if an alarm needs a reset.
     pub fn has_alarms(&self) -> bool {
         self.alarms.iter().any(|alarm| alarm.severity != "warning")
     }
@@ -35,9 +35,18 @@ impl fmt::Display for Status {
             let text = format!("{}  {verdict}  largest error {:+.3} um", result.name, result.error_um);
             line("result", format!("{text}, {:.3} um rms, tolerance {:.1} um", result.rms_um, result.allowed_um))?;
         }
-        for AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit } in &self.axes {
+        for AxisLine {
+            name,
+            position,
+            velocity,
+            following_error,
+            position_unit,
+            velocity_unit,
+            following_error_unit,
+        } in &self.axes
+        {
             let text = format!("{name:<13} {position:>10.4} {position_unit:<3} {velocity:>10.3} {velocity_unit:<6}");
-            line("axis", format!("{text} lag {behind:>+9.4} {behind_unit}"))?;
+            line("axis", format!("{text} lag {following_error:>+9.4} {following_error_unit}"))?;
         }
         let holder = if self.lease.is_empty() { "none" } else { &self.lease };
         line("command", holder.to_owned())?;
@@ -60,7 +69,7 @@ impl fmt::Display for Status {
         }
         match &self.recorder {
             Some(bag) => {
-                let text = format!("{}  {:.1} MB, {} messages", bag.says, bag.megabytes, bag.written);
+                let text = format!("{}  {:.1} MB, {} messages", bag.state, bag.megabytes, bag.written);
                 line("recorder", format!("{text}, {} dropped  {}", bag.dropped, bag.bag))
             }
             None => line("recorder", "none".into()),
