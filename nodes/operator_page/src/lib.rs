@@ -31,7 +31,7 @@ use feed::Feed;
 pub use holder_socket::HolderSocket;
 use http::Server;
 pub use operator::Operator;
-pub(crate) use status::Status;
+pub use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
@@ -42,22 +42,48 @@ pub const USUAL_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCAL
 /// Maximum delay of occasional messages after the first message of the machine.
 const LATECOMERS: Duration = Duration::from_millis(700);
 
-/// Returns the status of the cell in the namespace of `args`. Without a message within `patience` the status has no machine.
-///
-/// # Errors
-/// DDS that cannot start.
-pub fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeError> {
-    let feed = Arc::<Feed>::default();
-    let node = Node::new(NodeOptions::new("camwright_status", args))?;
-    feed.set_cell(node.namespace());
-    let subscriptions = subscriptions::subscribe(&node, &feed)?;
-    let spin = node.spin_in_thread()?;
-    feed.look(patience, |snapshot| snapshot.stream.is_some());
-    // Planner and recorder are optional.
-    let status = feed.look(LATECOMERS.min(patience), CellSnapshot::is_complete);
-    drop((subscriptions, spin));
-    node.shutdown();
-    Ok(status)
+/// Status of a cell that changes.
+#[derive(Debug)]
+pub struct StatusListener {
+    node: Node,
+    feed: Arc<Feed>,
+    version: u64,
+    _subscriptions: Vec<Subscription>,
+    _spin: SpinThread,
+}
+
+impl StatusListener {
+    /// Listens to the cell in the namespace of `args`.
+    ///
+    /// # Errors
+    /// DDS cannot start.
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        let feed = Arc::<Feed>::default();
+        let node = Node::new(NodeOptions::new("camwright_status", args))?;
+        feed.set_cell(node.namespace());
+        let subscriptions = subscriptions::subscribe(&node, &feed)?;
+        let spin = node.spin_in_thread()?;
+        Ok(Self { node, feed, version: 0, _subscriptions: subscriptions, _spin: spin })
+    }
+
+    /// Returns the status once all nodes were received. Without a message within `patience` it has no machine.
+    #[must_use]
+    pub fn find(&self, patience: Duration) -> Status {
+        self.feed.look(patience, |snapshot| snapshot.stream.is_some());
+        // Planner and recorder are optional.
+        self.feed.look(LATECOMERS.min(patience), CellSnapshot::is_complete)
+    }
+
+    /// Waits up to `limit` for a message of the cell; returns the status.
+    pub fn next(&mut self, limit: Duration) -> Status {
+        self.version = self.feed.wait_newer(self.version, limit);
+        self.feed.look(Duration::ZERO, |_| true)
+    }
+
+    /// Ends the node.
+    pub fn stop(self) {
+        self.node.shutdown();
+    }
 }
 
 #[derive(Debug)]

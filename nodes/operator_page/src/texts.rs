@@ -1,14 +1,11 @@
 //! State of the cell in one word, with an explanation.
 
-use super::cell_snapshot::CellSnapshot;
+use super::cell_snapshot::{CellSnapshot, SILENCE};
 use camwright::motion::plan::Phase;
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_msgs::camwright_msgs::msg::{Alarm, InterpolatorState, JobStatus, MachineStream};
 use serde::Serialize;
 use std::time::{Duration, Instant};
-
-/// A node without a message for this time counts as missing.
-pub(super) const SILENCE: Duration = Duration::from_secs(3);
 
 /// Time in which the nodes of a cell may still appear.
 const STARTING: Duration = Duration::from_secs(10);
