@@ -103,6 +103,12 @@ impl ContactLaw {
         self.machine_n_mm * deflection_mm
     }
 
+    /// Depth of cut at a normal force (mm): (F − F0)/kg.
+    #[must_use]
+    pub fn depth_from_force_mm(&self, force_n: f64) -> f64 {
+        ((force_n - self.threshold_n) / self.grinding_n_mm).max(0.0)
+    }
+
     /// Radius of a phase after a cut (mm), from that before and the position of the undeflected wheel, all from one axis.
     #[must_use]
     pub fn radius_after_mm(&self, before_mm: f64, wheel_mm: f64) -> f64 {
@@ -127,7 +133,10 @@ mod tests {
             assert!((depth + deflection - engagement_mm).abs() < 1e-15);
             let (spring_n, cut_n) = (law.force_n(deflection), law.grinding_n_mm() * depth);
             match depth > 0.0 {
-                true => assert!((spring_n - 15.0 - cut_n).abs() < 1e-9, "{spring_n} N, {cut_n} N"),
+                true => {
+                    assert!((spring_n - 15.0 - cut_n).abs() < 1e-9, "{spring_n} N, {cut_n} N");
+                    assert!((law.depth_from_force_mm(spring_n) - depth).abs() < 1e-12);
+                }
                 false => assert!(spring_n <= 15.0, "{spring_n} N"),
             }
         }

@@ -13,6 +13,29 @@ pub struct ReferenceCut {
     pub equivalent_diameter_mm: f64,
 }
 
+impl ReferenceCut {
+    /// Cut of a wheel on a turning part: removal rate Q′ (mm²/s) and depth (mm); radius of the wheel and distance of its centre from the
+    /// part's axis (mm); cosine of the angle between the normal and the wheel line; speed of the wheel line about the part (rad/s).
+    #[must_use]
+    pub fn from_contact(
+        (removal_mm2_s, depth_mm): (f64, f64),
+        (wheel_radius_mm, centre_mm): (f64, f64),
+        cos_beta: f64,
+        omega_rad_s: f64,
+    ) -> Self {
+        let footprint_speed_mm_s = removal_mm2_s / depth_mm;
+        let equivalent_diameter_mm =
+            2.0 * wheel_radius_mm * cos_beta * footprint_speed_mm_s / (omega_rad_s * centre_mm);
+        Self { footprint_speed_mm_s, depth_mm, equivalent_diameter_mm }
+    }
+
+    /// Length of the contact (mm).
+    #[must_use]
+    pub fn contact_mm(&self) -> f64 {
+        libm::sqrt(self.depth_mm * self.equivalent_diameter_mm)
+    }
+}
+
 /// Process data of a wheel and a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrindingProcess {

@@ -31,6 +31,7 @@ pub mod lathe_drives;
 pub(crate) mod machine;
 pub(crate) mod mechanics;
 pub mod plausibility;
+pub mod process_monitor;
 pub mod sensors;
 pub mod servo;
 pub mod tick_report;

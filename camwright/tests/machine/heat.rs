@@ -6,10 +6,12 @@ use camwright::machine::description::{
 };
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
+use camwright::simulation::process_monitor::{Engaged, Heat, ProcessMonitor};
 use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, DEGREES, RemovalAtDegree};
 
 const Z_MM: f64 = 60.0;
 const WIDTH_MM: f64 = 15.0;
+const WHEEL_MM: f64 = 60.0;
 /// Infeed of a turn (mm), and the time of one (s).
 const FEED_MM: f64 = 0.01;
 const TURN_S: f64 = 0.4;
@@ -30,13 +32,13 @@ const PROCESS: GrindingProcess = GrindingProcess {
     safe_cut: ReferenceCut { footprint_speed_mm_s: 300.0, depth_mm: 0.01, equivalent_diameter_mm: 30.0 },
 };
 
-/// The degrees of a lobe of a raw outline that is plunged into over so many turns, X being what it is at a depth (mm over rad).
+/// Degrees of a lobe, and largest live values, of a raw outline that is ground over some turns with X as a function of C (mm over rad).
 fn plunged(
     description: &MachineDescription,
     raw_mm: impl Fn(f64) -> f64,
     turns: f64,
     x: impl Fn(f64) -> (f64, f64, f64),
-) -> Vec<RemovalAtDegree> {
+) -> (Vec<RemovalAtDegree>, Heat) {
     #[allow(clippy::cast_possible_truncation, reason = "some thousand ticks")]
     let ticks = (turns * TURN_S / description.cycle_time_s()) as u32;
     let setpoints: Vec<Setpoint> = turned::turning(description, Z_MM, turns, ticks, x);
@@ -44,12 +46,24 @@ fn plunged(
     let radii = (0..DEFAULT_AZIMUTHS).map(|i| raw_mm(TURN_RAD * i as f64 / DEFAULT_AZIMUTHS as f64)).collect();
     machine.load_lobe("I1", "LS1", WIDTH_MM, radii).expect("a raw part");
     machine.place(setpoints[0].counts);
+    let mut live = ProcessMonitor::new(description).expect("a contact");
+    let engaged = Engaged { wheel_radius_mm: WHEEL_MM, lobe_width_mm: WIDTH_MM };
+    let mut peak = Heat::default();
     for setpoint in &setpoints[1..] {
-        machine.step(Some(setpoint), &[], &[]);
+        let report = machine.step(Some(setpoint), &[], &[]);
+        live.add(&report, Some(engaged));
+        // As often as viewers get it.
+        if report.tick.is_multiple_of(20) {
+            let values = live.take();
+            assert_eq!(values.heat.is_some(), description.process.is_some());
+            let heat = values.heat.unwrap_or_default();
+            peak.power_w = peak.power_w.max(heat.power_w);
+            peak.burn_index = peak.burn_index.max(heat.burn_index);
+        }
     }
     assert!(machine.alarms().is_empty(), "{:?}", machine.alarms());
     let lobe = machine.part().lobe("I1").expect("it is there");
-    lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec())
+    (lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec()), peak)
 }
 
 /// On a round part that is fed at one rate every degree takes what the formulas say: depth the feed of a turn, footprint speed that of the
@@ -58,9 +72,9 @@ fn plunged(
 fn a_plunge_into_a_round_part_takes_the_power_of_the_closed_form() {
     let description = grinder(Some(PROCESS));
     let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
-    let degrees = plunged(&description, |_| 20.3, 30.0, feed);
+    let (degrees, live) = plunged(&description, |_| 20.3, 30.0, feed);
     assert_eq!(degrees.len(), DEGREES);
-    let (wheel_mm, part_mm, wheel_m_s) = (60.0, 20.1, description.wheel.surface_speed_m_s);
+    let (wheel_mm, part_mm, wheel_m_s) = (WHEEL_MM, 20.1, description.wheel.surface_speed_m_s);
     let diameter_mm = 2.0 * wheel_mm * part_mm / (wheel_mm + part_mm);
     // C runs up and down at the ends; between them its speed is what the deepest cut met.
     let fastest = plunged_speed(&description, feed);
@@ -74,6 +88,7 @@ fn a_plunge_into_a_round_part_takes_the_power_of_the_closed_form() {
         assert!(close(at.specific_energy_j_mm3, power / removal), "{degree} deg: {at:?}");
         assert!(close(at.burn_index, PROCESS.burn_index(&cut)), "{degree} deg: {at:?}");
     }
+    is_live(live, &degrees, &description);
 }
 
 /// Largest speed of C over a plunge (rad/s).
@@ -87,16 +102,27 @@ fn plunged_speed(description: &MachineDescription, x: impl Fn(f64) -> (f64, f64,
 fn what_stands_out_of_a_raw_part_is_cut_harder_and_hotter() {
     let description = grinder(Some(PROCESS));
     let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
-    let degrees = plunged(&description, |azimuth| 20.28 + 0.015 * azimuth.cos(), 6.0, feed);
+    let (degrees, live) = plunged(&description, |azimuth| 20.28 + 0.015 * azimuth.cos(), 6.0, feed);
     let mean =
         |from: usize, of: fn(&RemovalAtDegree) -> f64| (from..from + 30).map(|i| of(&degrees[i])).sum::<f64>() / 30.0;
     let (out, back) = (mean(20, |at| at.power_w_mm), mean(165, |at| at.power_w_mm));
     assert!(out > 1.05 * back, "{out} W/mm where it stands out, {back} W/mm opposite");
     assert!(mean(20, |at| at.burn_index) > mean(165, |at| at.burn_index));
+    is_live(live, &degrees, &description);
+}
+
+/// Live values, which a viewer computes from the reports, peak at the values of the record.
+fn is_live(live: Heat, degrees: &[RemovalAtDegree], description: &MachineDescription) {
+    let width_mm = WIDTH_MM.min(description.wheel.width_mm);
+    let largest = |of: fn(&RemovalAtDegree) -> f64| degrees.iter().map(of).fold(0.0, f64::max);
+    let (power_w, burn_index) = (width_mm * largest(|at| at.power_w_mm), largest(|at| at.burn_index));
+    let is_close = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 0.03;
+    assert!(is_close(live.power_w, power_w), "{live:?}, recorded {power_w} W");
+    assert!(is_close(live.burn_index, burn_index), "{live:?}, recorded {burn_index}");
 }
 
 #[test]
 fn a_machine_that_knows_nothing_of_the_process_keeps_no_record() {
     let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
-    assert!(plunged(&grinder(None), |_| 20.3, 2.0, feed).is_empty());
+    assert!(plunged(&grinder(None), |_| 20.3, 2.0, feed).0.is_empty());
 }

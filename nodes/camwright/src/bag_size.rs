@@ -224,6 +224,13 @@ fn machine_topics(machine: &MachineDescription, wheel_radius_mm: f64, duration_s
     let values = InterfaceValue { interface_names: names.map(str::to_owned).into(), values: vec![0.0; names.len()] };
     let mut dynamic =
         DynamicJointState { joint_names: joint_names(), interface_values: vec![values; axes], ..Default::default() };
+    if machine.contact.is_some() {
+        let process: &[&str] = if machine.process.is_some() { &["power", "burn_index"] } else { &[] };
+        let names: Vec<String> = ["velocity", "normal_force"].iter().chain(process).map(ToString::to_string).collect();
+        let values = vec![0.0; names.len()];
+        dynamic.joint_names.push(WHEEL_JOINT.into());
+        dynamic.interface_values.push(InterfaceValue { interface_names: names, values });
+    }
     dynamic.header.frame_id = base;
     topics.push(topic::<DynamicJointState>("dynamic_joint_states", count(duration_s, 50.0), bytes_of(&dynamic)));
     topics.extend(interpolator_topics(duration_s, per_tick(1), stream_ticks, pace));

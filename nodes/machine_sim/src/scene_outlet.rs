@@ -2,7 +2,9 @@
 
 use super::CycleInlet;
 use camwright::machine::description::{Axis, MachineDescription};
+use camwright::simulation::process_monitor::{Engaged, ProcessMonitor, ProcessValues};
 use camwright::simulation::tick_report::TickReport;
+use camwright_files::convert::machine_description::WHEEL_JOINT;
 use camwright_files::convert::time::TickClock;
 use camwright_files::convert::{m_from_mm, si_from_core, si_from_counts};
 use camwright_machine_cycle::messages::Inbound;
@@ -49,6 +51,11 @@ pub(super) struct SceneOutlet {
     published_description: String,
     transforms: Option<Telemetry<TFMessage>>,
     states: Telemetry<DynamicJointState>,
+    /// Process values of the states; none for a rigid contact.
+    process: Option<ProcessMonitor>,
+    wheel_radius_mm: f64,
+    /// Widths of the lobes, in the order of the machine (mm).
+    widths_mm: Vec<f64>,
     _fixed: Option<Publisher<TFMessage>>,
     markers: Telemetry<MarkerArray>,
     outline: Telemetry<PartLobe>,
@@ -92,6 +99,9 @@ impl SceneOutlet {
             published_description: String::new(),
             transforms,
             states: node.telemetry("dynamic_joint_states", &Qos::default_topic().keep_last(100), drops)?,
+            process: ProcessMonitor::new(machine),
+            wheel_radius_mm,
+            widths_mm: Vec::new(),
             _fixed: fixed,
             markers: node.telemetry("machine/markers", &Qos::latched(MARKER_DEPTH), drops)?,
             outline: node.telemetry("machine/outline", &Qos::latched(1), drops)?,
@@ -113,6 +123,7 @@ impl SceneOutlet {
 
     /// A wheel of this radius is mounted, as far as is known (mm).
     pub(super) fn mount(&mut self, wheel_radius_mm: f64) -> Result<(), RosError> {
+        self.wheel_radius_mm = wheel_radius_mm;
         let tree = Tree::new(&self.machine, wheel_radius_mm, self.tree.frames.clone());
         let urdf = tree.urdf();
         if urdf == self.published_description {
@@ -131,6 +142,12 @@ impl SceneOutlet {
 
     /// Publishes the transforms and states of a tick, and now and then the part. `rest_ticks` is the period of a machine at rest.
     pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time, rest_ticks: Option<u64>) -> Result<(), RosError> {
+        let lobe_width_mm = report.lobe.and_then(|lobe| self.widths_mm.get(lobe)).copied();
+        let engaged =
+            lobe_width_mm.map(|lobe_width_mm| Engaged { wheel_radius_mm: self.wheel_radius_mm, lobe_width_mm });
+        if let Some(process) = &mut self.process {
+            process.add(report, engaged);
+        }
         let cuts = report.removal.area_mm2 > 0.0 || report.turned.volume_mm3 > 0.0;
         let period = if self.machine.is_lathe() { SLICED_PERIOD } else { OUTLINE_PERIOD };
         if cuts && !self.is_asked && self.asked.elapsed() >= period {
@@ -148,11 +165,18 @@ impl SceneOutlet {
         if let Some(transforms) = &self.transforms {
             transforms.publish(&TFMessage { transforms: self.tree.moved(stamp, position) })?;
         }
-        self.states.publish(&self.state(report, stamp, position))
+        let process = self.process.as_mut().map(ProcessMonitor::take);
+        self.states.publish(&self.state(report, process, stamp, position))
     }
 
-    /// State without a field in joint states: the lag of each axis behind its setpoint.
-    fn state(&self, report: &TickReport, stamp: &Time, position: impl Fn(&str) -> f64) -> DynamicJointState {
+    /// State without a field in joint states: following errors of the axes, process values of the wheel.
+    fn state(
+        &self,
+        report: &TickReport,
+        process: Option<ProcessValues>,
+        stamp: &Time,
+        position: impl Fn(&str) -> f64,
+    ) -> DynamicJointState {
         let of_axis = |axis: Axis| {
             let own = &report.axes[axis.index()];
             let si = |value: f64| si_from_core(axis, value);
@@ -160,11 +184,24 @@ impl SceneOutlet {
             let names = ["position", "velocity", "effort", "following_error"];
             InterfaceValue { interface_names: names.map(str::to_owned).into(), values }
         };
-        DynamicJointState {
+        let mut state = DynamicJointState {
             header: Header { stamp: stamp.clone(), frame_id: self.base_frame().to_owned() },
             joint_names: Axis::ALL.map(|axis| axis.joint().to_owned()).into(),
             interface_values: Axis::ALL.map(of_axis).into(),
+        };
+        if let Some(process) = process {
+            state.joint_names.push(WHEEL_JOINT.to_owned());
+            state.interface_values.push(wheel_values(report.wheel_rad_s, process));
         }
+        state
+    }
+
+    /// Width of a lobe that was loaded.
+    pub(super) fn set_width(&mut self, lobe: usize, width_mm: f64) {
+        if self.widths_mm.len() <= lobe {
+            self.widths_mm.resize(lobe + 1, 0.0);
+        }
+        self.widths_mm[lobe] = width_mm;
     }
 
     /// Asks the cyclic thread what a lobe, or the part of a lathe, looks like.
@@ -175,6 +212,7 @@ impl SceneOutlet {
 
     /// The part was taken out.
     pub(super) fn clear(&mut self) -> Result<(), RosError> {
+        self.widths_mm.clear();
         let is_part = |ns: &str| matches!(ns, "stock" | "lobe");
         let part: Vec<(String, i32)> = self.drawn.keys().filter(|(ns, _)| is_part(ns)).cloned().collect();
         let frame = self.tree.frames.part.clone();
@@ -247,4 +285,14 @@ impl SceneOutlet {
             self.node.logger().warn(&format!("the markers for viewers cannot be published: {error}"));
         }
     }
+}
+
+/// Interfaces of the wheel spindle: speed (rad/s), normal force (N) and, with process data, power (W) and burn index (1).
+fn wheel_values(wheel_rad_s: f64, process: ProcessValues) -> InterfaceValue {
+    let mut named = vec![("velocity", wheel_rad_s), ("normal_force", process.normal_force_n)];
+    if let Some(heat) = process.heat {
+        named.extend([("power", heat.power_w), ("burn_index", heat.burn_index)]);
+    }
+    let (names, values): (Vec<&str>, Vec<f64>) = named.into_iter().unzip();
+    InterfaceValue { interface_names: names.into_iter().map(str::to_owned).collect(), values }
 }

@@ -1,34 +1,60 @@
-//! The cell as far as its topics were heard.
+//! Last messages of the topics of a cell.
 
+use camwright::machine::description::MachineDescription as Machine;
+use camwright_files::convert::machine_now::described_machine;
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, CommandHolder, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream,
     PartLobe, PlanHeader, PlanPage, RecorderStatus,
 };
 use camwright_msgs::control_msgs::msg::DynamicJointState;
-use std::time::Instant;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::{Duration, Instant};
+
+/// A node without a message for this time counts as missing.
+pub(super) const SILENCE: Duration = Duration::from_secs(3);
 
 /// Maximum number of lobes that are remembered of a job.
 const MAX_LOBES: usize = 64;
 
-/// Something that is published again and again, and when it was heard last.
+/// Time over which viewers see the largest process values and following errors: that between two events.
+const PEAK_HOLD: Duration = Duration::from_millis(250);
+/// Maximum number of axis states in that time; at pace fast there are more.
+const MAX_STATES: usize = 256;
+
+/// Work on a lobe since the job began.
+#[derive(Debug, Default, Clone, Copy)]
+pub(super) struct LobeProgress {
+    /// Largest burn index so far; `None` without process data.
+    pub(super) burn_index: Option<f64>,
+    /// The next motion has begun.
+    pub(super) is_done: bool,
+}
+
+/// Last message of a periodic topic and the time of its arrival.
 #[derive(Debug)]
 pub(super) struct Received<T> {
-    pub(super) said: T,
+    pub(super) message: T,
     pub(super) at: Instant,
 }
 
-/// The cell, as far as it was heard.
+/// Last messages of a cell.
 #[derive(Debug, Default)]
 pub(super) struct CellSnapshot {
-    pub(super) cell: String,
+    /// Namespace of the cell.
+    pub(super) namespace: String,
     /// Time at which the page began to listen.
     pub(super) since: Option<Instant>,
     /// The cell was ended on purpose; its last state stays on the page.
     pub(super) has_ended: bool,
     pub(super) machine: Option<MachineDescription>,
+    /// Machine file of the description; `None` if this version cannot read it.
+    pub(super) machine_file: Option<Box<Machine>>,
     pub(super) stream: Option<Received<MachineStream>>,
     pub(super) io: Option<MachineIo>,
-    pub(super) axes: Option<DynamicJointState>,
+    /// States of axes and wheel in the last [`PEAK_HOLD`], the newest at the end.
+    axes: VecDeque<Received<DynamicJointState>>,
+    /// Work on the lobes, by their names.
+    progress: BTreeMap<String, LobeProgress>,
     pub(super) machine_alarms: Vec<Alarm>,
     pub(super) interpolator: Option<Received<InterpolatorState>>,
     pub(super) interpolator_alarms: Vec<Alarm>,
@@ -40,14 +66,70 @@ pub(super) struct CellSnapshot {
     pub(super) plan: Option<(String, PlanHeader)>,
     /// Lobes of the job that was planned last, in its order.
     pub(super) forms: Vec<LobeForm>,
-    /// The lobes of the part, the one that was heard of last at the end.
+    /// Outlines of the lobes, the newest at the end.
     pub(super) outlines: Vec<PartLobe>,
-    /// Counts what `shape` shows.
+    /// Number of changes of the shape.
     shape_version: u64,
 }
 
 impl CellSnapshot {
-    /// Number that grows with everything that the shape shows.
+    pub(super) fn add_machine(&mut self, machine: MachineDescription) {
+        self.machine_file = described_machine(&machine, &[]).ok().map(Box::new);
+        self.machine = Some(machine);
+    }
+
+    pub(super) fn add_axes(&mut self, message: DynamicJointState) {
+        let at = Instant::now();
+        let burn_index = joint_value(&message, "wheel_spindle", "burn_index");
+        if let (Some(lobe), Some(burn_index)) = (self.lobe_in_work().map(str::to_owned), burn_index) {
+            let progress = self.progress.entry(lobe).or_default();
+            progress.burn_index = Some(progress.burn_index.unwrap_or(0.0).max(burn_index));
+        }
+        self.axes.retain(|state| at.saturating_duration_since(state.at) < PEAK_HOLD);
+        if self.axes.len() >= MAX_STATES {
+            self.axes.pop_front();
+        }
+        self.axes.push_back(Received { message, at });
+    }
+
+    /// Returns true if the machine sends no messages.
+    pub(super) fn is_machine_silent(&self, now: Instant) -> bool {
+        self.stream.as_ref().is_none_or(|stream| now.saturating_duration_since(stream.at) > SILENCE)
+    }
+
+    /// Newest state of axes and wheel.
+    pub(super) fn axes(&self) -> Option<&DynamicJointState> {
+        self.axes.back().map(|state| &state.message)
+    }
+
+    /// Largest amount of an interface of a joint since the last event.
+    pub(super) fn peak(&self, joint: &str, interface: &str) -> Option<f64> {
+        let values = self.axes.iter().filter_map(|state| joint_value(&state.message, joint, interface));
+        values.map(f64::abs).reduce(f64::max)
+    }
+
+    pub(super) fn add_job(&mut self, job: JobStatus) {
+        if job.state == JobStatus::PLANNING {
+            self.progress.clear();
+        }
+        self.job = Some(job);
+    }
+
+    /// Work on a lobe in this job.
+    pub(super) fn progress(&self, lobe: &str) -> LobeProgress {
+        self.progress.get(lobe).copied().unwrap_or_default()
+    }
+
+    /// Deviations of a finished lobe from its design along the normal (m), before the planner reports them; empty until then.
+    pub(super) fn form_error(&self, design: &LobeForm) -> Vec<f64> {
+        let finishes = |half: u8| half == PlanHeader::WHOLE || half == PlanHeader::SECOND;
+        let is_done = self.progress(&design.name).is_done
+            && self.plan.as_ref().is_some_and(|(_, header)| header.job == design.job && finishes(header.half));
+        let outline = self.outlines.iter().find(|outline| outline.name == design.name);
+        outline.filter(|_| is_done).map_or_else(Vec::new, |outline| deviations(&design.contour, &outline.radius))
+    }
+
+    /// Returns the number of changes of the shape.
     pub(super) fn shape_version(&self) -> u64 {
         self.shape_version
     }
@@ -56,11 +138,11 @@ impl CellSnapshot {
     pub(super) fn add_form(&mut self, form: LobeForm) {
         self.shape_version += 1;
         let is_new_part = form.form_error.is_empty()
-            && self.forms.iter().any(|known| known.name == form.name && !known.form_error.is_empty());
+            && self.forms.iter().any(|other| other.name == form.name && !other.form_error.is_empty());
         if is_new_part || self.forms.first().is_some_and(|first| first.job != form.job) {
             self.forms.clear();
         }
-        match self.forms.iter().position(|known| known.name == form.name) {
+        match self.forms.iter().position(|other| other.name == form.name) {
             Some(at) => self.forms[at] = form,
             None if self.forms.len() < MAX_LOBES => self.forms.push(form),
             None => {}
@@ -69,7 +151,7 @@ impl CellSnapshot {
 
     pub(super) fn add_outline(&mut self, outline: PartLobe) {
         self.shape_version += 1;
-        self.outlines.retain(|known| known.name != outline.name);
+        self.outlines.retain(|other| other.name != outline.name);
         if self.outlines.len() >= MAX_LOBES {
             self.outlines.remove(0);
         }
@@ -77,16 +159,22 @@ impl CellSnapshot {
     }
 
     pub(super) fn add_interpolator(&mut self, state: InterpolatorState) {
-        let before = self.interpolator.as_ref().map(|heard| heard.said.lobe);
+        let before = self.interpolator.as_ref().map(|received| received.message.lobe);
+        if state.state == InterpolatorState::EXECUTING
+            && before.is_some_and(|lobe| lobe != state.lobe)
+            && let Some(lobe) = self.lobe_in_work().map(str::to_owned)
+        {
+            self.progress.entry(lobe).or_default().is_done = true;
+        }
         self.shape_version += u64::from(before != Some(state.lobe));
-        self.interpolator = Some(Received { said: state, at: Instant::now() });
+        self.interpolator = Some(Received { message: state, at: Instant::now() });
     }
 
-    /// Every node of the cell was heard, and the plan in execution.
+    /// Returns true once every node and the plan in execution were received.
     pub(super) fn is_complete(&self) -> bool {
-        let in_execution = self.interpolator.as_ref().map(|heard| &heard.said.plan_hash);
+        let in_execution = self.interpolator.as_ref().map(|received| &received.message.plan_hash);
         let has_plan = in_execution.is_some_and(|hash| hash.is_empty() || self.plan_in_work().is_some());
-        let is_machine_known = self.machine.is_some() && self.io.is_some() && self.axes.is_some();
+        let is_machine_known = self.machine.is_some() && self.io.is_some() && !self.axes.is_empty();
         has_plan && is_machine_known && self.lease.is_some() && self.job.is_some() && self.recorder.is_some()
     }
 
@@ -99,19 +187,62 @@ impl CellSnapshot {
 
     /// Header of the plan in execution.
     pub(super) fn plan_in_work(&self) -> Option<&PlanHeader> {
-        let hash = &self.interpolator.as_ref()?.said.plan_hash;
+        let hash = &self.interpolator.as_ref()?.message.plan_hash;
         self.plan.as_ref().filter(|(of, _)| of == hash).map(|(_, header)| header)
     }
 
-    /// Name of the lobe that is worked on.
+    /// Name of the lobe in work.
     pub(super) fn lobe_in_work(&self) -> Option<&str> {
-        let index = usize::try_from(self.interpolator.as_ref()?.said.lobe).ok()?;
+        let index = usize::try_from(self.interpolator.as_ref()?.message.lobe).ok()?;
         self.plan_in_work()?.lobes.get(index).map(String::as_str)
     }
 
-    /// The lobe that is worked on or, without one, the one that was heard of last.
+    /// Outline of the lobe in work; without one, the newest.
     pub(super) fn outline(&self) -> Option<&PartLobe> {
         let in_work = self.lobe_in_work().and_then(|name| self.outlines.iter().find(|outline| outline.name == name));
         in_work.or(self.outlines.last())
+    }
+}
+
+/// Value of an interface of a joint.
+pub(super) fn joint_value(state: &DynamicJointState, joint: &str, interface: &str) -> Option<f64> {
+    let index = state.joint_names.iter().position(|name| name == joint)?;
+    let values = state.interface_values.get(index)?;
+    let at = values.interface_names.iter().position(|name| name == interface)?;
+    values.values.get(at).copied()
+}
+
+/// Deviations of radii from a contour along its normal, both in equal steps over a turn (m).
+fn deviations(contour: &[f64], radius: &[f64]) -> Vec<f64> {
+    let count = contour.len();
+    if count < 3 || radius.len() != count {
+        return Vec::new();
+    }
+    let step = 2.0 * std::f64::consts::TAU / count as f64;
+    let deviation = |i: usize| {
+        let slope = (contour[(i + 1) % count] - contour[(i + count - 1) % count]) / step;
+        (radius[i] - contour[i]) * contour[i] / slope.hypot(contour[i])
+    };
+    (0..count).map(deviation).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A circle beside the axis that is larger than its design has the same excess everywhere along the normal.
+    #[test]
+    fn deviations_are_those_along_the_normal() {
+        let circle = |radius: f64| {
+            let at = move |i: u32| {
+                let angle = std::f64::consts::TAU * f64::from(i) / 720.0;
+                let beside = 0.004 * angle.sin();
+                0.004 * angle.cos() + (radius * radius - beside * beside).sqrt()
+            };
+            (0..720).map(at).collect::<Vec<f64>>()
+        };
+        let found = deviations(&circle(0.02), &circle(0.02 + 3e-6));
+        assert!(found.len() == 720 && found.iter().all(|excess| (excess - 3e-6).abs() < 2e-9), "{found:?}");
+        assert!(deviations(&circle(0.02), &[0.02; 90]).is_empty(), "of a turned part");
     }
 }

@@ -1,4 +1,4 @@
-//! Feed of the viewers: waits for news of the cell and writes it as JSON.
+//! Feed of the viewers: waits for changes of the cell and writes them as JSON.
 
 use super::cell_snapshot::CellSnapshot;
 use super::status::{Shape, Status};
@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 /// Shared by the subscriptions and by all viewers.
 #[derive(Debug, Default)]
 pub(super) struct Feed {
-    known: Mutex<CellSnapshot>,
-    /// Grows with everything that was heard.
+    snapshot: Mutex<CellSnapshot>,
+    /// Number of updates.
     version: Mutex<u64>,
     changed: Condvar,
 }
@@ -20,57 +20,57 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Feed {
     pub(super) fn set_cell(&self, namespace: &str) {
-        self.update(|known| {
-            namespace.clone_into(&mut known.cell);
-            known.since = Some(Instant::now());
+        self.update(|snapshot| {
+            namespace.clone_into(&mut snapshot.namespace);
+            snapshot.since = Some(Instant::now());
         });
     }
 
     /// Marks the cell as ended on purpose.
     pub(super) fn end_cell(&self) {
-        self.update(|known| known.has_ended = true);
+        self.update(|snapshot| snapshot.has_ended = true);
     }
 
-    /// Takes something that was heard.
-    pub(super) fn update(&self, take: impl FnOnce(&mut CellSnapshot)) {
-        take(&mut lock(&self.known));
+    /// Updates the snapshot and wakes the viewers.
+    pub(super) fn update(&self, change: impl FnOnce(&mut CellSnapshot)) {
+        change(&mut lock(&self.snapshot));
         *lock(&self.version) += 1;
         self.changed.notify_all();
     }
 
-    /// Waits for something newer than `seen`, at most this long; the newest version.
-    pub(super) fn wait_news(&self, seen: u64, most: Duration) -> u64 {
+    /// Waits up to `limit` for a version newer than `seen`; returns the newest.
+    pub(super) fn wait_newer(&self, seen: u64, limit: Duration) -> u64 {
         let version = lock(&self.version);
-        let waited = self.changed.wait_timeout_while(version, most, |version| *version <= seen);
+        let waited = self.changed.wait_timeout_while(version, limit, |version| *version <= seen);
         *waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
-    /// The cell once `is_enough` was heard of it, or after so long as far as it was heard then.
-    pub(super) fn look(&self, most: Duration, is_enough: impl Fn(&CellSnapshot) -> bool) -> Status {
-        let deadline = Instant::now() + most;
+    /// Returns the status once `is_enough` is true, or after `limit`.
+    pub(super) fn look(&self, limit: Duration, is_enough: impl Fn(&CellSnapshot) -> bool) -> Status {
+        let deadline = Instant::now() + limit;
         let mut seen = 0;
         loop {
-            let known = lock(&self.known);
+            let snapshot = lock(&self.snapshot);
             let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() || is_enough(&known) {
-                return Status::from_snapshot(&known, Instant::now());
+            if left.is_zero() || is_enough(&snapshot) {
+                return Status::from_snapshot(&snapshot, Instant::now());
             }
-            drop(known);
-            seen = self.wait_news(seen, left);
+            drop(snapshot);
+            seen = self.wait_newer(seen, left);
         }
     }
 
-    /// Lets some time pass.
+    /// Sleeps between two events.
     pub(super) fn pause(&self, time: Duration) {
         std::thread::sleep(time);
     }
 
-    /// The status as JSON, and the shape where it is newer than what was seen of it.
+    /// Returns the status as JSON, and the shape if it is newer than `seen`.
     pub(super) fn events(&self, seen: &mut Option<u64>) -> (String, Option<String>) {
-        let known = lock(&self.known);
-        let status = json(&Status::from_snapshot(&known, Instant::now()));
-        let newest = Some(known.shape_version());
-        let shape = (*seen != newest).then(|| json(&Shape::from_snapshot(&known)));
+        let snapshot = lock(&self.snapshot);
+        let status = json(&Status::from_snapshot(&snapshot, Instant::now()));
+        let newest = Some(snapshot.shape_version());
+        let shape = (*seen != newest).then(|| json(&Shape::from_snapshot(&snapshot)));
         *seen = newest;
         (status, shape)
     }
@@ -82,6 +82,6 @@ impl Feed {
 }
 
 fn json(value: &impl serde::Serialize) -> String {
-    // Texts, numbers and lists of them can always be written.
+    // Texts, numbers and lists always serialise.
     serde_json::to_string(value).unwrap_or_else(|_| "null".to_owned())
 }

@@ -1,12 +1,12 @@
 //! Server of the page: three addresses to read and, with control, three to operate; one thread per connection, everything bounded.
 //!
 //! Paths are compared, never looked up in a file system. A connection without a complete request within its time and size is closed. A
-//! viewer that does not read loses its seat to the next one.
+//! viewer that does not read loses its slot to the next one.
 
 use super::control::Control;
 use super::feed::Feed;
 use super::operation::{Answer, Operation};
-use super::seats::{Seat, Seats};
+use super::viewers::{ViewerSlot, Viewers};
 use camwright_threads::supervised::{Supervisor, injected};
 use std::io::{self, ErrorKind, Read};
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
@@ -94,7 +94,7 @@ impl Server {
 }
 
 fn accept(listener: &TcpListener, site: &Site, supervisor: &Supervisor) {
-    let seats = Seats::default();
+    let viewers = Viewers::default();
     for stream in listener.incoming() {
         if site.stop.load(Ordering::Acquire) {
             return;
@@ -105,9 +105,9 @@ fn accept(listener: &TcpListener, site: &Site, supervisor: &Supervisor) {
             std::thread::sleep(EVENT_PERIOD);
             continue;
         };
-        // Without a seat the connection is closed at once: those that were shut down have not ended yet.
-        let Some(seat) = seats.occupy(&stream) else { continue };
-        let connection = Connection { stream, site: site.clone(), seat };
+        // Without a slot the connection is closed at once: those that were shut down have not ended yet.
+        let Some(slot) = viewers.occupy(&stream) else { continue };
+        let connection = Connection { stream, site: site.clone(), slot };
         let started = supervisor.spawn("page viewer", move || connection.serve());
         // Without a thread the connection is closed, and the viewer asks again.
         drop(started);
@@ -117,7 +117,7 @@ fn accept(listener: &TcpListener, site: &Site, supervisor: &Supervisor) {
 struct Connection {
     stream: TcpStream,
     site: Site,
-    seat: Seat,
+    slot: ViewerSlot,
 }
 
 /// Requested resource.
@@ -158,7 +158,7 @@ impl Connection {
             Ok(read) => read,
             Err(Refused(status, reason)) => return self.refuse(status, reason),
         };
-        self.seat.asks();
+        self.slot.mark_requested();
         let wanted = match wanted(&head, self.site.address.ip().is_loopback()) {
             Ok(wanted) => wanted,
             Err(Refused(status, reason)) => return self.refuse(status, reason),
@@ -207,19 +207,19 @@ impl Connection {
     /// Server-sent events: `status` whenever something has changed and as a sign of life, `shape` when an outline has.
     fn events(&mut self) -> io::Result<()> {
         let head = format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{COMMON}\r\nretry: 1000\n\n");
-        self.seat.write(&self.stream, head.as_bytes(), PATIENCE)?;
+        self.slot.write(&self.stream, head.as_bytes(), PATIENCE)?;
         let (mut seen, mut shape_seen) = (0, None);
-        let mut told = Instant::now() - HEARTBEAT;
+        let mut sent = Instant::now() - HEARTBEAT;
         while !self.site.stop.load(Ordering::Acquire) {
-            let left = HEARTBEAT.saturating_sub(told.elapsed());
-            seen = self.site.feed.wait_news(seen, left);
+            let left = HEARTBEAT.saturating_sub(sent.elapsed());
+            seen = self.site.feed.wait_newer(seen, left);
             let (status, shape) = self.site.feed.events(&mut shape_seen);
             let mut text = format!("event: status\ndata: {status}\n\n");
             if let Some(shape) = shape {
                 text.push_str(&format!("event: shape\ndata: {shape}\n\n"));
             }
-            self.seat.write(&self.stream, text.as_bytes(), PATIENCE)?;
-            told = Instant::now();
+            self.slot.write(&self.stream, text.as_bytes(), PATIENCE)?;
+            sent = Instant::now();
             self.site.feed.pause(EVENT_PERIOD);
         }
         Ok(())
@@ -234,7 +234,7 @@ impl Connection {
         let length = body.len();
         let head =
             format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{more}{COMMON}\r\n");
-        self.seat.write(&self.stream, [head.as_bytes(), body.as_bytes()].concat().as_slice(), PATIENCE)
+        self.slot.write(&self.stream, [head.as_bytes(), body.as_bytes()].concat().as_slice(), PATIENCE)
     }
 }
 
@@ -331,7 +331,7 @@ fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted<'_>, Refused> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::seats::MAX_SEATS;
+    use super::super::viewers::MAX_VIEWERS;
     use super::*;
     use std::io::Write;
     use std::net::Ipv4Addr;
@@ -354,11 +354,11 @@ mod tests {
     }
 
     #[test]
-    fn viewers_that_do_not_read_or_ask_hold_no_seat_against_a_new_one() {
+    fn viewers_that_do_not_read_or_ask_keep_no_slot_from_a_new_one() {
         let server = Server::start(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)), Arc::default(), &Supervisor::default());
         let mut server = server.expect("a server");
         // Half of them do not even ask; none reads.
-        let silent: Vec<TcpStream> = (0..MAX_SEATS + 8)
+        let silent: Vec<TcpStream> = (0..MAX_VIEWERS + 8)
             .map(|viewer| match viewer % 2 {
                 0 => ask(server.address(), "/events"),
                 _ => TcpStream::connect(server.address()).expect("the server listens"),
@@ -370,7 +370,7 @@ mod tests {
         // A viewer that reads stays while others come and go.
         let viewer = ask(server.address(), "/events");
         assert_eq!(begins(&viewer), "HTTP/1.1 200 OK");
-        for _ in 0..MAX_SEATS / 2 {
+        for _ in 0..MAX_VIEWERS / 2 {
             assert_eq!(begins(&ask(server.address(), "/")), "HTTP/1.1 200 OK");
         }
         let mut lines = String::new();

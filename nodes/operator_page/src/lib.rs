@@ -14,13 +14,13 @@ mod control;
 mod feed;
 mod holder_socket;
 mod http;
-mod listening;
 pub mod operation;
 mod operator;
-mod seats;
 mod status;
-mod text;
-mod words;
+mod subscriptions;
+mod terminal;
+mod texts;
+mod viewers;
 
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
@@ -31,7 +31,7 @@ use feed::Feed;
 pub use holder_socket::HolderSocket;
 use http::Server;
 pub use operator::Operator;
-pub(crate) use status::Status;
+pub use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
@@ -39,25 +39,51 @@ use std::time::Duration;
 /// Default address of the page: this computer only.
 pub const USUAL_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
 
-/// Maximum delay of occasional messages after the machine was heard.
+/// Maximum delay of occasional messages after the first message of the machine.
 const LATECOMERS: Duration = Duration::from_millis(700);
 
-/// The cell in the namespace of `args` as it is now; of one that is not heard within `patience` the status says so.
-///
-/// # Errors
-/// DDS that cannot start.
-pub fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeError> {
-    let feed = Arc::<Feed>::default();
-    let node = Node::new(NodeOptions::new("camwright_status", args))?;
-    feed.set_cell(node.namespace());
-    let subscriptions = listening::subscribe(&node, &feed)?;
-    let spin = node.spin_in_thread()?;
-    feed.look(patience, |known| known.stream.is_some());
-    // Planner and recorder may not be there; who is there is heard by then.
-    let status = feed.look(LATECOMERS.min(patience), CellSnapshot::is_complete);
-    drop((subscriptions, spin));
-    node.shutdown();
-    Ok(status)
+/// Status of a cell that changes.
+#[derive(Debug)]
+pub struct StatusListener {
+    node: Node,
+    feed: Arc<Feed>,
+    version: u64,
+    _subscriptions: Vec<Subscription>,
+    _spin: SpinThread,
+}
+
+impl StatusListener {
+    /// Listens to the cell in the namespace of `args`.
+    ///
+    /// # Errors
+    /// DDS cannot start.
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        let feed = Arc::<Feed>::default();
+        let node = Node::new(NodeOptions::new("camwright_status", args))?;
+        feed.set_cell(node.namespace());
+        let subscriptions = subscriptions::subscribe(&node, &feed)?;
+        let spin = node.spin_in_thread()?;
+        Ok(Self { node, feed, version: 0, _subscriptions: subscriptions, _spin: spin })
+    }
+
+    /// Returns the status once all nodes were received. Without a message within `patience` it has no machine.
+    #[must_use]
+    pub fn find(&self, patience: Duration) -> Status {
+        self.feed.look(patience, |snapshot| snapshot.stream.is_some());
+        // Planner and recorder are optional.
+        self.feed.look(LATECOMERS.min(patience), CellSnapshot::is_complete)
+    }
+
+    /// Waits up to `limit` for a message of the cell; returns the status.
+    pub fn next(&mut self, limit: Duration) -> Status {
+        self.version = self.feed.wait_newer(self.version, limit);
+        self.feed.look(Duration::ZERO, |_| true)
+    }
+
+    /// Ends the node.
+    pub fn stop(self) {
+        self.node.shutdown();
+    }
 }
 
 #[derive(Debug)]
@@ -78,19 +104,19 @@ impl OperatorPage {
     pub fn start(args: &RosArgs, address: SocketAddr, control: bool) -> Result<Self, NodeError> {
         let feed = Arc::<Feed>::default();
         let supervisor = Supervisor::default();
-        // Before DDS: whoever mistypes the port shall hear of it at once.
+        // Before DDS, so that a wrong port is reported at once.
         let mut server = Server::start(address, Arc::clone(&feed), &supervisor).map_err(|error| {
             NodeError::Parameter(format!("the operator page cannot be served at {address}: {error}"))
         })?;
-        let listening = Node::new(NodeOptions::new("operator_page", args)).map_err(NodeError::from).and_then(|node| {
+        let subscribed = Node::new(NodeOptions::new("operator_page", args)).map_err(NodeError::from).and_then(|node| {
             feed.set_cell(node.namespace());
             let logger = node.logger().clone();
             supervisor.on_fault(move |fault| logger.error(fault));
-            let subscriptions = listening::subscribe(&node, &feed)?;
+            let subscriptions = subscriptions::subscribe(&node, &feed)?;
             let spin = node.spin_in_thread()?;
             Ok((node, subscriptions, spin))
         });
-        match listening {
+        match subscribed {
             Ok((node, subscriptions, spin)) => {
                 let mut token = None;
                 if control {

@@ -1,12 +1,13 @@
 //! Content of the page and of `camwright status`, as JSON: shop units, named in each key.
 
-use super::cell_snapshot::CellSnapshot;
-use super::words::{self, SILENCE, StatusLine, Tone};
+use super::cell_snapshot::{CellSnapshot, SILENCE, joint_value};
+use super::texts::{self, StatusLine, Tone};
+use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::plan::{phase_from, phase_name};
-use camwright_files::convert::{mm_from_m, um_from_m as um};
+use camwright_files::convert::{core_from_si, mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::msg::{Alarm, LobeForm, MachineDescription, PartLobe};
-use camwright_msgs::control_msgs::msg::InterfaceValue;
+use camwright_msgs::control_msgs::msg::DynamicJointState;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -23,6 +24,8 @@ pub struct Status {
     pub(super) results: Vec<ResultLine>,
     pub(super) axes: Vec<AxisLine>,
     pub(super) wheel: Option<WheelLine>,
+    /// Contact of wheel and part; none for a machine that does not report it.
+    pub(super) cutting: Option<CuttingLine>,
     /// Percent of the programmed speed; none without an interpolator.
     pub(super) override_percent: Option<f64>,
     pub(super) is_held: bool,
@@ -73,8 +76,35 @@ pub(super) struct ResultLine {
     pub(super) error_um: f64,
     pub(super) rms_um: f64,
     pub(super) allowed_um: f64,
+    /// Largest burn index; none without process data.
+    pub(super) burn_index: Option<f64>,
+    pub(super) verdict: Verdict,
     pub(super) is_good: bool,
-    pub(super) duration_s: f64,
+    /// Time for the lobe; none before the planner reports it at the end of the job.
+    pub(super) duration_s: Option<f64>,
+}
+
+/// Verdict on a lobe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Verdict {
+    Good,
+    Out,
+    Burnt,
+}
+
+/// Contact of wheel and part: largest values since the last event.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct CuttingLine {
+    pub(super) is_in_contact: bool,
+    /// Power of the wheel spindle for the cut; none without process data.
+    pub(super) power_w: Option<f64>,
+    pub(super) normal_force_n: f64,
+    /// Force of the drive of `x_axis`.
+    pub(super) normal_force_limit_n: Option<f64>,
+    pub(super) tangential_force_n: Option<f64>,
+    /// Above 1 the part burns.
+    pub(super) burn_index: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -82,10 +112,12 @@ pub(super) struct AxisLine {
     pub(super) name: String,
     pub(super) position: f64,
     pub(super) velocity: f64,
-    pub(super) behind: f64,
+    pub(super) following_error: f64,
+    /// Largest share of the trip level since the last event; none if the machine file is unknown.
+    pub(super) following_error_share: Option<f64>,
     pub(super) position_unit: &'static str,
     pub(super) velocity_unit: &'static str,
-    pub(super) behind_unit: &'static str,
+    pub(super) following_error_unit: &'static str,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,7 +135,7 @@ pub(super) struct WheelLine {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct RecorderLine {
     pub(super) tone: Tone,
-    pub(super) says: String,
+    pub(super) state: String,
     pub(super) bag: String,
     pub(super) megabytes: f64,
     pub(super) written: u64,
@@ -111,42 +143,43 @@ pub(super) struct RecorderLine {
 }
 
 impl Status {
-    pub(super) fn from_snapshot(known: &CellSnapshot, now: Instant) -> Self {
-        let interpolator = known.interpolator.as_ref().map(|heard| &heard.said);
+    pub(super) fn from_snapshot(snapshot: &CellSnapshot, now: Instant) -> Self {
+        let interpolator = snapshot.interpolator.as_ref().map(|received| &received.message);
         Self {
-            cell: known.cell.clone(),
-            machine: known.machine.as_ref().map_or_else(String::new, |machine| machine.name.clone()),
-            state: words::state(known, now),
-            verdict: verdict(known),
-            alarms: words::alarms(known).map(alarm).collect(),
-            job: job(known),
-            lobe: lobe(known),
-            results: results(known),
-            axes: axes(known),
-            wheel: known.machine.as_ref().map(|machine| wheel(machine, known)),
+            cell: snapshot.namespace.clone(),
+            machine: snapshot.machine.as_ref().map_or_else(String::new, |machine| machine.name.clone()),
+            state: texts::state(snapshot, now),
+            verdict: verdict(snapshot),
+            alarms: texts::alarms(snapshot).map(alarm).collect(),
+            job: job(snapshot),
+            lobe: lobe(snapshot),
+            results: results(snapshot),
+            axes: axes(snapshot),
+            wheel: snapshot.machine.as_ref().map(|machine| wheel(machine, snapshot)),
+            cutting: cutting(snapshot, now),
             override_percent: interpolator.map(|state| 100.0 * state.feed_override),
             is_held: interpolator.is_some_and(|state| (2..=4).contains(&state.state)),
             is_homed: interpolator.is_some_and(|state| state.is_homed),
             holder: interpolator.map_or_else(String::new, |state| state.holder.clone()),
-            lease: lease(known),
-            recorder: recorder(known, now),
-            machine_time_s: machine_time_s(known),
+            lease: lease(snapshot),
+            recorder: recorder(snapshot, now),
+            machine_time_s: machine_time_s(snapshot),
         }
     }
 }
 
 /// Name of the holder of the lease, and whether others may command too.
-fn lease(known: &CellSnapshot) -> String {
-    match &known.lease {
+fn lease(snapshot: &CellSnapshot) -> String {
+    match &snapshot.lease {
         Some(lease) if lease.shared => format!("{} (shared)", lease.holder),
         Some(lease) => lease.holder.clone(),
         None => String::new(),
     }
 }
 
-fn machine_time_s(known: &CellSnapshot) -> f64 {
-    let cycle_s = known.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
-    known.stream.as_ref().map_or(0.0, |stream| stream.said.tick as f64 * cycle_s)
+fn machine_time_s(snapshot: &CellSnapshot) -> f64 {
+    let cycle_s = snapshot.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
+    snapshot.stream.as_ref().map_or(0.0, |stream| stream.message.tick as f64 * cycle_s)
 }
 
 fn alarm(alarm: &Alarm) -> AlarmLine {
@@ -164,10 +197,12 @@ fn alarm(alarm: &Alarm) -> AlarmLine {
     }
 }
 
-fn job(known: &CellSnapshot) -> Option<JobLine> {
-    let status = known.job.as_ref().filter(|status| !status.job.is_empty())?;
-    let (percent, time_left_s) =
-        known.interpolator.as_ref().map_or((0.0, 0.0), |heard| (heard.said.percent, heard.said.time_left));
+fn job(snapshot: &CellSnapshot) -> Option<JobLine> {
+    let status = snapshot.job.as_ref().filter(|status| !status.job.is_empty())?;
+    let (percent, time_left_s) = snapshot
+        .interpolator
+        .as_ref()
+        .map_or((0.0, 0.0), |received| (received.message.percent, received.message.time_left));
     // What was read of the interpolator before and after is not this job's.
     let (percent, time_left_s) = match status.state {
         2 | 3 => (percent, time_left_s),
@@ -177,14 +212,14 @@ fn job(known: &CellSnapshot) -> Option<JobLine> {
     Some(JobLine { name: status.job.clone(), message: status.message.clone(), percent, time_left_s })
 }
 
-fn lobe(known: &CellSnapshot) -> Option<LobeLine> {
-    let state = &known.interpolator.as_ref()?.said;
+fn lobe(snapshot: &CellSnapshot) -> Option<LobeLine> {
+    let state = &snapshot.interpolator.as_ref()?.message;
     let index = usize::try_from(state.lobe).ok()?;
-    let name = known.lobe_in_work().map_or_else(|| format!("number {}", index + 1), str::to_owned);
+    let name = snapshot.lobe_in_work().map_or_else(|| format!("number {}", index + 1), str::to_owned);
     Some(LobeLine {
         name,
         number: index + 1,
-        count: known.plan_in_work().map(|plan| plan.lobes.len()),
+        count: snapshot.plan_in_work().map(|plan| plan.lobes.len()),
         phase: phase_from(state.phase).map_or("", phase_name),
         turn: state.turn,
         turns: state.turns,
@@ -192,115 +227,198 @@ fn lobe(known: &CellSnapshot) -> Option<LobeLine> {
     })
 }
 
-fn results(known: &CellSnapshot) -> Vec<ResultLine> {
-    let Some(status) = &known.job else { return Vec::new() };
-    let allowed =
-        |name: &str| known.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
-    let line = |name: &str, error: f64, rms: f64, allowed: f64, duration_s: f64| ResultLine {
-        name: name.to_owned(),
-        error_um: um(error),
-        rms_um: um(rms),
-        allowed_um: um(allowed),
-        is_good: error.abs() <= allowed,
-        duration_s,
+/// Results of the planner; during the job those of the lobes that are done, from their outlines.
+fn results(snapshot: &CellSnapshot) -> Vec<ResultLine> {
+    let reported = snapshot.job.as_ref().filter(|status| !status.lobes.is_empty() || !status.turned.is_empty());
+    let Some(status) = reported else {
+        return snapshot.forms.iter().filter_map(|form| result_of_outline(snapshot, form)).collect();
     };
-    let lobes = status.lobes.iter().filter(|lobe| allowed(&lobe.name).is_finite());
-    let lobes = lobes.map(|l| line(&l.name, l.form_error_max, l.form_error_rms, allowed(&l.name), l.duration));
-    let turned = status.turned.iter();
-    let turned = turned.map(|t| line(&t.name, t.form_error_max, t.form_error_rms, t.form_error_allowed, t.duration));
+    let allowed =
+        |name: &str| snapshot.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
+    let lobes = status.lobes.iter().filter(|lobe| allowed(&lobe.name).is_finite()).map(|lobe| {
+        // Without process data the planner reports 0.
+        let burn_index = Some(lobe.burn_index_max).filter(|burn_index| *burn_index > 0.0);
+        let errors = (lobe.form_error_max, lobe.form_error_rms);
+        ResultLine::new(&lobe.name, errors, allowed(&lobe.name), burn_index, Some(lobe.duration))
+    });
+    let turned = status.turned.iter().map(|part| {
+        let errors = (part.form_error_max, part.form_error_rms);
+        ResultLine::new(&part.name, errors, part.form_error_allowed, None, Some(part.duration))
+    });
     lobes.chain(turned).collect()
 }
 
-/// Verdict on the part: set once all of it has been judged, until the next part starts.
-fn verdict(known: &CellSnapshot) -> StatusLine {
-    let results = results(known);
-    let worst =
-        results.iter().max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)));
-    let Some(worst) = worst else { return StatusLine::new(Tone::Quiet, "", "no part measured yet") };
-    let told = format!("{} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
-    let bad = results.iter().filter(|result| !result.is_good).count();
-    match bad {
-        0 => StatusLine::new(Tone::Good, "good", format!("worst: {told}")),
-        bad => StatusLine::new(
-            Tone::Wrong,
-            "not good",
-            format!("{bad} of {} out of tolerance, worst: {told}", results.len()),
-        ),
+fn result_of_outline(snapshot: &CellSnapshot, form: &LobeForm) -> Option<ResultLine> {
+    let errors = snapshot.form_error(form);
+    let largest = errors.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
+    let burn_index = snapshot.progress(&form.name).burn_index;
+    Some(ResultLine::new(&form.name, (largest, rms), form.tolerance, burn_index, None))
+}
+
+impl ResultLine {
+    /// Judges a lobe from its largest error, root mean square and tolerance (m).
+    fn new(
+        name: &str,
+        (error, rms): (f64, f64),
+        allowed: f64,
+        burn_index: Option<f64>,
+        duration_s: Option<f64>,
+    ) -> Self {
+        let verdict = match burn_index {
+            Some(burn_index) if burn_index > 1.0 => Verdict::Burnt,
+            _ if error.abs() <= allowed => Verdict::Good,
+            _ => Verdict::Out,
+        };
+        Self {
+            name: name.to_owned(),
+            error_um: um(error),
+            rms_um: um(rms),
+            allowed_um: um(allowed),
+            burn_index,
+            verdict,
+            is_good: verdict == Verdict::Good,
+            duration_s,
+        }
     }
 }
 
-fn axes(known: &CellSnapshot) -> Vec<AxisLine> {
-    let Some(axes) = &known.axes else { return Vec::new() };
-    let linear = |joint: &str| {
-        let machine = known.machine.as_ref();
-        machine.is_some_and(|machine| machine.axes.iter().any(|axis| axis.joint == joint && axis.linear))
+/// Verdict on the part: final once all of it is judged, until the next part starts.
+fn verdict(snapshot: &CellSnapshot) -> StatusLine {
+    let results = results(snapshot);
+    let share = |result: &ResultLine| result.error_um.abs() / result.allowed_um;
+    let Some(worst) = results.iter().max_by(|a, b| share(a).total_cmp(&share(b))) else {
+        return StatusLine::new(Tone::Neutral, "", "no lobe measured yet");
     };
-    axes.joint_names
-        .iter()
-        .zip(&axes.interface_values)
-        .map(|(joint, values)| axis(joint, values, linear(joint)))
-        .collect()
+    let error = format!("worst: {} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
+    let count = results.len();
+    let burnt = results.iter().filter(|result| result.verdict == Verdict::Burnt);
+    let hottest =
+        burnt.filter_map(|result| Some((result.burn_index?, &result.name))).max_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((burn_index, name)) = hottest {
+        return StatusLine::new(
+            Tone::Error,
+            "burnt",
+            format!("{name} has burn index {burn_index:.2}, allowed 1; {error}"),
+        );
+    }
+    let out = results.iter().filter(|result| !result.is_good).count();
+    if out > 0 {
+        return StatusLine::new(Tone::Error, "out", format!("{out} of {count} out of tolerance, {error}"));
+    }
+    let is_final = results.iter().all(|result| result.duration_s.is_some());
+    match is_final {
+        true => StatusLine::new(Tone::Good, "good", error),
+        false => {
+            let lobes = snapshot.forms.len();
+            StatusLine::new(Tone::Active, "good so far", format!("{count} of {lobes} lobes measured, {error}"))
+        }
+    }
 }
 
-fn axis(joint: &str, values: &InterfaceValue, is_linear: bool) -> AxisLine {
-    let value = |name: &str| {
-        let at = values.interface_names.iter().position(|known| known == name);
-        at.and_then(|at| values.values.get(at)).copied().unwrap_or_default()
-    };
-    let [position, velocity, behind] = ["position", "velocity", "following_error"].map(value);
-    let name = joint.to_owned();
+fn cutting(snapshot: &CellSnapshot, now: Instant) -> Option<CuttingLine> {
+    // Values of a machine that is gone are not live.
+    let wheel_joint = &snapshot.machine.as_ref().filter(|_| !snapshot.is_machine_silent(now))?.wheel_joint;
+    let normal_force_n = snapshot.peak(wheel_joint, "normal_force")?;
+    let power_w = snapshot.peak(wheel_joint, "power");
+    let machine = snapshot.machine_file.as_ref();
+    let wheel_m_s = machine.map(|machine| machine.wheel.surface_speed_m_s).filter(|speed| *speed > 0.0);
+    Some(CuttingLine {
+        is_in_contact: normal_force_n > 0.0,
+        power_w,
+        normal_force_n,
+        normal_force_limit_n: machine.map(|machine| machine.axis(Axis::X).maximum_force()),
+        tangential_force_n: power_w.zip(wheel_m_s).map(|(power_w, speed)| power_w / speed),
+        burn_index: snapshot.peak(wheel_joint, "burn_index"),
+    })
+}
+
+/// Largest share of the trip level of the following error since the last event.
+fn following_error_share(snapshot: &CellSnapshot, joint: &str, velocity: f64) -> Option<f64> {
+    let axis = Axis::from_joint(joint)?;
+    let description = snapshot.machine_file.as_ref()?.axis(axis);
+    let [velocity, peak] = [velocity, snapshot.peak(joint, "following_error")?].map(|value| core_from_si(axis, value));
+    let level = description.max_following_error * (velocity / description.limits.velocity).abs();
+    Some(peak / level.max(description.min_following_error))
+}
+
+fn axes(snapshot: &CellSnapshot) -> Vec<AxisLine> {
+    let (Some(axes), Some(machine)) = (snapshot.axes(), &snapshot.machine) else { return Vec::new() };
+    let is_there = |joint: &str| axes.joint_names.iter().any(|name| name == joint);
+    let described = machine.axes.iter().filter(|axis| is_there(&axis.joint));
+    described.map(|described| axis(snapshot, axes, &described.joint, described.linear)).collect()
+}
+
+fn axis(snapshot: &CellSnapshot, axes: &DynamicJointState, joint: &str, is_linear: bool) -> AxisLine {
+    let values = ["position", "velocity", "following_error"];
+    let [position, velocity, following_error] =
+        values.map(|interface| joint_value(axes, joint, interface).unwrap_or_default());
+    let (name, following_error_share) = (joint.to_owned(), following_error_share(snapshot, joint, velocity));
     if is_linear {
-        let units = ["mm", "mm/s", "µm"];
-        return line(name, [mm_from_m(position), mm_from_m(velocity), um(behind)], units);
+        return AxisLine {
+            name,
+            position: mm_from_m(position),
+            velocity: mm_from_m(velocity),
+            following_error: um(following_error),
+            following_error_share,
+            position_unit: "mm",
+            velocity_unit: "mm/s",
+            following_error_unit: "µm",
+        };
     }
-    // One turn is like the other.
-    line(
+    AxisLine {
         name,
-        [deg_from_rad(position).rem_euclid(360.0), rpm_from_rad_s(velocity), deg_from_rad(behind)],
-        ["°", "1/min", "°"],
-    )
+        // Full turns are not shown.
+        position: deg_from_rad(position).rem_euclid(360.0),
+        velocity: rpm_from_rad_s(velocity),
+        following_error: deg_from_rad(following_error),
+        following_error_share,
+        position_unit: "°",
+        velocity_unit: "1/min",
+        following_error_unit: "°",
+    }
 }
 
-fn line(name: String, [position, velocity, behind]: [f64; 3], units: [&'static str; 3]) -> AxisLine {
-    let [position_unit, velocity_unit, behind_unit] = units;
-    AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit }
-}
-
-fn wheel(machine: &MachineDescription, known: &CellSnapshot) -> WheelLine {
+fn wheel(machine: &MachineDescription, snapshot: &CellSnapshot) -> WheelLine {
     WheelLine {
         radius_mm: mm_from_m(machine.wheel_radius),
         wear_um: um(machine.wheel_wear),
-        is_running: known.io.as_ref().map(|io| io.wheel_running),
-        at_mm: mm_from_m(position(known, "x_axis").unwrap_or_default()),
-        line_deg: position(known, "c_axis")
+        is_running: snapshot.io.as_ref().map(|io| io.wheel_running),
+        at_mm: mm_from_m(position(snapshot, "x_axis").unwrap_or_default()),
+        line_deg: position(snapshot, "c_axis")
             .filter(|_| !machine.stations.is_empty())
             .map(|c| (f64::from(machine.rotation_sense) * deg_from_rad(c)).rem_euclid(360.0)),
     }
 }
 
 /// Position of an axis (m or rad).
-fn position(known: &CellSnapshot, joint: &str) -> Option<f64> {
-    let axes = known.axes.as_ref()?;
-    let at = axes.joint_names.iter().position(|known| known == joint)?;
-    axes.interface_values.get(at)?.values.first().copied()
+fn position(snapshot: &CellSnapshot, joint: &str) -> Option<f64> {
+    joint_value(snapshot.axes()?, joint, "position")
 }
 
-fn recorder(known: &CellSnapshot, now: Instant) -> Option<RecorderLine> {
-    let heard = known.recorder.as_ref()?;
-    let said = &heard.said;
-    let (tone, says) = if now.saturating_duration_since(heard.at) > SILENCE {
-        (Tone::Wrong, "silent".to_owned())
-    } else if said.dropped > 0 {
-        (Tone::Wrong, format!("{} messages lost", said.dropped))
-    } else if said.paused {
-        (Tone::Waits, "paused".to_owned())
-    } else if said.recording {
+fn recorder(snapshot: &CellSnapshot, now: Instant) -> Option<RecorderLine> {
+    let received = snapshot.recorder.as_ref()?;
+    let message = &received.message;
+    let (tone, state) = if now.saturating_duration_since(received.at) > SILENCE {
+        (Tone::Error, "silent".to_owned())
+    } else if message.dropped > 0 {
+        (Tone::Error, format!("{} messages lost", message.dropped))
+    } else if message.paused {
+        (Tone::Attention, "paused".to_owned())
+    } else if message.recording {
         (Tone::Good, "recording".to_owned())
     } else {
-        (Tone::Waits, "not recording".to_owned())
+        (Tone::Attention, "not recording".to_owned())
     };
-    let megabytes = said.bytes as f64 / 1e6;
-    Some(RecorderLine { tone, says, bag: said.bag.clone(), megabytes, written: said.written, dropped: said.dropped })
+    let megabytes = message.bytes as f64 / 1e6;
+    Some(RecorderLine {
+        tone,
+        state,
+        bag: message.bag.clone(),
+        megabytes,
+        written: message.written,
+        dropped: message.dropped,
+    })
 }
 
 /// Drawn outline: over the azimuth of the part, in equal steps from the wheel's line at C 0.
@@ -326,17 +444,22 @@ struct PartLine {
 }
 
 impl Shape {
-    pub(super) fn from_snapshot(known: &CellSnapshot) -> Self {
-        Self { designs: known.forms.iter().map(design).collect(), part: known.outline().map(part) }
+    pub(super) fn from_snapshot(snapshot: &CellSnapshot) -> Self {
+        Self {
+            designs: snapshot.forms.iter().map(|form| design(snapshot, form)).collect(),
+            part: snapshot.outline().map(part),
+        }
     }
 }
 
-fn design(form: &LobeForm) -> DesignLine {
+fn design(snapshot: &CellSnapshot, form: &LobeForm) -> DesignLine {
+    let of_outline = snapshot.form_error(form);
+    let form_error = if form.form_error.is_empty() { &of_outline } else { &form.form_error };
     DesignLine {
         name: form.name.clone(),
         tolerance_um: um(form.tolerance),
         contour_mm: form.contour.iter().map(|r| rounded(mm_from_m(*r))).collect(),
-        error_um: form.form_error.iter().map(|e| rounded(um(*e))).collect(),
+        error_um: form_error.iter().map(|e| rounded(um(*e))).collect(),
     }
 }
 
@@ -344,7 +467,7 @@ fn part(lobe: &PartLobe) -> PartLine {
     PartLine { name: lobe.name.clone(), radius_mm: lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect() }
 }
 
-/// To five digits behind the point: hundredths of a micrometre of a radius.
+/// To five digits following_error the point: hundredths of a micrometre of a radius.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() / 1e5
 }

@@ -144,12 +144,9 @@ impl CutRecord {
             return;
         }
         let removal_mm2_s = area_mm2 / time_s;
-        let footprint_speed_mm_s = removal_mm2_s / depth_mm;
         let omega = turned_rad / time_s;
-        let equivalent_diameter_mm = 2.0 * wheel_radius_mm * cos_beta * footprint_speed_mm_s / (omega * centre_mm);
-        let contact_mm = libm::sqrt(depth_mm * equivalent_diameter_mm);
-        let power_w_mm = process.power_w_mm(removal_mm2_s, contact_mm, self.wheel_speed_m_s);
-        let cut = ReferenceCut { footprint_speed_mm_s, depth_mm, equivalent_diameter_mm };
+        let cut = ReferenceCut::from_contact((removal_mm2_s, depth_mm), (wheel_radius_mm, centre_mm), cos_beta, omega);
+        let power_w_mm = process.power_w_mm(removal_mm2_s, cut.contact_mm(), self.wheel_speed_m_s);
         let at = &mut self.degrees[degree];
         at.burn_index = at.burn_index.max(process.burn_index(&cut));
         if power_w_mm > at.power_w_mm {

@@ -194,9 +194,14 @@ Exit codes: 0 ended by Ctrl-C, 1 not started, 2 wrong arguments";
 pub(super) const STATUS: &str = "\
 Examples:
   camwright status
+  camwright status --watch
   camwright status --json --ros-args -r __ns:=/cell_2
 
-Exit codes: 0 no alarm, 1 no cell found, 2 wrong arguments, 3 alarm to reset";
+Exit codes:
+  0  no alarm; with --watch: ended by Ctrl-C
+  1  no cell found
+  2  wrong arguments
+  3  an alarm needs a reset";
 
 pub(super) const URDF: &str = "\
 Example: camwright urdf cam_grinder > cam_grinder.urdf

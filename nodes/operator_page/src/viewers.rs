@@ -1,4 +1,4 @@
-//! Seats of the page's viewers: bounded, and given up by whoever makes the least of one when somebody new comes.
+//! Connections of viewers, bounded in number: a new viewer replaces one that does not read or does not ask.
 
 use std::io::{self, ErrorKind, Write};
 use std::net::{IpAddr, Shutdown, TcpStream};
@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Connections at the same time; a viewer holds one.
-pub(super) const MAX_SEATS: usize = 32;
-/// Connections of one other computer. Viewers on this one share an address and have all seats.
+pub(super) const MAX_VIEWERS: usize = 32;
+/// Connections of one other computer. Viewers on this one share an address and the full number.
 const MAX_OF_ADDRESS: usize = 8;
 /// Connections that were shut down and whose threads have not ended yet; beyond them new ones are refused.
 const MAX_ENDING: usize = 64;
@@ -21,19 +21,19 @@ struct Viewer {
     stream: TcpStream,
     from: IpAddr,
     since: Instant,
-    /// Its request has come.
-    has_asked: AtomicBool,
-    /// It does not take what is being written to it.
+    /// Its request has arrived.
+    has_requested: AtomicBool,
+    /// It does not read what is being written to it.
     is_stalled: AtomicBool,
     written: AtomicU64,
 }
 
 impl Viewer {
-    /// Who gives up a seat first: whoever does not read, who does not ask, who has not proven to read; of each the oldest.
+    /// Order in which viewers lose their slot: those that do not read, that do not ask, that have not proven to read; of each the oldest.
     fn rank(&self) -> (u8, Instant) {
         let rank = if self.is_stalled.load(Ordering::Acquire) {
             0
-        } else if !self.has_asked.load(Ordering::Acquire) {
+        } else if !self.has_requested.load(Ordering::Acquire) {
             1
         } else if self.written.load(Ordering::Acquire) < PROVEN_BYTES {
             2
@@ -45,71 +45,71 @@ impl Viewer {
 }
 
 #[derive(Debug, Default)]
-struct Taken {
-    seated: Vec<Arc<Viewer>>,
-    /// Shut down, thread still there.
+struct Slots {
+    connected: Vec<Arc<Viewer>>,
+    /// Number that are shut down and whose threads still run.
     ending: usize,
 }
 
 #[derive(Debug, Clone, Default)]
-pub(super) struct Seats(Arc<Mutex<Taken>>);
+pub(super) struct Viewers(Arc<Mutex<Slots>>);
 
-fn lock(taken: &Mutex<Taken>) -> MutexGuard<'_, Taken> {
-    taken.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(slots: &Mutex<Slots>) -> MutexGuard<'_, Slots> {
+    slots.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Seats {
-    /// A seat for a connection; another viewer is shut down for it where there is none. `None`: even that takes too long.
-    pub(super) fn occupy(&self, stream: &TcpStream) -> Option<Seat> {
+impl Viewers {
+    /// Returns a slot for a connection. If none is free, another viewer is shut down. `None`: too many are still ending.
+    pub(super) fn occupy(&self, stream: &TcpStream) -> Option<ViewerSlot> {
         let from = stream.peer_addr().ok()?.ip();
         let viewer = Viewer {
             stream: stream.try_clone().ok()?,
             from,
             since: Instant::now(),
-            has_asked: AtomicBool::new(false),
+            has_requested: AtomicBool::new(false),
             is_stalled: AtomicBool::new(false),
             written: AtomicU64::new(0),
         };
-        let mut taken = lock(&self.0);
+        let mut slots = lock(&self.0);
         let of_address = |viewer: &Arc<Viewer>| viewer.from == from;
-        if !from.is_loopback() && taken.seated.iter().filter(|viewer| of_address(viewer)).count() >= MAX_OF_ADDRESS {
-            evict(&mut taken, of_address);
-        } else if taken.seated.len() >= MAX_SEATS {
-            evict(&mut taken, |_| true);
+        if !from.is_loopback() && slots.connected.iter().filter(|viewer| of_address(viewer)).count() >= MAX_OF_ADDRESS {
+            evict(&mut slots, of_address);
+        } else if slots.connected.len() >= MAX_VIEWERS {
+            evict(&mut slots, |_| true);
         }
-        if taken.ending > MAX_ENDING || taken.seated.len() >= MAX_SEATS {
+        if slots.ending > MAX_ENDING || slots.connected.len() >= MAX_VIEWERS {
             return None;
         }
         let viewer = Arc::new(viewer);
-        taken.seated.push(Arc::clone(&viewer));
-        Some(Seat { viewer, taken: Arc::clone(&self.0) })
+        slots.connected.push(Arc::clone(&viewer));
+        Some(ViewerSlot { viewer, slots: Arc::clone(&self.0) })
     }
 }
 
 /// Shuts down the viewer of least rank among some.
-fn evict(taken: &mut Taken, is_among: impl Fn(&Arc<Viewer>) -> bool) {
-    let among = taken.seated.iter().enumerate().filter(|(_, viewer)| is_among(viewer));
+fn evict(slots: &mut Slots, is_among: impl Fn(&Arc<Viewer>) -> bool) {
+    let among = slots.connected.iter().enumerate().filter(|(_, viewer)| is_among(viewer));
     let Some((index, _)) = among.min_by_key(|(_, viewer)| viewer.rank()) else { return };
-    let viewer = taken.seated.swap_remove(index);
-    // Its thread finds its socket closed and ends; a browser asks again after a second.
+    let viewer = slots.connected.swap_remove(index);
+    // Its thread finds the socket closed and ends; a browser connects again after a second.
     let _gone = viewer.stream.shutdown(Shutdown::Both);
-    taken.ending += 1;
+    slots.ending += 1;
 }
 
-/// A viewer's seat, given up when it is dropped.
+/// Slot of a viewer; dropping it frees the slot.
 #[derive(Debug)]
-pub(super) struct Seat {
+pub(super) struct ViewerSlot {
     viewer: Arc<Viewer>,
-    taken: Arc<Mutex<Taken>>,
+    slots: Arc<Mutex<Slots>>,
 }
 
-impl Seat {
-    /// The request has come.
-    pub(super) fn asks(&self) {
-        self.viewer.has_asked.store(true, Ordering::Release);
+impl ViewerSlot {
+    /// Notes that the request has arrived.
+    pub(super) fn mark_requested(&self) {
+        self.viewer.has_requested.store(true, Ordering::Release);
     }
 
-    /// Writes all of it, within a time for the whole.
+    /// Writes all bytes within `patience`.
     pub(super) fn write(&self, mut stream: &TcpStream, mut bytes: &[u8], patience: Duration) -> io::Result<()> {
         let deadline = Instant::now() + patience;
         let stalled = |is_stalled| self.viewer.is_stalled.store(is_stalled, Ordering::Release);
@@ -118,7 +118,7 @@ impl Seat {
         while !bytes.is_empty() {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                // A viewer that reads a byte at a time would hold the seat for ever.
+                // A viewer that reads a byte at a time would hold the slot for ever.
                 return Err(ErrorKind::TimedOut.into());
             }
             stream.set_nonblocking(!is_full)?;
@@ -143,12 +143,12 @@ impl Seat {
     }
 }
 
-impl Drop for Seat {
+impl Drop for ViewerSlot {
     fn drop(&mut self) {
-        let mut taken = lock(&self.taken);
-        match taken.seated.iter().position(|viewer| Arc::ptr_eq(viewer, &self.viewer)) {
-            Some(index) => drop(taken.seated.swap_remove(index)),
-            None => taken.ending = taken.ending.saturating_sub(1),
+        let mut slots = lock(&self.slots);
+        match slots.connected.iter().position(|viewer| Arc::ptr_eq(viewer, &self.viewer)) {
+            Some(index) => drop(slots.connected.swap_remove(index)),
+            None => slots.ending = slots.ending.saturating_sub(1),
         }
     }
 }
