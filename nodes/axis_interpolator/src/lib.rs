@@ -37,8 +37,8 @@ use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};
 use camwright_ros::{
-    ActionServer, Diagnostics, Guid, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
-    ServiceHandle, SpinThread, Subscription, TimerHandle,
+    ActionServer, Diagnostics, Farewell, Guid, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder,
+    RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
 };
 use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Sender, Waker, ring};
@@ -237,12 +237,12 @@ impl AxisInterpolator {
 
     /// Cancels what is under way, waits until the axes are at rest, then ends the engine and the node. If the machine does
     /// not answer, what is under way ends in the stop of its last chunk.
-    pub fn stop(self) {
-        self.stop_within(STOPPING);
+    pub fn stop(self) -> Farewell {
+        self.stop_within(STOPPING)
     }
 
     /// The same; axes that do not rest within `limit` come to rest on the stop of what was sent.
-    pub fn stop_within(self, limit: Duration) {
+    pub fn stop_within(self, limit: Duration) -> Farewell {
         self.shared.refuse_arrival("the node is ending");
         if lock(&self.shared.served).is_busy() {
             lock(&self.shared.served).end_because("the node is ending: the axes came to rest on the path");
@@ -260,7 +260,7 @@ impl AxisInterpolator {
             drop(cell.inlet);
             cell.threads.join();
         }
-        self.node.shutdown();
+        self.node.leave()
     }
 }
 

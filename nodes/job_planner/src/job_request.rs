@@ -131,7 +131,20 @@ impl Shared {
             return Ok(loaded.prepared.clone());
         }
         drop(loaded);
-        planning::prepare_any(name, &used, machine.as_ref()).map_err(|error| error.to_string())
+        self.plan(name, &used, machine.as_ref())
+    }
+
+    /// Plans a job, or takes the last plan if job, files and machine are the same.
+    fn plan(&self, name: &str, used: &[String], machine: Option<&MachineNow>) -> Result<AnyPrepared, String> {
+        let job = any_job::load(name, used).map_err(|error| error.to_string())?;
+        let known = lock(&self.known).clone();
+        let is_same = |known: &AnyPrepared| machine.is_some_and(|machine| known.is_plan_of(&job, machine));
+        if let Some(known) = known.filter(is_same) {
+            return Ok(known);
+        }
+        let prepared = planning::plan_any(job, machine).map_err(|error| error.to_string())?;
+        *lock(&self.known) = Some(prepared.clone());
+        Ok(prepared)
     }
 
     /// The loaded job, or that of the parameter, planned for the machine as it is.
@@ -146,7 +159,7 @@ impl Shared {
         let machine = lock(&self.machine).clone();
         settings::check_against_job(self.node.parameters(), &name, &overrides)?;
         let used = self.used(&name, &overrides, machine.as_ref())?;
-        let prepared = planning::prepare_any(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
+        let prepared = self.plan(&name, &used, machine.as_ref())?;
         if matches!(*lock(&self.job_slot), JobSlot::Idle) {
             self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
         }

@@ -38,11 +38,12 @@ use camwright_msgs::camwright_msgs::msg::{
 };
 use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadBar, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
+use camwright_planning::AnyPrepared;
 use camwright_ros::liveness;
 use camwright_ros::running::{NodeError, autostart, join_within};
 use camwright_ros::{
-    ActionClient, ActionServer, Client, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos,
-    RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
+    ActionClient, ActionServer, Client, Diagnostics, Farewell, Lifecycle, LifecycleCallbacks, Node, NodeOptions,
+    Publisher, Qos, RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
 };
 use camwright_scene as scene;
 use camwright_threads::supervised::injected;
@@ -113,6 +114,8 @@ struct Shared {
     board: PlanPublisher,
     /// The job that `load_job` planned last.
     loaded: Mutex<Option<LoadedJob>>,
+    /// The last plan: the next part needs the same in most cases.
+    known: Mutex<Option<AnyPrepared>>,
     /// The one job there can be.
     job_slot: Mutex<JobSlot>,
     /// The thread of the job that runs or ran last.
@@ -179,6 +182,18 @@ impl JobPlanner {
     /// # Errors
     /// Parameters that are refused, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        Self::start_knowing(args, None)
+    }
+
+    /// Starts the node with a plan, which saves it the time to plan the same job for the same machine.
+    ///
+    /// # Errors
+    /// See [`JobPlanner::start`].
+    pub fn start_with_plan(args: &RosArgs, planned: AnyPrepared) -> Result<Self, NodeError> {
+        Self::start_knowing(args, Some(planned))
+    }
+
+    fn start_knowing(args: &RosArgs, known: Option<AnyPrepared>) -> Result<Self, NodeError> {
         let node = Node::new(Self::options(args))?;
         settings::validate(node.parameters(), &node.parameters().all()).map_err(NodeError::Parameter)?;
         node.parameters().on_set_together(settings::validate);
@@ -197,6 +212,7 @@ impl JobPlanner {
             board: PlanPublisher::new(&node, cell.mailbox())?,
             cell,
             loaded: Mutex::default(),
+            known: Mutex::new(known),
             job_slot: Mutex::default(),
             run: Mutex::default(),
             work: Mutex::new(Some(work)),
@@ -269,13 +285,13 @@ impl JobPlanner {
     }
 
     /// Brings a job that runs to rest, then ends the node.
-    pub fn stop(self) {
-        self.stop_within(STOPPING);
+    pub fn stop(self) -> Farewell {
+        self.stop_within(STOPPING)
     }
 
     /// The same. What does not come to its end within `limit` is left behind: the interpolator brings a cancelled job to rest by itself,
     /// and a plan that is being computed is of no use any more.
-    pub fn stop_within(mut self, limit: Duration) {
+    pub fn stop_within(mut self, limit: Duration) -> Farewell {
         let end = Instant::now() + limit;
         let left = || end.saturating_duration_since(Instant::now());
         self.shared.active.store(false, Ordering::Release);
@@ -299,7 +315,7 @@ impl JobPlanner {
             join_within(run, left());
         }
         self.shared.cell.end(left().max(LAST_WORD));
-        self.node.shutdown();
+        self.node.leave()
     }
 }
 

@@ -41,8 +41,8 @@ use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};
 use camwright_ros::{
-    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue, Parameters,
-    Publisher, Qos, Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
+    Diagnostics, Farewell, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue,
+    Parameters, Publisher, Qos, Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
 };
 use camwright_threads::ring::{Receiver, Sender, Waker, ring};
 use camwright_threads::system_time::system_time_ns;
@@ -236,11 +236,11 @@ impl MachineSim {
     }
 
     /// Ends the cyclic thread, then the node.
-    pub fn stop(self) {
+    pub fn stop(self) -> Farewell {
         self.bounds.stop.store(true, Ordering::Release);
         self.waker.wake();
         self.threads.join();
-        self.node.shutdown();
+        self.node.leave()
     }
 }
 

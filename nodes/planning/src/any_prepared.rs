@@ -61,6 +61,20 @@ impl AnyPrepared {
         }
     }
 
+    /// Returns true if this is the plan of a job, with the files that it names, for the machine as it is.
+    #[must_use]
+    pub fn is_plan_of(&self, job: &AnyJob, now: &MachineNow) -> bool {
+        let is_same_machine = *self.machine() == now.description;
+        is_same_machine
+            && match (self, job) {
+                (Self::Ground(prepared), AnyJob::Ground(job)) => {
+                    prepared.job.hash == job.hash && prepared.wheel == now.wheel
+                }
+                (Self::Turned(prepared), AnyJob::Turned(job)) => prepared.job.hash == job.hash,
+                _ => false,
+            }
+    }
+
     /// Name of the job.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -65,11 +65,11 @@ pub(super) fn left_out(machine: &MachineDescription) -> Vec<Vec<Effect>> {
 
 /// Simulates a job without each effect of its machine, and last without all of them: the remaining error comes from the counts of the
 /// setpoints and the grid of the part. It also simulates the good drives of the machine file, at once and after some learned parts. The
-/// simulations run in parallel, one thread a processor.
+/// simulations run in parallel, one thread a processor. `on_done` receives how many are done, of how many.
 ///
 /// # Errors
 /// See [`simulate_job_on`].
-pub fn causes(prepared: &PreparedJob) -> Result<Causes, SimulationFailed> {
+pub fn causes(prepared: &PreparedJob, on_done: &(dyn Fn(usize, usize) + Sync)) -> Result<Causes, SimulationFailed> {
     let mut all = effects(&prepared.machine);
     // What a gauge finds by how the machine deflects cannot be found on one that does not.
     all.retain(|effect| *effect != Effect::Deflection || prepared.expected_correction.is_none());
@@ -83,11 +83,11 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, SimulationFailed> {
     let mut simulations: Vec<(u32, MachineDescription)> = Vec::new();
     simulations.extend(good.iter().filter(|_| learns).map(|machine| (LEARNED_PARTS, machine.clone())));
     simulations.extend(left_out.iter().map(lacking).chain(good.clone()).map(|machine| (0, machine)));
-    let mut lobes = beside_each_other(&simulations, |(parts, machine)| match parts {
+    let one = |(parts, machine): &(u32, MachineDescription)| match parts {
         0 => Ok(simulate_job_on(prepared, machine, |_, _| {})?.1),
         parts => simulate_learned(prepared, machine, *parts, |_, _| {}),
-    })?
-    .into_iter();
+    };
+    let mut lobes = beside_each_other(&simulations, one, on_done)?.into_iter();
     let learned = if good.is_some() && learns { lobes.next() } else { None };
     let without: Vec<EffectRemoved> = left_out
         .into_iter()
@@ -103,9 +103,11 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, SimulationFailed> {
 pub(super) fn beside_each_other<I: Sync, O: Send, E: Send>(
     inputs: &[I],
     work: impl Fn(&I) -> Result<O, E> + Sync,
+    on_done: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<O>, E> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(inputs.len());
-    let next = AtomicUsize::new(0);
+    let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    on_done(0, inputs.len());
     let one = || {
         let mut done = Vec::new();
         while let Some((index, input)) = {
@@ -113,6 +115,7 @@ pub(super) fn beside_each_other<I: Sync, O: Send, E: Send>(
             inputs.get(index).map(|input| (index, input))
         } {
             done.push((index, work(input)));
+            on_done(ended.fetch_add(1, Ordering::Relaxed) + 1, inputs.len());
         }
         done
     };
@@ -137,7 +140,7 @@ mod tests {
     fn every_effect_of_the_machine_has_its_share_of_the_error() {
         let short = ["infeed.total_mm=0.072".to_owned(), "stock_mm=0.06".to_owned()];
         let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
-        let causes = causes(&prepared).unwrap();
+        let causes = causes(&prepared, &|_, _| {}).unwrap();
         let names: Vec<String> = causes.without.iter().map(EffectRemoved::name).collect();
         let all = "servo, deflection, thermal, unbalance, quantisation";
         assert_eq!(names, ["servo", "deflection", "thermal", "unbalance", "quantisation", all]);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{
     level::Level,
+    loopback::IntraProcess,
     names::{self, NameKind, RemapRule, RemapTarget},
     parameter_value::ParameterValue,
     params_file::{self, NodeParameters},
@@ -64,6 +65,7 @@ pub struct RosArgs {
     range: DiscoveryRange,
     namespace: String,
     unsupported: Unsupported,
+    process: Option<IntraProcess>,
 }
 
 impl Default for RosArgs {
@@ -82,6 +84,7 @@ impl Default for RosArgs {
             range: DiscoveryRange::Localhost,
             namespace: "/".into(),
             unsupported: Unsupported::default(),
+            process: None,
         }
     }
 }
@@ -277,6 +280,17 @@ impl RosArgs {
 
     pub(super) fn remap_rules(&self) -> &[RemapRule] {
         &self.remaps
+    }
+
+    /// Lets the nodes that are started with these arguments and their clones deliver topics to each other without the network.
+    #[must_use]
+    pub fn with_intra_process(mut self) -> Self {
+        self.process = Some(IntraProcess::default());
+        self
+    }
+
+    pub(super) fn intra_process(&self) -> Option<&IntraProcess> {
+        self.process.as_ref()
     }
 
     /// Prints only lines from this level on the terminal, unless the command line sets a log level. `/rosout` keeps every line.

@@ -490,7 +490,7 @@ impl DiscoveryState {
     }
 }
 
-fn prefix(guid: &GUID) -> Prefix {
+pub(super) fn prefix(guid: &GUID) -> Prefix {
     gate::octets(guid.prefix)
 }
 

@@ -141,8 +141,14 @@ impl Executor {
 
     /// Runs a job on the executor thread as soon as possible.
     pub(super) fn post(&self, job: ExecutorJob) {
-        self.queue().jobs.push_back(job);
-        self.wake();
+        let mut queue = self.queue();
+        // The executor takes all jobs at once and looks for more before it waits.
+        let is_woken = !queue.jobs.is_empty();
+        queue.jobs.push_back(job);
+        drop(queue);
+        if !is_woken {
+            self.wake();
+        }
     }
 
     /// Runs a job on the executor thread at `due`; jobs with equal times run in the order of this call.

@@ -113,7 +113,7 @@ pub use lifecycle::{Lifecycle, LifecycleCallbacks, LifecycleState, Transition};
 pub use logging::{CurrentLogger, Logger, RosLayer};
 pub use names::NameError;
 pub use network::limit_memory;
-pub use node::{Node, SpinThread};
+pub use node::{Farewell, Node, SpinThread};
 pub use node_lock::{NodeLock, runs_already};
 pub use node_start::NodeOptions;
 pub use parameter_value::ParameterValue;

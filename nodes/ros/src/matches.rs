@@ -20,6 +20,11 @@ impl Matches<'_> {
         self.matched.get(ours).map_or(0, BTreeMap::len)
     }
 
+    /// Endpoints that match one of ours.
+    pub(super) fn endpoints(&self, ours: &GUID) -> impl Iterator<Item = &GUID> {
+        self.matched.get(ours).into_iter().flat_map(BTreeMap::keys)
+    }
+
     /// Returns true if an endpoint of the participant of `theirs` matches one of ours.
     pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
         self.for_participant(ours, theirs).next().is_some()

@@ -3,6 +3,7 @@
 use std::{
     any::Any,
     fmt,
+    panic::resume_unwind,
     sync::{Arc, Mutex, OnceLock, PoisonError},
     thread::JoinHandle,
     time::{Duration, Instant},
@@ -64,24 +65,43 @@ pub(super) struct NodeInner {
 
 impl Drop for NodeInner {
     fn drop(&mut self) {
-        self.leave();
+        drop(self.leave());
+    }
+}
+
+/// Farewell of a node that has left; dropping it waits until the farewell is sent (0.3 s).
+#[derive(Debug, Default)]
+pub struct Farewell(Option<JoinHandle<()>>);
+
+impl Drop for Farewell {
+    fn drop(&mut self) {
+        if let Some(Err(panic)) = self.0.take().map(JoinHandle::join)
+            && !std::thread::panicking()
+        {
+            resume_unwind(panic);
+        }
     }
 }
 
 impl NodeInner {
-    fn leave(&self) {
-        let Some(side) = self.crate_side.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
+    fn leave(&self) -> Farewell {
+        let Some(side) = self.crate_side.lock().unwrap_or_else(PoisonError::into_inner).take() else {
+            return Farewell::default();
+        };
         self.executor.close();
         self.logger.detach();
         self.retained.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.watch.lock().unwrap_or_else(PoisonError::into_inner).take();
         let CrateSide { node, context, participant } = side;
+        let beside = Arc::clone(&self.beside);
         // Dropping the node publishes the list of nodes without it; the participant must live until that is on its way.
         drop(node);
-        std::thread::sleep(FAREWELL);
-        self.beside.farewell();
-        drop(context);
-        drop(participant);
+        Farewell(Some(std::thread::spawn(move || {
+            std::thread::sleep(FAREWELL);
+            beside.farewell();
+            drop(context);
+            drop(participant);
+        })))
     }
 }
 
@@ -310,7 +330,12 @@ impl Node {
     /// Leaves the graph: ends `spin`, drops all callbacks, says farewell and waits until that is sent (0.3 s). Publishers and clients
     /// that are still held fail from now on.
     pub fn shutdown(&self) {
-        self.inner.leave();
+        drop(self.leave());
+    }
+
+    /// Same as [`Node::shutdown`], but waits only when the result is dropped.
+    pub fn leave(&self) -> Farewell {
+        self.inner.leave()
     }
 }
 

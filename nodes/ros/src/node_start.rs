@@ -150,7 +150,7 @@ impl Node {
         let node = Node {
             inner: Arc::new(NodeInner {
                 names,
-                loopback: Loopback::new(&graph),
+                loopback: Loopback::new(&graph, &participant.guid(), args.intra_process()),
                 graph,
                 parameters,
                 clock: Arc::default(),

@@ -13,7 +13,7 @@ use std::{
 
 use camwright_msgs::Message;
 use futures::Stream;
-use rustdds::{GUID, QosPolicies, bytes::Bytes};
+use rustdds::{GUID, QosPolicies, bytes::Bytes, policy::Reliability};
 use serde::de::DeserializeOwned;
 
 use super::{
@@ -21,7 +21,7 @@ use super::{
     discovery::{Graph, Guid},
     error::RosError,
     executor::{Executor, SourceHandle},
-    loopback::LocalEndpoint,
+    loopback::{LocalEndpoint, Unread},
     names::{self, NameKind},
     node::Node,
     qos::{Durability, Qos},
@@ -119,6 +119,9 @@ struct PublisherCore {
     guid: GUID,
     topic: String,
     graph: Arc<Graph>,
+    durability: Durability,
+    /// Maximum time to wait for room.
+    max_blocking: Duration,
 }
 
 impl fmt::Debug for RawPublisher {
@@ -140,12 +143,20 @@ impl RawPublisher {
     }
 
     fn send(&self, body: Vec<u8>) -> Result<(), RosError> {
-        let local_body = self.core.local.wants_bodies().then(|| Bytes::copy_from_slice(&body));
-        self.core.writer.publish(Octets(body)).map_err(|error| match error {
-            ros2_client::error::WriteError::WouldBlock { .. } => RosError::Congested { topic: self.core.topic.clone() },
-            error => RosError::publish(&self.core.topic, error.to_string()),
+        let PublisherCore { writer, local, topic, durability, max_blocking, .. } = &*self.core;
+        if !local.wait_room(*max_blocking) {
+            return Err(RosError::Congested { topic: topic.clone() });
+        }
+        if !local.needs_dds(*durability) {
+            local.write(Some(body.into()), None);
+            return Ok(());
+        }
+        let local_body = local.wants_bodies().then(|| Bytes::copy_from_slice(&body));
+        writer.publish(Octets(body)).map_err(|error| match error {
+            ros2_client::error::WriteError::WouldBlock { .. } => RosError::Congested { topic: topic.clone() },
+            error => RosError::publish(topic, error.to_string()),
         })?;
-        self.core.local.write(local_body, None);
+        local.write(local_body, None);
         Ok(())
     }
 
@@ -174,7 +185,7 @@ impl RawPublisher {
 #[must_use = "dropping it ends the subscription"]
 pub struct Subscription {
     _source: SourceHandle,
-    _local: LocalEndpoint,
+    _local: Arc<LocalEndpoint>,
     guid: GUID,
     topic: String,
     graph: Arc<Graph>,
@@ -250,8 +261,13 @@ impl Node {
             .map_err(|error| RosError::create(format!("publisher on {absolute}"), error))?;
         let guid = writer.guid();
         let local = self.loopback().add_writer(&names::dds_topic(&absolute), dds_type, qos, guid);
-        let graph = Arc::clone(self.graph());
-        Ok(RawPublisher { core: Arc::new(PublisherCore { writer, local, guid, topic: absolute, graph }) })
+        let (graph, durability) = (Arc::clone(self.graph()), qos.durability);
+        let max_blocking = match policies.reliability() {
+            Some(Reliability::Reliable { max_blocking_time }) => max_blocking_time.into(),
+            _ => Duration::ZERO,
+        };
+        let core = PublisherCore { writer, local, guid, topic: absolute, graph, durability, max_blocking };
+        Ok(RawPublisher { core: Arc::new(core) })
     }
 
     /// Subscribes to messages of type `M`; the callback runs on the executor thread.
@@ -379,8 +395,16 @@ impl Node {
             .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
         let guid = reader.guid();
         let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, take)));
-        let (topic, logger, own) = (name.to_string(), self.logger().clone(), guid.prefix);
-        let (local, executor) = (Arc::clone(&delivery), Arc::downgrade(self.executor()));
+        let (executor, for_local) = (Arc::downgrade(self.executor()), Arc::clone(&delivery));
+        let deliver_local = Box::new(move |body: Bytes, info: SampleInfo, unread: Unread| {
+            let (Some(executor), delivery) = (executor.upgrade(), Arc::clone(&for_local)) else { return };
+            executor.post(Box::new(move || {
+                delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(Octets(body.into()), info);
+                drop(unread);
+            }));
+        });
+        let local = Arc::new(self.loopback().add_reader(&dds_name, dds_type, qos, guid, deliver_local));
+        let (topic, logger, here) = (name.to_string(), self.logger().clone(), Arc::clone(&local));
         let mut types =
             WriterTypes { graph: Arc::clone(self.graph()), dds_type: dds_type.to_string(), fitting: BTreeMap::new() };
         let source = self
@@ -404,7 +428,7 @@ impl Node {
                                 if let Some(depth) = &mut depth {
                                     depth.observe(body.0.len(), info.received_ns);
                                 }
-                                if info.writer.prefix != own && types.fit(&info.writer) && !earlier.has(&info) {
+                                if !here.delivers_from(&info.writer) && types.fit(&info.writer) && !earlier.has(&info) {
                                     delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(body, info);
                                 }
                             }
@@ -416,13 +440,6 @@ impl Node {
                 })
             })
             .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
-        let deliver_local = Box::new(move |body: Bytes, info: SampleInfo| {
-            let (Some(executor), delivery) = (executor.upgrade(), Arc::clone(&local)) else { return };
-            executor.post(Box::new(move || {
-                delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(Octets(body.into()), info);
-            }));
-        });
-        let local = self.loopback().add_reader(&dds_name, dds_type, qos, guid, deliver_local);
         let graph = Arc::clone(self.graph());
         Ok(Subscription { _source: source, _local: local, guid, topic: name.to_string(), graph })
     }

@@ -32,8 +32,8 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 use camwright_bag::{Counts, DurationSummary};
 use camwright_ros::running::{NodeError, autostart};
 use camwright_ros::{
-    Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs, ServiceHandle,
-    SpinThread, TimerHandle, Transition, WriterWindow, diagnostic_status,
+    Diagnostics, Farewell, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs,
+    ServiceHandle, SpinThread, TimerHandle, Transition, WriterWindow, diagnostic_status,
 };
 
 pub use selection::regex;
@@ -347,10 +347,15 @@ impl RunLogger {
 
     /// Closes the bag, then ends the node. A failure, unless all that was received before its end is in a bag that was closed properly.
     pub fn stop(self) -> ExitCode {
+        self.close().0
+    }
+
+    /// Same as [`RunLogger::stop`], but waits for the end of the node only when the farewell is dropped.
+    pub fn close(self) -> (ExitCode, Farewell) {
         // What could not be closed has been logged, and a node that was shut down before has nothing to close.
         drop(self.lifecycle.trigger(Transition::Shutdown));
-        self.shared.node.shutdown();
-        ExitCode::from(u8::from(self.shared.has_failed.load(Ordering::Acquire)))
+        let farewell = self.shared.node.leave();
+        (ExitCode::from(u8::from(self.shared.has_failed.load(Ordering::Acquire))), farewell)
     }
 }
 

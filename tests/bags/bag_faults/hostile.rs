@@ -246,7 +246,7 @@ pub fn read_in_every_way(directory: &Path) {
     let is_sound = check::check(&bag).is_ok_and(|report| report.worst().is_none());
     drop(BagInfo::read(&bag));
     drop(recover::recover(&bag, &directory.join("recovered")));
-    drop(camwright_analysis::report::write(&bag, Some(&directory.join("report.html"))));
+    drop(camwright_analysis::report::write(&bag, Some(&directory.join("report.html")), None));
     drop(camwright_analysis::rerun::rerun(&bag));
     let Ok(read) = Bag::open(&bag) else {
         assert!(!is_sound, "the check found nothing, and the bag cannot be opened");

@@ -110,12 +110,13 @@ fn rpm(rad_s: f64) -> String {
 /// The limit that a speed exceeds, and the speed that it allows.
 fn too_fast(work_speed_rad_s: f64, worst: &LimitUse) -> String {
     let (speed, in_rpm) = (figures(work_speed_rad_s), rpm(work_speed_rad_s));
-    let allowed_rad_s = work_speed_rad_s / worst.speed_ratio();
-    let (limit, limit_rpm) = (figures(allowed_rad_s), rpm(allowed_rad_s));
     let (axis, quantity) = (worst.axis, worst.quantity);
+    let is_speed_of_c = (axis, quantity) == (Axis::C, LimitedQuantity::Velocity);
+    let allowed_rad_s = if is_speed_of_c { worst.allowed } else { work_speed_rad_s / worst.speed_ratio() };
+    let (limit, limit_rpm) = (figures(allowed_rad_s), rpm(allowed_rad_s));
     let exceeds =
         alloc::format!("the work speed of {in_rpm} rpm ({speed} rad/s) exceeds {limit_rpm} rpm ({limit} rad/s)");
-    if let (Axis::C, LimitedQuantity::Velocity) = (axis, quantity) {
+    if is_speed_of_c {
         return exceeds + ", the limit of c_axis";
     }
     exceeds

@@ -58,6 +58,11 @@ pub const FILE_NAME: &str = "report.html";
 /// # Errors
 /// A bag that cannot be read, or that holds no job.
 pub fn html(path: &Path) -> Result<String, ReportError> {
+    html_with(path, None)
+}
+
+/// The same; `known` saves planning the recorded job again if it is that plan.
+fn html_with(path: &Path, known: Option<&AnyPrepared>) -> Result<String, ReportError> {
     let bag = Bag::open(path)?;
     let recorded = RecordedRun::from_bag(&bag)?;
     let story = JobTimeline::from_recorded(&recorded);
@@ -77,7 +82,7 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
     let described = replan::described(&story);
     let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, described.as_ref().ok(), motion.as_ref()?, (*cut)?);
     let lags: Vec<Option<Lag>> = cuts.iter().map(lag).collect();
-    let again = replan::plan(&story, described);
+    let again = replan::plan(&story, described, known);
     let split = split_of(&story, &again, motion.as_ref(), cuts.first().copied().flatten());
     let verdict = judge::judge(&recorded, &story, &lags, split.as_ref());
     Ok(page::html(&Findings {
@@ -129,12 +134,13 @@ fn split_of(
     })
 }
 
-/// Makes the report of a bag and writes it; omitted, `out` is `report.html` in the bag's directory. Returns where it lies.
+/// Makes the report of a bag and writes it; omitted, `out` is `report.html` in the bag's directory. A plan that the caller has saves
+/// planning the recorded job again. Returns where the report lies.
 ///
 /// # Errors
 /// As [`html`], and where the file cannot be written.
-pub fn write(bag: &Path, out: Option<&Path>) -> Result<PathBuf, ReportError> {
-    let page = html(bag)?;
+pub fn write(bag: &Path, out: Option<&Path>, known: Option<&AnyPrepared>) -> Result<PathBuf, ReportError> {
+    let page = html_with(bag, known)?;
     let beside = || if bag.is_dir() { bag.join(FILE_NAME) } else { bag.with_extension("html") };
     let out = out.map_or_else(beside, Path::to_owned);
     fs::write(&out, page).map_err(|source| ReportError::Io { action: "write", path: out.clone(), source })?;

@@ -89,7 +89,7 @@ fn a_hostile_bag_gives_a_page_without_a_script_and_the_same_bag_the_same_bytes()
 }
 
 fn write_to_bag(path: &Path) -> PathBuf {
-    let out = super::write(path, None).expect("it is written");
+    let out = super::write(path, None, None).expect("it is written");
     assert_eq!(out, path.join(FILE_NAME));
     out
 }

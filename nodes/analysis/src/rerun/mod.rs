@@ -117,13 +117,13 @@ impl ReplayVerdict {
 
 /// Result of `camwright replay BAG --against [OTHER]`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Comparison {
+pub struct RunComparison {
     pub verdict: ReplayVerdict,
     /// Comparison with the other run, if there is one.
     other: Option<DigestComparison>,
 }
 
-impl Comparison {
+impl RunComparison {
     /// The computed run is the recorded one, and the other run is the same.
     #[must_use]
     pub fn is_same(&self) -> bool {
@@ -170,9 +170,9 @@ impl Comparison {
 ///
 /// # Errors
 /// See [`within`].
-pub fn against(bag: &Path, other: Option<&Path>, window: Window) -> Result<Comparison, RerunError> {
+pub fn against(bag: &Path, other: Option<&Path>, window: Window) -> Result<RunComparison, RerunError> {
     let verdict = within(bag, window)?;
-    Ok(Comparison { verdict, other: other.map(|other| digests::compare(bag, other)).transpose()? })
+    Ok(RunComparison { verdict, other: other.map(|other| digests::compare(bag, other)).transpose()? })
 }
 
 /// Computes the run of a bag again.

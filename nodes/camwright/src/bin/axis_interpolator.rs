@@ -5,5 +5,5 @@ use camwright_ros::running::{self, COMING_TO_REST, ENDING};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    running::main("axis_interpolator", ENDING, AxisInterpolator::start, |node| node.stop_within(COMING_TO_REST))
+    running::main("axis_interpolator", ENDING, AxisInterpolator::start, |node| drop(node.stop_within(COMING_TO_REST)))
 }

@@ -5,5 +5,5 @@ use camwright_ros::running::{self, COMING_TO_REST, ENDING};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    running::main("job_planner", ENDING, JobPlanner::start, |planner| planner.stop_within(COMING_TO_REST))
+    running::main("job_planner", ENDING, JobPlanner::start, |planner| drop(planner.stop_within(COMING_TO_REST)))
 }

@@ -5,5 +5,5 @@ use camwright_ros::running;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    running::main("machine_sim", running::ENDING, MachineSim::start, MachineSim::stop)
+    running::main("machine_sim", running::ENDING, MachineSim::start, |machine| drop(machine.stop()))
 }

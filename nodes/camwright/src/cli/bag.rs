@@ -1,7 +1,7 @@
 //! `camwright bag info`, `check`, `report`, `recover` and `export`.
 
 use super::help;
-use super::output::{Level, print_error, print_verdict, say, wrapped};
+use super::output::{VerdictLevel, print_error, print_verdict, say, wrapped};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -152,7 +152,7 @@ pub fn run(args: &BagArgs) -> ExitCode {
 struct BagResult {
     text: String,
     /// None for JSON.
-    level: Option<Level>,
+    level: Option<VerdictLevel>,
     code: u8,
 }
 
@@ -162,7 +162,7 @@ impl BagResult {
         is_json: bool,
         json: impl FnOnce() -> String,
         text: impl FnOnce() -> String,
-        level: Level,
+        level: VerdictLevel,
         code: u8,
     ) -> Self {
         match is_json {
@@ -173,7 +173,7 @@ impl BagResult {
 }
 
 fn report(args: &ReportArgs) -> ExitCode {
-    match camwright_analysis::report::write(&args.bag, args.out.as_deref()) {
+    match camwright_analysis::report::write(&args.bag, args.out.as_deref(), None) {
         Ok(path) => {
             match args.json {
                 true => say!("{}", json!({ "report": path })),
@@ -192,9 +192,9 @@ fn info(bag: &Path, json: bool, details: bool) -> Result<BagResult, camwright_ba
     let info = BagInfo::read(bag)?;
     let text = info.to_text(details);
     let level = match info.is_closed {
-        false => Level::Bad,
-        true if text.starts_with("COMPLETE") || text.starts_with("CLOSED") => Level::Good,
-        true => Level::Warning,
+        false => VerdictLevel::Bad,
+        true if text.starts_with("COMPLETE") || text.starts_with("CLOSED") => VerdictLevel::Good,
+        true => VerdictLevel::Warning,
     };
     Ok(BagResult::new(json, || info.to_json(), || text, level, 0))
 }
@@ -202,9 +202,9 @@ fn info(bag: &Path, json: bool, details: bool) -> Result<BagResult, camwright_ba
 fn check_bag(bag: &Path, json: bool) -> Result<BagResult, camwright_bag::BagError> {
     let report = check::check(bag)?;
     let (level, code) = match report.worst() {
-        None => (Level::Good, 0),
-        Some(BagSeverity::Warning) => (Level::Warning, 1),
-        Some(BagSeverity::Error) => (Level::Bad, 2),
+        None => (VerdictLevel::Good, 0),
+        Some(BagSeverity::Warning) => (VerdictLevel::Warning, 1),
+        Some(BagSeverity::Error) => (VerdictLevel::Bad, 2),
     };
     Ok(BagResult::new(json, || report.to_json(), || wrapped(&report.to_text(), 2), level, code))
 }
@@ -213,7 +213,13 @@ fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<BagResult,
     let into = into.map_or_else(|| recover::beside(bag), Path::to_owned);
     let recovery = recover::recover(bag, &into)?;
     let code = if recovery.is_whole() { 0 } else { 2 };
-    Ok(BagResult::new(json, || recovery.to_json(), || wrapped(&recovery.to_text(), 2), Level::from_code(code), code))
+    Ok(BagResult::new(
+        json,
+        || recovery.to_json(),
+        || wrapped(&recovery.to_text(), 2),
+        VerdictLevel::from_code(code),
+        code,
+    ))
 }
 
 fn export_bag(args: &ExportArgs) -> Result<BagResult, camwright_bag::BagError> {
@@ -242,5 +248,5 @@ fn export_bag(args: &ExportArgs) -> Result<BagResult, camwright_bag::BagError> {
         json!({ "messages": exported.messages, "files": exported.paths, "not_exported": missing }).to_string()
     };
     let code = u8::from(!exported.left_out.is_empty());
-    Ok(BagResult::new(args.json, json, || text, Level::from_code(code), code))
+    Ok(BagResult::new(args.json, json, || text, VerdictLevel::from_code(code), code))
 }

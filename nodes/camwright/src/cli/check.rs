@@ -1,7 +1,7 @@
 //! `camwright check`: validates a job, a machine, a lift table or a parameter file.
 
 use super::check_parameters;
-use super::output::{Level, print_error, print_verdict, print_warning, say, wrapped};
+use super::output::{VerdictLevel, print_error, print_verdict, print_warning, say, wrapped};
 use camwright_files::{ConfigError, FileLocation};
 use camwright_planning::{self as planning, CheckReport, Finding, Severity};
 use serde_json::{Value, json};
@@ -34,9 +34,9 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
     };
     let worst = findings.iter().map(|finding| finding.severity).max();
     let (verdict, level) = match worst {
-        None => ("clean", Level::Good),
-        Some(Severity::Warning) => ("warnings", Level::Warning),
-        Some(Severity::Error) => ("refused", Level::Bad),
+        None => ("clean", VerdictLevel::Good),
+        Some(Severity::Warning) => ("warnings", VerdictLevel::Warning),
+        Some(Severity::Error) => ("refused", VerdictLevel::Bad),
     };
     if args.json {
         let findings: Vec<Value> = findings.iter().map(as_json).collect();

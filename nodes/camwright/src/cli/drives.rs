@@ -1,6 +1,6 @@
 //! `camwright drives`: form error by each drive of a lathe, and the gain that keeps the tolerance.
 
-use super::output::{Level, print_error, print_verdict, say, wrapped};
+use super::output::{VerdictLevel, print_error, print_verdict, say, wrapped};
 use camwright::math::units::{TURN_RAD, mm_from_um, um_from_mm};
 use camwright::simulation::lathe_drives::{
     Drives, DrivesForm, DrivesResult, FeedForward, GainSearch, GainTrial, MinimumGain, TurningDrives,
@@ -43,7 +43,7 @@ pub(super) fn main(args: &DrivesArgs) -> ExitCode {
             ExitCode::SUCCESS
         }
         Ok((text, _)) => {
-            let level = if text.starts_with("NOT GOOD") { Level::Bad } else { Level::Good };
+            let level = if text.starts_with("NOT GOOD") { VerdictLevel::Bad } else { VerdictLevel::Good };
             print_verdict(level, &wrapped(text.trim_end(), 2));
             ExitCode::SUCCESS
         }

@@ -32,13 +32,13 @@ pub(super) struct JsonArg {
 
 /// Colours of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Level {
+pub(super) enum VerdictLevel {
     Good,
     Warning,
     Bad,
 }
 
-impl Level {
+impl VerdictLevel {
     /// Level of a result with this exit code, where 1 means warnings or not.
     pub(super) const fn from_code(code: u8) -> Self {
         if code == 0 { Self::Good } else { Self::Bad }
@@ -108,24 +108,24 @@ pub(super) fn write_note(line: Arguments<'_>) {
 }
 
 /// Prints a result whose first line is `VERDICT: …`.
-pub(super) fn print_verdict(level: Level, text: &str) {
+pub(super) fn print_verdict(level: VerdictLevel, text: &str) {
     write_line(format_args!("{}", level.paint(text)));
 }
 
 /// Prints `sender: message` on standard error, also with `--quiet`.
 pub(super) fn print_error(sender: &str, message: &dyn Display) {
-    let _reader_is_gone = writeln!(anstream::stderr(), "{}", Level::Bad.paint(&format!("{sender}: {message}")));
+    let _reader_is_gone = writeln!(anstream::stderr(), "{}", VerdictLevel::Bad.paint(&format!("{sender}: {message}")));
 }
 
 /// Prints a warning `sender: message` on standard error.
 pub(super) fn print_warning(sender: &str, message: &dyn Display) {
-    write_note(format_args!("{}", Level::Warning.paint(&format!("{sender}: {message}"))));
+    write_note(format_args!("{}", VerdictLevel::Warning.paint(&format!("{sender}: {message}"))));
 }
 
 /// Prints the warnings about a planned job on standard error.
 pub(super) fn print_warnings(prepared: &AnyPrepared) {
     for finding in prepared.warnings() {
-        write_note(format_args!("{}", Level::Warning.paint(&finding.to_string())));
+        write_note(format_args!("{}", VerdictLevel::Warning.paint(&finding.to_string())));
     }
 }
 
@@ -151,8 +151,8 @@ mod tests {
 
     #[test]
     fn a_verdict_is_coloured_up_to_its_colon() {
-        assert_eq!(Level::Good.paint("GOOD: 3 um: fine"), "\u{1b}[1m\u{1b}[32mGOOD\u{1b}[0m: 3 um: fine");
-        assert_eq!(Level::Bad.paint("BURNT"), "\u{1b}[1m\u{1b}[31mBURNT\u{1b}[0m");
+        assert_eq!(VerdictLevel::Good.paint("GOOD: 3 um: fine"), "\u{1b}[1m\u{1b}[32mGOOD\u{1b}[0m: 3 um: fine");
+        assert_eq!(VerdictLevel::Bad.paint("BURNT"), "\u{1b}[1m\u{1b}[31mBURNT\u{1b}[0m");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `camwright plan`: plans a job without ROS and writes its paths.
 
-use super::output::{Level, print_error, print_verdict, print_warnings, say, wrapped};
+use super::output::{VerdictLevel, print_error, print_verdict, print_warnings, say, wrapped};
 use super::plan_turned;
 use crate::bag_size::BagSize;
 use camwright_machine_cycle::pacing::Pace;
@@ -63,7 +63,7 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
             ExitCode::SUCCESS
         }
         Ok(text) => {
-            print_verdict(Level::Good, &wrapped(text.trim_end(), 2));
+            print_verdict(VerdictLevel::Good, &wrapped(text.trim_end(), 2));
             say!("files:  {} in {}", files.get(), args.out.display());
             ExitCode::SUCCESS
         }

@@ -1,6 +1,6 @@
 //! `camwright post`: writes the NC program of a job and verifies it.
 
-use super::output::{Level, print_error, print_verdict, say, wrapped};
+use super::output::{VerdictLevel, print_error, print_verdict, say, wrapped};
 use camwright_planning::{self as planning, ProgramSummary};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ pub(super) fn main(args: &PostArgs) -> ExitCode {
         }
         Ok(summary) => {
             let text = if args.details { as_text(&summary) + &details(&summary) } else { as_text(&summary) };
-            print_verdict(Level::Good, &wrapped(text.trim_end(), 2));
+            print_verdict(VerdictLevel::Good, &wrapped(text.trim_end(), 2));
             say!("files:   {} in {}", files.get(), args.out.display());
             ExitCode::SUCCESS
         }

@@ -1,6 +1,6 @@
 //! `camwright replan`: plans the recorded jobs of bags again with this program, and lists the differences.
 
-use super::output::{JsonArg, Level, print_error, print_verdict, say, wrapped};
+use super::output::{JsonArg, VerdictLevel, print_error, print_verdict, say, wrapped};
 use camwright_analysis::replan::{ReplanOutcome, archived_jobs, bags_in, replan};
 use camwright_bag::progress;
 use clap::Args;
@@ -116,7 +116,7 @@ pub(super) fn main(args: &ReplanArgs) -> ExitCode {
         let verdict =
             format!("{word}: {count} jobs of {} bags, {different} different, {failed} not planned again", bags.len());
         let lines: Vec<String> = std::iter::once(verdict).chain(jobs.iter().map(Replanned::text)).collect();
-        print_verdict(Level::from_code(code), &wrapped(&lines.join("\n"), 2));
+        print_verdict(VerdictLevel::from_code(code), &wrapped(&lines.join("\n"), 2));
     }
     ExitCode::from(code)
 }

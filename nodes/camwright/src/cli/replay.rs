@@ -1,6 +1,6 @@
 //! `camwright replay`: plays a bag to the graph, or recomputes its run.
 
-use super::output::{Level, note, print_error, print_verdict, say, wrapped};
+use super::output::{VerdictLevel, note, print_error, print_verdict, say, wrapped};
 use crate::player::{self, PlaybackSummary, ReplayError};
 use camwright_analysis::rerun::{self, Window};
 use camwright_ros::{RosArgs, Shutdown};
@@ -52,7 +52,7 @@ fn compare(args: &ReplayCommand, other: Option<&Path>) -> ExitCode {
     if args.json {
         say!("{:#}", compared.to_json());
     } else {
-        print_verdict(Level::from_code(code), &wrapped(&compared.to_text(), 2));
+        print_verdict(VerdictLevel::from_code(code), &wrapped(&compared.to_text(), 2));
     }
     ExitCode::from(code)
 }

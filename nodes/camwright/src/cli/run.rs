@@ -6,7 +6,7 @@ use super::output::{is_quiet, note, print_error, print_warning, print_warnings};
 use super::pace::PaceArg;
 use super::run_cell::CellNodes;
 use super::run_client::{CellClient, JobEnd};
-use super::run_part::PartState;
+use super::run_part::PartProgress;
 use super::run_progress::{RunProgress, Stage};
 use super::run_report::{Report, RunFiles};
 use super::turned_report::TurnedReport;
@@ -22,7 +22,7 @@ use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
-use camwright_planning::{self as planning, AnyPrepared, Causes, OtherLathe, PreparedJob, PreparedTurning};
+use camwright_planning::{self as planning, AnyPrepared, Causes, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, Level, NodeLock, RosArgs, RosLayer, Shutdown};
 use camwright_threads::supervised;
@@ -93,9 +93,15 @@ pub(super) struct RunArgs {
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
-    /// Print all results: times, power, stiffness, runout, causes of the form error.
+    /// Print all results: times, power, stiffness, runout.
     #[arg(long)]
     details: bool,
+    /// Simulate the job without each effect of the machine and print the form error of each.
+    #[arg(long)]
+    causes: bool,
+    /// Print the time that each stage took on standard error.
+    #[arg(long)]
+    timings: bool,
     /// Show the log lines of the nodes; without it only warnings and errors.
     #[arg(long, short)]
     verbose: bool,
@@ -123,7 +129,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
         (false, true) => Level::Unset,
         (false, false) => Level::Warn,
     };
-    let ros_args = &ros_args.clone().with_console_level(lowest);
+    let ros_args = &ros_args.clone().with_console_level(lowest).with_intra_process();
     let shutdown = Shutdown::on_signals()?;
     let mut request = Request::from_args(args)?;
     let own = request.prepare_cell(ros_args)?;
@@ -133,19 +139,16 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     if own.is_some() {
         client.is_alone(ros_args)?;
     }
-    let cell = own.as_ref().map(|own| CellNodes::start(&own.ros_args)).transpose()?;
+    let cell = own.as_ref().map(|own| CellNodes::start(&own.ros_args, own.planned.clone())).transpose()?;
     let (planned, locks) = own.map(|own| (own.planned, own.locks)).unzip();
     client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
     if let Some(risk) = cell.as_ref().filter(|_| args.pace == PaceArg::Realtime).and_then(CellNodes::underrun_risk) {
         progress.suspend(|| print_warning("warning", &risk));
     }
+    progress.enter(Stage::Running);
     let finished = run_job(&client, &mut request, ros_args, &progress, &shutdown);
     progress.enter(Stage::Closing);
-    if let Some(cell) = cell {
-        cell.stop();
-    }
-    drop(locks);
-    client.node.shutdown();
+    let farewells = (cell.map(CellNodes::stop), client.node.leave());
     let finished = match finished {
         Ok(finished) => finished,
         Err(error) => {
@@ -156,6 +159,11 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     page.iter().for_each(OperatorPage::end_cell);
     progress.enter(Stage::Reporting);
     let code = request.report(finished, planned, &progress, started.elapsed());
+    drop(farewells);
+    drop(locks);
+    if args.timings {
+        note!("{}", progress.timings());
+    }
     if let Some(page) = page {
         note!("the operator page stays until Ctrl-C: {}", page.url());
         shutdown.wait();
@@ -192,7 +200,7 @@ struct Finished {
     batch: Option<Batch>,
     planned_as: Option<JobStatus>,
     form_map: Option<FormMap>,
-    part: PartState,
+    part: PartProgress,
 }
 
 impl Request {
@@ -258,7 +266,7 @@ impl Request {
         took: Duration,
     ) -> ExitCode {
         let bag = (!self.args.attach).then(|| self.bag.clone());
-        let report = bag.as_deref().and_then(|bag| page_of(bag, progress));
+        let report = bag.as_deref().and_then(|bag| page_of(bag, planned.as_ref(), progress));
         let files = RunFiles { bag, report };
         if self.turns {
             self.report_turned(finished, planned, files, progress, took)
@@ -277,7 +285,12 @@ impl Request {
     ) -> ExitCode {
         let Self { job, args, read, .. } = self;
         let Finished { status, result, form_map, .. } = finished;
-        let (predicted_s, causes) = replanned_turning(read, planned, &args, &result);
+        let prepared = replanned_turning(read, planned, &args, &result);
+        let predicted_s = prepared.as_ref().map(PreparedTurning::duration_s);
+        let asked = prepared.as_ref().filter(|_| args.causes);
+        let causes =
+            asked.and_then(|prepared| planning::turned_causes(prepared, &|done, of| progress.simulated(done, of)).ok());
+        let causes = causes.unwrap_or_default();
         let report = TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, files, took };
         progress.end(status);
         if args.json {
@@ -309,9 +322,10 @@ impl Request {
         let causes = Causes::default();
         let (job, result) = (&*job, &result);
         let mut report = Report { job, dry_run, status, result, times, causes, batch, part, files, took, identifies };
-        // The causes take a simulation each. A job that only measures leaves no finished part whose errors have causes.
-        if !identifies && (args.json || args.details || !report.is_good()) {
-            report.causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
+        // A job that only measures leaves no finished part whose errors have causes.
+        if let Some(prepared) = prepared.as_ref().filter(|_| args.causes && !identifies) {
+            let causes = planning::causes(prepared, &|done, of| progress.simulated(done, of));
+            report.causes = causes.unwrap_or_default();
         }
         progress.end(status);
         if args.json {
@@ -390,8 +404,8 @@ fn not_started(error: &ConfigError) -> NodeError {
 }
 
 /// Writes the report of the run from its bag. A failure is printed and does not fail the run.
-fn page_of(bag: &Path, progress: &RunProgress) -> Option<PathBuf> {
-    match report::write(bag, None) {
+fn page_of(bag: &Path, planned: Option<&AnyPrepared>, progress: &RunProgress) -> Option<PathBuf> {
+    match report::write(bag, None, planned) {
         Ok(page) => Some(page),
         Err(error) => {
             let message = format!("the report cannot be written: {error}");
@@ -489,26 +503,18 @@ fn replanned(
     }
 }
 
-/// Plans a turning job again without ROS; returns its predicted duration (s) and its form error on other machines if the plan is the same.
+/// Plans a turning job again without ROS; none if the plan of the run was another, or the run failed.
 fn replanned_turning(
     read: Option<AnyJob>,
     planned: Option<AnyPrepared>,
     args: &RunArgs,
     result: &RunJobResult,
-) -> (Option<f64>, Vec<OtherLathe>) {
-    let again = || -> Option<PreparedTurning> {
-        let Some(AnyJob::Turned(mut job)) = read else { return None };
-        job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
-        match plan_unless(planned, AnyJob::Turned(job))? {
-            AnyPrepared::Turned(prepared) => {
-                Some(*prepared).filter(|prepared| prepared.plan_hash() == result.plan_hash)
-            }
-            AnyPrepared::Ground(_) => None,
-        }
-    };
-    match again().filter(|_| result.success) {
-        Some(prepared) => (Some(prepared.duration_s()), planning::turned_causes(&prepared).unwrap_or_default()),
-        None => (None, Vec::new()),
+) -> Option<PreparedTurning> {
+    let Some(AnyJob::Turned(mut job)) = read.filter(|_| result.success) else { return None };
+    job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
+    match plan_unless(planned, AnyJob::Turned(job))? {
+        AnyPrepared::Turned(prepared) => Some(*prepared).filter(|prepared| prepared.plan_hash() == result.plan_hash),
+        AnyPrepared::Ground(_) => None,
     }
 }
 

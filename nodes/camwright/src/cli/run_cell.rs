@@ -4,10 +4,13 @@ use super::pace::PaceArg;
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
+use camwright_planning::AnyPrepared;
 use camwright_ros::running::NodeError;
-use camwright_ros::{Lifecycle, NodeLock, ParameterValue, RosArgs, Transition};
+use camwright_ros::{Farewell, Lifecycle, NodeLock, ParameterValue, RosArgs, Transition};
 use camwright_run_logger::RunLogger;
+use std::panic::resume_unwind;
 use std::path::Path;
+use std::thread::ScopedJoinHandle;
 
 /// Names of the nodes.
 pub(super) const NODES: [&str; 4] = ["machine_sim", "axis_interpolator", "job_planner", "run_logger"];
@@ -58,14 +61,23 @@ impl CellNodes {
         self.machine.underrun_risk()
     }
 
-    /// Starts the nodes.
-    pub(super) fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let cell = Self {
-            logger: RunLogger::start(args)?,
-            machine: MachineSim::start(args)?,
-            interpolator: AxisInterpolator::start(args)?,
-            planner: JobPlanner::start(args)?,
-        };
+    /// Starts the nodes, the planner with the plan that it needs first.
+    pub(super) fn start(args: &RosArgs, planned: AnyPrepared) -> Result<Self, NodeError> {
+        let cell = std::thread::scope(|scope| {
+            let logger = scope.spawn(|| RunLogger::start(args));
+            let machine = scope.spawn(|| MachineSim::start(args));
+            let interpolator = scope.spawn(|| AxisInterpolator::start(args));
+            let planner = scope.spawn(|| JobPlanner::start_with_plan(args, planned));
+            // All threads end before the first error is returned.
+            let (logger, machine) = (joined(logger), joined(machine));
+            let (interpolator, planner) = (joined(interpolator), joined(planner));
+            Ok::<_, NodeError>(Self {
+                logger: logger?,
+                machine: machine?,
+                interpolator: interpolator?,
+                planner: planner?,
+            })
+        })?;
         // Recorder first, so that the bag begins before anything happens; then from the axes upwards.
         for lifecycle in cell.lifecycles() {
             lifecycle.trigger(Transition::Configure)?;
@@ -78,11 +90,12 @@ impl CellNodes {
         [self.logger.lifecycle(), self.machine.lifecycle(), self.interpolator.lifecycle(), self.planner.lifecycle()]
     }
 
-    /// Ends the cell from the top down, the recorder last.
-    pub(super) fn stop(self) {
-        self.planner.stop();
-        self.interpolator.stop();
-        self.machine.stop();
-        self.logger.stop();
+    /// Ends the cell from the top down, the recorder last: its bag is closed. The nodes leave the graph until the result is dropped.
+    pub(super) fn stop(self) -> [Farewell; 4] {
+        [self.planner.stop(), self.interpolator.stop(), self.machine.stop(), self.logger.close().1]
     }
+}
+
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }

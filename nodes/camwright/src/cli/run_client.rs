@@ -2,7 +2,7 @@
 
 use super::output::note;
 use super::run_cell::NODES;
-use super::run_part::PartState;
+use super::run_part::PartProgress;
 use super::run_progress::JobProgress;
 use camwright::math::units::deg_from_rad;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
@@ -43,7 +43,7 @@ struct CellState {
 }
 
 /// End of a job: its status, its result, and the part by the feedback.
-pub(super) type JobEnd = (GoalStatus, RunJobResult, PartState);
+pub(super) type JobEnd = (GoalStatus, RunJobResult, PartProgress);
 
 /// Client node of the cell.
 pub(super) struct CellClient {
@@ -193,7 +193,7 @@ impl CellClient {
         progress: &JobProgress,
         shutdown: &Shutdown,
     ) -> Result<JobEnd, NodeError> {
-        let part: Arc<Mutex<PartState>> = Arc::default();
+        let part: Arc<Mutex<PartProgress>> = Arc::default();
         let (bar, state) = (progress.clone(), Arc::clone(&part));
         let on_feedback = move |feedback: RunJobFeedback| {
             state.lock().unwrap_or_else(PoisonError::into_inner).receive(&feedback);

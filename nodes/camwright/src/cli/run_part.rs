@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 /// Lobes that a job has begun, from its feedback.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct PartState {
+pub(super) struct PartProgress {
     /// Lobes in the order of the job.
     begun: Vec<String>,
     /// Turns done on the last of them, and all turns.
@@ -13,7 +13,7 @@ pub(super) struct PartState {
     lobes: usize,
 }
 
-impl PartState {
+impl PartProgress {
     pub(super) fn receive(&mut self, feedback: &RunJobFeedback) {
         self.lobes = usize::try_from(feedback.lobe_count).unwrap_or(usize::MAX);
         // A lobe is begun by its first turn, not by the way to it.
@@ -79,8 +79,8 @@ impl PartState {
 mod tests {
     use super::*;
 
-    fn after(feedback: &[(&str, f64, f64)]) -> PartState {
-        let mut part = PartState::default();
+    fn after(feedback: &[(&str, f64, f64)]) -> PartProgress {
+        let mut part = PartProgress::default();
         for (lobe, turn, turns) in feedback {
             part.receive(&RunJobFeedback {
                 lobe: (*lobe).to_owned(),

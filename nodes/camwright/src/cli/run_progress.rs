@@ -6,8 +6,10 @@ use camwright_files::convert::um_from_m as um;
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
 use camwright_ros::GoalStatus;
 use indicatif::{ProgressBar, ProgressDrawTarget};
+
 use std::fmt::Write as _;
-use std::time::Instant;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Length of the bar.
 const WHOLE: u64 = 1000;
@@ -17,6 +19,7 @@ const WHOLE: u64 = 1000;
 pub(super) enum Stage {
     Planning,
     Starting,
+    Running,
     Closing,
     Reporting,
 }
@@ -26,7 +29,8 @@ impl Stage {
         match self {
             Self::Planning => 0,
             Self::Starting => 20,
-            Self::Closing => 940,
+            Self::Running => JOBS.0,
+            Self::Closing => JOBS.1,
             Self::Reporting => 960,
         }
     }
@@ -35,6 +39,7 @@ impl Stage {
         match self {
             Self::Planning => "planning",
             Self::Starting => "starting the nodes",
+            Self::Running => "running the job",
             Self::Closing => "closing the bag",
             Self::Reporting => "writing the report",
         }
@@ -42,12 +47,14 @@ impl Stage {
 }
 
 /// Part of the bar that the jobs of all parts share.
-const JOBS: (u64, u64) = (40, Stage::Closing.start());
+const JOBS: (u64, u64) = (40, 940);
 
 /// Bar of a run, on a terminal only. It is cleared if the run does not come to its end.
 pub(super) struct RunProgress {
     bar: ProgressBar,
     began: Instant,
+    /// Stages so far, and when each began.
+    stages: Mutex<Vec<(Stage, Instant)>>,
 }
 
 impl RunProgress {
@@ -57,12 +64,13 @@ impl RunProgress {
             true => ProgressBar::with_draw_target(Some(WHOLE), ProgressDrawTarget::hidden()),
             false => progress::bar(WHOLE, "{bar:24} {percent:>3} %  {wide_msg}"),
         };
-        let progress = Self { bar, began: Instant::now() };
+        let progress = Self { bar, began: Instant::now(), stages: Mutex::default() };
         progress.enter(Stage::Planning);
         progress
     }
 
     pub(super) fn enter(&self, stage: Stage) {
+        self.stages.lock().unwrap_or_else(PoisonError::into_inner).push((stage, Instant::now()));
         self.bar.set_position(stage.start());
         self.bar.set_message(stage.text());
     }
@@ -80,6 +88,26 @@ impl RunProgress {
     /// Runs something that prints on the terminal.
     pub(super) fn suspend<R>(&self, print: impl FnOnce() -> R) -> R {
         self.bar.suspend(print)
+    }
+
+    /// Shows how many simulations of causes are done.
+    pub(super) fn simulated(&self, done: usize, of: usize) {
+        self.bar.set_message(format!("simulating the causes of the form error, {done} of {of} done"));
+    }
+
+    /// Time of each stage until now, one line each.
+    pub(super) fn timings(&self) -> String {
+        let stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        let ends = stages.iter().skip(1).map(|(_, began)| *began).chain([now]);
+        let line = |name: &str, time: Duration| format!("{name:<20} {:>7.3} s", time.as_secs_f64());
+        let mut lines: Vec<String> = stages
+            .iter()
+            .zip(ends)
+            .map(|((stage, began), end)| line(stage.text(), end.duration_since(*began)))
+            .collect();
+        lines.push(line("in all", now.duration_since(self.began)));
+        lines.join("\n")
     }
 
     /// Ends the bar of a job with this end.

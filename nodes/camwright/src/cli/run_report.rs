@@ -1,8 +1,8 @@
 //! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
 use super::batch::Batch;
-use super::output::{Level, print_verdict, say, wrapped};
-use super::run_part::PartState;
+use super::output::{VerdictLevel, print_verdict, say, wrapped};
+use super::run_part::PartProgress;
 use camwright::math::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_analysis::report::{BURNT, burnt};
 use camwright_files::convert::{j_mm3_from_j_m3, kw_from_w, m_from_mm, mm_from_m, um_from_m as um};
@@ -67,7 +67,7 @@ impl RunFiles {
 
 /// Prints the verdict of a run.
 pub(super) fn print_run_verdict(verdict: &str, is_good: bool) {
-    print_verdict(if is_good { Level::Good } else { Level::Bad }, &wrapped(verdict, 2));
+    print_verdict(if is_good { VerdictLevel::Good } else { VerdictLevel::Bad }, &wrapped(verdict, 2));
 }
 
 /// Result of a grinding job.
@@ -84,7 +84,7 @@ pub(super) struct Report<'a> {
     /// All parts of a batch; every other field is about the last part.
     pub(super) batch: Option<Batch>,
     /// State of the part if the job is not complete.
-    pub(super) part: PartState,
+    pub(super) part: PartProgress,
     pub(super) files: RunFiles,
     pub(super) took: Duration,
     /// True if the job only measured stiffness.
@@ -135,6 +135,7 @@ impl Report<'_> {
         if details {
             self.print_details();
         }
+        self.print_causes();
         if !self.is_complete() && !self.dry_run {
             say!("{}", wrapped(&format!("part:   {}", self.part.text()), 8));
         }
@@ -192,7 +193,6 @@ impl Report<'_> {
         self.print_times();
         self.print_power();
         self.print_runout();
-        self.print_causes();
         say!("");
     }
 
@@ -307,7 +307,11 @@ impl Report<'_> {
             if let Some(cause) = self.largest_cause() {
                 say!("{}", wrapped(&cause, 8));
             }
-            format!("next:   {see} for the causes of the form error")
+            let simulated = match self.causes.without.is_empty() {
+                true => "; `camwright run --causes` simulates the job without each effect of the machine",
+                false => "",
+            };
+            format!("next:   {see} for the causes of the form error{simulated}")
         } else {
             format!("next:   {see}, then reduce the infeed per turn or work_speed_rpm")
         };

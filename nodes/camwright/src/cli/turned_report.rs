@@ -45,7 +45,7 @@ impl TurnedReport<'_> {
         exit_code(self.status, self.is_good())
     }
 
-    /// Prints the verdict, the part, the files and the next step; with `details` the map and the causes of the form error.
+    /// Prints the verdict, the part, the files and the next step; with `details` the map.
     pub(super) fn print(&self, details: bool) {
         let result = self.result;
         print_run_verdict(&self.verdict(), self.is_good());
@@ -68,6 +68,7 @@ impl TurnedReport<'_> {
         if details {
             self.print_details();
         }
+        self.print_causes();
         if self.status == GoalStatus::Canceled {
             say!("part:   unfinished; its last pass is not complete");
         }
@@ -97,6 +98,10 @@ impl TurnedReport<'_> {
         if !map.is_empty() {
             say!("\n{}", map.trim_end());
         }
+        say!("");
+    }
+
+    fn print_causes(&self) {
         if !self.causes.is_empty() {
             say!("\nform error of the same job on another simulated machine (highest, lowest, rms):");
         }
@@ -104,7 +109,6 @@ impl TurnedReport<'_> {
             let [highest, lowest, rms] = [cause.highest_mm, cause.lowest_mm, cause.rms_mm].map(um_from_mm);
             say!("{}", wrapped(&format!("  {:<34} {highest:+.3} um, {lowest:+.3} um, {rms:.3} um", cause.name), 4));
         }
-        say!("");
     }
 
     fn verdict(&self) -> String {

@@ -20,11 +20,14 @@ pub struct OtherLathe {
 }
 
 /// Simulates a job without each effect of its machine, without all of them, and with the good drives of its machine file. The
-/// simulations run in parallel, one thread a processor.
+/// simulations run in parallel, one thread a processor. `on_done` receives how many are done, of how many.
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
-pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<OtherLathe>, SimulationFailed> {
+pub fn turned_causes(
+    prepared: &PreparedTurning,
+    on_done: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<OtherLathe>, SimulationFailed> {
     let own = &prepared.machine;
     let lacking = left_out(own).into_iter().map(|effects| {
         let machine = effects.iter().fold(own.clone(), |machine, effect| machine.without(*effect));
@@ -33,7 +36,7 @@ pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<OtherLathe>, Simu
     });
     let good = own.clone().with_good_drives().map(|machine| ("with good drives".to_owned(), machine));
     let machines: Vec<(String, MachineDescription)> = lacking.chain(good).collect();
-    beside_each_other(&machines, |(name, machine)| {
+    let one = |(name, machine): &(String, MachineDescription)| {
         let (_, part) = simulate_turned_on(prepared, machine)?;
         let failed = |reason: String| SimulationFailed { job: prepared.job.spec.name.clone(), reason };
         let form = turned_form(prepared, &part).map_err(|error| failed(error.to_string()))?;
@@ -43,5 +46,6 @@ pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<OtherLathe>, Simu
             lowest_mm: form.lowest().deviation_mm,
             rms_mm: form.rms_mm(),
         })
-    })
+    };
+    beside_each_other(&machines, one, on_done)
 }
