@@ -55,7 +55,7 @@ impl CleanRoot {
         };
         assert!(run(&["list", "jobs"]).contains("four_lobe_camshaft"));
         assert!(run(&["check", "four_lobe_camshaft"]).starts_with("CLEAN: four_lobe_camshaft"));
-        assert!(run(&["plan", "eccentric_disc", "--out", "plan"]).starts_with("PLANNED: eccentric_disc"));
+        assert!(run(&["plan", "plate_cam", "--out", "plan"]).starts_with("PLANNED: plate_cam"));
         assert!(self.0.join("tmp/plan/summary.json").is_file());
     }
 }

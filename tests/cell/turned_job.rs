@@ -38,7 +38,7 @@ fn run(folder: &Folder, bag: &str, more: &[&str]) -> Output {
 
 /// The report of a run, its bag's form maps, and the bits of the surface that it left.
 fn turned(folder: &Folder, name: &str) -> (Value, Vec<FormMap>, Vec<u64>) {
-    let output = run(folder, name, &["--json"]);
+    let output = run(folder, name, &["--json", "--causes"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut maps, mut pages) = (Vec::new(), Vec::new());
     let verdict = rerun(&folder.join(name)).expect("the bag holds what it takes");
@@ -103,7 +103,7 @@ fn a_part_is_turned_over_dds_the_same_every_time_and_its_form_is_reported() {
 #[test]
 fn the_command_line_reports_a_verdict_and_refuses_grinding_options() {
     let folder = Folder::new("turned-verdict");
-    let strict = run(&folder, "strict", &["--set", "tolerance_um=0.5", "--details"]);
+    let strict = run(&folder, "strict", &["--set", "tolerance_um=0.5", "--details", "--causes"]);
     let text = String::from_utf8_lossy(&strict.stdout);
     assert_eq!(strict.status.code(), Some(4), "{text}");
     assert!(

@@ -126,6 +126,101 @@ fn late_joiners_get_latched_messages_and_nothing_else() {
     assert!(seen.ends_with(&["two".into(), "three".into(), "four".into()]), "{seen:?}");
 }
 
+/// Nodes that share a process deliver to each other directly; a node elsewhere gets the same messages over DDS, each once.
+#[test]
+fn nodes_of_one_process_deliver_directly_and_to_others_over_dds() {
+    let domain = Domain::reserve();
+    let together = args(&domain, "").with_intra_process();
+    let (talker, _a) = start(NodeOptions::new("talker", &together));
+    let (near, _b) = start(NodeOptions::new("near", &together));
+    let publisher = talker.publisher::<Float64>("numbers", &Qos::default_topic()).expect("a publisher");
+    let latched = talker.publisher::<Float64>("latched", &Qos::latched(2)).expect("a publisher");
+    let listen = |node: &Node, topic: &str, qos: &Qos| {
+        let (sender, receiver) = mpsc::channel();
+        let subscription = node
+            .subscribe::<Float64>(topic, qos, move |message, info| {
+                let _ = sender.send((message.data, info.sequence_number));
+            })
+            .expect("a subscription");
+        (subscription, receiver)
+    };
+    let many = Qos::default_topic().keep_last(1000);
+    let (_near, from_near) = listen(&near, "numbers", &many);
+    let send = |range: std::ops::Range<i32>| {
+        for number in range {
+            publisher.publish(&Float64 { data: number.into() }).expect("published");
+            latched.publish(&Float64 { data: number.into() }).expect("published");
+        }
+    };
+    send(0..10);
+    let (far, _c) = node(&domain, "far");
+    let (far_numbers, from_far) = listen(&far, "numbers", &many);
+    let (_far_latched, latched_far) = listen(&far, "latched", &Qos::latched(2));
+    let (_near_latched, latched_near) = listen(&near, "latched", &Qos::latched(2));
+    // Both subscriptions match; the far one is reached from then on.
+    assert!(publisher.wait_matched(2, PATIENCE) && far_numbers.wait_matched(1, PATIENCE));
+    assert!(latched.wait_matched(2, PATIENCE));
+    send(10..20);
+    let next = |receiver: &mpsc::Receiver<(f64, i64)>| receiver.recv_timeout(PATIENCE).expect("a message");
+    for number in 0..20 {
+        assert_eq!(next(&from_near), (f64::from(number), i64::from(number) + 1));
+    }
+    for number in 10..20 {
+        assert_eq!(next(&from_far).0, f64::from(number));
+    }
+    let until_last = |receiver: &mpsc::Receiver<(f64, i64)>| {
+        let mut values = Vec::new();
+        while values.last() != Some(&19.0) {
+            values.push(next(receiver).0);
+        }
+        values
+    };
+    let (near_values, far_values) = (until_last(&latched_near), until_last(&latched_far));
+    assert_eq!(near_values, (8..20).map(f64::from).collect::<Vec<_>>(), "the last two, then the new ones");
+    assert!(far_values.windows(2).all(|pair| pair[0] < pair[1]), "{far_values:?}");
+    // DDS brings nothing a second time.
+    publisher.publish(&Float64 { data: 99.0 }).expect("published");
+    assert_eq!((next(&from_near).0, next(&from_far).0), (99.0, 99.0));
+    assert!(from_near.try_recv().is_err() && latched_near.try_recv().is_err());
+}
+
+/// A subscription of the process that is busy makes a reliable publisher wait and then fail; nothing that was accepted is lost.
+#[test]
+fn a_busy_node_of_the_process_keeps_its_publishers_waiting() {
+    let domain = Domain::reserve();
+    let together = args(&domain, "").with_intra_process();
+    let (talker, _a) = start(NodeOptions::new("talker", &together));
+    let (busy, _b) = start(NodeOptions::new("busy", &together));
+    let publisher = talker.publisher::<Float64>("numbers", &Qos::default_topic()).expect("a publisher");
+    let (go, wait) = mpsc::channel::<()>();
+    let (sender, receiver) = mpsc::channel();
+    let mut is_first = true;
+    let _subscription = busy
+        .subscribe::<Float64>("numbers", &Qos::default_topic(), move |message, _| {
+            if std::mem::take(&mut is_first) {
+                wait.recv_timeout(PATIENCE).expect("the test lets it go on");
+            }
+            let _ = sender.send(message.data);
+        })
+        .expect("a subscription");
+    assert!(publisher.wait_matched(1, PATIENCE));
+    let mut accepted = 0_u32;
+    let refused = loop {
+        match publisher.publish(&Float64 { data: f64::from(accepted) }) {
+            Ok(()) => accepted += 1,
+            Err(error) => break error,
+        }
+        assert!(accepted < 100_000, "it never waits");
+    };
+    assert!(matches!(refused, RosError::Congested { .. }), "{refused}");
+    go.send(()).expect("it waits");
+    for number in 0..accepted {
+        assert_eq!(receiver.recv_timeout(PATIENCE).expect("a message"), f64::from(number));
+    }
+    publisher.publish(&Float64 { data: -1.0 }).expect("there is room again");
+    assert_eq!(receiver.recv_timeout(PATIENCE).expect("a message"), -1.0);
+}
+
 /// Messages that a node has already received on a topic are not delivered to its next subscription.
 #[test]
 fn a_second_subscription_of_a_node_hears_only_what_comes_after_it() {

@@ -4,10 +4,10 @@
 //! state and the requests to the robot come out. The clock is an argument.
 //!
 //! ```
-//! use camwright::cell::packml::{State, Unit};
+//! use camwright::cell::packml::{PackmlState, Unit};
 //!
 //! let cell = Unit::new(0.0);
-//! assert_eq!(cell.state(), State::default());
+//! assert_eq!(cell.state(), PackmlState::default());
 //! assert_eq!(cell.time_in_state_s(2.5), 2.5);
 //! ```
 

@@ -51,7 +51,7 @@ impl PlanSteps<'_> {
         self.search(of, Axis::C, "origin", HOMING_TURNS * TURN_RAD, distance, 0, "headstock to its origin")?;
         self.at[Axis::C.index()] = 0;
         self.command(of, PlanCommand::SetHome(Axis::C), "origin is zero");
-        self.move_axis(of, Axis::C, 0, None, "keyway to the wheel")
+        self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")
     }
 
     pub(super) fn start_wheel(&mut self, of: StepSubject<'_>) {

@@ -8,9 +8,10 @@ use super::request_origin::RequestOrigin;
 use super::turning_run::TurningRun;
 use super::{Shared, lock, settings};
 use camwright::machine::description::MachineDescription;
+use camwright_files::access;
+use camwright_files::any_job::{self, AnyJob};
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::job_file::{self, Job};
-use camwright_files::{access, any_job};
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus};
 use camwright_planning::{self as planning, AnyPrepared};
@@ -69,6 +70,16 @@ impl Shared {
         overrides: &[String],
         machine: Option<&MachineNow>,
     ) -> Result<Vec<String>, String> {
+        Ok(self.used_job(name, overrides, machine)?.0)
+    }
+
+    /// The same, with the job if it was read with them.
+    fn used_job(
+        &self,
+        name: &str,
+        overrides: &[String],
+        machine: Option<&MachineNow>,
+    ) -> Result<(Vec<String>, Option<AnyJob>), String> {
         let used = settings::overrides(self.node.parameters(), overrides);
         let folders: Vec<PathBuf> =
             self.node.parameters().string_array(settings::FILE_FOLDERS).into_iter().map(PathBuf::from).collect();
@@ -76,21 +87,30 @@ impl Shared {
         Ok(self.with_what_is_known(name, used, machine))
     }
 
-    /// Overrides with what the parts of a job have taught, and where they are clamped.
-    fn with_what_is_known(&self, name: &str, mut used: Vec<String>, machine: Option<&MachineNow>) -> Vec<String> {
+    /// Overrides with what the parts of a job have taught, and where they are clamped; the job if nothing is added to it.
+    fn with_what_is_known(
+        &self,
+        name: &str,
+        mut used: Vec<String>,
+        machine: Option<&MachineNow>,
+    ) -> (Vec<String>, Option<AnyJob>) {
         // What parts have taught, and where they are clamped, is of jobs that grind.
         if any_job::turns(name, &used) {
-            return used;
+            return (used, None);
         }
-        let Ok(job) = job_file::load(name, &used) else { return used };
+        let Ok(job) = job_file::load(name, &used) else { return (used, None) };
         // A job on the part as it is; a phase from the request has priority.
         let is_given = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
-        if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_given {
-            used.extend(self.setup.phase_override());
-        }
+        let phase = (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_given;
+        let phase = if phase { self.setup.phase_override() } else { None };
+        let is_moved = phase.is_some();
+        used.extend(phase);
         let description = machine.map_or(&job.machine.description, |now| &now.description);
         let (learned, kept) = (self.learned_by(&job, description), self.kept_for(&job, description));
-        used.into_iter().chain(learned).chain(kept).collect()
+        let count = used.len();
+        let all: Vec<String> = used.into_iter().chain(learned).chain(kept).collect();
+        let job = (all.len() == count && !is_moved).then(|| AnyJob::Ground(Box::new(job)));
+        (all, job)
     }
 
     /// Learned corrections of a job.
@@ -124,19 +144,25 @@ impl Shared {
     /// Plans a job for the machine as it is now, or takes the loaded plan if nothing has changed since.
     fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<AnyPrepared, String> {
         settings::check_against_job(self.node.parameters(), name, overrides)?;
-        let used = self.used(name, overrides, machine.as_ref())?;
+        let (used, read) = self.used_job(name, overrides, machine.as_ref())?;
         let loaded = lock(&self.loaded);
         let same = |loaded: &&LoadedJob| loaded.name == name && loaded.used == used && loaded.machine == machine;
         if let Some(loaded) = loaded.as_ref().filter(same) {
             return Ok(loaded.prepared.clone());
         }
         drop(loaded);
-        self.plan(name, &used, machine.as_ref())
+        self.plan(name, &used, read, machine.as_ref())
     }
 
     /// Plans a job, or takes the last plan if job, files and machine are the same.
-    fn plan(&self, name: &str, used: &[String], machine: Option<&MachineNow>) -> Result<AnyPrepared, String> {
-        let job = any_job::load(name, used).map_err(|error| error.to_string())?;
+    fn plan(
+        &self,
+        name: &str,
+        used: &[String],
+        read: Option<AnyJob>,
+        machine: Option<&MachineNow>,
+    ) -> Result<AnyPrepared, String> {
+        let job = read.map_or_else(|| any_job::load(name, used), Ok).map_err(|error| error.to_string())?;
         let known = lock(&self.known).clone();
         let is_same = |known: &AnyPrepared| machine.is_some_and(|machine| known.is_plan_of(&job, machine));
         if let Some(known) = known.filter(is_same) {
@@ -158,8 +184,8 @@ impl Shared {
         let (name, overrides) = self.wanted(job, overrides);
         let machine = lock(&self.machine).clone();
         settings::check_against_job(self.node.parameters(), &name, &overrides)?;
-        let used = self.used(&name, &overrides, machine.as_ref())?;
-        let prepared = self.plan(&name, &used, machine.as_ref())?;
+        let (used, read) = self.used_job(&name, &overrides, machine.as_ref())?;
+        let prepared = self.plan(&name, &used, read, machine.as_ref())?;
         if matches!(*lock(&self.job_slot), JobSlot::Idle) {
             self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
         }

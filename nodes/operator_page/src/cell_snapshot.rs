@@ -7,11 +7,15 @@ use camwright_msgs::camwright_msgs::msg::{
     PartLobe, PlanHeader, PlanPage, RecorderStatus,
 };
 use camwright_msgs::control_msgs::msg::DynamicJointState;
+use camwright_ros::from_time;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 /// A node without a message for this time counts as missing.
 pub(super) const SILENCE: Duration = Duration::from_secs(3);
+
+/// Maximum age of the interpolator's state, in time of the machine, when a status is printed (ns).
+const MAX_LAG_NS: i64 = 2_000_000_000;
 
 /// Maximum number of lobes that are remembered of a job.
 const MAX_LOBES: usize = 64;
@@ -174,8 +178,20 @@ impl CellSnapshot {
     pub(super) fn is_complete(&self) -> bool {
         let in_execution = self.interpolator.as_ref().map(|received| &received.message.plan_hash);
         let has_plan = in_execution.is_some_and(|hash| hash.is_empty() || self.plan_in_work().is_some());
+        // A writer of latched messages may repeat older ones first.
+        let is_current = match (&self.stream, &self.interpolator) {
+            (Some(stream), Some(state)) => {
+                from_time(&stream.message.stamp) - from_time(&state.message.stamp) <= MAX_LAG_NS
+            }
+            _ => true,
+        };
         let is_machine_known = self.machine.is_some() && self.io.is_some() && !self.axes.is_empty();
-        has_plan && is_machine_known && self.lease.is_some() && self.job.is_some() && self.recorder.is_some()
+        has_plan
+            && is_current
+            && is_machine_known
+            && self.lease.is_some()
+            && self.job.is_some()
+            && self.recorder.is_some()
     }
 
     /// A page of a plan; the first one has the header.

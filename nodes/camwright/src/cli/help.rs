@@ -13,7 +13,7 @@ Exit codes: 0 done, 2 wrong arguments, others by command (see its help)";
 
 pub(super) const RUN: &str = "\
 Examples:
-  camwright run four_lobe_camshaft --details
+  camwright run four_lobe_camshaft --details --causes
   camwright run my_job.yaml --set work_speed_rpm=58 --bag bags/slow
 
 Exit codes:

@@ -312,7 +312,10 @@ impl Request {
         let dry_run = self.is_dry_run();
         let Self { job, args, .. } = self;
         let Finished { status, result, batch, planned_as, part, .. } = finished;
-        let again = || replanned(&job, planned, &args, planned_as.as_ref());
+        let again = || match planned {
+            Some(AnyPrepared::Ground(planned)) if planned.plan_hash() == result.plan_hash => Some(*planned),
+            planned => replanned(&job, planned, &args, planned_as.as_ref()),
+        };
         let prepared = if result.success && !dry_run { again() } else { None };
         // Predictions of another plan are not those of this run.
         let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
