@@ -74,7 +74,7 @@ fn a_browser_sees_what_the_cell_does() {
     browser.open(&format!("http://{}/", page.address()));
     wait_text(&mut browser, "state", "READY");
     wait_text(&mut browser, "machine", "cam_grinder");
-    wait_text(&mut browser, "verdict", "no part measured yet");
+    wait_text(&mut browser, "verdict", "no lobe measured yet");
     is_laid_out(&mut browser, "ready");
 
     // Held in the cut, the lobe half ground.
