@@ -64,6 +64,17 @@ impl Scale {
         Self { low, high, step: round_step(high - low, MAX_STEPS) }
     }
 
+    /// The same range with at most so many steps.
+    pub(crate) fn with_steps(self, max: f64) -> Self {
+        Self { step: self.step.max(round_step(self.high - self.low, max)), ..self }
+    }
+
+    /// A range as it is, without a margin.
+    #[must_use]
+    pub fn exactly(low: f64, high: f64, max_steps: f64) -> Self {
+        Self { low, high, step: round_step((high - low).max(1e-9), max_steps) }
+    }
+
     /// Number of a tick, with the digits of the step.
     #[must_use]
     pub fn label(&self, value: f64) -> String {
@@ -96,7 +107,8 @@ impl Scale {
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that divides `range` into as few parts as `max`.
-pub(crate) fn round_step(range: f64, max: f64) -> f64 {
+#[must_use]
+pub fn round_step(range: f64, max: f64) -> f64 {
     let min = range / max;
     let power = 10.0_f64.powf(min.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|digit| digit * power).find(|step| *step >= min * (1.0 - 1e-9)).unwrap_or(min)

@@ -8,12 +8,14 @@
 //! | `<lobe>/inspection.csv` | one per block, over the cam angle, where the profile has a gauge | the lobe |
 //! | `<lobe>/speed_plan.csv` | one per interpolation period, over the whole cut | `c_deg` the headstock, from the start of the cut on |
 //!
-//! With `--plots` also the drawings of [`super::plots`], each as SVG and PNG.
+//! With `--plots` also the drawings of [`super::plots`], each as SVG and PNG, and `index.html` with all of them.
 //!
 //! Numbers are written with the digits that give the same number back.
 
 use super::cut_table::pass_rows;
 use super::files::Files;
+use super::findings;
+use super::picture_index::{Picture, PictureIndex, PictureSection};
 use super::plots::plots;
 use super::summary::{Summary, summary};
 use super::{PreparedJob, write_inspection};
@@ -36,6 +38,7 @@ pub fn write(
 ) -> Result<Summary, ConfigError> {
     let summary = summary(prepared);
     let mut files = Files::new(progress);
+    let mut sections = Vec::new();
     for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
         let folder = out.join(&lobe.design.name);
         files.write(&folder.join("contour.csv"), &|to| write_contour(prepared, lobe, to))?;
@@ -46,13 +49,36 @@ pub fn write(
         }
         files.write(&folder.join("speed_plan.csv"), &|to| write_speed_plan(prepared, index, lobe, to))?;
         if with_plots {
-            for plot in plots(prepared, index, &summary.lobes[index]) {
-                files.plot(&folder, &plot)?;
-            }
+            let plots = plots(prepared, index, &summary.lobes[index]);
+            files.plots(&folder, &plots)?;
+            let name = &lobe.design.name;
+            let pictures = plots.iter().map(|plot| Picture::from_plot(Some(name), plot)).collect();
+            sections.push(PictureSection { heading: format!("Lobe {name}"), pictures });
         }
+    }
+    if with_plots {
+        let index = PictureIndex {
+            job: summary.job.clone(),
+            title: summary.title.clone(),
+            verdict: verdict(&summary),
+            warnings: findings::all_warnings(prepared).iter().map(ToString::to_string).collect(),
+            sections,
+        };
+        files.write(&out.join("index.html"), &|to| to.write_all(index.to_html().as_bytes()))?;
     }
     files.json(&out.join("summary.json"), &summary)?;
     Ok(summary)
+}
+
+fn verdict(summary: &Summary) -> String {
+    format!(
+        "PLANNED: {} lobes in {:.2} s for machine {}; highest use of an axis limit {:.1} %; plan {:.12}",
+        summary.lobes.len(),
+        summary.duration_s,
+        summary.machine,
+        100.0 * summary.max_limit_ratio,
+        summary.plan_hash
+    )
 }
 
 /// Degrees of block `index`: one rounding, so that 0.3 is written as 0.3.

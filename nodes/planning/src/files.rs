@@ -42,6 +42,11 @@ impl<F: FnMut(&Path)> Files<F> {
         self.write(&path("png"), &|to| to.write_all(&png(&plot.drawing)?))
     }
 
+    /// Drawings, each as SVG and as PNG.
+    pub(super) fn plots(&mut self, folder: &Path, plots: &[Plot]) -> Result<(), ConfigError> {
+        plots.iter().try_for_each(|plot| self.plot(folder, plot))
+    }
+
     /// Something as JSON for people.
     pub(super) fn json(&mut self, path: &Path, what: &impl Serialize) -> Result<(), ConfigError> {
         self.write(path, &|to| {

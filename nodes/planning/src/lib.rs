@@ -6,7 +6,9 @@
 //! ```
 
 pub mod chart;
+pub mod colour_scale;
 pub mod drawing;
+pub mod surface_view;
 
 mod any_prepared;
 mod capability;
@@ -26,6 +28,7 @@ mod inspect;
 mod journals;
 mod lifts;
 mod lobes;
+mod picture_index;
 mod plots;
 mod process_warnings;
 mod program;

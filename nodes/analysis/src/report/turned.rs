@@ -12,13 +12,13 @@ use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedPage};
 use camwright_planning::AnyPrepared;
+use camwright_planning::chart::{Axes, Frame, Point, Scale, round_step};
+use camwright_planning::colour_scale::{ColourScale, lit};
+use camwright_planning::surface_view::{SurfaceGrid, SurfaceView};
 use std::fmt::Write as _;
 
 /// Columns of the chart of the last pass, over C.
 const COLUMNS: usize = 480;
-
-/// Shades of the map on either side of 0.
-const SHADES: f64 = 4.0;
 
 pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     let Some(part) = findings.story.status.and_then(|status| status.turned.first()) else { return };
@@ -58,7 +58,11 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     turned_cause::write(out, findings, part);
     out.push_str("<div class=\"figures\">");
     match last_map(findings) {
-        Some(map) => map_figure(out, map, um(part.form_error_allowed)),
+        Some(map) => {
+            let map = ColouredMap::new(map);
+            map.figure(out, um(part.form_error_allowed));
+            map.view(out, &findings.story.surface, part.form_error_max_azimuth);
+        }
         None => out.push_str("<p class=\"none\">the form map is not recorded</p>"),
     }
     out.push_str("<div>");
@@ -74,59 +78,188 @@ fn last_map<'a>(findings: &Findings<'a>) -> Option<&'a FormMap> {
     (cells > 0 && map.lowest.len() == cells && map.highest.len() == cells).then_some(map)
 }
 
-/// The whole surface: azimuth to the right, place along the part downwards, coloured by the farthest deviation of each field.
-fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
-    let (round, along) = (map.azimuths as usize, map.columns as usize);
-    let (width, height, left, bottom) = (600.0, 420.0, 58.0, 36.0);
-    let (dx, dy) = ((width - left - 18.0) / round as f64, (height - bottom - 10.0) / along as f64);
-    let farthest = |index: usize| {
-        let (low, high) = (um(f64::from(map.lowest[index])), um(f64::from(map.highest[index])));
-        if low.abs() > high.abs() { low } else { high }
-    };
-    let max = (0..round * along).map(|index| farthest(index).abs()).fold(1e-3, f64::max);
-    let mut paths = [const { String::new() }; 8];
-    for column in 0..along {
-        for azimuth in 0..round {
-            let value = farthest(column * round + azimuth);
-            #[allow(clippy::cast_possible_truncation, reason = "between 0 and 3")]
-            let shade = ((value.abs() / max * SHADES) as usize).min(3);
-            let path = &mut paths[shade + if value < 0.0 { 4 } else { 0 }];
-            let (x, y) = (left + azimuth as f64 * dx, 10.0 + column as f64 * dy);
-            let _infallible = write!(path, "M{x:.1} {y:.1}h{dx:.2}v{dy:.2}h-{dx:.2}z");
-        }
+/// Deviation farthest from the design in each field of a map (µm), and its colours.
+struct ColouredMap<'a> {
+    map: &'a FormMap,
+    farthest_um: Vec<f64>,
+    colours: ColourScale,
+}
+
+/// Width and height of the drawings of a map, and the frame in them (their own pixels).
+const MAP_SIZE: (f64, f64) = (600.0, 420.0);
+const MAP_FRAME: Frame = Frame { left: 58.0, top: 24.0, width: 444.0, height: 352.0 };
+
+/// Overlap of coloured fields, so that no gap is seen between them.
+const OVERLAP: f64 = 0.5;
+
+impl<'a> ColouredMap<'a> {
+    fn new(map: &'a FormMap) -> Self {
+        let farthest = |(low, high): (&f32, &f32)| {
+            let (low, high) = (um(f64::from(*low)), um(f64::from(*high)));
+            if low.abs() > high.abs() { low } else { high }
+        };
+        let farthest_um: Vec<f64> = map.lowest.iter().zip(&map.highest).map(farthest).collect();
+        let colours = ColourScale::signed(farthest_um.iter().copied(), 0.01);
+        Self { map, farthest_um, colours }
     }
-    let _infallible = write!(
-        out,
-        "<figure><figcaption>Form error farthest from the design over the whole surface (µm), allowed ±{}</figcaption>\
-         <svg class=\"map\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"form map\">",
-        fixed(allowed_um, 1)
-    );
-    let classes = ["h1", "h2", "h3", "h4", "l1", "l2", "l3", "l4"];
-    for (path, class) in paths.iter().zip(classes).filter(|(path, _)| !path.is_empty()) {
-        let _infallible = write!(out, "<path class=\"{class}\" d=\"{path}\"/>");
+
+    fn colour(&self, value: f64, light: f64) -> String {
+        let [red, green, blue] = lit(self.colours.colour(self.colours.band(value)), light);
+        format!("#{red:02x}{green:02x}{blue:02x}")
     }
-    for tick in 0..=6 {
-        let share = f64::from(tick) / 6.0;
-        let x = left + share * (width - left - 18.0);
+
+    fn begin(out: &mut String, caption: &str, label: &str) {
+        let (width, height) = MAP_SIZE;
         let _infallible = write!(
             out,
-            "<text class=\"mid\" x=\"{x:.1}\" y=\"{:.1}\">{}</text>",
-            height - bottom + 15.0,
-            fixed(360.0 * share, 0)
+            "<figure><figcaption>{caption}</figcaption>\
+             <svg class=\"map\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"{label}\">"
         );
-        let z = mm_from_m(map.from_z + (map.to_z - map.from_z) * share);
-        let y = 10.0 + share * (height - bottom - 10.0);
-        let _infallible =
-            write!(out, "<text class=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>", left - 6.0, y + 4.0, fixed(z, 1));
     }
-    let _infallible = write!(
-        out,
-        "<text class=\"mid\" x=\"{:.1}\" y=\"{:.1}\">azimuth (°); z (mm) downwards</text></svg>\
-         <div class=\"legend\"><span>red: material is left, blue: too much is gone; darkest {} µm and more, four equal steps</span></div></figure>",
-        0.5 * (left + width),
-        height - 4.0,
-        fixed(0.75 * max, 2)
-    );
+
+    /// Colours with their numbers at the right, and the end of the drawing.
+    fn end(&self, out: &mut String) {
+        let (bands, frame) = (self.colours.bands(), MAP_FRAME);
+        let (left, step) = (frame.right() + 24.0, frame.height / bands as f64);
+        for band in 0..bands {
+            let [red, green, blue] = self.colours.colour(band);
+            let y = frame.bottom() - step * (band as f64 + 1.0);
+            let _infallible = write!(
+                out,
+                "<rect x=\"{left:.1}\" y=\"{y:.1}\" width=\"14\" height=\"{:.1}\" fill=\"#{red:02x}{green:02x}{blue:02x}\"/>",
+                step + OVERLAP
+            );
+        }
+        for edge in 0..=bands {
+            let y = frame.bottom() - step * edge as f64 + 4.0;
+            let text = self.colours.scale.label(self.colours.edge(edge));
+            let _infallible = write!(out, "<text class=\"start\" x=\"{:.1}\" y=\"{y:.1}\">{text}</text>", left + 19.0);
+        }
+        let _infallible = write!(
+            out,
+            "<text class=\"start\" x=\"{left:.1}\" y=\"12\">µm</text></svg>\
+             <div class=\"legend\"><span>red: material is left; blue: too much is removed</span></div></figure>"
+        );
+    }
+
+    /// The whole surface: azimuth to the right, z upwards.
+    fn figure(&self, out: &mut String, allowed_um: f64) {
+        let caption = format!(
+            "Form error farthest from the design over the whole surface (µm), allowed ±{}",
+            fixed(allowed_um, 1)
+        );
+        Self::begin(out, &caption, "form map");
+        let (round, along) = (self.map.azimuths as usize, self.map.columns as usize);
+        let axes = Axes {
+            frame: MAP_FRAME,
+            across: Scale::TURN_DEG,
+            up: Scale::exactly(mm_from_m(self.map.from_z), mm_from_m(self.map.to_z), 9.0),
+        };
+        let (dx, dy) = (MAP_FRAME.width / round as f64, MAP_FRAME.height / along as f64);
+        for (row, values) in self.farthest_um.chunks(round).enumerate() {
+            let y = MAP_FRAME.bottom() - dy * (row as f64 + 1.0);
+            let mut x = MAP_FRAME.left;
+            for fields in values.chunk_by(|a, b| self.colours.band(*a) == self.colours.band(*b)) {
+                let width = dx * fields.len() as f64;
+                let _infallible = write!(
+                    out,
+                    "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>",
+                    (width + OVERLAP).min(MAP_FRAME.right() - x),
+                    (dy + OVERLAP).min(MAP_FRAME.bottom() - y),
+                    self.colour(fields[0], 1.0)
+                );
+                x += width;
+            }
+        }
+        let (bottom, middle) = (MAP_FRAME.bottom(), MAP_FRAME.left + 0.5 * MAP_FRAME.width);
+        for deg in axes.across.ticks() {
+            let _infallible = write!(
+                out,
+                "<text class=\"mid\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                axes.x(deg),
+                bottom + 16.0,
+                axes.across.label(deg)
+            );
+        }
+        for z in axes.up.ticks() {
+            let _infallible = write!(
+                out,
+                "<text class=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                MAP_FRAME.left - 6.0,
+                axes.y(z) + 4.0,
+                axes.up.label(z)
+            );
+        }
+        let _infallible = write!(
+            out,
+            "<text class=\"mid\" x=\"{middle:.1}\" y=\"{:.1}\">azimuth on the part from its keyway (°)</text>\
+             <text class=\"start\" x=\"4\" y=\"12\">z (mm)</text>",
+            bottom + 36.0
+        );
+        self.end(out);
+    }
+
+    /// The part in three dimensions in the same colours, with an azimuth towards the viewer.
+    fn view(&self, out: &mut String, pages: &[&TurnedPage], facing_rad: f64) {
+        let (round, along) = (self.map.azimuths as usize, self.map.columns as usize);
+        let z_of = |row: usize| self.map.from_z + (self.map.to_z - self.map.from_z) * row as f64 / along as f64;
+        let radius_mm: Vec<f64> = (0..=along).flat_map(|row| radii_at(pages, z_of(row), round)).collect();
+        let grid = SurfaceGrid {
+            azimuths: round,
+            radius_mm,
+            from_mm: mm_from_m(self.map.from_z),
+            to_mm: mm_from_m(self.map.to_z),
+        };
+        let view = SurfaceView::new(&grid, facing_rad).filter(|_| grid.radius_mm.len() == round * (along + 1));
+        let Some(view) = view else {
+            out.push_str("<p class=\"none\">the surface is not recorded</p>");
+            return;
+        };
+        let caption =
+            "Form error on the part in three dimensions (µm), worst place in front; one scale in all directions";
+        Self::begin(out, caption, "form error in three dimensions");
+        let [low, high] = view.extent();
+        let frame = Frame { left: 120.0, width: MAP_FRAME.right() - 120.0, ..MAP_FRAME };
+        let scale = (frame.width / (high[0] - low[0])).min(frame.height / (high[1] - low[1]));
+        let middle = [frame.left + 0.5 * frame.width, frame.top + 0.5 * frame.height];
+        let at = |[x, y]: Point| {
+            [middle[0] + scale * (x - 0.5 * (low[0] + high[0])), middle[1] - scale * (y - 0.5 * (low[1] + high[1]))]
+        };
+        let polygon = |out: &mut String, points: &[Point], rest: &str| {
+            out.push_str("<polygon points=\"");
+            for point in points {
+                let [x, y] = at(*point);
+                let _infallible = write!(out, "{x:.1},{y:.1} ");
+            }
+            let _infallible = write!(out, "\" {rest}/>");
+        };
+        for face in &view.faces {
+            let value = self.farthest_um[face.row * round + face.azimuth];
+            let fill = format!("fill=\"{}\"", self.colour(value, face.light));
+            polygon(out, &face.widened(OVERLAP / scale), &fill);
+        }
+        polygon(out, &view.end, "fill=\"#e8e8e4\" stroke=\"#16202a\"");
+        let length = round_step((high[0] - low[0]) / 20.0, 1.0);
+        let [x, y] = [62.0, MAP_FRAME.bottom() - 60.0];
+        for (name, unit) in ["x", "y", "z"].into_iter().zip(view.units) {
+            let [dx, dy] = unit.map(|value| scale * length * value);
+            let away = unit[0].hypot(unit[1]).max(1e-9);
+            let _infallible = write!(
+                out,
+                "<path class=\"design\" d=\"M{x:.1} {y:.1}L{:.1} {:.1}\"/><text class=\"mid\" x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
+                x + dx,
+                y - dy,
+                x + dx + 10.0 * unit[0] / away,
+                y - dy - 10.0 * unit[1] / away + 4.0
+            );
+        }
+        let _infallible = write!(
+            out,
+            "<text class=\"start\" x=\"4\" y=\"{:.1}\">each line at the lower left is {length} mm long</text>",
+            MAP_FRAME.bottom() + 36.0
+        );
+        self.end(out);
+    }
 }
 
 /// X over C of the last pass, and the speed of C.

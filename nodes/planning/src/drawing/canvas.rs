@@ -11,8 +11,8 @@ pub(super) enum DrawingItem {
     Line { points: Vec<Point>, pen: Pen },
     /// The inside of a closed line.
     Area { points: Vec<Point>, colour: Colour },
-    /// Lettering as its strokes.
-    Text { text: String, strokes: Vec<Vec<Point>>, pen: Pen },
+    /// Lettering of a height as its strokes.
+    Text { text: String, height_mm: f64, strokes: Vec<Vec<Point>>, pen: Pen },
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -23,9 +23,10 @@ pub(crate) struct Drawing {
     pub(super) marks: Vec<DrawingItem>,
 }
 
-/// A drawing, and the name of its files.
+/// A drawing, the name of its files, and one sentence about it for the index.
 pub(crate) struct Plot {
     pub(crate) name: String,
+    pub(crate) caption: String,
     pub(crate) drawing: Drawing,
 }
 
@@ -54,7 +55,7 @@ impl Drawing {
     /// Lettering; `at` is the end or the middle of its base line.
     pub(crate) fn text(&mut self, at: Point, lettering: Lettering, text: &str) {
         let (strokes, pen) = lettering.strokes(at, text);
-        self.marks.push(DrawingItem::Text { text: text.into(), strokes, pen });
+        self.marks.push(DrawingItem::Text { text: text.into(), height_mm: lettering.height_mm, strokes, pen });
     }
 }
 
@@ -69,6 +70,34 @@ impl Drawing {
         points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], point| {
             [[low[0].min(point[0]), low[1].min(point[1])], [high[0].max(point[0]), high[1].max(point[1])]]
         })
+    }
+
+    /// Texts that are cut at the border, overlap another text or are too small to read.
+    pub(crate) fn text_faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut seen: Vec<(&str, [Point; 2])> = Vec::new();
+        for mark in &self.marks {
+            let DrawingItem::Text { text, height_mm, strokes, pen } = mark else { continue };
+            if *height_mm < Lettering::SMALLEST_MM {
+                faults.push(format!("\"{text}\" is {height_mm:.2} mm high"));
+            }
+            if strokes.is_empty() {
+                continue;
+            }
+            let half = 0.5 * pen.width_mm;
+            let values = |side: usize| strokes.iter().flatten().map(move |point| point[side]);
+            let low = [0, 1].map(|side| values(side).fold(f64::INFINITY, f64::min) - half);
+            let high = [0, 1].map(|side| values(side).fold(f64::NEG_INFINITY, f64::max) + half);
+            if low[0] < 0.0 || low[1] < 0.0 || high[0] > self.width_mm || high[1] > self.height_mm {
+                faults.push(format!("\"{text}\" is cut: {low:.1?} to {high:.1?}"));
+            }
+            let overlapped = seen.iter().filter(|(_, [other_low, other_high])| {
+                (0..2).all(|side| low[side] < other_high[side] && other_low[side] < high[side])
+            });
+            faults.extend(overlapped.map(|(other, _)| format!("\"{text}\" overlaps \"{other}\" at {low:.1?}")));
+            seen.push((text, [low, high]));
+        }
+        faults
     }
 }
 
@@ -100,6 +129,31 @@ fn thinned(points: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The check itself: a text over the border, two over one another, a small one, and two neighbours that are fine.
+    #[test]
+    fn texts_that_cannot_be_read_are_found() {
+        let of = |texts: &[(Point, f64, &str)]| {
+            let mut drawing = Drawing::new(60.0, 40.0, "texts");
+            for (at, height_mm, text) in texts {
+                drawing.text(*at, Lettering { height_mm: *height_mm, ..Lettering::default() }, text);
+            }
+            drawing.text_faults()
+        };
+        assert_eq!(
+            of(&[([5.0, 10.0], 2.5, "one"), ([5.0, 13.5], 2.5, "below"), ([20.0, 10.0], 2.5, "beside")]),
+            [""; 0]
+        );
+        for (texts, fault) in [
+            (vec![([55.0, 10.0], 2.5, "beyond")], "cut"),
+            (vec![([5.0, 1.0], 2.5, "above")], "cut"),
+            (vec![([5.0, 10.0], 2.5, "one"), ([9.0, 11.0], 2.5, "other")], "overlaps"),
+            (vec![([5.0, 10.0], 2.4, "small")], "high"),
+        ] {
+            let faults = of(&texts);
+            assert!(faults.len() == 1 && faults[0].contains(fault), "{texts:?}: {faults:?}");
+        }
+    }
 
     #[test]
     fn a_straight_line_keeps_its_ends_and_a_corner_its_point() {

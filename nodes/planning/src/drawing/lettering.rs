@@ -40,11 +40,32 @@ pub(crate) struct Lettering {
 
 impl Default for Lettering {
     fn default() -> Self {
-        Self { height_mm: 2.5, anchor: Anchor::Start, colour: Colour::BLACK, is_bold: false, is_upright: false }
+        Self {
+            height_mm: Self::SMALLEST_MM,
+            anchor: Anchor::Start,
+            colour: Colour::BLACK,
+            is_bold: false,
+            is_upright: false,
+        }
     }
 }
 
 impl Lettering {
+    /// Minimum height of a capital, that of ISO 3098. From the descender to the top of a letter it is 12 px, of 25.4/96 mm each.
+    pub(crate) const SMALLEST_MM: f64 = 2.5;
+
+    /// A text as it is, or its beginning with dots if it is longer than there is space for.
+    pub(crate) fn fitted(self, text: &str, width_mm: f64) -> String {
+        if self.width_mm(text) <= width_mm {
+            return text.into();
+        }
+        let mut short: String = text.into();
+        while !short.is_empty() && self.width_mm(&format!("{short}...")) > width_mm {
+            short.pop();
+        }
+        short.trim_end().to_owned() + "..."
+    }
+
     /// The strokes of a text on the paper, and the pen for them.
     pub(super) fn strokes(self, at: Point, text: &str) -> (Vec<Vec<Point>>, Pen) {
         let scale = self.height_mm / CAPITAL;
@@ -270,6 +291,16 @@ mod tests {
         for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789.,:;-+=/()%'_".chars() {
             assert!(GLYPHS.iter().any(|(known, ..)| *known == letter), "{letter}");
         }
+    }
+
+    #[test]
+    fn a_text_that_is_too_long_ends_in_dots() {
+        let lettering = Lettering::default();
+        let text = "a name that somebody made very long";
+        assert_eq!(lettering.fitted(text, 200.0), text);
+        let short = lettering.fitted(text, 30.0);
+        assert!(lettering.width_mm(&short) <= 30.0 && text.starts_with(short.trim_end_matches('.')), "{short}");
+        assert!(short.ends_with("..."), "{short}");
     }
 
     #[test]

@@ -7,6 +7,13 @@ impl Colour {
     pub(crate) const BLACK: Self = Self(0, 0, 0);
     pub(crate) const GREY: Self = Self(110, 110, 110);
     pub(crate) const PALE: Self = Self(222, 222, 222);
+
+    /// The colour as a tint of white paper: `share` of it, 0 to 1.
+    pub(crate) fn tint(self, share: f64) -> Self {
+        #[allow(clippy::cast_possible_truncation, reason = "between 0 and 255")]
+        let mixed = |value: u8| (255.0 - share * (255.0 - f64::from(value))).round() as u8;
+        Self(mixed(self.0), mixed(self.1), mixed(self.2))
+    }
 }
 
 /// Pattern of a line.

@@ -20,7 +20,7 @@ pub(crate) fn svg(drawing: &Drawing) -> String {
             DrawingItem::Area { points, colour } => {
                 writeln!(text, "<path fill=\"{}\" d=\"{}Z\"/>", hex(*colour), path(points))
             }
-            DrawingItem::Text { text: label, strokes, pen } => {
+            DrawingItem::Text { text: label, strokes, pen, .. } => {
                 let letters: String = strokes.iter().map(|points| path(points)).collect();
                 writeln!(
                     text,

@@ -1,5 +1,6 @@
-//! Charts over one turn of `c_axis` on paper.
+//! Charts over one turn of `c_axis` on paper, and the axes of what is drawn to scale.
 
+use super::contour::PartView;
 use crate::chart::{Axes, Frame, Scale};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 
@@ -7,8 +8,24 @@ const FRAME: Pen = Pen::solid(Colour::BLACK, 0.25);
 const GRID: Pen = Pen::solid(Colour::PALE, 0.12);
 pub(super) const CURVE_MM: f64 = 0.45;
 
-pub(super) const SMALL: Lettering =
-    Lettering { height_mm: 2.1, anchor: Anchor::Middle, colour: Colour::BLACK, is_bold: false, is_upright: false };
+pub(super) const SMALL: Lettering = Lettering {
+    height_mm: Lettering::SMALLEST_MM,
+    anchor: Anchor::Middle,
+    colour: Colour::BLACK,
+    is_bold: false,
+    is_upright: false,
+};
+
+/// Half the height of a small capital: a number beside its tick.
+pub(super) const HALF_MM: f64 = 0.5 * Lettering::SMALLEST_MM;
+
+/// Minimum distance of two ticks of an axis upwards, and of one to the right (mm): their numbers must not touch.
+const TICK_UP_MM: f64 = 4.0;
+const TICK_ACROSS_MM: f64 = 14.0;
+
+/// Distance of the name of an axis from its frame (mm): to the left, and below.
+const NAME_LEFT_MM: f64 = 19.0;
+const NAME_BELOW_MM: f64 = 8.8;
 
 /// Values over the angle of C.
 #[derive(Debug, Clone, Copy)]
@@ -16,40 +33,41 @@ pub(super) struct TurnChart(pub(super) Axes);
 
 impl TurnChart {
     pub(super) fn new(frame: Frame, up: Scale) -> Self {
-        Self(Axes { frame, across: Scale::TURN_DEG, up })
+        Self(Axes { frame, across: Scale::TURN_DEG, up: up.with_steps(frame.height / TICK_UP_MM) })
     }
 
     /// Grid, frame, ticks; numbers of the angle where it is the lowest of its sheet.
     pub(super) fn axes(&self, drawing: &mut Drawing, label: &str, is_lowest: bool) {
+        self.axes_over(drawing, label, is_lowest.then_some("angle of C axis (deg)"));
+    }
+
+    /// The same over an angle with a name of its own.
+    pub(super) fn axes_over(&self, drawing: &mut Drawing, label: &str, angle: Option<&str>) {
         let Axes { frame, across, up } = self.0;
         for deg in across.ticks() {
             let x = self.0.x(deg);
             drawing.line(&[[x, frame.top], [x, frame.bottom()]], GRID);
             drawing.line(&[[x, frame.bottom()], [x, frame.bottom() - 1.2]], FRAME);
-            if is_lowest {
-                drawing.text([x, frame.bottom() + 3.6], SMALL, &across.label(deg));
+            if angle.is_some() {
+                drawing.text([x, frame.bottom() + 4.0], SMALL, &across.label(deg));
             }
         }
-        if is_lowest {
+        if let Some(angle) = angle {
             let middle = frame.left + 0.5 * frame.width;
-            drawing.text(
-                [middle, frame.bottom() + 8.0],
-                Lettering { height_mm: 2.5, ..SMALL },
-                "angle of C axis (deg)",
-            );
+            drawing.text([middle, frame.bottom() + NAME_BELOW_MM], SMALL, angle);
         }
         for value in up.ticks() {
             let y = self.0.y(value);
             drawing.line(&[[frame.left, y], [frame.right(), y]], GRID);
             drawing.line(&[[frame.left, y], [frame.left + 1.2, y]], FRAME);
             let number = Lettering { anchor: Anchor::End, ..SMALL };
-            drawing.text([frame.left - 1.2, y + 0.8], number, &up.label(value));
+            drawing.text([frame.left - 1.2, y + HALF_MM], number, &up.label(value));
         }
         if self.0.zero().is_some() {
             self.level(drawing, 0.0, Pen::solid(Colour::GREY, 0.18));
         }
-        let upright = Lettering { height_mm: 2.5, is_upright: true, ..SMALL };
-        drawing.text([frame.left - 17.0, frame.top + 0.5 * frame.height], upright, label);
+        let upright = Lettering { is_upright: true, ..SMALL };
+        drawing.text([frame.left - NAME_LEFT_MM, frame.top + 0.5 * frame.height], upright, label);
         drawing.line(&frame.corners(), FRAME);
     }
 
@@ -77,4 +95,38 @@ impl TurnChart {
     pub(super) fn level(&self, drawing: &mut Drawing, value: f64, pen: Pen) {
         self.curve(drawing, [(0.0, value), (360.0, value)].into_iter(), pen);
     }
+}
+
+/// Axes in mm around a view of the part that is not turned: both have the scale of the view.
+pub(super) fn plane_axes(drawing: &mut Drawing, view: &PartView, across: &str, up: &str) {
+    let frame = view.frame;
+    let at_left = (frame.left - view.centre[0]) / view.scale;
+    let at_bottom = (view.centre[1] - frame.bottom()) / view.scale;
+    let right = Scale::exactly(at_left, at_left + frame.width / view.scale, frame.width / TICK_ACROSS_MM);
+    let upward = Scale::exactly(at_bottom, at_bottom + frame.height / view.scale, frame.height / 10.0);
+    // One step for both: squares stay squares.
+    let step = right.step.max(upward.step);
+    let (right, upward) = (Scale { step, ..right }, Scale { step, ..upward });
+    for value in right.ticks() {
+        let x = view.centre[0] + view.scale * value;
+        drawing.line(&[[x, frame.bottom()], [x, frame.bottom() - 1.2]], FRAME);
+        drawing.text([x, frame.bottom() + 4.0], SMALL, &right.label(value));
+    }
+    for value in upward.ticks() {
+        let y = view.centre[1] - view.scale * value;
+        drawing.line(&[[frame.left, y], [frame.left + 1.2, y]], FRAME);
+        let number = Lettering { anchor: Anchor::End, ..SMALL };
+        drawing.text([frame.left - 1.2, y + HALF_MM], number, &upward.label(value));
+    }
+    drawing.text([frame.left + 0.5 * frame.width, frame.bottom() + NAME_BELOW_MM], SMALL, across);
+    let upright = Lettering { is_upright: true, ..SMALL };
+    drawing.text([frame.left - 15.0, frame.top + 0.5 * frame.height], upright, up);
+    drawing.line(&frame.corners(), FRAME);
+}
+
+/// A length to measure by, from a point to the right, with its number above.
+pub(super) fn scale_bar(drawing: &mut Drawing, [x, y]: [f64; 2], length_mm: f64, scale: f64) {
+    let end = x + scale * length_mm;
+    drawing.line(&[[x, y - 1.2], [x, y], [end, y], [end, y - 1.2]], Pen::solid(Colour::BLACK, 0.4));
+    drawing.text([end + 2.0, y], Lettering { anchor: Anchor::Start, ..SMALL }, &format!("{length_mm} mm"));
 }

@@ -3,7 +3,7 @@
 use super::super::lobes::blank_outline_mm;
 use super::super::turn::LobeTurn;
 use super::super::turn_summary::arcs;
-use super::chart::SMALL;
+use super::chart::{HALF_MM, SMALL, plane_axes, scale_bar};
 use super::sheet::{DrawnPass, Sheet, colour};
 use crate::chart::{Frame, round_step};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
@@ -12,8 +12,12 @@ use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::planner::PlannedLobe;
 
 /// The lobe by itself, large, and with its wheel, small.
-const LARGE: Frame = Frame { left: 12.0, top: 27.0, width: 166.0, height: 162.0 };
-const OVERVIEW: Frame = Frame { left: 184.0, top: 27.0, width: 101.0, height: 92.0 };
+const LARGE: Frame = Frame { left: 30.0, top: 27.0, width: 148.0, height: 150.0 };
+const OVERVIEW: Frame = Frame { left: 184.0, top: 27.0, width: 101.0, height: 84.0 };
+
+/// Room for the figures below the overview, and minimum distance of their lines (mm).
+const FIGURES_MM: f64 = 71.0;
+const FIGURE_LINE_MM: f64 = 4.4;
 
 /// Points of a closed line.
 const POINTS: u32 = 1440;
@@ -189,15 +193,9 @@ fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: 
         let out = |share: f64| [(radius + share * reach) * cos, (radius + share * reach) * sin];
         view.line(drawing, [out(0.05), out(0.08)].into_iter(), Pen::solid(Colour::BLACK, 0.25));
         let [x, y] = view.at(out(0.14));
-        drawing.text([x, y + 1.0], SMALL, &format!("{deg}°"));
+        drawing.text([x, y + HALF_MM], SMALL, &format!("{deg}°"));
     }
-    drawing.line(&LARGE.corners(), Pen::solid(Colour::BLACK, 0.25));
-    // A length to measure by.
-    let length = round_step(0.1 * LARGE.width / scale, 1.0);
-    let (x, y) = (LARGE.left + 5.0, LARGE.bottom() - 5.0);
-    let end = x + scale * length;
-    drawing.line(&[[x, y - 1.2], [x, y], [end, y], [end, y - 1.2]], OUTLINE);
-    drawing.text([end + 2.0, y], Lettering { anchor: Anchor::Start, ..SMALL }, &format!("{length} mm"));
+    plane_axes(drawing, &view, "x of the lobe (mm)", "y of the lobe (mm)");
 }
 
 /// Centre of the wheel in the lobe's frame.
@@ -215,8 +213,8 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe, outline: &[Point]) {
     let (left, right, up) = (far, far.max(start + wheel_mm), far.max(wheel_mm));
     let frame = OVERVIEW;
     // Room for the name of the axis on the right, for a line of text above.
-    let scale = ((frame.width - 19.0) / (left + right)).min((frame.height - 16.0) / (2.0 * up));
-    let middle = [frame.left + 0.5 * frame.width - 4.5, frame.top + 0.5 * frame.height + 3.0];
+    let scale = ((frame.width - 21.0) / (left + right)).min((frame.height - 18.0) / (2.0 * up));
+    let middle = [frame.left + 0.5 * frame.width - 5.0, frame.top + 0.5 * frame.height + 1.0];
     let centre = [middle[0] + 0.5 * scale * (left - right), middle[1]];
     let view = PartView { frame, centre, scale, turn_rad: -lobe.start_rad };
     let straight = PartView { turn_rad: 0.0, frame, centre, scale };
@@ -238,7 +236,9 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe, outline: &[Point]) {
     let [x, y] = straight.at([start + 0.48 * wheel_mm, 0.3 * wheel_mm]);
     drawing.text([x, y], SMALL, &format!("R {wheel_mm:.3}"));
     let [x, y] = straight.at([1.02 * right, 0.0]);
-    drawing.text([x + 4.5, y + 1.0], SMALL, "X →");
+    drawing.text([x + 5.5, y + HALF_MM], SMALL, "X →");
+    let length = round_step(0.12 * frame.width / scale, 1.0);
+    scale_bar(drawing, [frame.left + 4.0, frame.bottom() - 3.5], length, scale);
 }
 
 /// Figures of the drawing.
@@ -258,14 +258,21 @@ fn figures(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe) {
         ("predicted time of the lobe".into(), format!("{:.3} s", summary.duration_s)),
     ];
     rows.extend(summary.passes.iter().map(|pass| (format!("pass {}", pass.name), turns(pass))));
+    #[allow(clippy::cast_possible_truncation, reason = "some ten lines")]
+    let most = (FIGURES_MM / FIGURE_LINE_MM) as usize;
+    if let Some(hidden) = rows.len().checked_sub(most).filter(|hidden| *hidden > 0) {
+        rows.truncate(most - 1);
+        rows.push((format!("{} more passes", hidden + 1), "in summary.json".into()));
+    }
     let count = u32::try_from(rows.len()).unwrap_or(u32::MAX);
-    let height = (66.0 / f64::from(count)).min(6.2);
-    let lettering = Lettering { height_mm: (0.45 * height).min(2.3), ..Lettering::default() };
+    let height = (FIGURES_MM / f64::from(count)).min(6.2);
+    let lettering = Lettering::default();
     for (row, (name, value)) in (1_u32..).zip(&rows) {
         let y = OVERVIEW.bottom() + height * f64::from(row);
-        drawing.text([OVERVIEW.left, y], lettering, name);
+        let room = OVERVIEW.width - lettering.width_mm(value) - 3.0;
+        drawing.text([OVERVIEW.left, y], lettering, &lettering.fitted(name, room));
         drawing.text([OVERVIEW.right(), y], Lettering { anchor: Anchor::End, ..lettering }, value);
-        let below = y + 0.32 * height;
+        let below = y + 1.1;
         drawing.line(&[[OVERVIEW.left, below], [OVERVIEW.right(), below]], Pen::solid(Colour::PALE, 0.15));
     }
 }

@@ -32,11 +32,6 @@ pub(super) fn frame(index: u8, count: u8) -> Frame {
     Frame { top: ROOM.top + f64::from(index) * (height + BETWEEN_MM), height, ..ROOM }
 }
 
-/// The band of colours below the lowest chart.
-fn band_frame(width: f64) -> Frame {
-    Frame { left: ROOM.left, top: ROOM.bottom() + 11.5, width, height: 4.0 }
-}
-
 /// X and its derivatives by the angle of C.
 pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
     let shows = "X axis at finished size over one turn, with its derivatives by the angle of C";
@@ -71,8 +66,8 @@ pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
             sheet.summary.path_knots, sheet.summary.contour_error_mm
         ),
     ];
-    for (y, note) in [188.0, 192.5].into_iter().zip(notes) {
-        drawing.text([ROOM.left, y], Lettering { height_mm: 2.3, ..Lettering::default() }, &note);
+    for (y, note) in [191.5, 196.5].into_iter().zip(notes) {
+        drawing.text([ROOM.left, y], Lettering::default(), &note);
     }
     drawing
 }
@@ -80,7 +75,7 @@ pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
 /// Speed, acceleration and jerk of C.
 pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     let shows = format!(
-        "C axis over one turn of {:.3} s: speed, acceleration and jerk; colours show the limit of the speed",
+        "C axis over one turn of {:.3} s: speed, acceleration and jerk; shading shows the limit that acts",
         cut.turn.turn_s
     );
     let mut drawing = sheet.begin(Some(&cut.summary.name), &shows);
@@ -107,7 +102,6 @@ pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     speed.curve(&mut drawing, cut, &chart);
     let of: [fn(&LobeTurnPoint) -> f64; 2] = [|point| point.c.second, |point| point.c.third];
     higher(&mut drawing, cut, Axis::C, &bounds.c, of);
-    cut.band(&mut drawing, band_frame(ROOM.width));
     let mut first = limit_lines(cut);
     if !law.is_empty() {
         first.push(("speed law allows".into(), LAW));
@@ -119,7 +113,7 @@ pub(super) fn c_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
 /// Speed, acceleration and jerk of X.
 pub(super) fn x_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     let shows = format!(
-        "X axis over one turn of {:.3} s with infeed: speed, acceleration and jerk; colours show the limit of the speed of C",
+        "X axis over one turn of {:.3} s with infeed: speed, acceleration and jerk; shading shows the limit that acts on C",
         cut.turn.turn_s
     );
     let mut drawing = sheet.begin(Some(&cut.summary.name), &shows);
@@ -137,7 +131,6 @@ pub(super) fn x_axis(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     speed.curve(&mut drawing, cut, &chart);
     let of: [fn(&LobeTurnPoint) -> f64; 2] = [|point| point.x.second, |point| point.x.third];
     higher(&mut drawing, cut, Axis::X, &limits, of);
-    cut.band(&mut drawing, band_frame(ROOM.width));
     cut.legend(&mut drawing, &limit_lines(cut));
     drawing
 }
@@ -203,6 +196,7 @@ impl AxisDerivative<'_> {
         let limits = [Some(limit), has_both.then_some(-limit), (!has_both).then_some(0.0)];
         let shown = limits.into_iter().flatten().filter(|value| is_near || *value == 0.0);
         let chart = TurnChart::new(frame(row, 3), Scale::around(values().chain(shown)));
+        cut.shade(drawing, &chart.0.frame);
         chart.axes(drawing, self.label, row == 2);
         if is_near {
             for sign in if has_both { &[1.0, -1.0][..] } else { &[1.0] } {
@@ -214,7 +208,7 @@ impl AxisDerivative<'_> {
         }
         let note = format!("limit {limit:.0} {}, used {:.1} %", self.unit, 100.0 * used);
         let lettering = Lettering { anchor: Anchor::End, colour: LIMIT.colour, ..SMALL };
-        let above = if row == 0 { 5.4 } else { 1.3 };
+        let above = if row == 0 { 6.0 } else { 1.3 };
         drawing.text([chart.0.frame.right(), chart.0.frame.top - above], lettering, &note);
         chart
     }
@@ -252,6 +246,7 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     let bound = turn.points.iter().map(|point| point.allowed_mm2_s).fold(0.0, f64::max);
     let highest = if varies && bound < 1.6 * peak { bound } else { peak };
     let chart = TurnChart::new(wide, Scale::around([0.0, 1.03 * highest].into_iter()));
+    cut.shade(&mut drawing, &wide);
     chart.axes(&mut drawing, "Q′ (mm³ per mm of width and s)", true);
     chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
     let mut legend = Vec::new();
@@ -270,7 +265,6 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &DrawnPass<'_>) -> Drawing {
     }
     coloured(&mut drawing, cut, &chart, |point| point.removal_mm2_s);
     histogram(&mut drawing, cut, &chart);
-    cut.band(&mut drawing, band_frame(wide.width));
     cut.legend(&mut drawing, &legend);
     drawing
 }
@@ -303,10 +297,10 @@ fn histogram(drawing: &mut Drawing, cut: &DrawnPass<'_>, chart: &TurnChart) {
     while tick <= ticks {
         let at = x(tick * step);
         drawing.line(&[[at, frame.bottom()], [at, frame.bottom() - 1.2]], thin);
-        drawing.text([at, frame.bottom() + 3.6], SMALL, &format!("{:.0}", tick * step));
+        drawing.text([at, frame.bottom() + 4.0], SMALL, &format!("{:.0}", tick * step));
         tick += 1.0;
     }
     drawing.line(&frame.corners(), thin);
     let middle = frame.left + 0.5 * frame.width;
-    drawing.text([middle, frame.bottom() + 8.0], Lettering { height_mm: 2.5, ..SMALL }, "share of the time (%)");
+    drawing.text([middle, frame.bottom() + 8.8], SMALL, "share of the time (%)");
 }

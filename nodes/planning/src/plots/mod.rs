@@ -28,20 +28,28 @@ use sheet::{DrawnPass, Sheet};
 pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary) -> Vec<Plot> {
     let sheet = Sheet { prepared, index, summary };
     let mut plots = vec![
-        Plot { name: "contour".into(), drawing: contour::drawing(&sheet) },
-        Plot { name: "tool_path".into(), drawing: curves::tool_path(&sheet) },
+        Plot {
+            name: "contour".into(),
+            caption: "Contour of the lobe with blank and wheel; its colours show the limit that sets the speed.".into(),
+            drawing: contour::drawing(&sheet),
+        },
+        Plot {
+            name: "tool_path".into(),
+            caption: "X of the wheel over one turn of C, with its first three derivatives.".into(),
+            drawing: curves::tool_path(&sheet),
+        },
     ];
     for (pass, of_pass) in summary.passes.iter().enumerate() {
         let Some(turn) = LobeTurn::new(prepared, index, pass) else { continue };
         let cut = DrawnPass { arcs: arcs(&turn.points), turn, summary: of_pass };
         let drawings = [
-            ("c_axis", curves::c_axis(&sheet, &cut)),
-            ("x_axis", curves::x_axis(&sheet, &cut)),
-            ("removal_rate", curves::removal_rate(&sheet, &cut)),
+            ("c_axis", "speed plan of C; shading shows the limit that acts", curves::c_axis(&sheet, &cut)),
+            ("x_axis", "speed, acceleration and jerk of X", curves::x_axis(&sheet, &cut)),
+            ("removal_rate", "specific removal rate and how long it lasts", curves::removal_rate(&sheet, &cut)),
         ];
-        for (name, drawing) in drawings {
+        for (name, shows, drawing) in drawings {
             let name = if summary.passes.len() > 1 { format!("{name}_pass_{}", pass + 1) } else { name.into() };
-            plots.push(Plot { name, drawing });
+            plots.push(Plot { name, caption: format!("Pass {}: {shows}.", of_pass.name), drawing });
         }
     }
     plots
@@ -60,9 +68,9 @@ mod tests {
         summary.lobes.iter().enumerate().flat_map(|(index, lobe)| plots(&prepared, index, lobe)).collect()
     }
 
-    /// Whatever the job and its speed law, everything that is drawn lies within the margins of the sheet.
+    /// Whatever the job and its speed law, everything that is drawn lies within the margins of the sheet, and every text can be read.
     #[test]
-    fn nothing_is_drawn_beyond_the_margins() {
+    fn nothing_is_drawn_beyond_the_margins_and_every_text_can_be_read() {
         let law = |law| vec![law, "work_speed_rpm=300.0"];
         for (job, set, count) in [
             ("four_lobe_camshaft", vec![], 20),
@@ -71,6 +79,10 @@ mod tests {
             ("four_lobe_camshaft", law("speed={law: constant_footprint_speed, footprint_speed_mm_s: 300.0}"), 20),
             ("rough_and_finish", vec![], 32),
             ("eccentric", vec![], 5),
+            ("brake_cam", vec![], 5),
+            ("dressed_batch", vec![], 32),
+            ("journal_runout", vec![], 5),
+            ("plate_cam", vec![], 5),
         ] {
             let plots = drawn(job, &set);
             assert_eq!(plots.len(), count, "{job} {set:?}");
@@ -78,6 +90,7 @@ mod tests {
                 let [low, high] = plot.drawing.extent();
                 assert!(low[0] >= 8.0 && low[1] >= 8.0, "{job} {set:?} {}: {low:?}", plot.name);
                 assert!(high[0] <= PAPER.0 - 8.0 && high[1] <= PAPER.1 - 4.0, "{job} {set:?} {}: {high:?}", plot.name);
+                assert_eq!(plot.drawing.text_faults(), [""; 0], "{job} {set:?} {}", plot.name);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Drawings of `camwright post`: the cutter along its path, and the segments of its program.
 
-use super::chart::{CURVE_MM, SMALL, TurnChart};
+use super::chart::{CURVE_MM, HALF_MM, SMALL, TurnChart, plane_axes};
 use super::contour::PartView;
 use super::curves::{ALLOWED, frame};
-use super::sheet::{PAPER, ROOM, legend_entry, sheet};
+use super::sheet::{Legend, PAPER, ROOM, sheet};
 use crate::chart::Scale;
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
 use crate::program::request::{Plane, ProgramOutline, ToPost, error_mm};
@@ -23,7 +23,7 @@ const KNOT: Pen = Pen::solid(Colour(170, 0, 0), 0.25);
 const CURVE: Pen = Pen::solid(Colour(0, 114, 178), CURVE_MM);
 
 /// Radius of the degree labels, relative to the reach of shape and path.
-const DEGREES_AT: f64 = 1.06;
+const DEGREES_AT: f64 = 1.12;
 
 /// Cutters that are hinted at along a turn.
 const CUTTERS: u32 = 36;
@@ -41,14 +41,26 @@ pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &PostedProgram)
         let is_last = !to_post.request.features[feature + 1..].iter().any(|other| other.name == of.name);
         if let Some(outline) = to_post.outlines.get(feature).filter(|_| is_last) {
             let drawing = tool_path(to_post, feature, last, outline);
-            plots.push((of.name.as_str(), Plot { name: "tool_path".into(), drawing }));
+            plots.push((
+                of.name.as_str(),
+                Plot { name: "tool_path".into(), caption: caption_of_path(outline), drawing },
+            ));
         }
         for turn in turns {
             let name = format!("{}_segments", of.passes[turn.pass].name.replace(' ', "_"));
-            plots.push((of.name.as_str(), Plot { name, drawing: segments(to_post, turn) }));
+            let caption =
+                format!("Pass {}: travel, slope and error of the program's segments.", of.passes[turn.pass].name);
+            plots.push((of.name.as_str(), Plot { name, caption, drawing: segments(to_post, turn) }));
         }
     }
     plots
+}
+
+fn caption_of_path(outline: &ProgramOutline) -> String {
+    match outline.plane {
+        Plane::Across => "The shape with the cutter along its path, seen along the axis.".into(),
+        Plane::Developed { .. } => "The groove unrolled at its mean radius, with the cutter along its path.".into(),
+    }
 }
 
 fn begin(to_post: &ToPost<'_>, turn: &PostedTurn, shows: &str) -> Drawing {
@@ -135,21 +147,26 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
         });
         view.line(&mut drawing, along, SEGMENTS[index % SEGMENTS.len()]);
     }
-    drawing.line(&ROOM.corners(), Pen::solid(Colour::BLACK, 0.25));
+    match outline.plane {
+        Plane::Across => plane_axes(&mut drawing, &view, "x of the part (mm)", "y of the part (mm)"),
+        Plane::Developed { .. } => {
+            plane_axes(&mut drawing, &view, "distance around the part (mm)", "z of the part (mm)")
+        }
+    }
     for deg in (0..360_u16).step_by(30).filter(|_| across).map(f64::from) {
         let (sin, cos) = rad_from_deg(deg).sin_cos();
         let [x, y] = view.at([DEGREES_AT * reach * cos, DEGREES_AT * reach * sin]);
-        drawing.text([x, y + 1.0], SMALL, &format!("{deg}°"));
+        drawing.text([x, y + HALF_MM], SMALL, &format!("{deg}°"));
     }
-    let mut x = 14.0;
+    let mut legend = Legend::new();
     for (name, pen) in [
         ("shape", OUTLINE),
         ("cutter, every 10°", HINT),
         ("segments", SEGMENTS[0]),
-        ("in turn", SEGMENTS[1]),
-        ("", SEGMENTS[2]),
+        ("the next", SEGMENTS[1]),
+        ("the one after it", SEGMENTS[2]),
     ] {
-        x = legend_entry(&mut drawing, x, name, pen);
+        legend.line(&mut drawing, name, pen);
     }
     drawing
 }
@@ -229,15 +246,15 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
             chart.level(&mut drawing, level, ALLOWED);
         }
     }
-    let mut x = 14.0;
+    let mut legend = Legend::new();
     for (name, pen) in [("travel, slope, error", CURVE), ("knot", KNOT), ("tolerance", ALLOWED)] {
-        x = legend_entry(&mut drawing, x, name, pen);
+        legend.line(&mut drawing, name, pen);
     }
     let text = format!(
         "largest step of the slope {:.4} mm/deg, of the velocity {:.3} mm/s",
         turn.deviation.slope_jump_mm_rad / deg_from_rad(1.0),
         turn.velocity_step_mm_s
     );
-    drawing.text([PAPER.0 - 12.0, 21.0], Lettering { anchor: Anchor::End, ..SMALL }, &text);
+    drawing.text([PAPER.0 - 12.0, 26.5], Lettering { anchor: Anchor::End, ..SMALL }, &text);
     drawing
 }

@@ -1,12 +1,13 @@
 //! A sheet of paper with title, foot and legend, for the drawings of a lobe and of its passes.
 
-use super::chart::{CURVE_MM, SMALL};
+use super::chart::CURVE_MM;
 use crate::PreparedJob;
 use crate::chart::Frame;
-use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
+use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen, Point};
 use crate::summary::{LobeSummary, PassSummary};
 use crate::turn::LobeTurn;
 use crate::turn_summary::{Arc, bound_name};
+use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::{Bound, LimitedQuantity};
 
@@ -14,11 +15,15 @@ use camwright::motion::speed_plan::{Bound, LimitedQuantity};
 pub(super) const PAPER: (f64, f64) = (297.0, 210.0);
 
 /// Room for charts on it.
-pub(super) const ROOM: Frame = Frame { left: 32.0, top: 33.0, width: 252.0, height: 139.0 };
+pub(super) const ROOM: Frame = Frame { left: 32.0, top: 33.0, width: 252.0, height: 144.0 };
 
-/// Positions of legend and foot.
-const LEGEND_MM: f64 = 196.5;
-const FOOT_MM: f64 = 204.0;
+/// Margin of text at the sides.
+const MARGIN_MM: f64 = 12.0;
+
+/// Position of the first line of the legend, the distance of the next, and position of the foot.
+const LEGEND_MM: f64 = 192.0;
+const LEGEND_LINE_MM: f64 = 4.9;
+const FOOT_MM: f64 = 204.5;
 
 /// A lobe, for all of its drawings.
 pub(super) struct Sheet<'a> {
@@ -37,22 +42,58 @@ pub(super) struct DrawnPass<'a> {
 /// A sheet with its title, what it shows, and what it was made from.
 pub(super) fn sheet(title: &str, shows: &str, made_of: &str, by: &str) -> Drawing {
     let mut drawing = Drawing::new(PAPER.0, PAPER.1, &format!("{title}: {shows}"));
+    let width = PAPER.0 - 2.0 * MARGIN_MM;
     let bold = Lettering { height_mm: 4.2, is_bold: true, ..Lettering::default() };
-    drawing.text([12.0, 14.0], bold, title);
-    drawing.text([12.0, 21.0], Lettering { height_mm: 2.9, ..Lettering::default() }, shows);
-    let small = Lettering { height_mm: 2.1, colour: Colour::GREY, ..Lettering::default() };
-    drawing.text([12.0, FOOT_MM], small, made_of);
+    drawing.text([MARGIN_MM, 14.0], bold, &bold.fitted(title, width));
+    let about = Lettering { height_mm: 2.9, ..Lettering::default() };
+    drawing.text([MARGIN_MM, 21.0], about, &about.fitted(shows, width));
+    let small = Lettering { colour: Colour::GREY, ..Lettering::default() };
     let by = format!("camwright, {by}");
-    drawing.text([PAPER.0 - 12.0, FOOT_MM], Lettering { anchor: Anchor::End, ..small }, &by);
+    let room = width - small.width_mm(&by) - 4.0;
+    drawing.text([MARGIN_MM, FOOT_MM], small, &small.fitted(made_of, room));
+    drawing.text([PAPER.0 - MARGIN_MM, FOOT_MM], Lettering { anchor: Anchor::End, ..small }, &by);
     drawing
 }
 
-/// A line with its name in the legend, which goes on from here to what is returned (mm).
-pub(super) fn legend_entry(drawing: &mut Drawing, x: f64, text: &str, pen: Pen) -> f64 {
-    let lettering = Lettering { height_mm: 2.3, ..Lettering::default() };
-    drawing.line(&[[x, LEGEND_MM - 1.1], [x + 7.0, LEGEND_MM - 1.1]], pen);
-    drawing.text([x + 9.0, LEGEND_MM], lettering, text);
-    x + 9.0 + lettering.width_mm(text) + 5.5
+/// Names of lines and areas along the foot of a sheet; a second line begins where the first is full.
+#[derive(Debug)]
+pub(super) struct Legend {
+    x: f64,
+    y: f64,
+}
+
+impl Legend {
+    const START_MM: f64 = 14.0;
+
+    pub(super) const fn new() -> Self {
+        Self { x: Self::START_MM, y: LEGEND_MM }
+    }
+
+    /// A line with its name.
+    pub(super) fn line(&mut self, drawing: &mut Drawing, text: &str, pen: Pen) {
+        let [x, y] = self.place(drawing, text);
+        drawing.line(&[[x, y - 1.25], [x + 7.0, y - 1.25]], pen);
+    }
+
+    /// A shaded area with its name and the line that is drawn on it.
+    fn area(&mut self, drawing: &mut Drawing, text: &str, colour: Colour, pen: Pen) {
+        let [x, y] = self.place(drawing, text);
+        drawing.area(&[[x, y + 0.4], [x + 7.0, y + 0.4], [x + 7.0, y - 2.9], [x, y - 2.9]], colour);
+        drawing.line(&[[x, y - 1.25], [x + 7.0, y - 1.25]], pen);
+    }
+
+    /// Writes a name and returns the position of its sample.
+    fn place(&mut self, drawing: &mut Drawing, text: &str) -> Point {
+        let lettering = Lettering::default();
+        let width = 9.0 + lettering.width_mm(text);
+        if self.x + width > PAPER.0 - MARGIN_MM && self.x > Self::START_MM {
+            (self.x, self.y) = (Self::START_MM, self.y + LEGEND_LINE_MM);
+        }
+        let at = [self.x, self.y];
+        drawing.text([self.x + 9.0, self.y], lettering, text);
+        self.x += width + 5.0;
+        at
+    }
 }
 
 impl Sheet<'_> {
@@ -94,18 +135,18 @@ impl DrawnPass<'_> {
         self.turn.points[index % count].c_deg + if index < count { 0.0 } else { 360.0 }
     }
 
-    /// Lines with their names, then a colour for each bound that rules with its share of the time, along the foot of a sheet.
+    /// Lines with their names, then a colour for each limit that acts with its share of the time, along the foot of a sheet.
     pub(super) fn legend(&self, drawing: &mut Drawing, first: &[(String, Pen)]) {
-        let mut x = 14.0;
-        let mut entry = |text: &str, pen: Pen| x = legend_entry(drawing, x, text, pen);
+        let mut legend = Legend::new();
         for (text, pen) in first {
-            entry(text, *pen);
+            legend.line(drawing, text, *pen);
         }
         for bound in self.ruling() {
             let name = bound_name(&self.turn.bounds.speed, bound);
             let found = self.summary.bounds.iter().find(|summary| summary.bound == name);
-            let share = found.map_or(0.0, |found| found.share);
-            entry(&format!("{} {:.0} %", in_words(&name), 100.0 * share), Pen::solid(colour(bound), 3.0 * CURVE_MM));
+            let share = 100.0 * found.map_or(0.0, |found| found.share);
+            let text = format!("{}: {share:.0} % of the time", bound_in_words(&self.turn.bounds.speed, bound));
+            legend.area(drawing, &text, shade(bound), Pen::solid(colour(bound), CURVE_MM));
         }
     }
 
@@ -115,25 +156,37 @@ impl DrawnPass<'_> {
         all.filter(|bound| self.arcs.iter().any(|arc| arc.bound == *bound)).collect()
     }
 
-    /// A band of the colours below the charts.
-    pub(super) fn band(&self, drawing: &mut Drawing, frame: Frame) {
+    /// Shades the background of a chart by the limit that acts.
+    pub(super) fn shade(&self, drawing: &mut Drawing, frame: &Frame) {
         for arc in &self.arcs {
             for stretch in self.stretches(*arc) {
                 let x = |index: usize| frame.left + frame.width * self.c_deg(index).min(360.0) / 360.0;
                 let (from, to) = (x(*stretch.start()), x(*stretch.end()));
                 let (top, bottom) = (frame.top, frame.bottom());
-                drawing.area(&[[from, top], [to, top], [to, bottom], [from, bottom]], colour(arc.bound));
+                drawing.area(&[[from, top], [to, top], [to, bottom], [from, bottom]], shade(arc.bound));
             }
         }
-        drawing.line(&frame.corners(), Pen::solid(Colour::BLACK, 0.2));
-        let name = Lettering { anchor: Anchor::End, ..SMALL };
-        drawing.text([frame.left - 1.2, frame.bottom() - 0.9], name, "set by");
     }
 }
 
-/// A bound's name for people.
-fn in_words(name: &str) -> String {
-    name.replace("c_axis", "C").replace("x_axis", "X").replace('_', " ").replace("none", "between two bounds")
+/// The limit that acts, for people.
+fn bound_in_words(law: &SpeedLaw, bound: Option<Bound>) -> String {
+    match (bound, law) {
+        (None, _) => "between two limits".into(),
+        (Some(Bound::WorkSpeed), SpeedLaw::ConstantWorkSpeed { .. }) => "programmed work speed".into(),
+        (Some(Bound::WorkSpeed), _) => "highest work speed allowed".into(),
+        (Some(Bound::WheelPower), _) => "power of the wheel spindle".into(),
+        (Some(Bound::Process), _) => format!("{} of the speed law", bound_name(law, bound).replace('_', " ")),
+        (Some(Bound::Limit(axis, quantity)), _) => {
+            let letter = if axis == Axis::C { 'C' } else { 'X' };
+            format!("{} limit of {letter}", quantity.name())
+        }
+    }
+}
+
+/// Background where a limit acts.
+fn shade(bound: Option<Bound>) -> Colour {
+    colour(bound).tint(0.2)
 }
 
 /// Colours that colour-blind people can distinguish (after Okabe and Ito), dark enough for paper.

@@ -2,16 +2,20 @@
 //!
 //! | name | shows |
 //! |---|---|
+//! | `surface_map` | radius of the design over azimuth and z, as colours |
+//! | `surface_view` | the design seen from the side, in the same colours |
 //! | `section` | sections in the rake plane all round, the insert and the path of its centre in the last pass |
 //! | `x_axis` | the turn that asks most of X: its place, speed, acceleration and jerk with what is allowed of them, and the spindle's speed |
 //! | `clearance` | the angles between insert and surface over a turn, with what is asked of them |
 
-use super::chart::{CURVE_MM, SMALL, TurnChart};
+use super::chart::{CURVE_MM, HALF_MM, SMALL, TurnChart, plane_axes};
 use super::contour::PartView;
 use super::curves::{ALLOWED, LIMIT, frame};
-use super::sheet::{ROOM, legend_entry, sheet};
-use crate::chart::Scale;
+use super::sheet::{Legend, ROOM, sheet};
+use crate::chart::{Axes, Frame, Scale, round_step};
+use crate::colour_scale::{ColourScale, Rgb, lit};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
+use crate::surface_view::{SurfaceGrid, SurfaceView};
 use crate::turning::clearance_rows::{ClearanceRow, MinimumAngle};
 use crate::turning::prepared::PreparedTurning;
 use crate::turning::summary::TurningSummary;
@@ -42,11 +46,58 @@ const NEAR: f64 = 0.25;
 pub(crate) fn turned_plots(prepared: &PreparedTurning, summary: &TurningSummary, rows: &[ClearanceRow]) -> Vec<Plot> {
     let Some(pass) = prepared.planned.passes.last() else { return Vec::new() };
     let of = Turned { prepared, summary, pass };
+    let plot =
+        |name: &str, caption: &str, drawing: Drawing| Plot { name: name.into(), caption: caption.into(), drawing };
     vec![
-        Plot { name: "section".into(), drawing: of.section() },
-        Plot { name: "x_axis".into(), drawing: of.x_axis() },
-        Plot { name: "clearance".into(), drawing: of.clearance(rows) },
+        plot("surface_map", "The finished surface unrolled; its colours show the radius.", of.surface_map()),
+        plot("surface_view", "The finished part in three dimensions, in the same colours.", of.surface_view()),
+        plot("section", "Sections of the part with the insert and the path of its centre.", of.section()),
+        plot("x_axis", "X over the turn that uses its limits most.", of.x_axis()),
+        plot("clearance", "Angles between insert and surface, with the minimum allowed.", of.clearance(rows)),
     ]
+}
+
+/// Azimuths and rows of the surface as a map and as a view.
+const MAP_SIZE: [u32; 2] = [360, 96];
+const VIEW_SIZE: [u32; 2] = [180, 48];
+
+/// Range of radii below which colours would show nothing but rounding (mm).
+const MIN_RANGE_MM: f64 = 0.002;
+
+/// The map and the view beside their legend of colours.
+const COLOURED: Frame = Frame { width: 212.0, ..ROOM };
+
+/// Overlap of coloured areas, so that no gap is seen between them (mm).
+const OVERLAP_MM: f64 = 0.12;
+
+const END_FACE: Colour = Colour(232, 232, 228);
+
+fn paint([red, green, blue]: Rgb) -> Colour {
+    Colour(red, green, blue)
+}
+
+/// Legend of the colours at the right of a sheet.
+fn colour_legend(drawing: &mut Drawing, scale: &ColourScale, name: &str) {
+    let frame = Frame { left: COLOURED.right() + 9.0, width: 6.0, ..COLOURED };
+    let height = frame.height / scale.bands() as f64;
+    for band in 0..scale.bands() {
+        let bottom = frame.bottom() - height * band as f64;
+        let corners = [
+            [frame.left, bottom],
+            [frame.right(), bottom],
+            [frame.right(), bottom - height],
+            [frame.left, bottom - height],
+        ];
+        drawing.area(&corners, paint(scale.colour(band)));
+    }
+    for edge in 0..=scale.bands() {
+        let y = frame.bottom() - height * edge as f64;
+        drawing.line(&[[frame.left, y], [frame.right() + 1.0, y]], Pen::solid(Colour::BLACK, 0.15));
+        let number = Lettering { anchor: Anchor::Start, ..SMALL };
+        drawing.text([frame.right() + 2.0, y + HALF_MM], number, &scale.scale.label(scale.edge(edge)));
+    }
+    drawing.line(&frame.corners(), Pen::solid(Colour::BLACK, 0.25));
+    drawing.text([frame.left, frame.top - 3.0], Lettering { anchor: Anchor::Start, ..SMALL }, name);
 }
 
 struct Turned<'a> {
@@ -65,6 +116,106 @@ impl Turned<'_> {
         );
         let title = format!("{} · turned", self.summary.job);
         sheet(&title, shows, &made_of, &format!("plan {:.16}", self.prepared.plan_hash()))
+    }
+
+    /// Radii of the design at the middle of each field of a map, or at the corners of the faces of a view (mm).
+    fn radii(&self, [azimuths, rows]: [u32; 2], z_of: impl Fn(u32) -> f64, shift: f64) -> Vec<f64> {
+        let surface = &self.prepared.job.spec.surface;
+        let turn = |azimuth: u32| TURN_RAD * (f64::from(azimuth) + shift) / f64::from(azimuths);
+        (0..rows)
+            .flat_map(|row| (0..azimuths).map(move |azimuth| (row, azimuth)))
+            .map(|(row, azimuth)| surface.radius(turn(azimuth), z_of(row)))
+            .collect()
+    }
+
+    /// The surface rolled off, coloured by its radius.
+    fn surface_map(&self) -> Drawing {
+        let (from, to) = self.prepared.job.spec.surface.ends_mm();
+        let [azimuths, rows] = MAP_SIZE;
+        let z_of = |row: u32| from + (to - from) * (f64::from(row) + 0.5) / f64::from(rows);
+        let radii = self.radii(MAP_SIZE, z_of, 0.5);
+        let scale = ColourScale::growing(radii.iter().copied(), MIN_RANGE_MM);
+        let shows =
+            format!("finished surface from z {from} to {to} mm, coloured by its distance from the spindle axis");
+        let mut drawing = self.begin(&shows);
+        let up = Scale::exactly(from, to, COLOURED.height / 10.0);
+        let chart = TurnChart(Axes { frame: COLOURED, across: Scale::TURN_DEG, up });
+        let (width, height) = (COLOURED.width / f64::from(azimuths), COLOURED.height / f64::from(rows));
+        for (row, radii) in (0_u32..).zip(radii.chunks(azimuths as usize)) {
+            let bottom = COLOURED.bottom() - height * f64::from(row);
+            let top = (bottom - height - OVERLAP_MM).max(COLOURED.top);
+            let mut left = COLOURED.left;
+            for fields in radii.chunk_by(|a, b| scale.band(*a) == scale.band(*b)) {
+                let right = left + width * fields.len() as f64;
+                let end = (right + OVERLAP_MM).min(COLOURED.right());
+                let corners = [[left, bottom], [end, bottom], [end, top], [left, top]];
+                drawing.area(&corners, paint(scale.colour(scale.band(fields[0]))));
+                left = right;
+            }
+        }
+        chart.axes_over(&mut drawing, "z (mm)", Some("azimuth on the part from its keyway (deg)"));
+        colour_legend(&mut drawing, &scale, "radius (mm)");
+        drawing
+    }
+
+    /// The part in three dimensions.
+    fn surface_view(&self) -> Drawing {
+        let (from, to) = self.prepared.job.spec.surface.ends_mm();
+        let [azimuths, rows] = VIEW_SIZE;
+        let z_of = |row: u32| from + (to - from) * f64::from(row) / f64::from(rows - 1);
+        let radius_mm = self.radii(VIEW_SIZE, z_of, 0.0);
+        let scale = ColourScale::growing(radius_mm.iter().copied(), MIN_RANGE_MM);
+        let mut drawing =
+            self.begin("finished surface from the side: parallel projection, one scale in all directions");
+        let grid = SurfaceGrid { azimuths: azimuths as usize, radius_mm, from_mm: from, to_mm: to };
+        // The highest place of the surface is on the side that is seen.
+        let highest = (0..grid.radius_mm.len()).max_by(|a, b| grid.radius_mm[*a].total_cmp(&grid.radius_mm[*b]));
+        let facing_rad = highest.map_or(0.0, |index| TURN_RAD * (index % grid.azimuths) as f64 / grid.azimuths as f64);
+        let Some(view) = SurfaceView::new(&grid, facing_rad) else { return drawing };
+        let [low, high] = view.extent();
+        let (width, height) = (COLOURED.width - 44.0, COLOURED.height - 8.0);
+        let per_mm = (width / (high[0] - low[0])).min(height / (high[1] - low[1]));
+        let middle = [COLOURED.right() - 0.5 * width - 2.0, COLOURED.top + 0.5 * COLOURED.height];
+        let at = |[x, y]: Point| {
+            [middle[0] + per_mm * (x - 0.5 * (low[0] + high[0])), middle[1] - per_mm * (y - 0.5 * (low[1] + high[1]))]
+        };
+        let round = grid.azimuths;
+        for face in &view.faces {
+            let corners: Vec<Point> = face.widened(OVERLAP_MM / per_mm).into_iter().map(at).collect();
+            let next = face.row * round + (face.azimuth + 1) % round;
+            let here = face.row * round + face.azimuth;
+            let mean =
+                0.25 * [here, next, here + round, next + round].iter().map(|index| grid.radius_mm[*index]).sum::<f64>();
+            drawing.area(&corners, paint(lit(scale.colour(scale.band(mean)), face.light)));
+        }
+        let end: Vec<Point> = view.end.iter().chain(view.end.first()).map(|point| at(*point)).collect();
+        drawing.area(&end, END_FACE);
+        drawing.line(&end, OUTLINE);
+        for (deg, share) in [(0_u16, 0.0), (90, 0.25), (180, 0.5), (270, 0.75)] {
+            #[allow(clippy::cast_possible_truncation, reason = "an azimuth of the view")]
+            let [x, y] = view.end[(share * round as f64) as usize];
+            let inside = [0.78 * x + 0.22 * view.end_centre[0], 0.78 * y + 0.22 * view.end_centre[1]];
+            let [x, y] = at(inside);
+            drawing.text([x, y + HALF_MM], SMALL, &format!("{deg}°"));
+        }
+        // A length along each axis to measure by.
+        let length = round_step((high[0] - low[0]) / 20.0, 1.0);
+        let [x, y] = [COLOURED.left + 12.0, COLOURED.bottom() - 22.0];
+        for (name, unit) in ["x", "y", "z"].into_iter().zip(view.units) {
+            let tip = [x + per_mm * length * unit[0], y - per_mm * length * unit[1]];
+            drawing.line(&[[x, y], tip], OUTLINE);
+            let away = unit[0].hypot(unit[1]);
+            let text = [tip[0] + 4.0 * unit[0] / away, tip[1] - 4.0 * unit[1] / away + HALF_MM];
+            drawing.text(text, SMALL, name);
+        }
+        let text = Lettering { anchor: Anchor::Start, ..SMALL };
+        drawing.text(
+            [COLOURED.left, COLOURED.bottom() + 9.5],
+            text,
+            &format!("each line at the left is {length} mm long; numbers on the end face: azimuth from the keyway"),
+        );
+        colour_legend(&mut drawing, &scale, "radius (mm)");
+        drawing
     }
 
     /// Sections with the insert, z to the right and x up, both to one scale.
@@ -121,10 +272,8 @@ impl Turned<'_> {
         line(&mut drawing, vec![[left, bar], [right, bar]], BAR);
         for z in [from, to] {
             line(&mut drawing, vec![[z, low], [z, high]], ENDS);
-            let [x, _] = view.at([z, low]);
-            drawing.text([x, ROOM.bottom() + 3.6], SMALL, &format!("z {z:.3}"));
         }
-        drawing.line(&ROOM.corners(), Pen::solid(Colour::BLACK, 0.25));
+        plane_axes(&mut drawing, &view, "z along the part (mm)", "x in the rake plane (mm)");
         legend(
             &mut drawing,
             &[
@@ -132,6 +281,7 @@ impl Turned<'_> {
                 ("others", SECTION),
                 ("centre of the insert", CENTRES),
                 ("bar in the rake plane", BAR),
+                ("ends of the turned length", ENDS),
             ],
         );
         drawing
@@ -222,20 +372,20 @@ impl Turned<'_> {
             chart.axes(&mut drawing, label, row == 1);
             chart.level(&mut drawing, min.min_deg, LIMIT);
             chart.curve(&mut drawing, closed.into_iter(), CURVE);
-            let note = format!("least {:.2}° at C {:.1}°, z {:.3} mm", min.angle_deg, min.c_deg, min.z_mm);
+            let note = format!("minimum {:.2}° at C {:.1}°, z {:.3} mm", min.angle_deg, min.c_deg, min.z_mm);
             let lettering = Lettering { anchor: Anchor::End, ..SMALL };
             drawing.text([chart.0.frame.right(), chart.0.frame.top - 1.3], lettering, &note);
         }
-        legend(&mut drawing, &[("asked for", LIMIT)]);
+        legend(&mut drawing, &[("minimum allowed", LIMIT)]);
         drawing
     }
 }
 
 /// Lines with their names along the foot of a sheet.
 fn legend(drawing: &mut Drawing, entries: &[(&str, Pen)]) {
-    let mut x = 14.0;
+    let mut legend = Legend::new();
     for (text, pen) in entries {
-        x = legend_entry(drawing, x, text, *pen);
+        legend.line(drawing, text, *pen);
     }
 }
 
@@ -261,7 +411,7 @@ mod tests {
             let (one, other) = (drawn(&set), drawn(&set));
             assert_eq!(
                 one.iter().map(|plot| plot.name.as_str()).collect::<Vec<_>>(),
-                ["section", "x_axis", "clearance"]
+                ["surface_map", "surface_view", "section", "x_axis", "clearance"]
             );
             for (plot, again) in one.iter().zip(&other) {
                 let [low, high] = plot.drawing.extent();
@@ -270,6 +420,7 @@ mod tests {
                 assert_eq!(svg(&plot.drawing), svg(&again.drawing), "{}", plot.name);
                 assert_eq!(png(&plot.drawing).unwrap(), png(&again.drawing).unwrap(), "{}", plot.name);
                 assert!(!svg(&plot.drawing).contains("NaN"), "{}", plot.name);
+                assert_eq!(plot.drawing.text_faults(), [""; 0], "{set:?} {}", plot.name);
             }
         }
     }

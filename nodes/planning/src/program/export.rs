@@ -226,3 +226,34 @@ fn write_segments(turn: &PostedTurn, to: &mut dyn Write) -> io::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Drawings of the programs of all shipped jobs that have one: no text is cut, overlaps another or is too small.
+    #[test]
+    fn every_text_on_the_drawings_of_a_program_can_be_read() {
+        for job in [
+            "plate_groove",
+            "barrel_groove",
+            "eccentric_disc",
+            "four_lobe_camshaft",
+            "rough_and_finish",
+            "eccentric",
+            "plate_cam",
+            "brake_cam",
+        ] {
+            let count = with_request(job, &[], |to_post| {
+                let posted = post(&to_post.request).map_err(|error| to_post.document.error("nc", error.to_string()))?;
+                let plots = program_plots(&to_post, &posted);
+                for (folder, plot) in &plots {
+                    assert_eq!(plot.drawing.text_faults(), [""; 0], "{job} {folder} {}", plot.name);
+                    assert!(plot.caption.ends_with('.'), "{job} {folder} {}", plot.name);
+                }
+                Ok(plots.len())
+            });
+            assert!(count.unwrap_or_else(|error| panic!("{job}: {error}")) >= 2, "{job}");
+        }
+    }
+}

@@ -6,12 +6,15 @@
 //! | `pass_N/insert_path.csv` | one per angle at which the path was computed | `turned_deg` from the first angle of the path on, x and z of the insert's centre |
 //! | `clearance.csv` | one per degree of the turned angle | the least angles along the part |
 //! | `surface.csv` | one per place along the part | as `kind: grid` reads it |
+//!
+//! With plots also the drawings of `turned_plots`, each as SVG and PNG, and `index.html` with all of them.
 
 use super::clearance_rows::{ClearanceRow, MinimumAngle, clearance_rows};
 use super::error_location;
 use super::prepared::PreparedTurning;
 use super::summary::{TurningSummary, turning_summary};
 use crate::files::Files;
+use crate::picture_index::{Picture, PictureIndex, PictureSection};
 use crate::plots::turned_plots;
 use camwright::math::units::deg_from_rad;
 use camwright::planner::{PlannedPass, TurningError};
@@ -58,12 +61,31 @@ pub fn write_turning(
     let places: Vec<f64> = (0..=count).map(place).collect();
     files.write(&out.join("surface.csv"), &|to| grid_text::write(&job.spec.surface, AZIMUTHS, &places, to))?;
     if with_plots {
-        for plot in turned_plots(prepared, &summary, &rows) {
-            files.plot(out, &plot)?;
-        }
+        let plots = turned_plots(prepared, &summary, &rows);
+        files.plots(out, &plots)?;
+        let pictures = plots.iter().map(|plot| Picture::from_plot(None, plot)).collect();
+        let index = PictureIndex {
+            job: summary.job.clone(),
+            title: summary.title.clone(),
+            verdict: verdict(&summary),
+            warnings: super::all_warnings(prepared).iter().map(ToString::to_string).collect(),
+            sections: vec![PictureSection { heading: "Turned part".into(), pictures }],
+        };
+        files.write(&out.join("index.html"), &|to| to.write_all(index.to_html().as_bytes()))?;
     }
     files.json(&out.join("summary.json"), &summary)?;
     Ok(summary)
+}
+
+fn verdict(summary: &TurningSummary) -> String {
+    format!(
+        "PLANNED: {} passes in {:.2} s for machine {}; highest use of an axis limit {:.1} %; plan {:.12}",
+        summary.passes.len(),
+        summary.duration_s,
+        summary.machine,
+        100.0 * summary.max_limit_ratio,
+        summary.plan_hash
+    )
 }
 
 /// X and Z of the insert's centre with their derivatives over the turned angle; `z_axis_mm` is where the axis of the machine stands.
