@@ -2,6 +2,8 @@
 
 #[path = "../support/mod.rs"]
 mod support;
+#[path = "../support/viewer_files.rs"]
+mod viewer_files;
 
 mod alarm_table;
 mod architecture;
@@ -12,3 +14,4 @@ mod messages_on_the_wire;
 mod packages;
 mod skipped_peers;
 mod type_hashes;
+mod viewer_display_files;

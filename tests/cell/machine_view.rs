@@ -4,6 +4,7 @@
 use crate::cell;
 use crate::support;
 
+use crate::viewer_files::{Published, PublishedTopic, path_value, rviz_faults};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::TURN_RAD;
 use camwright_files::convert::time::ns_from_time;
@@ -331,6 +332,7 @@ fn a_running_cell_is_seen() {
             "every joint that moves has a state"
         );
         assert_eq!(joints.header.frame_id, "left_machine_base");
+        assert_eq!(joints.name[..2], ["c_axis", "x_axis"], "the order that the Foxglove layout names by index");
         let position = |name: &str| joints.name.iter().position(|j| j == name).map_or(0.0, |at| joints.position[at]);
         let by_name: BTreeMap<&str, &TransformStamped> =
             transforms.iter().chain(&received.fixed).map(|t| (t.child_frame_id.as_str(), t)).collect();
@@ -455,49 +457,29 @@ fn a_bar_in_a_lathe_is_seen_and_transforms_can_be_left_to_others() {
     cell.stop();
 }
 
-/// All topics of the `RViz` and Foxglove configurations are published, with the plotted fields.
+/// What the display files of `RViz` and Foxglove show is published, with its fields.
 fn every_topic_of_a_viewer_is_there(cell: &Cell) {
-    let published: BTreeMap<String, String> = cell
-        .client
-        .node
-        .discovered_topics()
-        .into_iter()
-        .filter(|t| !t.publishers.is_empty())
-        .map(|t| (t.name, t.type_name))
-        .collect();
+    let topics = cell.client.node.discovered_topics().into_iter().filter(|topic| !topic.publishers.is_empty());
+    let published: Published =
+        topics.map(|topic| (topic.name, PublishedTopic { type_name: topic.type_name, is_latched: None })).collect();
     let read = |path: &str| std::fs::read_to_string(support::repository().join(path)).expect("a file of the package");
     let rviz = read("nodes/rviz/cell.rviz");
-    let topics: Vec<&str> = rviz.lines().filter_map(|line| line.strip_prefix("        Value: ")).collect();
-    assert_eq!(topics, ["robot_description", "machine/markers", "job_planner/markers"]);
-    for topic in topics {
-        assert!(published.contains_key(&format!("/{topic}")), "{topic} is not in {published:?}");
-    }
+    let namespaces = ["lobe", "stock", "wheel", "design", "form_error", "form_error_text"].map(str::to_owned);
+    assert_eq!(rviz_faults(&rviz, &published, &namespaces.into()), [""; 0]);
     let layout: serde_json::Value = serde_json::from_str(&read("nodes/foxglove/cell.json")).expect("JSON");
-    let mut paths = Vec::new();
-    paths_in(&layout["configById"], &mut paths);
-    assert!(paths.len() > 10, "{paths:?}");
-    for path in paths {
-        let (topic, fields) = path.split_once('.').unwrap_or((&path, ""));
-        let mut kind = published.get(topic).unwrap_or_else(|| panic!("{topic} is not in {published:?}")).as_str();
-        for field in fields.split('.').filter(|field| !field.is_empty()) {
-            let name = field.split('[').next().unwrap_or_default();
-            let info = camwright_msgs::by_type_name(kind).unwrap_or_else(|| panic!("{kind} has no fields: {path}"));
-            let found = info.fields.iter().find(|field| field.name == name);
-            kind = found.unwrap_or_else(|| panic!("{kind} has no {name}: {path}")).nested_type_name;
+    for panel in layout["configById"].as_object().expect("panels").values() {
+        for series in panel["paths"].as_array().into_iter().flatten() {
+            let path = series["value"].as_str().expect("a path");
+            assert!(
+                path_value(path, &published).is_ok_and(|value| value.is_number),
+                "{:?}",
+                path_value(path, &published)
+            );
         }
-    }
-}
-
-/// Texts that name a topic, and keys that do.
-fn paths_in(value: &serde_json::Value, into: &mut Vec<String>) {
-    let text = |text: &str| text.starts_with('/').then(|| text.to_owned());
-    match value {
-        serde_json::Value::String(string) => into.extend(text(string)),
-        serde_json::Value::Array(values) => values.iter().for_each(|value| paths_in(value, into)),
-        serde_json::Value::Object(values) => values.iter().for_each(|(key, value)| {
-            into.extend(text(key));
-            paths_in(value, into);
-        }),
-        _ => {}
+        for key in ["path", "topicPath", "topicToRender"] {
+            if let Some(path) = panel[key].as_str() {
+                assert!(path_value(path, &published).is_ok(), "{:?}", path_value(path, &published));
+            }
+        }
     }
 }

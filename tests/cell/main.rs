@@ -10,6 +10,8 @@ mod chromium;
 mod loader_robot;
 #[path = "../support/mod.rs"]
 mod support;
+#[path = "../support/viewer_files.rs"]
+mod viewer_files;
 #[path = "../support/watched.rs"]
 mod watched;
 

@@ -287,10 +287,14 @@ fn plots_are_written_for_every_lobe_and_are_the_same_again() {
         let read = |file: String| {
             (std::fs::read(out.join("A").join(&file)).unwrap_or_else(|error| panic!("{file}: {error}")), file)
         };
-        ["contour", "tool_path", "c_axis", "x_axis", "removal_rate"]
+        let files = ["contour", "tool_path", "c_axis", "x_axis", "removal_rate"]
             .iter()
             .flat_map(|name| ["svg", "png"].map(|extension| read(format!("{name}.{extension}"))))
-            .collect::<Vec<_>>()
+            .collect::<Vec<_>>();
+        let index = std::fs::read_to_string(out.join("index.html")).expect("index.html");
+        assert!(index.contains("Plan of eccentric") && index.contains("PLANNED: 1 lobes in"), "{index}");
+        shows_every_drawing(&index, &out);
+        files
     };
     let (once, again) = (files("once"), files("again"));
     for ((bytes, file), (other, _)) in once.iter().zip(&again) {
@@ -303,6 +307,27 @@ fn plots_are_written_for_every_lobe_and_are_the_same_again() {
             assert!(bytes.starts_with(b"\x89PNG"), "{file}");
         }
     }
+}
+
+/// The index shows every SVG of its folder once, each with a sentence, and loads nothing from elsewhere.
+fn shows_every_drawing(index: &str, out: &Path) {
+    let shown: Vec<&str> = index.split("<img src=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let folders = std::fs::read_dir(out).expect("a folder").flatten().map(|entry| entry.path());
+    let files = folders.flat_map(|path| match std::fs::read_dir(&path) {
+        Ok(files) => files.flatten().map(|entry| entry.path()).collect(),
+        Err(_) => vec![path],
+    });
+    let mut drawings: Vec<String> = files
+        .filter(|file| file.extension().is_some_and(|extension| extension == "svg"))
+        .map(|file| file.strip_prefix(out).expect("below the folder").display().to_string())
+        .collect();
+    drawings.sort();
+    let mut sorted = shown.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, drawings);
+    assert_eq!(index.matches("<figcaption>").count(), shown.len());
+    assert!(!index.contains("<figcaption> ") && !index.contains("http") && !index.contains("<script"), "{index}");
+    assert!(index.contains("width=device-width") && index.contains("@media print"), "{index}");
 }
 
 #[test]
@@ -445,7 +470,10 @@ fn a_turned_part_is_drawn_and_described_and_an_impossible_one_leaves_no_files() 
     {
         assert!(text.contains(words), "{words}: {text}");
     }
-    for name in ["section", "x_axis", "clearance"] {
+    let index = std::fs::read_to_string(out.join("index.html")).expect("index.html");
+    assert!(index.contains("PLANNED: 3 passes in"), "{index}");
+    shows_every_drawing(&index, &out);
+    for name in ["surface_map", "surface_view", "section", "x_axis", "clearance"] {
         let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).expect("a drawing");
         assert!(svg.contains("<title>turned_cam · turned") && !svg.contains("NaN"), "{name}");
         assert!(std::fs::read(out.join(format!("{name}.png"))).expect("a drawing").starts_with(b"\x89PNG"));

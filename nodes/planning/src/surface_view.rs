@@ -14,7 +14,7 @@ const AMBIENT: f64 = 0.5;
 
 /// Radii of a surface at equal steps of azimuth and z, the first azimuth at the keyway.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SurfaceGrid {
+pub struct RadiusGrid {
     pub azimuths: usize,
     /// Radius of azimuth `i` in row `k` at `k * azimuths + i` (mm).
     pub radius_mm: Vec<f64>,
@@ -25,7 +25,7 @@ pub struct SurfaceGrid {
 
 /// A face between two azimuths and two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Face {
+pub struct SurfaceFace {
     /// Corners in the picture (mm, x to the right, y up).
     pub corners: [Point; 4],
     /// Azimuth and row that it begins at.
@@ -39,7 +39,7 @@ pub struct Face {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceView {
     /// Visible faces, the farthest first.
-    pub faces: Vec<Face>,
+    pub faces: Vec<SurfaceFace>,
     /// Outline of the end that is seen, from azimuth 0 on.
     pub end: Vec<Point>,
     /// Position of the axis in this end.
@@ -51,7 +51,7 @@ pub struct SurfaceView {
 impl SurfaceView {
     /// The view of a surface, turned about its axis until an azimuth faces the viewer; `None` if the grid is not complete.
     #[must_use]
-    pub fn new(grid: &SurfaceGrid, facing_rad: f64) -> Option<Self> {
+    pub fn new(grid: &RadiusGrid, facing_rad: f64) -> Option<Self> {
         let round = grid.azimuths;
         let rows = grid.radius_mm.len().checked_div(round)?;
         if round < 3 || rows < 2 || rows * round != grid.radius_mm.len() {
@@ -74,7 +74,7 @@ impl SurfaceView {
             turned([radius * cos, radius * sin, z_of(row)])
         };
         let light = unit(TO_LIGHT);
-        let mut faces: Vec<(f64, Face)> = Vec::new();
+        let mut faces: Vec<(f64, SurfaceFace)> = Vec::new();
         for row in 0..rows - 1 {
             for azimuth in 0..round {
                 let corners = [(azimuth, row), (azimuth + 1, row), (azimuth + 1, row + 1), (azimuth, row + 1)]
@@ -86,7 +86,7 @@ impl SurfaceView {
                 }
                 let depth: f64 = corners.iter().map(|corner| dot(*corner, eye)).sum();
                 let light = AMBIENT + (1.0 - AMBIENT) * (dot(normal, light) / length).max(0.0);
-                faces.push((depth, Face { corners: corners.map(flat), azimuth, row, light }));
+                faces.push((depth, SurfaceFace { corners: corners.map(flat), azimuth, row, light }));
             }
         }
         faces.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -109,7 +109,7 @@ impl SurfaceView {
     }
 }
 
-impl Face {
+impl SurfaceFace {
     /// Corners moved outwards by a distance, so that no gap is seen between neighbours.
     #[must_use]
     pub fn widened(&self, by: f64) -> [Point; 4] {
@@ -143,8 +143,8 @@ fn unit(vector: Vector) -> Vector {
 mod tests {
     use super::*;
 
-    fn cylinder(radius: f64, length: f64) -> SurfaceGrid {
-        SurfaceGrid { azimuths: 72, radius_mm: vec![radius; 72 * 5], from_mm: 0.0, to_mm: length }
+    fn cylinder(radius: f64, length: f64) -> RadiusGrid {
+        RadiusGrid { azimuths: 72, radius_mm: vec![radius; 72 * 5], from_mm: 0.0, to_mm: length }
     }
 
     /// Half of a cylinder is seen; its end is as large as the projection of a circle; the units are those of a projection along a line.
@@ -179,7 +179,7 @@ mod tests {
         grid.radius_mm.pop();
         assert_eq!(SurfaceView::new(&grid, 0.0), None);
         assert_eq!(
-            SurfaceView::new(&SurfaceGrid { azimuths: 0, radius_mm: vec![], from_mm: 0.0, to_mm: 1.0 }, 0.0),
+            SurfaceView::new(&RadiusGrid { azimuths: 0, radius_mm: vec![], from_mm: 0.0, to_mm: 1.0 }, 0.0),
             None
         );
         let mut grid = cylinder(10.0, 30.0);

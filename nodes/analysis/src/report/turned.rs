@@ -14,7 +14,7 @@ use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedPage};
 use camwright_planning::AnyPrepared;
 use camwright_planning::chart::{Axes, Frame, Point, Scale, round_step};
 use camwright_planning::colour_scale::{ColourScale, lit};
-use camwright_planning::surface_view::{SurfaceGrid, SurfaceView};
+use camwright_planning::surface_view::{RadiusGrid, SurfaceView};
 use std::fmt::Write as _;
 
 /// Columns of the chart of the last pass, over C.
@@ -204,7 +204,7 @@ impl<'a> ColouredMap<'a> {
         let (round, along) = (self.map.azimuths as usize, self.map.columns as usize);
         let z_of = |row: usize| self.map.from_z + (self.map.to_z - self.map.from_z) * row as f64 / along as f64;
         let radius_mm: Vec<f64> = (0..=along).flat_map(|row| radii_at(pages, z_of(row), round)).collect();
-        let grid = SurfaceGrid {
+        let grid = RadiusGrid {
             azimuths: round,
             radius_mm,
             from_mm: mm_from_m(self.map.from_z),

@@ -25,7 +25,7 @@ pub(super) struct PlanArgs {
     /// Set a key of the job, such as `lobes.I1.phase_deg=75`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Draw contours, paths, speeds, limits and removal rates as SVG and PNG
+    /// Draw contours, paths, speeds and limits as SVG and PNG, with an index.html
     #[arg(long)]
     plots: bool,
     /// Print the summary as JSON instead of text
@@ -65,6 +65,9 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
         Ok(text) => {
             print_verdict(VerdictLevel::Good, &wrapped(text.trim_end(), 2));
             say!("files:  {} in {}", files.get(), args.out.display());
+            if args.plots {
+                say!("plots:  {}", args.out.join("index.html").display());
+            }
             ExitCode::SUCCESS
         }
         Err(error) => {

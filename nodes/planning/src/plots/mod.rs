@@ -81,7 +81,7 @@ mod tests {
             ("eccentric", vec![], 5),
             ("brake_cam", vec![], 5),
             ("dressed_batch", vec![], 32),
-            ("journal_runout", vec![], 5),
+            ("journal_runout", vec![], 24),
             ("plate_cam", vec![], 5),
         ] {
             let plots = drawn(job, &set);

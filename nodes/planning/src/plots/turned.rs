@@ -15,7 +15,7 @@ use super::sheet::{Legend, ROOM, sheet};
 use crate::chart::{Axes, Frame, Scale, round_step};
 use crate::colour_scale::{ColourScale, Rgb, lit};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
-use crate::surface_view::{SurfaceGrid, SurfaceView};
+use crate::surface_view::{RadiusGrid, SurfaceView};
 use crate::turning::clearance_rows::{ClearanceRow, MinimumAngle};
 use crate::turning::prepared::PreparedTurning;
 use crate::turning::summary::TurningSummary;
@@ -167,7 +167,7 @@ impl Turned<'_> {
         let scale = ColourScale::growing(radius_mm.iter().copied(), MIN_RANGE_MM);
         let mut drawing =
             self.begin("finished surface from the side: parallel projection, one scale in all directions");
-        let grid = SurfaceGrid { azimuths: azimuths as usize, radius_mm, from_mm: from, to_mm: to };
+        let grid = RadiusGrid { azimuths: azimuths as usize, radius_mm, from_mm: from, to_mm: to };
         // The highest place of the surface is on the side that is seen.
         let highest = (0..grid.radius_mm.len()).max_by(|a, b| grid.radius_mm[*a].total_cmp(&grid.radius_mm[*b]));
         let facing_rad = highest.map_or(0.0, |index| TURN_RAD * (index % grid.azimuths) as f64 / grid.azimuths as f64);
