@@ -65,11 +65,10 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
         }
         None => out.push_str("<p class=\"none\">the form map is not recorded</p>"),
     }
-    out.push_str("<div>");
     let (x, c) = last_pass(findings);
     out.push_str(&x.figure());
     out.push_str(&c.figure());
-    out.push_str("</div></div></section>\n");
+    out.push_str("</div></section>\n");
 }
 
 fn last_map<'a>(findings: &Findings<'a>) -> Option<&'a FormMap> {
@@ -236,7 +235,7 @@ impl<'a> ColouredMap<'a> {
         for face in &view.faces {
             let value = self.farthest_um[face.row * round + face.azimuth];
             let fill = format!("fill=\"{}\"", self.colour(value, face.light));
-            polygon(out, &face.widened(OVERLAP / scale), &fill);
+            polygon(out, &face.widened(0.7 * OVERLAP / scale), &fill);
         }
         polygon(out, &view.end, "fill=\"#e8e8e4\" stroke=\"#16202a\"");
         let length = round_step((high[0] - low[0]) / 20.0, 1.0);
@@ -353,4 +352,90 @@ fn radii_at(pages: &[&TurnedPage], z: f64, count: usize) -> Vec<f64> {
     };
     let at = |index: usize| radius(index * round / count.max(1)).map(mm_from_m);
     (0..count).map(at).collect::<Option<Vec<f64>>>().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map() -> FormMap {
+        let (azimuths, columns) = (36_u32, 10_u32);
+        let values: Vec<f32> = (0..azimuths * columns).map(|index| (index % azimuths) as f32 * 1e-7 - 1.8e-6).collect();
+        FormMap {
+            azimuths,
+            columns,
+            from_z: 0.0,
+            to_z: 0.024,
+            highest: values.iter().map(|value| value + 1e-8).collect(),
+            lowest: values,
+            ..FormMap::default()
+        }
+    }
+
+    fn page() -> TurnedPage {
+        TurnedPage {
+            azimuths: 36,
+            columns: 11,
+            from_z: 0.0,
+            to_z: 0.024,
+            radius: vec![0.02; 36 * 11],
+            ..TurnedPage::default()
+        }
+    }
+
+    /// Texts of a drawing: left, top, right and bottom, where a letter of 12 px is 7.5 px wide on average.
+    fn boxes(svg: &str) -> Vec<([f64; 4], String)> {
+        let texts = svg.split("<text class=\"").skip(1).map(|rest| {
+            let number = |name: &str| -> f64 {
+                let value = rest.split(&format!(" {name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+                value.and_then(|value| value.parse().ok()).expect("a position")
+            };
+            let text = rest.split('>').nth(1).and_then(|rest| rest.split('<').next()).expect("a text").to_owned();
+            let (x, y, width) = (number("x"), number("y"), 7.5 * text.chars().count() as f64);
+            let left = match rest.split('"').next() {
+                Some("mid") => x - 0.5 * width,
+                Some("end") => x - width,
+                _ => x,
+            };
+            ([left, y - 9.5, left + width, y + 2.5], text)
+        });
+        texts.collect()
+    }
+
+    #[test]
+    fn the_map_and_the_part_have_a_legend_and_texts_that_can_be_read() {
+        let (map, page) = (map(), page());
+        let coloured = ColouredMap::new(&map);
+        let (mut figure, mut view) = (String::new(), String::new());
+        coloured.figure(&mut figure, 5.0);
+        coloured.view(&mut view, &[&page], 1.0);
+        assert_eq!(view.matches("<polygon").count(), 36 / 2 * 10 + 1, "half of the faces and the end");
+        for svg in [&figure, &view] {
+            assert!(!svg.contains("NaN") && svg.contains(">µm</text>") && svg.contains("material is left"), "{svg}");
+            for band in 0..coloured.colours.bands() {
+                let [red, green, blue] = coloured.colours.colour(band);
+                assert!(svg.contains(&format!("#{red:02x}{green:02x}{blue:02x}")), "{band}");
+            }
+            let boxes = boxes(svg);
+            assert!(boxes.len() > 8, "{boxes:?}");
+            for (index, (one, text)) in boxes.iter().enumerate() {
+                assert!(
+                    one[0] >= 0.0 && one[1] >= 0.0 && one[2] <= MAP_SIZE.0 && one[3] <= MAP_SIZE.1,
+                    "{text}: {one:?}"
+                );
+                for (other, name) in &boxes[..index] {
+                    let is_apart = one[0] >= other[2] || other[0] >= one[2] || one[1] >= other[3] || other[1] >= one[3];
+                    assert!(is_apart, "{text} {one:?} overlaps {name} {other:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_whose_surface_is_not_recorded_has_no_view() {
+        let map = map();
+        let mut out = String::new();
+        ColouredMap::new(&map).view(&mut out, &[], 0.0);
+        assert_eq!(out, "<p class=\"none\">the surface is not recorded</p>");
+    }
 }

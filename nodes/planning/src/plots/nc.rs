@@ -147,12 +147,11 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
         });
         view.line(&mut drawing, along, SEGMENTS[index % SEGMENTS.len()]);
     }
-    match outline.plane {
-        Plane::Across => plane_axes(&mut drawing, &view, "x of the part (mm)", "y of the part (mm)"),
-        Plane::Developed { .. } => {
-            plane_axes(&mut drawing, &view, "distance around the part (mm)", "z of the part (mm)")
-        }
-    }
+    let (to_the_right, upwards) = match outline.plane {
+        Plane::Across => ("x of the part (mm)", "y of the part (mm)"),
+        Plane::Developed { .. } => ("distance around the part (mm)", "z of the part (mm)"),
+    };
+    plane_axes(&mut drawing, &view, to_the_right, upwards);
     for deg in (0..360_u16).step_by(30).filter(|_| across).map(f64::from) {
         let (sin, cos) = rad_from_deg(deg).sin_cos();
         let [x, y] = view.at([DEGREES_AT * reach * cos, DEGREES_AT * reach * sin]);

@@ -67,8 +67,9 @@ const MIN_RANGE_MM: f64 = 0.002;
 /// The map and the view beside their legend of colours.
 const COLOURED: Frame = Frame { width: 212.0, ..ROOM };
 
-/// Overlap of coloured areas, so that no gap is seen between them (mm).
-const OVERLAP_MM: f64 = 0.12;
+/// Overlap of fields of the map and of faces of the view, so that no gap is seen between them at any size (mm).
+const MAP_OVERLAP_MM: f64 = 1.5;
+const VIEW_OVERLAP_MM: f64 = 0.3;
 
 const END_FACE: Colour = Colour(232, 232, 228);
 
@@ -143,11 +144,11 @@ impl Turned<'_> {
         let (width, height) = (COLOURED.width / f64::from(azimuths), COLOURED.height / f64::from(rows));
         for (row, radii) in (0_u32..).zip(radii.chunks(azimuths as usize)) {
             let bottom = COLOURED.bottom() - height * f64::from(row);
-            let top = (bottom - height - OVERLAP_MM).max(COLOURED.top);
+            let top = (bottom - height - MAP_OVERLAP_MM).max(COLOURED.top);
             let mut left = COLOURED.left;
             for fields in radii.chunk_by(|a, b| scale.band(*a) == scale.band(*b)) {
                 let right = left + width * fields.len() as f64;
-                let end = (right + OVERLAP_MM).min(COLOURED.right());
+                let end = (right + MAP_OVERLAP_MM).min(COLOURED.right());
                 let corners = [[left, bottom], [end, bottom], [end, top], [left, top]];
                 drawing.area(&corners, paint(scale.colour(scale.band(fields[0]))));
                 left = right;
@@ -181,7 +182,7 @@ impl Turned<'_> {
         };
         let round = grid.azimuths;
         for face in &view.faces {
-            let corners: Vec<Point> = face.widened(OVERLAP_MM / per_mm).into_iter().map(at).collect();
+            let corners: Vec<Point> = face.widened(VIEW_OVERLAP_MM / per_mm).into_iter().map(at).collect();
             let next = face.row * round + (face.azimuth + 1) % round;
             let here = face.row * round + face.azimuth;
             let mean =
