@@ -1,6 +1,6 @@
-//! Checks of the display files for RViz and Foxglove against what both programs accept and what the cell publishes.
+//! Checks of the display files for `RViz` and Foxglove against what both programs accept and what the cell publishes.
 //!
-//! Properties of RViz are those of its default plugins; properties of Foxglove's panels are those of the layout classes of
+//! Properties of `RViz` are those of its default plugins; properties of Foxglove's panels are those of the layout classes of
 //! `foxglove-sdk`; message paths follow Foxglove's message path syntax.
 #![allow(dead_code, reason = "each test binary uses its own part of this module")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
@@ -24,7 +24,7 @@ enum Kind {
     Text,
     Number,
     Bool,
-    /// Red, green and blue, as RViz writes them.
+    /// Red, green and blue, as `RViz` writes them.
     Colour,
     /// `#rrggbb`, with or without opacity.
     HexColour,
@@ -746,7 +746,7 @@ fn faults_of_plot(config: &Value, published: &Published) -> Vec<String> {
             Err(fault) => faults.push(fault),
             Ok(value) if !value.is_number => faults.push(format!("{path} is no number")),
             Ok(value) if value.is_list != over_index => {
-                faults.push(format!("{path} does not fit the axis of the plot"))
+                faults.push(format!("{path} does not fit the axis of the plot"));
             }
             Ok(_) => faults.extend(unit_fault(path, series["label"].as_str().unwrap_or_default())),
         }
