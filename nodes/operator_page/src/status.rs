@@ -467,7 +467,7 @@ fn part(lobe: &PartLobe) -> PartLine {
     PartLine { name: lobe.name.clone(), radius_mm: lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect() }
 }
 
-/// To five digits following_error the point: hundredths of a micrometre of a radius.
+/// Rounds to five digits after the point: hundredths of a micrometre of a radius.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() / 1e5
 }
