@@ -1,4 +1,4 @@
-//! The display files for RViz and Foxglove load, and show topics and fields that the cell publishes.
+//! The display files for `RViz` and Foxglove load, and show topics and fields that the cell publishes.
 
 use crate::support::repository;
 use crate::viewer_files::{Published, PublishedTopic, layout_faults, message_path, path_value, rviz_faults};
