@@ -28,6 +28,7 @@ mod machine_view;
 mod operate;
 mod operator_page;
 mod setup_work;
+mod status_watch;
 mod trajectory_controller_bridge;
 mod turned_job;
 mod two_cells;

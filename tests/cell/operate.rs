@@ -3,13 +3,16 @@
 use crate::cell;
 use crate::support;
 
+use camwright_axis_interpolator::AxisInterpolator;
+use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
-use camwright_ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs};
+use camwright_ros::{GoalStatus, Node, NodeOptions, ParameterValue, Qos, RosArgs};
 use cell::{Cell, PATIENCE};
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::mpsc;
+use std::time::Instant;
 use support::{Domain, Folder, Guarded};
 
 /// Runs a command of camwright; the folder holds the sockets of its user.
@@ -119,4 +122,105 @@ fn processes_of_the_user_that_runs_a_job_operate_its_cell() {
     answers(&camwright(&domain, stranger.path(), &["cancel"]), 0, "job cancelled");
     assert_eq!(run.wait(PATIENCE).code(), Some(3), "a cancelled job");
     node.shutdown();
+}
+
+/// Machine and interpolator without a planner.
+struct BareCell {
+    domain: Domain,
+    machine: MachineSim,
+    interpolator: AxisInterpolator,
+}
+
+impl BareCell {
+    fn start() -> Self {
+        let domain = Domain::reserve();
+        let text = |text: &str| ParameterValue::String(text.into());
+        let args = RosArgs::default()
+            .with_domain_id(domain.id())
+            .with_parameter(Some("machine_sim"), "pace", text("fast"))
+            .with_parameter(Some("machine_sim"), "state_file", text("none"));
+        let machine = MachineSim::start(&args).expect("machine_sim");
+        let interpolator = AxisInterpolator::start(&args).expect("axis_interpolator");
+        Self { domain, machine, interpolator }
+    }
+
+    fn stop(self) {
+        self.interpolator.stop();
+        self.machine.stop();
+    }
+}
+
+#[test]
+fn motions_are_cancelled_without_a_planner() {
+    let (cell, runtime) = (BareCell::start(), Folder::new("operate-bare"));
+    let call = |words: &[&str]| camwright(&cell.domain, runtime.path(), words);
+    answers(&call(&["home"]), 0, "homed all axes");
+    answers(&call(&["cancel"]), 3, "nothing to cancel");
+    let mut jog = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    jog.args(["jog", "c_axis=360000", "--speed", "10"]).env("ROS_DOMAIN_ID", cell.domain.id().to_string());
+    let mut jog = Guarded::start("camwright jog", jog.env("XDG_RUNTIME_DIR", runtime.path()));
+    let (args, (sender, states)) = (RosArgs::default().with_domain_id(cell.domain.id()), mpsc::channel());
+    let node = Node::new(NodeOptions::new("_watch", &args)).expect("a node");
+    let subscription =
+        node.subscribe("axis_interpolator/state", &Qos::latched(1), move |state: InterpolatorState, _| {
+            let _test_is_over = sender.send(state.state);
+        });
+    let (_subscription, _spin) = (subscription.expect("a subscription"), node.spin_in_thread().expect("a thread"));
+    while states.recv_timeout(PATIENCE).expect("a state") != InterpolatorState::EXECUTING {}
+    answers(&call(&["cancel"]), 0, "motion cancelled, the axes come to rest");
+    assert_eq!(jog.wait(PATIENCE).code(), Some(3), "it did not go the distance");
+    node.shutdown();
+    cell.stop();
+}
+
+/// Prints the time of every operation, from the start of its process to its end, in a cell with a planner and in one without.
+#[test]
+#[ignore = "a measurement"]
+#[allow(clippy::print_stdout, reason = "prints a table")]
+fn times_of_operations() {
+    const RUNS: usize = 5;
+    let (cell, runtime) = (Cell::start(&[]), Folder::new("operate-times"));
+    let measure = |domain: &Domain, words: &str| {
+        let words: Vec<&str> = words.split(' ').collect();
+        let mut times = [0.0; RUNS];
+        let mut code = None;
+        for time in &mut times {
+            let start = Instant::now();
+            code = camwright(domain, runtime.path(), &words).status.code();
+            *time = start.elapsed().as_secs_f64();
+        }
+        times.sort_by(f64::total_cmp);
+        println!(
+            "| {} | {:.2} | {:.2} | {} |",
+            words.join(" "),
+            times[RUNS / 2],
+            times[RUNS - 1],
+            code.unwrap_or_default()
+        );
+    };
+    println!("\n| operation | median (s) | maximum (s) | exit code |\n|---|---|---|---|");
+    for words in [
+        "status",
+        "reset",
+        "hold",
+        "resume",
+        "override 100",
+        "cancel",
+        "estop",
+        "estop --release",
+        "reset",
+        "home",
+        "wheel on",
+        "wheel off",
+        "jog z_axis=0.01 --speed 10",
+        "load",
+        "unload",
+    ] {
+        measure(cell.domain(), words);
+    }
+    cell.stop();
+    let bare = BareCell::start();
+    println!("without job_planner:");
+    measure(&bare.domain, "cancel");
+    bare.stop();
 }

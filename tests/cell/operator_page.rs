@@ -1,6 +1,6 @@
-//! The operator page of a running cell, read by a real browser; and what its server refuses.
+//! The operator page of a running cell in a real browser, and refusals of its server.
 //!
-//! With `CAMWRIGHT_PICTURES=FOLDER` it leaves pictures of the page there.
+//! Pictures of every state stay in `target/operator_page`. `CAMWRIGHT_PICTURES=FOLDER` writes those of the guide.
 
 use crate::cell;
 use crate::chromium;
@@ -14,6 +14,7 @@ use cell::{Cell, PATIENCE};
 use chromium::Chromium;
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+use std::path::Path;
 use support::{Domain, Folder};
 
 const FREE_PORT: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
@@ -27,65 +28,77 @@ fn wait_text(browser: &mut Chromium, id: &str, contains: &str) {
     browser.wait(&format!("document.getElementById('{id}').innerText.includes({contains:?})"));
 }
 
-/// Nothing is cut off, nothing lies over something else, nothing is wider than the page.
+/// Window of a panel and of a telephone (px).
+const WINDOWS: [(u32, u32); 2] = [(1280, 800), (390, 844)];
+
+/// Checks the layout in both windows, with the buttons and without.
 fn is_laid_out(browser: &mut Chromium, when: &str) {
-    let wrong = browser.eval(
-        "(() => { const wrong = []; const root = document.documentElement;
-          if (root.scrollWidth > innerWidth) wrong.push('the page is ' + root.scrollWidth + ' wide');
-          for (const word of document.querySelectorAll('.word div')) if (word.scrollWidth > word.clientWidth + 1) wrong.push('cut off: ' + word.innerText);
-          const boxes = [...document.querySelectorAll('header, .word, .alarm, section')].map(e => [e, e.getBoundingClientRect()]);
-          for (const [a, p] of boxes) for (const [b, q] of boxes) if (a !== b && !a.contains(b) && !b.contains(a)
-            && p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1)
-            wrong.push((a.id || a.className || a.tagName) + ' lies over ' + (b.id || b.className || b.tagName));
-          for (const svg of document.querySelectorAll('svg')) { const edge = svg.getBoundingClientRect();
-            const texts = [...svg.querySelectorAll('text')].map(t => [t, t.getBoundingClientRect()]);
-            for (const [t, box] of texts) if (box.left < edge.left - 1 || box.right > edge.right + 1 || box.top < edge.top - 1 || box.bottom > edge.bottom + 1)
-              wrong.push('outside of ' + svg.id + ': ' + t.textContent);
-            texts.forEach(([a, p], i) => texts.slice(i + 1).forEach(([b, q]) => { if (p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1)
-              wrong.push(a.textContent + ' lies over ' + b.textContent); })); }
-          for (const part of document.querySelectorAll('section, section > div, td')) if (part.scrollWidth > part.clientWidth + 1) wrong.push('too wide: ' + part.innerText.slice(0, 40));
-          for (const part of document.querySelectorAll('section')) if (part.scrollHeight > part.clientHeight + 1) wrong.push('too high: ' + part.innerText.slice(-40));
-          return wrong.join('; '); })()",
-    );
-    assert_eq!(wrong, "", "{when}");
+    for (width, height) in WINDOWS {
+        browser.resize(width, height);
+        for has_control in [true, false] {
+            browser.eval(&format!("document.getElementById('control').classList.toggle('on', {has_control})"));
+            // The plots follow the size of the window with the next frame.
+            browser.eval("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
+            let faults = browser.eval(include_str!("page_layout.js"));
+            assert_eq!(faults, "", "{when}, {width} px, buttons: {has_control}");
+            let is_documented = matches!(when, "held" | "complete" | "alarm");
+            leave_picture(browser, &format!("{when}_{width}{}", if has_control { "_control" } else { "" }));
+            if let Some(folder) = std::env::var_os("CAMWRIGHT_PICTURES")
+                && is_documented
+                && width == 1280
+                && !has_control
+            {
+                let path = Path::new(&folder).join(format!("{when}.png"));
+                std::fs::write(path, browser.picture(true)).expect("the folder for pictures");
+            }
+        }
+    }
+    browser.eval("document.getElementById('control').classList.add('on')");
 }
 
-fn picture(browser: &mut Chromium, name: &str) {
-    if let Some(folder) = std::env::var_os("CAMWRIGHT_PICTURES") {
-        let path = std::path::Path::new(&folder).join(format!("{name}.png"));
-        std::fs::write(path, browser.picture()).expect("the folder for pictures");
-    }
+/// Leaves a picture of the page in the target directory.
+fn leave_picture(browser: &mut Chromium, name: &str) {
+    let folder = support::target_directory().join("operator_page");
+    std::fs::create_dir_all(&folder).expect("the target directory");
+    std::fs::write(folder.join(format!("{name}.png")), browser.picture(true)).expect("a picture");
+}
+
+/// Stops the page in the first state for which the condition is true, checks its layout, and lets it go on.
+fn check_state(browser: &mut Chromium, name: &str, condition: &str) {
+    browser.wait(&format!("status && ({condition}) && (source.close(), true)"));
+    is_laid_out(browser, name);
+    browser.eval("connect()");
 }
 
 #[test]
-fn a_browser_sees_what_the_cell_does() {
-    let Some(mut browser) = Chromium::start(1366, 768) else { return };
-    let mut args = None;
-    let cell = Cell::start_with(&[], |given| {
-        args = Some(given.clone());
-        given
+fn every_state_of_the_cell_fits_on_panel_and_telephone() {
+    let Some(mut browser) = Chromium::start(1280, 800) else { return };
+    browser.set_color_scheme("light");
+    let mut started = None;
+    let mut cell = Cell::start_with(&[], |args| {
+        let page = OperatorPage::start(&args, FREE_PORT, true).expect("the page");
+        browser.open(&page.url());
+        check_state(&mut browser, "starting", "status.state.word === 'STARTING'");
+        started = Some((args.clone(), page));
+        args
     });
-    let (args, folder) = (args.expect("given"), Folder::new("operator-page"));
+    let ((args, page), folder) = (started.expect("the cell starts"), Folder::new("operator-page"));
     let bag = ParameterValue::String(folder.join("bag").display().to_string());
-    let logger =
-        RunLogger::start(&args.clone().with_parameter(Some("run_logger"), "bag_dir", bag)).expect("run_logger");
-    let page = OperatorPage::start(&args, FREE_PORT, false).expect("the page");
-    browser.wish_for("light");
-    browser.open(&format!("http://{}/", page.address()));
-    wait_text(&mut browser, "state", "READY");
+    let logger = RunLogger::start(&args.with_parameter(Some("run_logger"), "bag_dir", bag)).expect("run_logger");
+    check_state(&mut browser, "not_homed", "status.state.word === 'READY' && !status.is_homed && status.recorder");
+    assert!(text(&mut browser, "state").contains("the axes are not homed"));
     wait_text(&mut browser, "machine", "cam_grinder");
     wait_text(&mut browser, "verdict", "no lobe measured yet");
-    is_laid_out(&mut browser, "ready");
+    wait_text(&mut browser, "homed", "not homed");
+    browser.eval("window.confirm = () => true");
+    click(&mut browser, "Home");
+    check_state(&mut browser, "homed", "status.state.word === 'READY' && status.is_homed");
 
     // Held in the cut, the lobe half ground.
     let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
     assert!(goal.accepted());
     while feedback.recv_timeout(PATIENCE).expect("feedback").phase_name != "cut" {}
-    let hold = |hold: bool| {
-        let answer = cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
-        assert!(answer.success, "{}", answer.message);
-    };
-    hold(true);
+    hold(&cell, true);
     wait_text(&mut browser, "state", "HELD");
     wait_text(&mut browser, "hold", "feed hold");
     wait_text(&mut browser, "lobe", "Lobe I1 (1 of 4)");
@@ -93,21 +106,43 @@ fn a_browser_sees_what_the_cell_does() {
     wait_text(&mut browser, "recorder", "recording");
     wait_text(&mut browser, "left_title", "Stock on lobe I1 along the radius, maximum");
     browser.wait("document.querySelectorAll('#cam path').length >= 3 && document.querySelector('#cam circle')");
-    is_laid_out(&mut browser, "held");
-    picture(&mut browser, "held");
-    hold(false);
+    check_state(&mut browser, "held", "status.state.word === 'HELD' && shape.part");
+    hold(&cell, false);
+
+    // The first lobe is judged while another is cut.
+    let cutting = "status.state.word === 'CUTTING' && status.cutting?.is_in_contact && status.results.length > 0";
+    browser.wait(&format!("status && {cutting} && (source.close(), true)"));
+    wait_text(&mut browser, "verdict", "GOOD SO FAR");
+    wait_text(&mut browser, "results", "GOOD");
+    wait_text(&mut browser, "results", "in work");
+    for value in ["Wheel power", "Normal force", "Tangential force", "Burn index"] {
+        wait_text(&mut browser, "cut_values", value);
+    }
+    assert_eq!(browser.eval("document.querySelectorAll('#cut_values .meter').length"), 2, "normal force, burn index");
+    assert_eq!(browser.eval("document.querySelectorAll('#axes .meter').length"), 3, "share of the trip level");
+    is_laid_out(&mut browser, "cutting");
+    browser.eval("connect()");
 
     let (status, result) = goal.result(PATIENCE).expect("a result");
     assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
-    wait_text(&mut browser, "state", "COMPLETE");
-    wait_text(&mut browser, "verdict", "GOOD");
+    check_state(&mut browser, "complete", "status.state.word === 'COMPLETE' && status.verdict.word === 'GOOD'");
     let worst = result.lobes.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()));
     let error = format!("{:+.2} µm", worst.expect("four lobes").form_error_max * 1e6);
     wait_text(&mut browser, "results", &error);
     wait_text(&mut browser, "error_legend", "allowed ±5.0 µm");
     assert!(text(&mut browser, "verdict").contains(&error), "{}", text(&mut browser, "verdict"));
-    is_laid_out(&mut browser, "complete");
-    picture(&mut browser, "complete");
+
+    for (job, overrides, name, verdict) in [
+        ("four_lobe_camshaft", "infeed.spark_out_turns=2", "out_of_tolerance", "OUT"),
+        ("plate_cam", "infeed.per_block_um=0.1", "burnt", "BURNT"),
+    ] {
+        let (goal, _feedback) = cell.client.send(job, &[overrides]);
+        let (status, result) = goal.result(PATIENCE).expect("a result");
+        assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+        let judged = format!("status.state.word === 'COMPLETE' && status.verdict.word === '{verdict}'");
+        check_state(&mut browser, name, &judged);
+        wait_text(&mut browser, "results", verdict);
+    }
 
     let fault = InjectFaultRequest {
         fault: "drive_fault".into(),
@@ -117,28 +152,34 @@ fn a_browser_sees_what_the_cell_does() {
     };
     let answer = cell.client.call::<InjectFault>("machine/inject_fault", &fault);
     assert!(answer.success, "{}", answer.message);
-    wait_text(&mut browser, "state", "ALARM 42");
+    browser.set_color_scheme("dark");
+    check_state(&mut browser, "alarm", "status.state.word === 'ALARM 42'");
     wait_text(&mut browser, "alarms", "What to do: clear the fault at the drive, then reset");
     wait_text(&mut browser, "alarms", "x_axis");
-    browser.wish_for("dark");
-    is_laid_out(&mut browser, "alarm");
-    picture(&mut browser, "alarm");
-    browser.resize(420, 900);
-    browser.wait("document.documentElement.scrollWidth <= innerWidth");
+    assert_eq!(browser.eval("document.getElementById('reset').className"), "wanted", "the reset button stands out");
+    click(&mut browser, "E-STOP");
+    check_state(&mut browser, "emergency_stop", "status.state.word === 'EMERGENCY STOP'");
 
-    // Nothing came from elsewhere, and the page says so when its server has gone.
+    // Nothing came from elsewhere, and the page reports that its server has gone.
     let loaded = browser.eval(
         "performance.getEntriesByType('resource').map(e => new URL(e.name).origin === origin).every(same => same)",
     );
     assert_eq!(loaded, true);
     page.stop();
     wait_text(&mut browser, "state", "NO CONNECTION");
+    is_laid_out(&mut browser, "no_connection");
+    cell.release();
     cell.stop();
     logger.stop();
 }
 
+fn hold(cell: &Cell, hold: bool) {
+    let answer = cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
+    assert!(answer.success, "{}", answer.message);
+}
+
 /// Answer of the server to some bytes, until it closes the connection.
-fn answered(address: SocketAddr, request: &[u8]) -> String {
+fn answer_to(address: SocketAddr, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(address).expect("the server is there");
     stream.set_read_timeout(Some(PATIENCE)).expect("a time");
     // It may have closed already, in the middle of what is too long.
@@ -149,7 +190,7 @@ fn answered(address: SocketAddr, request: &[u8]) -> String {
 }
 
 /// A POST with a token.
-fn posted(address: SocketAddr, path: &str, token: &str, body: &str) -> String {
+fn post(address: SocketAddr, path: &str, token: &str, body: &str) -> String {
     let length = body.len();
     let head = format!("POST {path} HTTP/1.1\r\nHost: {address}\r\nX-Camwright-Token: {token}\r\n");
     format!("{head}Content-Length: {length}\r\n\r\n{body}")
@@ -186,10 +227,10 @@ fn the_page_operates_the_cell_with_its_token() {
     assert_eq!(token.len(), 32);
     let reset = r#"{"operation":"reset"}"#;
     for wrong in ["", "0123", &token.replace(|c: char| c.is_ascii_digit(), "x")] {
-        let refused = answered(address, posted(address, "/operate", wrong, reset).as_bytes());
+        let refused = answer_to(address, post(address, "/operate", wrong, reset).as_bytes());
         assert!(refused.starts_with("HTTP/1.1 403 ") && refused.contains("the token is wrong"), "{refused}");
     }
-    let unknown = answered(address, posted(address, "/operate", &token, r#"{"operation":"fly"}"#).as_bytes());
+    let unknown = answer_to(address, post(address, "/operate", &token, r#"{"operation":"fly"}"#).as_bytes());
     assert!(unknown.starts_with("HTTP/1.1 400 "), "{unknown}");
 
     // Without the token the page has no buttons.
@@ -200,15 +241,34 @@ fn the_page_operates_the_cell_with_its_token() {
     browser.open(&url);
     browser.wait("document.getElementById('control')?.offsetHeight > 0");
     assert_eq!(browser.eval("location.hash"), "", "the token leaves the address bar");
-    browser.eval("window.confirm = () => true");
     wait_text(&mut browser, "state", "READY");
-    is_laid_out(&mut browser, "ready with control");
+
+    // What moves asks first; without a confirmation nothing is sent.
+    browser.eval("window.questions = []; window.confirm = text => { questions.push(text); return false; }");
+    for button in ["Home", "Wheel on", "Resume"] {
+        click(&mut browser, button);
+    }
+    assert_eq!(browser.eval("questions.length"), 3);
+    assert_eq!(text(&mut browser, "answer"), "");
+    browser.eval("window.confirm = () => true");
     click(&mut browser, "Home");
     wait_text(&mut browser, "answer", "homed all axes");
     mouse(&mut browser, "mousePressed", "[data-jog='1']");
-    browser.wait("document.getElementById('axes').innerText.includes('x_axis')");
     mouse(&mut browser, "mouseReleased", "[data-jog='1']");
     wait_text(&mut browser, "answer", "x_axis at ");
+
+    // A held button gives signs of life until it is released.
+    browser.eval(
+        "window.paths = []; window.real_post = post; window.post = path => { paths.push(path); \
+         document.body.dataset.posts = paths.length; return path === '/operate' ? new Promise(() => {}) : Promise.resolve(); }",
+    );
+    mouse(&mut browser, "mousePressed", "[data-jog='1']");
+    browser.wait("paths.filter(path => path === '/hold-to-run').length > 2");
+    mouse(&mut browser, "mouseReleased", "[data-jog='1']");
+    browser.wait("paths.includes('/release')");
+    assert_eq!(browser.eval("paths.shift()"), "/operate");
+    assert_eq!(browser.eval("paths.at(-1)"), "/release");
+    browser.eval("window.post = real_post");
 
     let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
     assert!(goal.accepted());
@@ -216,21 +276,16 @@ fn the_page_operates_the_cell_with_its_token() {
     click(&mut browser, "Hold");
     wait_text(&mut browser, "answer", "motion held on its path");
     wait_text(&mut browser, "state", "HELD");
-    is_laid_out(&mut browser, "held with control");
     click(&mut browser, "Resume");
     wait_text(&mut browser, "answer", "motion continues");
     click(&mut browser, "E-STOP");
     wait_text(&mut browser, "state", "EMERGENCY STOP");
-    browser.resize(390, 844);
-    browser.wait("document.documentElement.scrollWidth <= innerWidth");
-    is_laid_out(&mut browser, "emergency stop at 390 px");
-    picture(&mut browser, "control_390");
+    wait_text(&mut browser, "verdict", "no lobe measured yet");
     click(&mut browser, "Release e-stop");
     wait_text(&mut browser, "answer", "emergency stop released");
     click(&mut browser, "Reset alarms");
     wait_text(&mut browser, "answer", "alarms reset");
-    browser.resize(1280, 900);
-    picture(&mut browser, "control");
+    browser.wait("status.alarms.every(alarm => alarm.severity === 'warning')");
     page.stop();
     cell.stop();
 }
@@ -242,7 +297,7 @@ fn the_server_gives_what_it_has_and_nothing_else() {
     let page = OperatorPage::start(&args, FREE_PORT, false).expect("the page");
     let address = page.address();
     assert!(address.ip().is_loopback());
-    let get = |path: &str| answered(address, format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes());
+    let get = |path: &str| answer_to(address, format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes());
     let html = get("/");
     assert!(html.starts_with("HTTP/1.1 200 OK\r\n") && html.contains("Content-Security-Policy: default-src 'none'"));
     let elsewhere =
@@ -260,18 +315,19 @@ fn the_server_gives_what_it_has_and_nothing_else() {
     for path in ["/../../../etc/passwd", "/..%2f..%2fetc/passwd", "/page.html", "/status"] {
         assert!(get(path).starts_with("HTTP/1.1 404 "), "{path}");
     }
-    let post = answered(address, format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0\r\n\r\n").as_bytes());
-    assert!(post.starts_with("HTTP/1.1 405 ") && post.contains("\r\nAllow: GET, POST\r\n"), "{post}");
-    let operate = answered(address, posted(address, "/operate", "", r#"{"operation":"reset"}"#).as_bytes());
+    let refused =
+        answer_to(address, format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0\r\n\r\n").as_bytes());
+    assert!(refused.starts_with("HTTP/1.1 405 ") && refused.contains("\r\nAllow: GET, POST\r\n"), "{refused}");
+    let operate = answer_to(address, post(address, "/operate", "", r#"{"operation":"reset"}"#).as_bytes());
     assert!(operate.starts_with("HTTP/1.1 403 ") && operate.contains("start the page with --control"), "{operate}");
-    let foreign = answered(address, b"GET /snapshot.json HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+    let foreign = answer_to(address, b"GET /snapshot.json HTTP/1.1\r\nHost: evil.example\r\n\r\n");
     assert!(foreign.starts_with("HTTP/1.1 403 "), "{foreign}");
-    assert!(answered(address, b"\x16\x03\x01\x02\r\n\r\n").starts_with("HTTP/1.1 400 "));
+    assert!(answer_to(address, b"\x16\x03\x01\x02\r\n\r\n").starts_with("HTTP/1.1 400 "));
     // A head without end is refused by its size or, if it comes slowly, by its time.
     let long = [b"GET / HTTP/1.1\r\nx: ".as_slice(), &[b'a'; 9000]].concat();
-    let refused = answered(address, &long);
+    let refused = answer_to(address, &long);
     assert!(refused.starts_with("HTTP/1.1 431 ") || refused.is_empty(), "{refused}");
-    assert!(answered(address, b"GET / HT").starts_with("HTTP/1.1 408 "), "half a request");
+    assert!(answer_to(address, b"GET / HT").starts_with("HTTP/1.1 408 "), "half a request");
 
     // However many viewers there are, the next one is served: one that does not read gives its seat up.
     let mut viewers: Vec<TcpStream> = Vec::new();
@@ -295,7 +351,7 @@ fn the_server_gives_what_it_has_and_nothing_else() {
     assert!(TcpStream::connect(address).is_err(), "nobody listens any more");
 }
 
-/// The command beside a cell: it says where the page is, and a port that is taken is one clear error.
+/// The command beside a cell prints the address of the page; a port in use is one clear error.
 #[test]
 fn the_command_serves_the_page_until_it_is_interrupted() {
     let (domain, folder) = (Domain::reserve(), Folder::new("page-command"));
@@ -308,22 +364,23 @@ fn the_command_serves_the_page_until_it_is_interrupted() {
     let mut page = support::Guarded::start("camwright page", &mut command(0));
     let mut address = None;
     for _ in 0..900 {
-        let said = page.stderr();
-        address =
-            said.lines().find_map(|line| line.strip_prefix("operator page: http://")?.strip_suffix('/')?.parse().ok());
+        let stderr = page.stderr();
+        address = stderr
+            .lines()
+            .find_map(|line| line.strip_prefix("operator page: http://")?.strip_suffix('/')?.parse().ok());
         if address.is_some() {
             break;
         }
         std::thread::sleep(std::time::Duration::from_millis(100));
     }
-    let address: SocketAddr = address.unwrap_or_else(|| panic!("it does not say where{}", page.complaint()));
+    let address: SocketAddr = address.unwrap_or_else(|| panic!("no address is printed{}", page.complaint()));
     assert!(
-        answered(address, format!("GET / HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes())
+        answer_to(address, format!("GET / HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes())
             .contains("<title>camwright cell")
     );
     let second = command(address.port()).output().expect("it starts");
-    let said = String::from_utf8_lossy(&second.stderr);
-    assert!(second.status.code() == Some(1) && said.contains("cannot be served at"), "{said}");
+    let stderr = String::from_utf8_lossy(&second.stderr);
+    assert!(second.status.code() == Some(1) && stderr.contains("cannot be served at"), "{stderr}");
     page.interrupt();
     let status = page.wait(support::PATIENCE);
     assert!(status.success(), "{status}{}", page.complaint());

@@ -53,7 +53,7 @@ fn page(folder: &Folder, report: &Value, bag: &Path) -> (PathBuf, String) {
 /// The first screen has these four, each with the words that it must have, and nothing on it is cut off or lies over something else.
 fn first_screen(browser: &mut Chromium, path: &Path, name: &str, words: [(&str, &[String]); 4]) {
     for scheme in ["light", "dark"] {
-        browser.wish_for(scheme);
+        browser.set_color_scheme(scheme);
         browser.open(&format!("file://{}", path.display()));
         for (id, words) in &words {
             let place = browser.eval(&format!(
@@ -96,7 +96,7 @@ fn first_screen(browser: &mut Chromium, path: &Path, name: &str, words: [(&str, 
 fn picture(browser: &mut Chromium, name: &str) {
     if let Some(folder) = std::env::var_os("CAMWRIGHT_PICTURES") {
         let path = Path::new(&folder).join(format!("{name}.png"));
-        std::fs::write(path, browser.picture()).expect("the folder for pictures");
+        std::fs::write(path, browser.picture(false)).expect("the folder for pictures");
     }
 }
 

@@ -126,8 +126,8 @@ impl Chromium {
         self.ask("Emulation.setDeviceMetricsOverride", size);
     }
 
-    /// Light or dark.
-    pub fn wish_for(&mut self, scheme: &str) {
+    /// Sets the colour scheme: `light` or `dark`.
+    pub fn set_color_scheme(&mut self, scheme: &str) {
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         self.ask("Emulation.setEmulatedMedia", features);
     }
@@ -158,10 +158,10 @@ impl Chromium {
         assert_eq!(self.eval(&promise), true);
     }
 
-    /// A picture of the page as PNG.
-    pub fn picture(&mut self) -> Vec<u8> {
-        let answer = self.ask("Page.captureScreenshot", json!({ "format": "png" }));
-        base64(answer["data"].as_str().expect("a picture"))
+    /// Picture as PNG of the window or of the whole page.
+    pub fn picture(&mut self, whole_page: bool) -> Vec<u8> {
+        let order = json!({ "format": "png", "captureBeyondViewport": whole_page });
+        base64(self.ask("Page.captureScreenshot", order)["data"].as_str().expect("a picture"))
     }
 }
 

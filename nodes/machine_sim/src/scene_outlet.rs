@@ -65,6 +65,8 @@ pub(super) struct SceneOutlet {
     /// When an outline was asked for last, and whether it is still under way.
     asked: Instant,
     is_asked: bool,
+    /// Lobe that was cut since its outline was asked for.
+    cut_since: Option<usize>,
 }
 
 /// The parameters that it goes by.
@@ -109,6 +111,7 @@ impl SceneOutlet {
             since: 0,
             asked: Instant::now(),
             is_asked: false,
+            cut_since: None,
             machine: machine.clone(),
             tree,
         };
@@ -150,8 +153,17 @@ impl SceneOutlet {
         }
         let cuts = report.removal.area_mm2 > 0.0 || report.turned.volume_mm3 > 0.0;
         let period = if self.machine.is_lathe() { SLICED_PERIOD } else { OUTLINE_PERIOD };
-        if cuts && !self.is_asked && self.asked.elapsed() >= period {
-            self.ask(report.lobe.unwrap_or(0));
+        let lobe = report.lobe.unwrap_or(0);
+        if cuts {
+            self.cut_since = Some(lobe);
+        }
+        // A lobe that leaves the wheel is finished: viewers judge its last outline.
+        if let Some(cut) = self.cut_since
+            && !self.is_asked
+            && (cut != lobe || self.asked.elapsed() >= period)
+        {
+            self.cut_since = None;
+            self.ask(cut);
         }
         let period_ticks = rest_ticks.map_or(self.period_ticks, |rest_ticks| rest_ticks.max(self.period_ticks));
         if !report.tick.is_multiple_of(period_ticks) {

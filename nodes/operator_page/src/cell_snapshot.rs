@@ -30,8 +30,8 @@ const MAX_STATES: usize = 256;
 pub(super) struct LobeProgress {
     /// Largest burn index so far; `None` without process data.
     pub(super) burn_index: Option<f64>,
-    /// The next motion has begun.
-    pub(super) is_done: bool,
+    /// Tick at which the next motion had begun.
+    done_tick: Option<u64>,
 }
 
 /// Last message of a periodic topic and the time of its arrival.
@@ -127,10 +127,12 @@ impl CellSnapshot {
     /// Deviations of a finished lobe from its design along the normal (m), before the planner reports them; empty until then.
     pub(super) fn form_error(&self, design: &LobeForm) -> Vec<f64> {
         let finishes = |half: u8| half == PlanHeader::WHOLE || half == PlanHeader::SECOND;
-        let is_done = self.progress(&design.name).is_done
-            && self.plan.as_ref().is_some_and(|(_, header)| header.job == design.job && finishes(header.half));
-        let outline = self.outlines.iter().find(|outline| outline.name == design.name);
-        outline.filter(|_| is_done).map_or_else(Vec::new, |outline| deviations(&design.contour, &outline.radius))
+        let is_of_job = self.plan.as_ref().is_some_and(|(_, plan)| plan.job == design.job && finishes(plan.half));
+        let Some(done_tick) = self.progress(&design.name).done_tick.filter(|_| is_of_job) else { return Vec::new() };
+        // An outline from before its end still has stock.
+        let is_final = |outline: &&PartLobe| outline.name == design.name && outline.tick >= done_tick;
+        let outline = self.outlines.iter().find(is_final);
+        outline.map_or_else(Vec::new, |outline| deviations(&design.contour, &outline.radius))
     }
 
     /// Returns the number of changes of the shape.
@@ -168,7 +170,7 @@ impl CellSnapshot {
             && before.is_some_and(|lobe| lobe != state.lobe)
             && let Some(lobe) = self.lobe_in_work().map(str::to_owned)
         {
-            self.progress.entry(lobe).or_default().is_done = true;
+            self.progress.entry(lobe).or_default().done_tick = Some(state.tick);
         }
         self.shape_version += u64::from(before != Some(state.lobe));
         self.interpolator = Some(Received { message: state, at: Instant::now() });
@@ -245,6 +247,36 @@ fn deviations(contour: &[f64], radius: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A lobe is judged by the first outline after its end.
+    #[test]
+    fn an_outline_from_before_the_end_of_a_lobe_is_not_judged() {
+        let mut snapshot = CellSnapshot::default();
+        let header = PlanHeader { job: "job".into(), lobes: vec!["A".into(), "B".into()], ..PlanHeader::default() };
+        snapshot.add_page(PlanPage { plan_hash: "1".into(), header: vec![header], ..PlanPage::default() });
+        let state = |tick: u64, lobe: i32| InterpolatorState {
+            tick,
+            lobe,
+            plan_hash: "1".into(),
+            state: InterpolatorState::EXECUTING,
+            ..InterpolatorState::default()
+        };
+        let outline = |tick: u64, radius: f64| PartLobe {
+            tick,
+            name: "A".into(),
+            radius: vec![radius; 8],
+            ..PartLobe::default()
+        };
+        let design = LobeForm { job: "job".into(), name: "A".into(), contour: vec![0.02; 8], ..LobeForm::default() };
+        snapshot.add_interpolator(state(10, 0));
+        snapshot.add_outline(outline(10, 0.020_3));
+        assert!(snapshot.form_error(&design).is_empty(), "in work");
+        snapshot.add_interpolator(state(20, 1));
+        assert!(snapshot.form_error(&design).is_empty(), "its outline is old");
+        snapshot.add_outline(outline(21, 0.020_001));
+        let error = snapshot.form_error(&design);
+        assert!(error.len() == 8 && error.iter().all(|error| (error - 1e-6).abs() < 1e-12), "{error:?}");
+    }
 
     /// A circle beside the axis that is larger than its design has the same excess everywhere along the normal.
     #[test]

@@ -4,7 +4,7 @@ use super::operation::{Answer, Operation};
 use super::operator::Operator;
 use std::fs::File;
 use std::io::{self, Read as _};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A jog ends after this time without a sign of life from the button.
@@ -15,8 +15,50 @@ const DEAD_MAN: Duration = Duration::from_millis(500);
 pub(super) struct Control {
     token: String,
     operator: Operator,
-    /// Last sign of life of a held jog button; `None`: released.
-    held: Mutex<Option<Instant>>,
+    jog_button: HeldButton,
+}
+
+/// A button that counts as held for [`DEAD_MAN`] after each sign of life.
+#[derive(Debug, Default)]
+struct HeldButton {
+    /// `None`: released.
+    last_sign: Mutex<Option<Instant>>,
+}
+
+impl HeldButton {
+    fn last_sign(&self) -> MutexGuard<'_, Option<Instant>> {
+        self.last_sign.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns false if the button is held already.
+    fn press(&self, now: Instant) -> bool {
+        let mut last_sign = self.last_sign();
+        let is_free = !is_alive(*last_sign, now);
+        if is_free {
+            *last_sign = Some(now);
+        }
+        is_free
+    }
+
+    /// Sign of life. A released button stays released.
+    fn renew(&self, now: Instant) {
+        let mut last_sign = self.last_sign();
+        if is_alive(*last_sign, now) {
+            *last_sign = Some(now);
+        }
+    }
+
+    fn release(&self) {
+        *self.last_sign() = None;
+    }
+
+    fn is_held(&self, now: Instant) -> bool {
+        is_alive(*self.last_sign(), now)
+    }
+}
+
+fn is_alive(last_sign: Option<Instant>, now: Instant) -> bool {
+    last_sign.is_some_and(|last| now.saturating_duration_since(last) < DEAD_MAN)
 }
 
 impl Control {
@@ -25,7 +67,7 @@ impl Control {
         let mut random = [0; 16];
         File::open("/dev/urandom")?.read_exact(&mut random)?;
         let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { token, operator, held: Mutex::new(None) })
+        Ok(Self { token, operator, jog_button: HeldButton::default() })
     }
 
     pub(super) fn token(&self) -> &str {
@@ -44,32 +86,41 @@ impl Control {
         if !matches!(operation, Operation::Jog { distance: None, .. }) {
             return self.operator.perform(operation, &|| true);
         }
-        {
-            let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-            if is_alive(*held) {
-                return Answer::refused("another jog is in execution; release its button first");
-            }
-            *held = Some(Instant::now());
+        if !self.jog_button.press(Instant::now()) {
+            return Answer::refused("another jog is in execution; release its button first");
         }
-        let answer =
-            self.operator.perform(operation, &|| is_alive(*self.held.lock().unwrap_or_else(PoisonError::into_inner)));
+        let answer = self.operator.perform(operation, &|| self.jog_button.is_held(Instant::now()));
         self.release();
         answer
     }
 
-    /// Sign of life of a held button. A released button stays released.
+    /// Sign of life of a held button.
     pub(super) fn hold(&self) {
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        if is_alive(*held) {
-            *held = Some(Instant::now());
-        }
+        self.jog_button.renew(Instant::now());
     }
 
     pub(super) fn release(&self) {
-        *self.held.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.jog_button.release();
     }
 }
 
-fn is_alive(held: Option<Instant>) -> bool {
-    held.is_some_and(|last| last.elapsed() < DEAD_MAN)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_button_without_a_sign_of_life_counts_as_released() {
+        let (button, start) = (HeldButton::default(), Instant::now());
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        assert!(button.press(start) && button.is_held(at(499)) && !button.is_held(at(500)));
+        assert!(!button.press(at(100)), "two viewers");
+        button.renew(at(400));
+        assert!(button.is_held(at(899)) && !button.is_held(at(900)));
+        button.renew(at(1000));
+        assert!(!button.is_held(at(1001)), "too late");
+        assert!(button.press(at(1100)));
+        button.release();
+        button.renew(at(1101));
+        assert!(!button.is_held(at(1102)), "released");
+    }
 }

@@ -46,7 +46,7 @@ impl Feed {
     }
 
     /// Returns the status once `is_enough` is true, or after `limit`.
-    pub(super) fn look(&self, limit: Duration, is_enough: impl Fn(&CellSnapshot) -> bool) -> Status {
+    pub(super) fn status_when(&self, limit: Duration, is_enough: impl Fn(&CellSnapshot) -> bool) -> Status {
         let deadline = Instant::now() + limit;
         let mut seen = 0;
         loop {

@@ -23,14 +23,14 @@ const MAX_BODY: usize = 1024;
 const MAX_HEADERS: usize = 64;
 /// Maximum time for receiving a request, and for sending an answer.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Time between two events at least: faster nobody reads.
+/// Minimum time between two events.
 const EVENT_PERIOD: Duration = Duration::from_millis(250);
-/// Time between two events at most, so that a viewer knows that the page lives.
+/// Maximum time between two events, as a sign of life.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
 const PAGE: &str = include_str!("page.html");
 
-/// Nothing comes from elsewhere, and nobody puts the page into theirs.
+/// Headers of every answer: the page loads nothing from elsewhere, and no other site embeds it.
 const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
      Referrer-Policy: no-referrer\r\nContent-Security-Policy: default-src 'none'; style-src 'unsafe-inline'; \
      script-src 'unsafe-inline'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'\r\n";
@@ -60,9 +60,9 @@ impl Server {
         let stop = Arc::new(AtomicBool::new(false));
         let control = Arc::new(OnceLock::new());
         let site = Site { address, feed, stop: Arc::clone(&stop), control: Arc::clone(&control) };
-        let of_viewers = supervisor.clone();
+        let viewer_threads = supervisor.clone();
         let thread = supervisor.spawn("operator page", move || {
-            accept(&listener, &site, &of_viewers);
+            accept(&listener, &site, &viewer_threads);
         })?;
         Ok(Self { address, stop, control, thread: Some(thread) })
     }
@@ -101,7 +101,7 @@ fn accept(listener: &TcpListener, site: &Site, supervisor: &Supervisor) {
         }
         injected::point("operator page");
         let Ok(stream) = stream else {
-            // Out of descriptors, most likely: they come back.
+            // Usually there are no descriptors left for the moment.
             std::thread::sleep(EVENT_PERIOD);
             continue;
         };
@@ -134,21 +134,21 @@ enum Resource {
     Release,
 }
 
-/// A request with its body still to come.
+/// Head of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Wanted<'a> {
+struct RequestHead<'a> {
     resource: Resource,
     token: Option<&'a [u8]>,
     body_length: usize,
 }
 
-/// Why it gets nothing.
+/// Status and reason of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Refused(&'static str, &'static str);
 
 impl Connection {
     fn serve(mut self) {
-        // A viewer that went away is no failure of ours.
+        // The viewer may have gone.
         let _gone = self.answer();
     }
 
@@ -159,18 +159,18 @@ impl Connection {
             Err(Refused(status, reason)) => return self.refuse(status, reason),
         };
         self.slot.mark_requested();
-        let wanted = match wanted(&head, self.site.address.ip().is_loopback()) {
-            Ok(wanted) => wanted,
+        let request = match parse_head(&head, self.site.address.ip().is_loopback()) {
+            Ok(request) => request,
             Err(Refused(status, reason)) => return self.refuse(status, reason),
         };
-        match wanted.resource {
+        match request.resource {
             Resource::Page => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
             Resource::Snapshot => {
                 let body = self.site.feed.snapshot();
                 self.reply("200 OK", "application/json", "", &body)
             }
             Resource::Events => self.events(),
-            Resource::Operate | Resource::Hold | Resource::Release => match self.operate(wanted, rest) {
+            Resource::Operate | Resource::Hold | Resource::Release => match self.operate(request, rest) {
                 Ok(answer) => {
                     let body = serde_json::to_string(&answer).map_err(io::Error::other)?;
                     self.reply("200 OK", "application/json", "", &body)
@@ -181,18 +181,18 @@ impl Connection {
     }
 
     /// Operates the cell for a viewer that presents the token.
-    fn operate(&mut self, wanted: Wanted<'_>, rest: Vec<u8>) -> Result<Answer, Refused> {
+    fn operate(&mut self, request: RequestHead<'_>, rest: Vec<u8>) -> Result<Answer, Refused> {
         let site = self.site.clone();
         let no_control = Refused("403 Forbidden", "start the page with --control, and open the address that it prints");
         let control = site.control.get().ok_or(no_control)?;
-        if !wanted.token.is_some_and(|token| control.admits(token)) {
+        if !request.token.is_some_and(|token| control.admits(token)) {
             return Err(Refused(
                 "403 Forbidden",
                 "the token is wrong; open the address that the page printed at its start",
             ));
         }
-        let body = read_body(&mut self.stream, rest, wanted.body_length)?;
-        match wanted.resource {
+        let body = read_body(&mut self.stream, rest, request.body_length)?;
+        match request.resource {
             Resource::Hold => control.hold(),
             Resource::Release => control.release(),
             _ => {
@@ -282,7 +282,7 @@ fn read_more(stream: &mut TcpStream, into: &mut Vec<u8>, deadline: Instant) -> R
     }
 }
 
-fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted<'_>, Refused> {
+fn parse_head(head: &[u8], on_loopback: bool) -> Result<RequestHead<'_>, Refused> {
     let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     match request.parse(head) {
@@ -323,7 +323,7 @@ fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted<'_>, Refused> {
     };
     match length {
         Some(body_length) if body_length <= MAX_BODY => {
-            Ok(Wanted { resource, token: header("x-camwright-token"), body_length })
+            Ok(RequestHead { resource, token: header("x-camwright-token"), body_length })
         }
         _ => Err(Refused("413 Content Too Large", "a body has at most 1024 bytes")),
     }
@@ -336,7 +336,7 @@ mod tests {
     use std::io::Write;
     use std::net::Ipv4Addr;
 
-    fn ask(address: SocketAddr, path: &str) -> TcpStream {
+    fn get(address: SocketAddr, path: &str) -> TcpStream {
         let mut stream = TcpStream::connect(address).expect("the server listens");
         let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
         stream.write_all(request.as_bytes()).expect("a request");
@@ -344,7 +344,7 @@ mod tests {
     }
 
     /// The first bytes of an answer.
-    fn begins(mut stream: &TcpStream) -> String {
+    fn status_line(mut stream: &TcpStream) -> String {
         stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a limit");
         let mut bytes = [0; 15];
         match stream.read_exact(&mut bytes) {
@@ -360,18 +360,18 @@ mod tests {
         // Half of them do not even ask; none reads.
         let silent: Vec<TcpStream> = (0..MAX_VIEWERS + 8)
             .map(|viewer| match viewer % 2 {
-                0 => ask(server.address(), "/events"),
+                0 => get(server.address(), "/events"),
                 _ => TcpStream::connect(server.address()).expect("the server listens"),
             })
             .collect();
         for path in ["/", "/snapshot.json", "/events"] {
-            assert_eq!(begins(&ask(server.address(), path)), "HTTP/1.1 200 OK", "{path}");
+            assert_eq!(status_line(&get(server.address(), path)), "HTTP/1.1 200 OK", "{path}");
         }
         // A viewer that reads stays while others come and go.
-        let viewer = ask(server.address(), "/events");
-        assert_eq!(begins(&viewer), "HTTP/1.1 200 OK");
+        let viewer = get(server.address(), "/events");
+        assert_eq!(status_line(&viewer), "HTTP/1.1 200 OK");
         for _ in 0..MAX_VIEWERS / 2 {
-            assert_eq!(begins(&ask(server.address(), "/")), "HTTP/1.1 200 OK");
+            assert_eq!(status_line(&get(server.address(), "/")), "HTTP/1.1 200 OK");
         }
         let mut lines = String::new();
         while !lines.contains("event: status") {
@@ -384,38 +384,41 @@ mod tests {
         drop(silent);
     }
 
-    fn asked(head: &str) -> Result<Resource, &'static str> {
-        wanted(head.as_bytes(), true).map(|wanted| wanted.resource).map_err(|refused| &refused.0[..3])
+    fn resource_of(head: &str) -> Result<Resource, &'static str> {
+        parse_head(head.as_bytes(), true).map(|request| request.resource).map_err(|refused| &refused.0[..3])
     }
 
     #[test]
     fn six_addresses_are_served_and_nothing_else() {
-        let get = |path: &str| asked(&format!("GET {path} HTTP/1.1\r\nHost: localhost:8080\r\n\r\n"));
+        let get = |path: &str| resource_of(&format!("GET {path} HTTP/1.1\r\nHost: localhost:8080\r\n\r\n"));
         assert_eq!(get("/"), Ok(Resource::Page));
         assert_eq!(get("/snapshot.json"), Ok(Resource::Snapshot));
         assert_eq!(get("/events"), Ok(Resource::Events));
         for path in ["/../../etc/passwd", "/%2e%2e/etc/passwd", "/page.html", "//", "/?x", "/events/"] {
             assert_eq!(get(path), Err("404"), "{path}");
         }
-        assert_eq!(asked("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), Err("405"));
-        assert_eq!(asked("POST /operate HTTP/1.1\r\nHost: localhost\r\n\r\n"), Ok(Resource::Operate));
+        assert_eq!(resource_of("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), Err("405"));
+        assert_eq!(resource_of("POST /operate HTTP/1.1\r\nHost: localhost\r\n\r\n"), Ok(Resource::Operate));
         let long = "POST /operate HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1025\r\n\r\n";
-        assert_eq!(asked(long), Err("413"));
-        assert_eq!(asked("\u{1}\u{2}\r\n\r\n"), Err("400"));
+        assert_eq!(resource_of(long), Err("413"));
+        assert_eq!(resource_of("\u{1}\u{2}\r\n\r\n"), Err("400"));
         let many: String = (0..100).map(|i| format!("h{i}: x\r\n")).collect();
-        assert_eq!(asked(&format!("GET / HTTP/1.1\r\nHost: localhost\r\n{many}\r\n")), Err("431"));
+        assert_eq!(resource_of(&format!("GET / HTTP/1.1\r\nHost: localhost\r\n{many}\r\n")), Err("431"));
     }
 
     #[test]
     fn a_page_of_another_site_cannot_read_it_over_a_name_that_leads_here() {
-        let host = |host: &str| asked(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+        let host = |host: &str| resource_of(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n"));
         for here in ["localhost", "localhost:80", "127.0.0.1:8080", "[::1]:8080", "[::1]"] {
             assert_eq!(host(here), Ok(Resource::Page), "{here}");
         }
         for elsewhere in ["evil.example", "evil.example:8080", "localhost.evil.example", "127.0.0.1.nip.io:80"] {
             assert_eq!(host(elsewhere), Err("403"), "{elsewhere}");
         }
-        assert_eq!(asked("GET / HTTP/1.1\r\n\r\n"), Err("403"), "no host at all");
-        assert!(wanted(b"GET / HTTP/1.1\r\nHost: cell.shop\r\n\r\n", false).is_ok(), "where it is served to others");
+        assert_eq!(resource_of("GET / HTTP/1.1\r\n\r\n"), Err("403"), "no host at all");
+        assert!(
+            parse_head(b"GET / HTTP/1.1\r\nHost: cell.shop\r\n\r\n", false).is_ok(),
+            "where it is served to others"
+        );
     }
 }

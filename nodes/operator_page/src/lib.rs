@@ -16,10 +16,10 @@ mod holder_socket;
 mod http;
 pub mod operation;
 mod operator;
+mod state_line;
 mod status;
 mod subscriptions;
 mod terminal;
-mod texts;
 mod viewers;
 
 use camwright_ros::running::NodeError;
@@ -37,10 +37,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Default address of the page: this computer only.
-pub const USUAL_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
+pub const DEFAULT_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
 
 /// Maximum delay of occasional messages after the first message of the machine.
-const LATECOMERS: Duration = Duration::from_millis(700);
+const OPTIONAL_NODES: Duration = Duration::from_millis(700);
 
 /// Status of a cell that changes.
 #[derive(Debug)]
@@ -69,15 +69,15 @@ impl StatusListener {
     /// Returns the status once all nodes were received. Without a message within `patience` it has no machine.
     #[must_use]
     pub fn find(&self, patience: Duration) -> Status {
-        self.feed.look(patience, |snapshot| snapshot.stream.is_some());
+        self.feed.status_when(patience, |snapshot| snapshot.stream.is_some());
         // Planner and recorder are optional.
-        self.feed.look(LATECOMERS.min(patience), CellSnapshot::is_complete)
+        self.feed.status_when(OPTIONAL_NODES.min(patience), CellSnapshot::is_complete)
     }
 
     /// Waits up to `limit` for a message of the cell; returns the status.
     pub fn next(&mut self, limit: Duration) -> Status {
         self.version = self.feed.wait_newer(self.version, limit);
-        self.feed.look(Duration::ZERO, |_| true)
+        self.feed.status_when(Duration::ZERO, |_| true)
     }
 
     /// Ends the node.

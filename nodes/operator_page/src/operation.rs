@@ -1,22 +1,24 @@
-//! Operations of a running cell: what the command line and the page ask of it.
+//! Operations of a running cell, for the command line and the page.
 
 use camwright::machine::description::Axis;
 use camwright::math::units::deg_from_rad;
 use camwright_files::convert::{mm_from_m, si_from_file};
 use camwright_msgs::Action;
 use camwright_msgs::Service;
-use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, HomeGoal, Jog, JogGoal, MoveTo, Probe, RunJob};
+use camwright_msgs::action_msgs::srv::{CancelGoal, CancelGoalRequest};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, Jog, JogGoal};
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, SetOverride, SetOverrideRequest};
-use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
 use camwright_ros::{ActionClient, GoalStatus, Node, Qos, RosError};
 use serde::{Deserialize, Serialize};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Maximum time to find the server of an operation.
 const MEETING: Duration = Duration::from_secs(5);
+/// Maximum time to find a server that not every cell has, once the cell was found.
+const OPTIONAL_SERVER: Duration = Duration::from_millis(500);
 /// Maximum time for the answer of a service that does not wait for motion.
 const ANSWER: Duration = Duration::from_secs(5);
 /// Maximum time of homing, of a jog, and of a motion of wheel, door or chuck.
@@ -24,7 +26,7 @@ const MOTION: Duration = Duration::from_secs(300);
 /// Time between two messages that keep a jog without distance alive.
 const HOLD_TO_RUN: Duration = Duration::from_millis(100);
 
-/// One thing that a person asks of a cell.
+/// Request of an operator to a cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "operation", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Operation {
@@ -101,7 +103,7 @@ impl Operation {
         )
     }
 
-    /// Asks the cell and waits for its answer. `goes_on` is asked ten times a second during a motion; false ends the motion.
+    /// Asks the cell and waits for its answer. A motion ends once `goes_on` returns false; it is called ten times a second.
     ///
     /// # Errors
     /// The cell does not answer.
@@ -116,7 +118,10 @@ impl Operation {
                 Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, &done))
             }
             Self::Cancel {} => cancel(node),
-            Self::Reset {} => trigger(node, "machine/reset", "alarms reset"),
+            Self::Reset {} => {
+                let answer = call::<Trigger>(node, "machine/reset", &TriggerRequest::default(), MOTION)?;
+                Ok(Answer::of_service("machine", answer.success, &answer.message, "alarms reset"))
+            }
             Self::Estop { press } => {
                 let request = SetBoolRequest { data: *press };
                 let SetBoolResponse { success, message } = call::<SetBool>(node, "machine/estop", &request, ANSWER)?;
@@ -146,46 +151,63 @@ where
     client.call(request, limit)
 }
 
-fn trigger(node: &Node, name: &str, done: &str) -> Result<Answer, RosError> {
-    let answer = call::<Trigger>(node, name, &TriggerRequest::default(), MOTION)?;
-    let owner = name.split('/').next().unwrap_or(name);
-    Ok(Answer::of_service(owner, answer.success, &answer.message, done))
-}
-
 fn feed_hold(node: &Node, hold: bool) -> Result<Answer, RosError> {
     let answer = call::<FeedHold>(node, "axis_interpolator/feed_hold", &FeedHoldRequest { hold }, ANSWER)?;
     let done = if hold { "motion held on its path" } else { "motion continues" };
     Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, done))
 }
 
+/// Actions that move axes.
+const MOTIONS: [&str; 7] = [
+    "axis_interpolator/execute_plan",
+    "axis_interpolator/move_to",
+    "axis_interpolator/jog",
+    "axis_interpolator/home",
+    "axis_interpolator/probe",
+    "axis_interpolator/follow_joint_trajectory",
+    "job_planner/run_job",
+];
+
 /// Cancels the job; without one, whatever the interpolator executes.
 fn cancel(node: &Node) -> Result<Answer, RosError> {
     let planner = node.client::<Trigger>("job_planner/stop")?;
+    let clients = MOTIONS.map(|action| node.client::<CancelGoal>(&format!("{action}/_action/cancel_goal")));
+    let clients = clients.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let found = clients[0].wait_for_service(MEETING);
     // A cell of a machine and an interpolator has no planner.
-    if planner.wait_for_service(Duration::from_secs(1)).is_ok()
-        && planner.call(&TriggerRequest::default(), ANSWER)?.success
-    {
-        return Ok(Answer::done("job cancelled, the axes come to rest"));
+    let deadline = Instant::now() + OPTIONAL_SERVER;
+    let left = || deadline.saturating_duration_since(Instant::now());
+    if planner.wait_for_service(left()).is_ok() {
+        if planner.call(&TriggerRequest::default(), ANSWER)?.success {
+            return Ok(Answer::done("job cancelled, the axes come to rest"));
+        }
+    } else {
+        found?;
     }
-    let motions = [
-        cancelled::<RunJob>(node, "job_planner/run_job"),
-        cancelled::<ExecutePlan>(node, "axis_interpolator/execute_plan"),
-        cancelled::<MoveTo>(node, "axis_interpolator/move_to"),
-        cancelled::<Jog>(node, "axis_interpolator/jog"),
-        cancelled::<Home>(node, "axis_interpolator/home"),
-        cancelled::<Probe>(node, "axis_interpolator/probe"),
-        cancelled::<FollowJointTrajectory>(node, "axis_interpolator/follow_joint_trajectory"),
-    ];
-    Ok(match motions.contains(&true) {
-        true => Answer::done("motion cancelled, the axes come to rest"),
-        false => Answer::refused("nothing to cancel: no job and no motion is in execution"),
-    })
-}
-
-/// Returns true if goals of an action come to rest now.
-fn cancelled<A: Action>(node: &Node, name: &str) -> bool {
-    let Ok(client) = node.action_client::<A>(name) else { return false };
-    client.wait_for_server(Duration::from_secs(1)).is_ok() && client.cancel_all(ANSWER).is_ok_and(|goals| goals > 0)
+    let (sender, answers) = mpsc::channel();
+    for client in &clients {
+        if client.wait_for_service(left()).is_ok() {
+            let sender = sender.clone();
+            client.call_with(&CancelGoalRequest::default(), move |answer| {
+                let _is_answered = sender.send(!answer.goals_canceling.is_empty());
+            })?;
+        }
+    }
+    drop(sender);
+    let deadline = Instant::now() + ANSWER;
+    loop {
+        match answers.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            Ok(true) => return Ok(Answer::done("motion cancelled, the axes come to rest")),
+            Ok(false) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return Ok(Answer::refused("nothing to cancel: no job and no motion is in execution"));
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let what = "answer of an action server to a cancellation".to_owned();
+                return Err(RosError::Timeout { what, waited_s: ANSWER.as_secs_f64() });
+            }
+        }
+    }
 }
 
 fn home(node: &Node, axes: &[String], goes_on: &dyn Fn() -> bool) -> Result<Answer, RosError> {
@@ -293,15 +315,17 @@ const UNLOADING: [&str; 4] = ["machine/open_door", "machine/open_chuck", "machin
 
 /// Exchanges a part by hand, step by step; a refused step ends it.
 fn exchange(node: &Node, steps: &[&str], done: &str) -> Result<Answer, RosError> {
-    if node.client::<Trigger>(steps[0])?.wait_for_service(Duration::from_secs(1)).is_err() {
+    let clients = steps.iter().map(|step| node.client::<Trigger>(step)).collect::<Result<Vec<_>, _>>()?;
+    if clients[0].wait_for_service(OPTIONAL_SERVER).is_err() {
         return Ok(Answer::refused(
             "the machine has no door and no chuck: its jobs insert the raw part themselves (key `loading` of the machine file)",
         ));
     }
-    for step in steps {
-        let answer = trigger(node, step, done)?;
-        if !answer.done {
-            return Ok(Answer { message: format!("{step}: {}", answer.message), ..answer });
+    for (step, client) in steps.iter().zip(clients) {
+        client.wait_for_service(MEETING)?;
+        let answer = client.call(&TriggerRequest::default(), MOTION)?;
+        if !answer.success {
+            return Ok(Answer::refused(format!("{step}: machine refuses: {}", answer.message)));
         }
     }
     Ok(Answer::done(done))

@@ -1,12 +1,12 @@
 //! Content of the page and of `camwright status`, as JSON: shop units, named in each key.
 
 use super::cell_snapshot::{CellSnapshot, SILENCE, joint_value};
-use super::texts::{self, StatusLine, Tone};
+use super::state_line::{self, StatusLine, Tone};
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_files::convert::{core_from_si, mm_from_m, um_from_m as um};
-use camwright_msgs::camwright_msgs::msg::{Alarm, LobeForm, MachineDescription, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, MachineDescription, PartLobe};
 use camwright_msgs::control_msgs::msg::DynamicJointState;
 use serde::Serialize;
 use std::time::Instant;
@@ -148,9 +148,9 @@ impl Status {
         Self {
             cell: snapshot.namespace.clone(),
             machine: snapshot.machine.as_ref().map_or_else(String::new, |machine| machine.name.clone()),
-            state: texts::state(snapshot, now),
+            state: state_line::state(snapshot, now),
             verdict: verdict(snapshot),
-            alarms: texts::alarms(snapshot).map(alarm).collect(),
+            alarms: state_line::alarms(snapshot).map(alarm).collect(),
             job: job(snapshot),
             lobe: lobe(snapshot),
             results: results(snapshot),
@@ -307,13 +307,15 @@ fn verdict(snapshot: &CellSnapshot) -> StatusLine {
         return StatusLine::new(Tone::Error, "out", format!("{out} of {count} out of tolerance, {error}"));
     }
     let is_final = results.iter().all(|result| result.duration_s.is_some());
-    match is_final {
-        true => StatusLine::new(Tone::Good, "good", error),
-        false => {
-            let lobes = snapshot.forms.len();
-            StatusLine::new(Tone::Active, "good so far", format!("{count} of {lobes} lobes measured, {error}"))
-        }
+    if is_final {
+        return StatusLine::new(Tone::Good, "good", error);
     }
+    let ended = [JobStatus::STOPPED, JobStatus::ABORTED];
+    let (tone, word) = match &snapshot.job {
+        Some(job) if ended.contains(&job.state) => (Tone::Attention, "unfinished"),
+        _ => (Tone::Active, "good so far"),
+    };
+    StatusLine::new(tone, word, format!("{count} of {} lobes measured, {error}", snapshot.forms.len()))
 }
 
 fn cutting(snapshot: &CellSnapshot, now: Instant) -> Option<CuttingLine> {
@@ -344,8 +346,8 @@ fn following_error_share(snapshot: &CellSnapshot, joint: &str, velocity: f64) ->
 
 fn axes(snapshot: &CellSnapshot) -> Vec<AxisLine> {
     let (Some(axes), Some(machine)) = (snapshot.axes(), &snapshot.machine) else { return Vec::new() };
-    let is_there = |joint: &str| axes.joint_names.iter().any(|name| name == joint);
-    let described = machine.axes.iter().filter(|axis| is_there(&axis.joint));
+    let is_reported = |joint: &str| axes.joint_names.iter().any(|name| name == joint);
+    let described = machine.axes.iter().filter(|axis| is_reported(&axis.joint));
     described.map(|described| axis(snapshot, axes, &described.joint, described.linear)).collect()
 }
 
@@ -399,7 +401,9 @@ fn position(snapshot: &CellSnapshot, joint: &str) -> Option<f64> {
 fn recorder(snapshot: &CellSnapshot, now: Instant) -> Option<RecorderLine> {
     let received = snapshot.recorder.as_ref()?;
     let message = &received.message;
-    let (tone, state) = if now.saturating_duration_since(received.at) > SILENCE {
+    let (tone, state) = if snapshot.has_ended && message.dropped == 0 {
+        (Tone::Neutral, "ended".to_owned())
+    } else if now.saturating_duration_since(received.at) > SILENCE {
         (Tone::Error, "silent".to_owned())
     } else if message.dropped > 0 {
         (Tone::Error, format!("{} messages lost", message.dropped))
@@ -453,8 +457,8 @@ impl Shape {
 }
 
 fn design(snapshot: &CellSnapshot, form: &LobeForm) -> DesignLine {
-    let of_outline = snapshot.form_error(form);
-    let form_error = if form.form_error.is_empty() { &of_outline } else { &form.form_error };
+    let measured = snapshot.form_error(form);
+    let form_error = if form.form_error.is_empty() { &measured } else { &form.form_error };
     DesignLine {
         name: form.name.clone(),
         tolerance_um: um(form.tolerance),
@@ -467,7 +471,7 @@ fn part(lobe: &PartLobe) -> PartLine {
     PartLine { name: lobe.name.clone(), radius_mm: lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect() }
 }
 
-/// Rounds to five digits after the point: hundredths of a micrometre of a radius.
+/// Rounds to five decimals: hundredths of a micrometre of a radius.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() / 1e5
 }

@@ -22,23 +22,31 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
     let newest = Qos::default_topic().keep_last(1);
     let (latched, states) = (Qos::latched(1), Qos::default_topic().keep_last(STATES));
     Ok(vec![
-        listen::<MachineDescription>(node, feed, "machine/description", &latched, CellSnapshot::add_machine)?,
-        listen(node, feed, "machine/stream", &newest, |snapshot, message| snapshot.stream = received(message))?,
-        listen(node, feed, "machine/io", &newest, |snapshot, message| snapshot.io = Some(message))?,
-        listen(node, feed, "dynamic_joint_states", &states, CellSnapshot::add_axes)?,
-        listen::<MachineAlarms>(node, feed, "machine/alarms", &latched, |snapshot, message| {
+        store_from::<MachineDescription>(node, feed, "machine/description", &latched, CellSnapshot::add_machine)?,
+        store_from(node, feed, "machine/stream", &newest, |snapshot, message| snapshot.stream = received(message))?,
+        store_from(node, feed, "machine/io", &newest, |snapshot, message| snapshot.io = Some(message))?,
+        store_from(node, feed, "dynamic_joint_states", &states, CellSnapshot::add_axes)?,
+        store_from::<MachineAlarms>(node, feed, "machine/alarms", &latched, |snapshot, message| {
             snapshot.machine_alarms = message.alarms;
         })?,
-        listen::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |snapshot, message| {
+        store_from::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |snapshot, message| {
             snapshot.interpolator_alarms = message.alarms;
         })?,
-        listen(node, feed, "machine/command_holder", &latched, |snapshot, message| snapshot.lease = Some(message))?,
-        listen::<InterpolatorState>(node, feed, "axis_interpolator/state", &newest, CellSnapshot::add_interpolator)?,
-        listen(node, feed, "job_planner/job_status", &latched, CellSnapshot::add_job)?,
-        listen::<PlanPage>(node, feed, "job_planner/plan", &Qos::latched(PAGES), CellSnapshot::add_page)?,
-        listen::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), CellSnapshot::add_form)?,
-        listen::<PartLobe>(node, feed, "machine/outline", &latched, CellSnapshot::add_outline)?,
-        listen(node, feed, "run_logger/status", &newest, |snapshot, message| snapshot.recorder = received(message))?,
+        store_from(node, feed, "machine/command_holder", &latched, |snapshot, message| snapshot.lease = Some(message))?,
+        store_from::<InterpolatorState>(
+            node,
+            feed,
+            "axis_interpolator/state",
+            &newest,
+            CellSnapshot::add_interpolator,
+        )?,
+        store_from(node, feed, "job_planner/job_status", &latched, CellSnapshot::add_job)?,
+        store_from::<PlanPage>(node, feed, "job_planner/plan", &Qos::latched(PAGES), CellSnapshot::add_page)?,
+        store_from::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), CellSnapshot::add_form)?,
+        store_from::<PartLobe>(node, feed, "machine/outline", &latched, CellSnapshot::add_outline)?,
+        store_from(node, feed, "run_logger/status", &newest, |snapshot, message| {
+            snapshot.recorder = received(message)
+        })?,
     ])
 }
 
@@ -46,13 +54,14 @@ fn received<T>(message: T) -> Option<Received<T>> {
     Some(Received { message, at: Instant::now() })
 }
 
-fn listen<M: Message>(
+/// Subscribes to a topic whose messages go to the snapshot.
+fn store_from<M: Message>(
     node: &Node,
     feed: &Arc<Feed>,
     topic: &str,
     qos: &Qos,
-    take: impl Fn(&mut CellSnapshot, M) + Send + 'static,
+    store: impl Fn(&mut CellSnapshot, M) + Send + 'static,
 ) -> Result<Subscription, RosError> {
     let feed = Arc::clone(feed);
-    node.subscribe::<M>(topic, qos, move |message, _| feed.update(|snapshot| take(snapshot, message)))
+    node.subscribe::<M>(topic, qos, move |message, _| feed.update(|snapshot| store(snapshot, message)))
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 impl Status {
     /// Returns true if a machine was found.
-    pub fn is_there(&self) -> bool {
+    pub fn has_machine(&self) -> bool {
         !self.axes.is_empty() || !self.machine.is_empty()
     }
 
@@ -16,14 +16,14 @@ impl Status {
         let job = |status: &Self| status.job.as_ref().map(|job| (job.name.clone(), job.message.clone()));
         let wheel = |status: &Self| status.wheel.as_ref().map(|wheel| wheel.is_running);
         let recorder = |status: &Self| status.recorder.as_ref().map(|recorder| recorder.state.clone());
-        let people = |status: &Self| (status.holder.clone(), status.lease.clone());
+        let command = |status: &Self| (status.holder.clone(), status.lease.clone());
         self.state == other.state
             && self.alarms == other.alarms
             && self.results == other.results
             && self.override_percent == other.override_percent
             && (self.is_held, self.is_homed) == (other.is_held, other.is_homed)
             && (lobe(self), job(self), wheel(self)) == (lobe(other), job(other), wheel(other))
-            && (recorder(self), people(self)) == (recorder(other), people(other))
+            && (recorder(self), command(self)) == (recorder(other), command(other))
     }
 
     /// Returns true if an alarm needs a reset.
@@ -36,8 +36,8 @@ impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut line = |name: &str, text: String| writeln!(f, "{name:<9} {}", text.trim_end());
         line("state", format!("{}  {}", self.state.word, self.state.detail))?;
-        let place = if self.cell.is_empty() { "/" } else { &self.cell };
-        line("cell", format!("{place}  {}  machine time {:.3} s", self.machine, self.machine_time_s))?;
+        let namespace = if self.cell.is_empty() { "/" } else { &self.cell };
+        line("cell", format!("{namespace}  {}  machine time {:.3} s", self.machine, self.machine_time_s))?;
         if let Some(job) = &self.job {
             line("job", format!("{}  {:.1} %, {:.1} s left  {}", job.name, job.percent, job.time_left_s, job.message))?;
         }

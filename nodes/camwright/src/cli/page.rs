@@ -1,7 +1,7 @@
 //! `camwright page`: serves the operator page of a running cell.
 
 use super::output::{note, print_error};
-use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
+use camwright_operator_page::{DEFAULT_ADDRESS, OperatorPage};
 use camwright_ros::running::NodeError;
 use camwright_ros::{RosArgs, RosLayer, Shutdown};
 use clap::Args;
@@ -13,10 +13,10 @@ use std::process::ExitCode;
 #[command(after_help = super::help::PAGE)]
 pub(super) struct PageArgs {
     /// Port; 0 selects a free port.
-    #[arg(long, default_value_t = USUAL_ADDRESS.port())]
+    #[arg(long, default_value_t = DEFAULT_ADDRESS.port())]
     port: u16,
     /// Address to serve at; 0.0.0.0 opens the page to the network.
-    #[arg(long, value_name = "ADDRESS", default_value_t = USUAL_ADDRESS.ip())]
+    #[arg(long, value_name = "ADDRESS", default_value_t = DEFAULT_ADDRESS.ip())]
     bind: IpAddr,
     /// Let viewers operate the cell; the printed address contains the token.
     #[arg(long)]

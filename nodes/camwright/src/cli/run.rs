@@ -21,7 +21,7 @@ use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
-use camwright_operator_page::{HolderSocket, Operator, OperatorPage, USUAL_ADDRESS};
+use camwright_operator_page::{DEFAULT_ADDRESS, HolderSocket, Operator, OperatorPage};
 use camwright_planning::{self as planning, AnyPrepared, Causes, PreparedJob, PreparedTurning};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, Level, NodeLock, RosArgs, RosLayer, Shutdown};
@@ -343,7 +343,7 @@ impl Request {
 /// Serves the operator page with `--page`.
 fn start_page(args: &RunArgs, ros_args: &RosArgs) -> Result<Option<OperatorPage>, NodeError> {
     let Some(port) = args.page else { return Ok(None) };
-    let page = OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port), args.control)?;
+    let page = OperatorPage::start(ros_args, SocketAddr::new(DEFAULT_ADDRESS.ip(), port), args.control)?;
     super::page::print_address(&page);
     Ok(Some(page))
 }

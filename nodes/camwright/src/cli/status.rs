@@ -45,7 +45,7 @@ fn show(args: &StatusArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let shutdown = Shutdown::on_signals()?;
     let mut listener = StatusListener::start(ros_args)?;
     let status = listener.find(Duration::from_secs_f64(args.patience));
-    let code = if !status.is_there() {
+    let code = if !status.has_machine() {
         let message = format!(
             "no machine found within {} s; check ROS_DOMAIN_ID and the namespace (--ros-args -r __ns:=/NAME)",
             args.patience

@@ -1,4 +1,4 @@
-//! State of the cell in one word, with an explanation.
+//! State of the cell in one word, with an explanation; active alarms.
 
 use super::cell_snapshot::{CellSnapshot, SILENCE};
 use camwright::motion::plan::Phase;
@@ -60,8 +60,8 @@ pub(super) fn state(snapshot: &CellSnapshot, now: Instant) -> StatusLine {
         return StatusLine::new(Tone::Neutral, "starting", "waiting for the nodes of the cell");
     }
     let Some(stream) = snapshot.stream.as_ref().filter(|stream| !is_silent(stream.at)) else {
-        let place = if snapshot.namespace.is_empty() { "/" } else { &snapshot.namespace };
-        return StatusLine::new(Tone::Error, "no machine", format!("no message from a machine in {place}"));
+        let namespace = if snapshot.namespace.is_empty() { "/" } else { &snapshot.namespace };
+        return StatusLine::new(Tone::Error, "no machine", format!("no message from a machine in {namespace}"));
     };
     if snapshot.io.as_ref().is_some_and(|io| io.estop) {
         return StatusLine::new(Tone::Error, "emergency stop", "release it, then reset");
@@ -75,7 +75,8 @@ pub(super) fn state(snapshot: &CellSnapshot, now: Instant) -> StatusLine {
     moving(&interpolator.message).or_else(|| job_line(snapshot)).unwrap_or_else(|| {
         let at_rest = stream.message.motion != MachineStream::MOTION_OFF;
         if at_rest {
-            StatusLine::new(Tone::Neutral, "ready", "no job")
+            let detail = if interpolator.message.is_homed { "no job" } else { "no job; the axes are not homed" };
+            StatusLine::new(Tone::Neutral, "ready", detail)
         } else {
             StatusLine::new(Tone::Attention, "drives off", "the drives have no power; reset")
         }
