@@ -77,7 +77,9 @@ fn a_cell_is_operated_from_the_command_line() {
     answers(&call(&["reset"]), 0, "alarms reset");
     answers(&call(&["status"]), 0, "override 50 %");
     cell.stop();
-    answers(&camwright(&Domain::reserve(), runtime.path(), &["hold"]), 3, "no answer within");
+    let empty = Domain::reserve();
+    answers(&camwright(&empty, runtime.path(), &["hold"]), 3, "no answer within");
+    answers(&camwright(&empty, runtime.path(), &["cancel"]), 3, "no axis_interpolator and no job_planner is there");
 }
 
 #[test]

@@ -110,7 +110,8 @@ fn every_state_of_the_cell_fits_on_panel_and_telephone() {
     hold(&cell, false);
 
     // The first lobe is judged while another is cut.
-    let cutting = "status.state.word === 'CUTTING' && status.cutting?.is_in_contact && status.results.length > 0";
+    let cutting = "status.state.word === 'CUTTING' && status.cutting?.is_in_contact && status.results.length > 0 \
+                   && shape.part?.name === status.lobe.name && shape.designs[0].error_um.length";
     browser.wait(&format!("status && {cutting} && (source.close(), true)"));
     wait_text(&mut browser, "verdict", "GOOD SO FAR");
     wait_text(&mut browser, "results", "GOOD");
@@ -125,7 +126,7 @@ fn every_state_of_the_cell_fits_on_panel_and_telephone() {
 
     let (status, result) = goal.result(PATIENCE).expect("a result");
     assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
-    check_state(&mut browser, "complete", "status.state.word === 'COMPLETE' && status.verdict.word === 'GOOD'");
+    check_state(&mut browser, "complete", &complete("GOOD"));
     let worst = result.lobes.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()));
     let error = format!("{:+.2} µm", worst.expect("four lobes").form_error_max * 1e6);
     wait_text(&mut browser, "results", &error);
@@ -139,8 +140,7 @@ fn every_state_of_the_cell_fits_on_panel_and_telephone() {
         let (goal, _feedback) = cell.client.send(job, &[overrides]);
         let (status, result) = goal.result(PATIENCE).expect("a result");
         assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
-        let judged = format!("status.state.word === 'COMPLETE' && status.verdict.word === '{verdict}'");
-        check_state(&mut browser, name, &judged);
+        check_state(&mut browser, name, &complete(verdict));
         wait_text(&mut browser, "results", verdict);
     }
 
@@ -171,6 +171,14 @@ fn every_state_of_the_cell_fits_on_panel_and_telephone() {
     cell.release();
     cell.stop();
     logger.stop();
+}
+
+/// Condition of a complete job that is judged and drawn.
+fn complete(verdict: &str) -> String {
+    format!(
+        "status.state.word === 'COMPLETE' && status.verdict.word === '{verdict}' && !status.cutting?.is_in_contact \
+         && shape.designs.length === status.results.length && shape.designs.every(design => design.error_um.length)"
+    )
 }
 
 fn hold(cell: &Cell, hold: bool) {

@@ -2,14 +2,15 @@
 
 use camwright::machine::description::Axis;
 use camwright::math::units::deg_from_rad;
+use camwright_files::convert::machine_now::described_machine;
 use camwright_files::convert::{mm_from_m, si_from_file};
-use camwright_msgs::Action;
-use camwright_msgs::Service;
 use camwright_msgs::action_msgs::srv::{CancelGoal, CancelGoalRequest};
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, Jog, JogGoal};
+use camwright_msgs::camwright_msgs::msg::{CommandHolder, MachineDescription};
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, SetOverride, SetOverrideRequest};
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
+use camwright_msgs::{Action, Message, Service};
 use camwright_ros::{ActionClient, GoalStatus, Node, Qos, RosError};
 use serde::{Deserialize, Serialize};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -17,8 +18,6 @@ use std::time::{Duration, Instant};
 
 /// Maximum time to find the server of an operation.
 const MEETING: Duration = Duration::from_secs(5);
-/// Maximum time to find a server that not every cell has, once the cell was found.
-const OPTIONAL_SERVER: Duration = Duration::from_millis(500);
 /// Maximum time for the answer of a service that does not wait for motion.
 const ANSWER: Duration = Duration::from_secs(5);
 /// Maximum time of homing, of a jog, and of a motion of wheel, door or chuck.
@@ -151,6 +150,17 @@ where
     client.call(request, limit)
 }
 
+/// Last message of a latched topic of the machine.
+fn latched<M: Message + Send + 'static>(node: &Node, topic: &str) -> Result<M, RosError> {
+    let (sender, received) = mpsc::sync_channel(1);
+    let _subscription = node.subscribe::<M>(topic, &Qos::latched(1), move |message, _| {
+        let _is_first = sender.try_send(message);
+    })?;
+    received
+        .recv_timeout(MEETING)
+        .map_err(|_| RosError::Timeout { what: format!("message on {topic}"), waited_s: MEETING.as_secs_f64() })
+}
+
 fn feed_hold(node: &Node, hold: bool) -> Result<Answer, RosError> {
     let answer = call::<FeedHold>(node, "axis_interpolator/feed_hold", &FeedHoldRequest { hold }, ANSWER)?;
     let done = if hold { "motion held on its path" } else { "motion continues" };
@@ -173,19 +183,22 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
     let planner = node.client::<Trigger>("job_planner/stop")?;
     let clients = MOTIONS.map(|action| node.client::<CancelGoal>(&format!("{action}/_action/cancel_goal")));
     let clients = clients.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let found = clients[0].wait_for_service(MEETING);
-    // A cell of a machine and an interpolator has no planner.
-    let deadline = Instant::now() + OPTIONAL_SERVER;
+    let deadline = Instant::now() + MEETING;
     let left = || deadline.saturating_duration_since(Instant::now());
-    if planner.wait_for_service(left()).is_ok() {
-        if planner.call(&TriggerRequest::default(), ANSWER)?.success {
-            return Ok(Answer::done("job cancelled, the axes come to rest"));
-        }
-    } else {
-        found?;
+    // A cell of a machine and an interpolator has no planner. Without a machine the other nodes are asked all the same.
+    let members = latched::<CommandHolder>(node, "machine/command_holder");
+    let has =
+        |member: fn(&CommandHolder) -> [u8; 16]| members.as_ref().map_or(true, |members| member(members) != [0; 16]);
+    let (has_planner, has_interpolator) = (has(|members| members.planner), has(|members| members.interpolator));
+    if has_planner
+        && planner.wait_for_service(left()).is_ok()
+        && planner.call(&TriggerRequest::default(), ANSWER)?.success
+    {
+        return Ok(Answer::done("job cancelled, the axes come to rest"));
     }
+    let is_member = |action: &str| if action.starts_with("job_planner/") { has_planner } else { has_interpolator };
     let (sender, answers) = mpsc::channel();
-    for client in &clients {
+    for (_, client) in MOTIONS.iter().zip(&clients).filter(|(action, _)| is_member(action)) {
         if client.wait_for_service(left()).is_ok() {
             let sender = sender.clone();
             client.call_with(&CancelGoalRequest::default(), move |answer| {
@@ -194,11 +207,16 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
         }
     }
     drop(sender);
+    let mut has_answered = members.is_ok();
     let deadline = Instant::now() + ANSWER;
     loop {
         match answers.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
             Ok(true) => return Ok(Answer::done("motion cancelled, the axes come to rest")),
-            Ok(false) => {}
+            Ok(false) => has_answered = true,
+            Err(RecvTimeoutError::Disconnected) if !has_answered => {
+                let what = "no axis_interpolator and no job_planner is there".to_owned();
+                return Err(RosError::Timeout { what, waited_s: MEETING.as_secs_f64() });
+            }
             Err(RecvTimeoutError::Disconnected) => {
                 return Ok(Answer::refused("nothing to cancel: no job and no motion is in execution"));
             }
@@ -316,7 +334,8 @@ const UNLOADING: [&str; 4] = ["machine/open_door", "machine/open_chuck", "machin
 /// Exchanges a part by hand, step by step; a refused step ends it.
 fn exchange(node: &Node, steps: &[&str], done: &str) -> Result<Answer, RosError> {
     let clients = steps.iter().map(|step| node.client::<Trigger>(step)).collect::<Result<Vec<_>, _>>()?;
-    if clients[0].wait_for_service(OPTIONAL_SERVER).is_err() {
+    let machine = described_machine(&latched::<MachineDescription>(node, "machine/description")?, &[]);
+    if machine.is_ok_and(|machine| machine.loading.is_none()) {
         return Ok(Answer::refused(
             "the machine has no door and no chuck: its jobs insert the raw part themselves (key `loading` of the machine file)",
         ));

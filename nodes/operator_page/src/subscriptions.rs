@@ -45,7 +45,7 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
         store_from::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), CellSnapshot::add_form)?,
         store_from::<PartLobe>(node, feed, "machine/outline", &latched, CellSnapshot::add_outline)?,
         store_from(node, feed, "run_logger/status", &newest, |snapshot, message| {
-            snapshot.recorder = received(message)
+            snapshot.recorder = received(message);
         })?,
     ])
 }
