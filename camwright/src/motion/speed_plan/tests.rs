@@ -93,7 +93,7 @@ fn the_largest_speed_of_an_eccentric_is_the_one_on_paper() {
 fn a_work_speed_beyond_c_is_refused_for_c() {
     let (path, infeed) = (eccentric(25.0, 0.0), schedule());
     let error = SpeedPlan::new(&request(&path, &infeed, 40.0)).expect_err("C does 31.4 rad/s");
-    let words = "the work speed of 381.97 rpm (40 rad/s) exceeds 300 rpm (31.416 rad/s), the limit of c_axis; ";
+    let words = "the work speed of 381.97 rpm (40 rad/s) exceeds 299.85 rpm (31.4 rad/s), the limit of c_axis; ";
     assert!(error.to_string().starts_with(words), "{error}");
     assert!(error.to_string().contains("that fits is 31.39 rad/s"), "{error}");
 }
