@@ -13,11 +13,15 @@ use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Tr
 use camwright_msgs::{Action, Message, Service};
 use camwright_ros::{ActionClient, GoalStatus, Node, Qos, RosError};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// Maximum time to find the server of an operation.
 const MEETING: Duration = Duration::from_secs(5);
+/// Maximum time to find a server that not every cell has, after the interpolator was found.
+const OPTIONAL_SERVER: Duration = Duration::from_millis(300);
 /// Maximum time for the answer of a service that does not wait for motion.
 const ANSWER: Duration = Duration::from_secs(5);
 /// Maximum time of homing, of a jog, and of a motion of wheel, door or chuck.
@@ -183,23 +187,32 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
     let planner = node.client::<Trigger>("job_planner/stop")?;
     let clients = MOTIONS.map(|action| node.client::<CancelGoal>(&format!("{action}/_action/cancel_goal")));
     let clients = clients.into_iter().collect::<Result<Vec<_>, _>>()?;
+    // Membership only lengthens the wait: the first message may date from the start of the machine, before anyone had joined.
+    let has_planner = Arc::<AtomicBool>::default();
+    let into = Arc::clone(&has_planner);
+    let _holder = node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, _| {
+        into.fetch_or(message.planner != [0; 16], Ordering::AcqRel);
+    })?;
     let deadline = Instant::now() + MEETING;
     let left = || deadline.saturating_duration_since(Instant::now());
-    // A cell of a machine and an interpolator has no planner. Without a machine the other nodes are asked all the same.
-    let members = latched::<CommandHolder>(node, "machine/command_holder");
-    let has =
-        |member: fn(&CommandHolder) -> [u8; 16]| members.as_ref().map_or(true, |members| member(members) != [0; 16]);
-    let (has_planner, has_interpolator) = (has(|members| members.planner), has(|members| members.interpolator));
-    if has_planner
-        && planner.wait_for_service(left()).is_ok()
-        && planner.call(&TriggerRequest::default(), ANSWER)?.success
-    {
+    let found = clients[0].wait_for_service(left());
+    // A cell of a machine and an interpolator has no planner.
+    let is_planner_there = planner.wait_for_service(OPTIONAL_SERVER).is_ok()
+        || (has_planner.load(Ordering::Acquire) && planner.wait_for_service(left()).is_ok());
+    if is_planner_there && planner.call(&TriggerRequest::default(), ANSWER)?.success {
         return Ok(Answer::done("job cancelled, the axes come to rest"));
     }
-    let is_member = |action: &str| if action.starts_with("job_planner/") { has_planner } else { has_interpolator };
+    if !is_planner_there {
+        found?;
+    }
+    // All servers of a node appear together; those of a node that is missing are not waited for again.
+    let patience = |action: &str| match action.starts_with("job_planner/") {
+        true if !is_planner_there => Duration::ZERO,
+        _ => left(),
+    };
     let (sender, answers) = mpsc::channel();
-    for (_, client) in MOTIONS.iter().zip(&clients).filter(|(action, _)| is_member(action)) {
-        if client.wait_for_service(left()).is_ok() {
+    for (action, client) in MOTIONS.iter().zip(&clients) {
+        if client.wait_for_service(patience(action)).is_ok() {
             let sender = sender.clone();
             client.call_with(&CancelGoalRequest::default(), move |answer| {
                 let _is_answered = sender.send(!answer.goals_canceling.is_empty());
@@ -207,16 +220,11 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
         }
     }
     drop(sender);
-    let mut has_answered = members.is_ok();
     let deadline = Instant::now() + ANSWER;
     loop {
         match answers.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
             Ok(true) => return Ok(Answer::done("motion cancelled, the axes come to rest")),
-            Ok(false) => has_answered = true,
-            Err(RecvTimeoutError::Disconnected) if !has_answered => {
-                let what = "no axis_interpolator and no job_planner is there".to_owned();
-                return Err(RosError::Timeout { what, waited_s: MEETING.as_secs_f64() });
-            }
+            Ok(false) => {}
             Err(RecvTimeoutError::Disconnected) => {
                 return Ok(Answer::refused("nothing to cancel: no job and no motion is in execution"));
             }
