@@ -63,11 +63,12 @@ fn a_run_and_its_bag_print_the_verdict_first_in_80_columns_without_log_lines() {
     assert!(text.lines().count() <= 12 && !text.contains("simulated without"), "{text}");
     assert_eq!(String::from_utf8_lossy(&quiet.stderr), "", "no log lines");
 
-    let loud = run("loud", &["-v", "--details"]);
+    let loud = run("loud", &["-v", "--details", "--causes", "--timings"]);
     fits(&loud, 0, "GOOD: worst form error ");
     let log = String::from_utf8_lossy(&loud.stderr).into_owned();
-    for node in ["[job_planner]: ", "[axis_interpolator]: ", "[run_logger]: "] {
-        assert!(log.contains(node), "{node}: {log}");
+    let stages = ["planning   ", "starting the nodes   ", "running the job   ", "writing the report   ", "in all   "];
+    for words in ["[job_planner]: ", "[axis_interpolator]: ", "[run_logger]: "].into_iter().chain(stages) {
+        assert!(log.contains(words), "{words}: {log}");
     }
     for words in ["form error max in um (rms, lift p-v)", "burn index (burnt above 1)", "computing time"] {
         assert!(stdout(&loud).contains(words), "{words}");
@@ -80,10 +81,13 @@ fn a_run_and_its_bag_print_the_verdict_first_in_80_columns_without_log_lines() {
     fits(&call(&["bag", "recover", "quiet"]), 0, "NOTHING LOST: ");
     fits(&call(&["replan", "quiet"]), 0, "SAME: 1 jobs of 1 bags");
 
-    let bad = run("bad", &["--set", "infeed.spark_out_turns=2"]);
+    const LESS: [&str; 2] = ["--set", "infeed.spark_out_turns=2"];
+    let bad = run("bad", &LESS);
     let text = stdout(&bad);
     fits(&bad, 4, "NOT GOOD: worst form error ");
-    assert!(text.contains("\ncause:  ") && text.contains("\nnext:   open the report"), "{text}");
+    assert!(text.contains("\nnext:   open the report") && text.contains("--causes"), "{text}");
+    let text = stdout(&run("why", &[&LESS[..], &["--causes"]].concat()));
+    assert!(text.contains("\ncause:  ") && text.contains("simulated without:"), "{text}");
 }
 
 /// Runs camwright on a terminal of its own; everything that the terminal shows.
