@@ -383,7 +383,7 @@ fn add_pass(
     let turn_counts = counts(Axis::C, TURN_RAD);
     let c_at = steps.at[Axis::C.index()];
     let zero_counts = c_at + (-c_at).rem_euclid(turn_counts);
-    steps.move_axis(of(Phase::Position), Axis::C, zero_counts, None, "keyway to the insert")?;
+    steps.move_axis(of(Phase::Position), Axis::C, zero_counts, None, "key-way to the insert")?;
     steps.move_axis(of(Phase::Position), Axis::Z, z_counts, None, "to before the part's end")?;
     let rapid = Some(job.rapid_speed_mm_s);
     steps.move_axis(of(Phase::Approach), Axis::X, x_counts, rapid, "insert to its path")?;
