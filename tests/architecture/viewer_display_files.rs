@@ -84,7 +84,7 @@ fn foxglove_shows_x_in_a_plot_of_its_own() {
     }
 }
 
-/// What the cell renames, and what the programs do not accept, is found.
+/// A topic or field that the cell renames is found, and so is a name that the programs do not accept.
 #[test]
 fn a_renamed_topic_or_field_and_an_unknown_property_are_found() {
     let (published, rviz, layout) = (published(), read("nodes/rviz/cell.rviz"), read("nodes/foxglove/cell.json"));

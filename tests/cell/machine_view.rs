@@ -457,7 +457,7 @@ fn a_bar_in_a_lathe_is_seen_and_transforms_can_be_left_to_others() {
     cell.stop();
 }
 
-/// What the display files of `RViz` and Foxglove show is published, with its fields.
+/// The cell publishes every topic and field that the display files of `RViz` and Foxglove show.
 fn every_topic_of_a_viewer_is_there(cell: &Cell) {
     let topics = cell.client.node.discovered_topics().into_iter().filter(|topic| !topic.publishers.is_empty());
     let published: Published =

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PublishedTopic {
     pub type_name: String,
-    /// Whether late subscribers receive the last messages; `None` if it is not known.
+    /// True if late subscribers receive the last messages; `None` if this is unknown.
     pub is_latched: Option<bool>,
 }
 
@@ -30,7 +30,7 @@ enum Kind {
     HexColour,
     /// Nothing.
     Empty,
-    /// What another table checks.
+    /// Checked by another table.
     Anything,
     Numbers(usize),
     OneOf(&'static [&'static str]),

@@ -182,18 +182,14 @@ impl JobPlanner {
     /// # Errors
     /// Parameters that are refused, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        Self::start_knowing(args, None)
+        Self::start_with_plan(args, None)
     }
 
-    /// Starts the node with a plan, which saves it the time to plan the same job for the same machine.
+    /// The same; a known plan saves the time to plan the same job for the same machine.
     ///
     /// # Errors
     /// See [`JobPlanner::start`].
-    pub fn start_with_plan(args: &RosArgs, planned: AnyPrepared) -> Result<Self, NodeError> {
-        Self::start_knowing(args, Some(planned))
-    }
-
-    fn start_knowing(args: &RosArgs, known: Option<AnyPrepared>) -> Result<Self, NodeError> {
+    pub fn start_with_plan(args: &RosArgs, known: Option<AnyPrepared>) -> Result<Self, NodeError> {
         let node = Node::new(Self::options(args))?;
         settings::validate(node.parameters(), &node.parameters().all()).map_err(NodeError::Parameter)?;
         node.parameters().on_set_together(settings::validate);

@@ -67,7 +67,7 @@ impl CellNodes {
             let logger = scope.spawn(|| RunLogger::start(args));
             let machine = scope.spawn(|| MachineSim::start(args));
             let interpolator = scope.spawn(|| AxisInterpolator::start(args));
-            let planner = scope.spawn(|| JobPlanner::start_with_plan(args, planned));
+            let planner = scope.spawn(|| JobPlanner::start_with_plan(args, Some(planned)));
             // All threads end before the first error is returned.
             let (logger, machine) = (joined(logger), joined(machine));
             let (interpolator, planner) = (joined(interpolator), joined(planner));

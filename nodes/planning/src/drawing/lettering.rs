@@ -296,7 +296,7 @@ mod tests {
     #[test]
     fn a_text_that_is_too_long_ends_in_dots() {
         let lettering = Lettering::default();
-        let text = "a name that somebody made very long";
+        let text = "a name of a lobe that is very long";
         assert_eq!(lettering.fitted(text, 200.0), text);
         let short = lettering.fitted(text, 30.0);
         assert!(lettering.width_mm(&short) <= 30.0 && text.starts_with(short.trim_end_matches('.')), "{short}");
