@@ -249,7 +249,10 @@ impl Request {
         let ros_args = CellNodes::arguments(&machine, &args.set_machine, folders, args.pace, ros_args, &self.bag);
         let machine = MachineSim::machine_from_args(&ros_args)?;
         let overrides = JobPlanner::overrides_from_args(&ros_args, job, &args.set)?;
-        let read = read_job(job, &overrides)?;
+        let read = match &self.read {
+            Some(read) if overrides == args.set => read.clone(),
+            _ => read_job(job, &overrides)?,
+        };
         let planned = planning::plan_any(read, Some(&machine)).map_err(|error| not_started(&error))?;
         bag_room::announce(&planned, args.pace, args.parts, &self.bag, args.verbose)?;
         print_warnings(&planned);
