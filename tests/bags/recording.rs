@@ -169,14 +169,21 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
         assert_eq!(pair[1] - pair[0], cycle_ns, "a tick is missing before {} ns", pair[1]);
     }
     let prepared = prepare_any("four_lobe_camshaft", &[], None).expect("it can be planned");
-    let size = BagSize::estimate(&prepared, Pace::Fast);
+    // Only the number of ticks in a message of set-points depends on the computer: with the real one, the prediction is close.
+    let chunks = messages(&read, "/machine/setpoints").len();
+    let size = BagSize::with_chunk_ticks(&prepared, Pace::Fast, joints.len() / chunks);
     let files = size.topics.iter().find(|topic| topic.topic == "job_planner/job_files").expect("it names files");
     assert_eq!(files.messages, messages(&read, "/job_planner/job_files").len() as u64, "pages of the files of the job");
-    let (predicted, real) = (size.bytes(), read.files()[0].bytes);
-    println!("{predicted} bytes of bag were predicted, {real} there are");
+    let (estimate, predicted) = (BagSize::estimate(&prepared, Pace::Fast).bytes(), size.bytes());
+    let real = read.files()[0].bytes;
+    println!("{estimate} bytes of bag were estimated, {predicted} with the real set-points, {real} there are");
     assert!(
-        predicted.abs_diff(real) * 10 < real,
-        "{predicted} bytes were predicted, {real} there are: more than 10 % off"
+        predicted.abs_diff(real) * 20 < real,
+        "{predicted} bytes were predicted for {chunks} messages of set-points, {real} there are: more than 5 % off"
+    );
+    assert!(
+        estimate.abs_diff(real) * 4 < real,
+        "{estimate} bytes were estimated, {real} there are: more than 25 % off"
     );
     let (first, last) = read.log_times_ns().expect("there are messages");
     let (bag_s, machine_s) = ((last - first) / 1_000_000_000, (stamps[stamps.len() - 1] - stamps[0]) / 1_000_000_000);

@@ -104,11 +104,24 @@ impl BagSize {
     /// Estimates the bag of a planned job at a pace.
     #[must_use]
     pub fn estimate(prepared: &AnyPrepared, pace: Pace) -> Self {
+        let shortest = shortest_chunk(prepared.machine());
+        let chunk_ticks = match pace {
+            Pace::Realtime => shortest,
+            // A chunk has as many ticks as the machine has gone ahead meanwhile: from `shortest` to a full chunk. How many depends on the
+            // computer; this is the geometric mean.
+            Pace::Fast => (shortest * CHUNK_TICKS).isqrt(),
+        };
+        Self::with_chunk_ticks(prepared, pace, chunk_ticks)
+    }
+
+    /// Estimates the bag of a planned job at a pace, for a mean number of ticks in a message of set-points.
+    #[must_use]
+    pub fn with_chunk_ticks(prepared: &AnyPrepared, pace: Pace, chunk_ticks: usize) -> Self {
         let (machine, wheel_radius_mm) = match prepared {
             AnyPrepared::Ground(prepared) => (&prepared.machine, prepared.wheel_radius_mm),
             AnyPrepared::Turned(prepared) => (&prepared.machine, 0.0),
         };
-        let mut topics = machine_topics(machine, wheel_radius_mm, prepared.duration_s(), pace);
+        let mut topics = machine_topics(machine, wheel_radius_mm, prepared.duration_s(), pace, chunk_ticks);
         topics.push(page_topic(PLAN, prepared.first_pages()));
         topics.extend(keyframe_topic(prepared));
         let files = pages_from_files(prepared.job_hash(), prepared.files());
@@ -178,7 +191,7 @@ impl BagSize {
 /// Names and types of the topics that a run records, sorted by name. Some are published by machines with a gauge, an insert or `loading` only.
 #[must_use]
 pub fn recorded_topics(machine: &MachineDescription) -> Vec<(&'static str, &'static str)> {
-    let machine_topics = machine_topics(machine, machine.wheel.new_radius_mm, 0.0, Pace::Fast);
+    let machine_topics = machine_topics(machine, machine.wheel.new_radius_mm, 0.0, Pace::Fast, CHUNK_TICKS);
     let mut topics: Vec<_> = machine_topics.iter().map(|topic| (topic.topic, topic.type_name)).collect();
     topics.extend(QUIET);
     topics.extend([
@@ -195,7 +208,13 @@ pub fn recorded_topics(machine: &MachineDescription) -> Vec<(&'static str, &'sta
 }
 
 /// Topics of machine and interpolator.
-fn machine_topics(machine: &MachineDescription, wheel_radius_mm: f64, duration_s: f64, pace: Pace) -> Vec<TopicSize> {
+fn machine_topics(
+    machine: &MachineDescription,
+    wheel_radius_mm: f64,
+    duration_s: f64,
+    pace: Pace,
+    chunk_ticks: usize,
+) -> Vec<TopicSize> {
     let tick_s = machine.cycle_time_s();
     let per_tick = |ticks: u64| count(duration_s, 1.0 / (tick_s * (ticks as f64)));
     let stream_ticks = machine.stream_period_ticks();
@@ -233,14 +252,19 @@ fn machine_topics(machine: &MachineDescription, wheel_radius_mm: f64, duration_s
     }
     dynamic.header.frame_id = base;
     topics.push(topic::<DynamicJointState>("dynamic_joint_states", count(duration_s, 50.0), bytes_of(&dynamic)));
-    topics.extend(interpolator_topics(duration_s, per_tick(1), stream_ticks, pace));
+    topics.extend(interpolator_topics(duration_s, per_tick(1), chunk_ticks));
     if pace == Pace::Fast {
         topics.push(topic::<Clock>("clock", per_tick(10), bytes_of(&Clock::default())));
     }
     topics
 }
 
-fn interpolator_topics(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -> Vec<TopicSize> {
+/// Ticks of the shortest message of set-points: the period of the stream, at most a full chunk.
+fn shortest_chunk(machine: &MachineDescription) -> usize {
+    usize::try_from(machine.stream_period_ticks()).unwrap_or(CHUNK_TICKS).clamp(1, CHUNK_TICKS)
+}
+
+fn interpolator_topics(duration_s: f64, ticks: u64, chunk_ticks: usize) -> Vec<TopicSize> {
     let axes = Axis::ALL.len();
     let point = JointTrajectoryPoint {
         positions: vec![0.0; axes],
@@ -249,16 +273,10 @@ fn interpolator_topics(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pac
         ..JointTrajectoryPoint::default()
     };
     // Points of the path, then those of the stop that follows if nothing else comes.
-    // At pace fast a chunk has as many ticks as the machine has gone ahead meanwhile: from one message of the stream to a full chunk, half-way here.
-    let minimum = usize::try_from(stream_ticks).unwrap_or(CHUNK_TICKS).min(CHUNK_TICKS);
-    let dense = match pace {
-        Pace::Realtime => minimum,
-        Pace::Fast => minimum.midpoint(CHUNK_TICKS),
-    };
-    let points = dense + STOP_POINTS;
+    let points = chunk_ticks + STOP_POINTS;
     let chunk =
         JointTrajectory { joint_names: joint_names(), points: vec![point.clone(); points], ..Default::default() };
-    let chunks = ticks / (dense as u64).max(1);
+    let chunks = ticks / (chunk_ticks as u64).max(1);
     let measured = JointTrajectoryPoint { accelerations: Vec::new(), ..point.clone() };
     let controller = JointTrajectoryControllerState {
         joint_names: joint_names(),
