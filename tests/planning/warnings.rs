@@ -122,6 +122,26 @@ fn too_little_spark_out_is_a_warning_with_what_is_left_and_the_turns_that_do() {
 }
 
 /// 500 turns of 0.72 µm: a table of 0.05 mm leaves 25 µm open, one of 0.001 mm half a micrometre.
+/// A table of whole degrees makes 360 blocks, and ten times the turns of the shipped job with 3600.
+#[test]
+fn many_turns_from_a_table_of_few_rows_are_a_warning() {
+    let folder = Folder::new("few-rows");
+    let shipped = include_str!("../../params/lifts/intake.csv").lines();
+    let rows: Vec<&str> = shipped.filter(|line| !line.starts_with('#')).collect();
+    let whole_degrees = rows[..1].iter().chain(rows[1..].iter().step_by(10)).copied();
+    std::fs::write(folder.join("degrees.csv"), whole_degrees.collect::<Vec<_>>().join("\n")).expect("it is written");
+    let table =
+        format!("profiles.lobes.lift={{table: {}, resolution_mm: 0.001}}", folder.join("degrees.csv").display());
+    let (code, text) = check("plate_cam", &[&table]);
+    assert_eq!(code, 1, "{text}");
+    let words = "the table has 360 rows, so a turn has 360 blocks, and infeed.per_block_um 0.01 makes 3.60 um per turn and 100 turns";
+    assert!(text.contains(words) && text.contains("plate_cam.yaml:"), "{text}");
+    for remedy in ["infeed.per_block_um=0.1", "blocks_per_turn=3600"] {
+        let (_, text) = check("plate_cam", &[&table, remedy]);
+        assert!(!text.contains("the table has 360 rows"), "{remedy}: {text}");
+    }
+}
+
 #[test]
 fn many_turns_from_a_coarse_table_are_a_warning() {
     let turns = ["infeed.per_block_um=0.0002"];

@@ -199,7 +199,17 @@ pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<Confi
             Some((number, _)) => at(*number, "no row of numbers follows this line".into()),
         });
     };
-    let (columns, header) = columns(path, &titles, first_row, format)?;
+    let separator = Separator::from_line(first_text, format.decimal_comma);
+    let commas = if format.decimal_comma { Vec::new() } else { decimal_commas(&body, separator) };
+    let example = Example { path, cells: separator.split(first_text).len(), decimal_comma: !commas.is_empty() };
+    let (columns, header) = columns(path, &titles, first_row, format, &example)?;
+    if let [(number, cell), others @ ..] = commas.as_slice() {
+        let count = if others.is_empty() { String::new() } else { format!(", as have {} others", others.len()) };
+        return Err(at(
+            *number,
+            format!("{cell:?} has a decimal comma{count}; the job must declare `decimal_comma: true`"),
+        ));
+    }
     comments.extend(titles.iter().filter(|(number, _)| header != Some(*number)));
     let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnitFile::Cam), |(_, angle)| angle);
     if columns.angle.is_some() && format.step_deg.is_some() {
@@ -222,8 +232,54 @@ pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<Confi
         findings: Vec::new(),
         doubts: doubts(path, &comments, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
     };
-    read_rows(&mut printed, path, &body, &columns, Separator::from_line(first_text, format.decimal_comma), format);
+    read_rows(&mut printed, path, &body, &columns, separator, format);
     Ok(printed)
+}
+
+/// Cells with a decimal comma, each with its line.
+fn decimal_commas<'a>(body: &[(u64, &'a str)], separator: Separator) -> Vec<(u64, &'a str)> {
+    let has_comma = |cell: &&str| cell.parse::<f64>().is_err() && cell.replacen(',', ".", 1).parse::<f64>().is_ok();
+    body.iter()
+        .flat_map(|&(number, text)| separator.split(text).into_iter().filter(has_comma).map(move |cell| (number, cell)))
+        .collect()
+}
+
+/// Facts about a table without known columns, for an example of its declaration.
+struct Example<'a> {
+    path: &'a Path,
+    cells: usize,
+    decimal_comma: bool,
+}
+
+impl Example<'_> {
+    /// The key `lift` of a job for this table. Columns that a header names keep their names.
+    fn declaration(&self, header: &[String]) -> String {
+        let is_value = |name: &str| {
+            column(name).is_some_and(|known| !matches!(known, TableColumn::Angle(_) | TableColumn::Ignored))
+        };
+        let is_angle = |name: &str| matches!(column(name), Some(TableColumn::Angle(_)));
+        let is_inch = |name: &&String| ["inch", "zoll"].iter().any(|word| name.to_lowercase().contains(word));
+        let mut needs_angle = self.cells > 1 && !header.iter().any(|name| is_angle(name));
+        let mut needs_value = !header.iter().any(|name| is_value(name));
+        let columns: Vec<&str> = (0..self.cells)
+            .map(|index| match header.get(index).filter(|name| column(name).is_some()) {
+                Some(known) => known.as_str(),
+                None if std::mem::take(&mut needs_angle) => "cam_angle_deg",
+                None if std::mem::take(&mut needs_value) => {
+                    if header.get(index).filter(is_inch).is_some() {
+                        "lift_inch"
+                    } else {
+                        "lift_mm"
+                    }
+                }
+                None => "\"-\"",
+            })
+            .collect();
+        let file = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let step = if self.cells == 1 { ", step_cam_deg: 1" } else { "" };
+        let comma = if self.decimal_comma { ", decimal_comma: true" } else { "" };
+        format!("lift: {{table: {file}, columns: [{}]{step}{comma}}}", columns.join(", "))
+    }
 }
 
 /// The lines of a text by what they are, each with its number.
@@ -308,6 +364,7 @@ fn columns(
     titles: &[(u64, &str)],
     first_row: u64,
     format: &TextFormat,
+    example: &Example<'_>,
 ) -> Result<(TableColumns, Option<u64>), Vec<ConfigError>> {
     let names = |text: &str| -> Vec<String> {
         Separator::from_line(text, false)
@@ -348,18 +405,22 @@ fn columns(
             Ok((columns, Some(*number)))
         }
         (None, Some((number, text))) => {
-            let message = match names(text).iter().find(|name| column(name).is_none()) {
+            let header = names(text);
+            let message = match header.iter().find(|name| column(name).is_none()) {
                 Some(name) => format!(
-                    "unknown column {name:?}; known are {KNOWN}; a job can name the columns of such a file with `columns`"
+                    "unknown column {name:?}; name the columns in the job, for example `{}`; known columns: {KNOWN}",
+                    example.declaration(&header)
                 ),
                 None => format!("no column of lifts or increments in the header; known are {KNOWN}"),
             };
             Err(refuse(*number, message))
         }
         (None, None) => {
-            let message = "no header line names the columns; the job must, with `columns`: for example \
-                           [cam_angle_deg, lift_mm]";
-            Err(refuse(first_row, message.into()))
+            let message = format!(
+                "no header line names the columns; the job must, for example `{}`; known columns: {KNOWN}",
+                example.declaration(&[])
+            );
+            Err(refuse(first_row, message))
         }
     }
 }
@@ -435,13 +496,7 @@ fn parse(cell: &str, decimal_comma: bool) -> Result<f64, String> {
         }
         return cell.replace(',', ".").parse().map_err(|_| no_number());
     }
-    cell.parse().map_err(|_| {
-        if cell.replacen(',', ".", 1).parse::<f64>().is_ok() {
-            format!("{cell:?} has a decimal comma, which the job must declare with `decimal_comma: true`")
-        } else {
-            no_number()
-        }
-    })
+    cell.parse().map_err(|_| no_number())
 }
 
 /// Digits after the decimal point of a number, its exponent counted in.

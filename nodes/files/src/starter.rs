@@ -20,7 +20,13 @@ struct Starter {
     title: &'static str,
     /// Keys with the example that holds a value; empty: the default of the key.
     optional: &'static [(&'static str, &'static str)],
+    /// Path of a mapping, and other keys for it that a starter file offers behind a `#`.
+    instead: Option<(&'static str, &'static str)>,
 }
+
+/// A table instead of motion laws.
+const TABLE: (&str, &str) =
+    ("profiles[].lift", "{table: my_lift.csv, columns: [cam_angle_deg, lift_mm], decimal_comma: false}");
 
 impl FileKind {
     const fn starter(self) -> Starter {
@@ -38,18 +44,21 @@ impl FileKind {
                     ("clearance_mm", ""),
                     ("form_compensation", ""),
                 ],
+                instead: Some(TABLE),
             },
             Self::TurningJob => Starter {
                 folder: "jobs",
                 example: "turned_cam",
                 title: "Turning job",
                 optional: &[("clearance_mm", ""), ("angles_per_turn", ""), ("form_grid", "")],
+                instead: None,
             },
             Self::MillingJob => Starter {
                 folder: "jobs",
                 example: "plate_groove",
                 title: "Milling job",
                 optional: &[("clearance_mm", ""), ("nc", "")],
+                instead: None,
             },
             Self::Machine => Starter {
                 folder: "machines",
@@ -63,6 +72,7 @@ impl FileKind {
                     ("headstock", "cam_grinder_with_dresser"),
                     ("tailstock", "cam_grinder_with_dresser"),
                 ],
+                instead: None,
             },
         }
     }
@@ -77,7 +87,11 @@ impl FileKind {
         for (_, node) in entries.iter_mut().filter(|(key, _)| key == "name") {
             node.value = YamlValue::Text(name.to_owned());
         }
-        let mut writer = StarterWriter::default();
+        let instead = starter.instead.map(|(path, keys)| match serde_saphyr::from_str::<YamlNode>(keys) {
+            Ok(YamlNode { value: YamlValue::Map(entries), .. }) => (path, entries),
+            _ => (path, Vec::new()),
+        });
+        let mut writer = StarterWriter { instead, ..StarterWriter::default() };
         writer.comment(&format!("{}. Each key has its meaning, unit and range.", starter.title), 0);
         writer.comment(&format!("All keys: `camwright schema {} --table`.", self.name()), 0);
         writer.comment("A # directly in front of a key switches an optional key off: remove it.", 0);
@@ -133,6 +147,8 @@ struct StarterWriter {
     text: String,
     /// Paths of keys that have their comment; `[]` stands for the elements of a list.
     seen: BTreeSet<String>,
+    /// Path of a mapping, and other keys for it.
+    instead: Option<(&'static str, Vec<(String, YamlNode)>)>,
 }
 
 impl StarterWriter {
@@ -156,6 +172,7 @@ impl StarterWriter {
                 YamlValue::Map(inner) if !inner.is_empty() => {
                     self.line(&format!("{lead}{key}:"));
                     self.map(property, inner, &path, indent + 2, false);
+                    self.offer_instead(property, inner, &path, indent + 2);
                 }
                 YamlValue::List(items) if items.iter().any(|item| matches!(item.value, YamlValue::Map(_))) => {
                     self.line(&format!("{lead}{key}:"));
@@ -164,6 +181,20 @@ impl StarterWriter {
                 }
                 value => self.line(&format!("{lead}{key}: {}", flow(value, false))),
             }
+        }
+    }
+
+    /// Writes the other keys of a mapping, each behind a `#`, once.
+    fn offer_instead(&mut self, schema: &Json, present: &[(String, YamlNode)], path: &str, indent: usize) {
+        let Some((_, keys)) = self.instead.take_if(|(of, _)| *of == path) else { return };
+        let present: Vec<String> = present.iter().map(|(key, _)| format!("`{key}`")).collect();
+        self.comment(&format!("Instead of {}:", present.join(" and ")), indent);
+        let mut other = StarterWriter::default();
+        other.map(schema, &keys, path, indent, false);
+        let lead = " ".repeat(indent);
+        for line in other.text.lines() {
+            let key = line.trim_start();
+            self.line(&if key.starts_with('#') { line.to_owned() } else { format!("{lead}#{key}") });
         }
     }
 
@@ -340,6 +371,33 @@ mod tests {
         let text = FileKind::Machine.starter_file("mine").expect("a shipped example");
         assert!(text.contains("# Speed limit (mm/s; 0.001 to 10000).\n  max_speed_mm_s: 500.0\n"), "{text}");
         assert!(text.contains("\n  - {switch: LS2, position_mm: 125.0}\n"), "{text}");
+    }
+
+    /// A job with a table needs nothing but the name of the table.
+    #[test]
+    fn a_table_can_take_the_place_of_the_motion_laws() {
+        let text = FileKind::Job.starter_file("mine").expect("a shipped example");
+        let mut kept = Vec::new();
+        let mut is_law = false;
+        for line in text.lines() {
+            let key = line.trim_start();
+            is_law = match () {
+                () if key.starts_with("segments:") => true,
+                () if line.starts_with("      # Instead of ") => false,
+                () => is_law,
+            };
+            match key.strip_prefix('#').filter(|key| !key.starts_with(' ') && line.starts_with("      #")) {
+                Some(key) => kept.push(format!("      {key}")),
+                None if is_law || key.starts_with("repeat:") => {}
+                None => kept.push(line.to_owned()),
+            }
+        }
+        let changed = kept.join("\n").replace("my_lift.csv", "intake");
+        assert!(
+            changed.contains("      table: intake\n") && changed.contains("      decimal_comma: false\n"),
+            "{changed}"
+        );
+        assert_eq!(read(FileKind::Job, &changed), Ok(()), "{changed}");
     }
 
     #[test]

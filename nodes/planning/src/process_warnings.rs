@@ -3,7 +3,7 @@
 use super::finding::{Finding, warning};
 use super::turn::LobeTurn;
 use super::{PreparedJob, error_location};
-use camwright::job::grinding::SpeedLaw;
+use camwright::job::grinding::{PassSpec, SpeedLaw};
 use camwright::machine::description::{Axis, MotionLimits};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
 use camwright::motion::speed_plan::{Bound, LimitedQuantity};
@@ -12,12 +12,19 @@ use std::collections::BTreeMap;
 /// Turns of a job from which on a table is expected to be worth them: a camshaft takes some 30.
 const MANY_TURNS: u32 = 500;
 
+/// Turns of infeed of a pass from which on they are expected to be an oversight.
+const MANY_INFEED_TURNS: f64 = 50.0;
+
+/// Blocks of a turn that a table divides finely.
+const FINE_BLOCKS: u32 = 3600;
+
 /// Share of a turn's time from which on a limit slows a pass for much of it.
 const MUCH_OF_A_TURN: f64 = 0.5;
 
 /// Warnings about the process of a planned job.
 pub(super) fn of_process(prepared: &PreparedJob) -> Vec<Finding> {
     let mut findings: Vec<Finding> = coarse_tables(prepared);
+    findings.extend(few_rows(prepared));
     for pass in 0..prepared.job.spec.passes.len() {
         let turns: Vec<(usize, LobeTurn<'_>)> = (0..prepared.planned.lobes.len())
             .filter_map(|lobe| Some((lobe, LobeTurn::new(prepared, lobe, pass)?)))
@@ -142,6 +149,36 @@ fn coarse_tables(prepared: &PreparedJob) -> Vec<Finding> {
         Some(warning(job.document.error(&format!("profiles.{index}.lift"), message)))
     };
     job.lifts.iter().enumerate().filter_map(coarse).collect()
+}
+
+/// A table of few rows, which divide the infeed of a turn into few blocks, in a pass of many turns.
+fn few_rows(prepared: &PreparedJob) -> Option<Finding> {
+    let job = &prepared.job;
+    let blocks = job.spec.blocks_per_turn;
+    let divides = |lift: &camwright_files::lift_file::ProfileLift| {
+        lift.table.as_ref().is_some_and(|table| u32::try_from(table.blocks()) == Ok(blocks))
+    };
+    let (index, _) = job.lifts.iter().enumerate().find(|(_, lift)| divides(lift))?;
+    if blocks >= FINE_BLOCKS || job.document.root.get("blocks_per_turn").is_some() {
+        return None;
+    }
+    let per_turn_mm = |pass: &PassSpec| f64::from(blocks) * pass.infeed_per_block_mm;
+    let turns = |pass: &PassSpec| pass.total_infeed_mm / per_turn_mm(pass);
+    let pass = job.spec.passes.iter().max_by(|a, b| turns(a).total_cmp(&turns(b)))?;
+    if turns(pass) < MANY_INFEED_TURNS {
+        return None;
+    }
+    let per_block_um = um_from_mm(pass.infeed_per_block_mm);
+    let message = format!(
+        "profile {}: the table has {blocks} rows, so a turn has {blocks} blocks, and infeed.per_block_um {per_block_um} makes {:.2} um per turn \
+         and {:.0} turns in pass {}; for fewer turns raise infeed.per_block_um, or set blocks_per_turn: {FINE_BLOCKS}",
+        job.spec.profiles[index].name,
+        um_from_mm(per_turn_mm(pass)),
+        turns(pass),
+        pass.name
+    );
+    let key = error_location::pass_key(job, &pass.name, "infeed.per_block_um");
+    Some(warning(job.document.error(&key, message)))
 }
 
 /// Key of the machine file with a limit of an axis.
