@@ -128,6 +128,9 @@ def stage(prefix, binaries, data):
         compress(page)
     documents = share / "doc/camwright"
     documents.mkdir(parents=True)
+    shutil.copytree(REPOSITORY / "docs", documents / "docs", ignore=shutil.ignore_patterns("book.toml", "*.css", "*.js", "*.hbs"))
+    # The parameter files refer to the documents beside them.
+    (share / "camwright/docs").symlink_to("../doc/camwright/docs")
     licence = (REPOSITORY / "LICENSE").read_text()
     write(documents / "copyright", f"camwright, copyright The camwright maintainers\n\n{licence}")
     write(documents / "THIRD_PARTY_LICENSES", third_party_licences(data))

@@ -2,6 +2,7 @@
 
 use crate::{EXIT_FAILED, Node, NodeLock, RosError, Shutdown};
 use camwright_threads::supervised;
+use std::io::Write as _;
 use std::thread::JoinHandle;
 use std::time::Duration;
 use thiserror::Error;
@@ -112,6 +113,33 @@ pub mod autostart {
     }
 }
 
+/// Help of a node's binary.
+fn help(name: &str) -> String {
+    format!(
+        "{name}: ROS 2 node of a camwright cell
+
+Usage: {name} [--ros-args OPTIONS]
+
+Options:
+  -p NAME:=VALUE        Set a parameter
+  --params-file FILE    Set parameters from a ROS parameter file
+  -r FROM:=TO           Rename a topic, a service or an action; __ns:=/NAME
+                        puts the node into a namespace, __node:=NAME renames it
+  --log-level LEVEL     debug, info, warn, error or fatal
+
+A cell has the nodes machine_sim, axis_interpolator, job_planner and, for
+recording, run_logger, in any order. `camwright run JOB --attach` then runs a
+job on it. `params/nodes.yaml` lists all parameters with their defaults.
+
+Example:
+  {name} --ros-args --params-file params/nodes.yaml
+
+Exit codes: 0 ended by a signal, 1 not started, 2 wrong arguments, 70 DDS
+failed in this process, 101 a thread of the program panicked
+"
+    )
+}
+
 /// Runs a node's binary: parses the arguments, starts the node, waits for SIGINT or SIGTERM and stops the node within `limit`.
 ///
 /// Exit codes: 0 after a signal (or the code of `stop`), 1 if the node cannot start, 2 for malformed arguments, 70 if `RustDDS` has
@@ -133,14 +161,14 @@ pub fn main<N, E: std::process::Termination>(
         }
     };
     if let Some(unknown) = rest.first() {
-        let is_help = matches!(unknown.as_str(), "-h" | "--help");
-        eprintln!(
-            "{name}: a ROS 2 node of camwright; usage: {name} [--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE --log-level LEVEL]"
-        );
-        if is_help {
+        if matches!(unknown.as_str(), "-h" | "--help") {
+            // A closed pipe is no reason for a panic.
+            let _reader_is_gone = std::io::stdout().write_all(help(name).as_bytes());
             return ExitCode::SUCCESS;
         }
-        eprintln!("{name}: unknown argument {unknown:?}");
+        eprintln!(
+            "{name}: unknown argument {unknown:?}; arguments of ROS follow `--ros-args`. For more information, try '--help'."
+        );
         return ExitCode::from(2);
     }
     RosLayer::install();

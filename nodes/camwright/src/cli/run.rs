@@ -63,7 +63,7 @@ pub(super) struct RunArgs {
     /// Set a key of the machine, such as `x_axis.drive.kv_1_s=150`; repeatable.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
-    /// Use the nodes of a running cell instead of starting one.
+    /// Use the nodes of a running cell instead of starting one; see below.
     #[arg(long)]
     attach: bool,
     /// Number of parts to grind.

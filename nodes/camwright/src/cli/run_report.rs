@@ -302,7 +302,7 @@ impl Report<'_> {
             self.next_after_cancel()
         } else if !self.is_complete() {
             let alarm = if self.result.alarm == 0 { String::new() } else { format!("alarm {}, ", self.result.alarm) };
-            format!("next:   {alarm}{see}; docs/reference/alarms.md lists all alarms with remedies")
+            format!("next:   {alarm}{see}; `camwright list alarms` lists all alarms with remedies")
         } else if !self.has_good_form() {
             if let Some(cause) = self.largest_cause() {
                 say!("{}", wrapped(&cause, 8));
