@@ -6,7 +6,6 @@ use crate::support;
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
-use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
 use camwright_ros::{GoalStatus, Node, NodeOptions, ParameterValue, Qos, RosArgs};
 use cell::{Cell, PATIENCE};
 use std::path::Path;
@@ -29,17 +28,6 @@ fn answers(output: &Output, code: i32, words: &str) {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(output.status.code(), Some(code), "{words}: {text}");
     assert!(text.contains(words), "{words}: {text}");
-}
-
-fn fault(cell: &Cell, active: bool) {
-    let request = InjectFaultRequest {
-        fault: "drive_fault".into(),
-        target: "x_axis".into(),
-        active,
-        ..InjectFaultRequest::default()
-    };
-    let answer = cell.client.call::<InjectFault>("machine/inject_fault", &request);
-    assert!(answer.success, "{}", answer.message);
 }
 
 #[test]
@@ -66,10 +54,13 @@ fn a_cell_is_operated_from_the_command_line() {
     let (status, _) = goal.result(PATIENCE).expect("a result");
     assert_eq!(status, GoalStatus::Canceled);
 
-    fault(&cell, true);
+    answers(&call(&["fault", "drive_falt", "x_axis"]), 2, "tip: a similar value exists: 'drive_fault'");
+    answers(&call(&["fault", "drive_fault"]), 3, "target \"\" is not c_axis, x_axis or z_axis");
+    answers(&call(&["fault", "stuck_input", "LS9"]), 3, "(LS1, LS2, LS3, LS4");
+    answers(&call(&["fault", "drive_fault", "x_axis"]), 0, "fault drive_fault injected");
     answers(&call(&["status"]), 3, "clear the fault at the drive, then reset");
-    answers(&call(&["reset"]), 3, "machine refuses: ");
-    fault(&cell, false);
+    answers(&call(&["reset"]), 3, "clear it (`camwright fault drive_fault x_axis --clear`)");
+    answers(&call(&["fault", "drive_fault", "x_axis", "--clear"]), 0, "fault drive_fault removed");
     answers(&call(&["reset"]), 0, "alarms reset");
     answers(&call(&["estop"]), 0, "emergency stop pressed");
     answers(&call(&["reset"]), 3, "machine refuses: ");
@@ -86,13 +77,18 @@ fn a_cell_is_operated_from_the_command_line() {
 fn a_part_is_loaded_and_unloaded_by_hand() {
     let door =
         "loading={door: {opens_ms: 500, closes_ms: 500}, chuck: {opens_ms: 200, closes_ms: 200}, safe_x_mm: 120}";
-    let (cell, runtime) = (Cell::start(&[door]), Folder::new("operate-load"));
+    // At pace realtime a step begins before the motion of the step before has ended, unless someone waits for it.
+    let realtime =
+        |args: RosArgs| args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into()));
+    let (cell, runtime) = (Cell::start_with(&[door], realtime), Folder::new("operate-load"));
     let call = |words: &[&str]| camwright(cell.domain(), runtime.path(), words);
     answers(&call(&["home"]), 3, "axis_interpolator refuses: not started: nothing may start: the chuck is not closed");
     answers(&call(&["load"]), 0, "part loaded");
     answers(&call(&["home", "z_axis"]), 0, "homed z_axis");
     answers(&call(&["load"]), 3, "machine/place_part: machine refuses: ");
     answers(&call(&["unload"]), 0, "part removed");
+    answers(&call(&["fault", "door_stuck"]), 0, "fault door_stuck injected");
+    answers(&call(&["load"]), 3, "machine/open_door: alarm 153, door stuck: find what blocks the door, then reset");
     cell.stop();
 }
 
@@ -124,6 +120,29 @@ fn processes_of_the_user_that_runs_a_job_operate_its_cell() {
     answers(&camwright(&domain, stranger.path(), &["cancel"]), 0, "job cancelled");
     assert_eq!(run.wait(PATIENCE).code(), Some(3), "a cancelled job");
     node.shutdown();
+}
+
+/// Ctrl-C ends the job and not the cell, whose nodes are other processes; command is free again.
+#[test]
+fn ctrl_c_cancels_an_attached_job_and_leaves_the_cell() {
+    let (cell, folder) = (Cell::start(&[]), Folder::new("operate-attach"));
+    let mut run = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    run.current_dir(folder.path()).args(["run", "four_lobe_camshaft", "--attach", "--json"]);
+    run.env("ROS_DOMAIN_ID", cell.domain().id().to_string()).env("XDG_RUNTIME_DIR", folder.path());
+    let (sender, states) = mpsc::channel();
+    let node = &cell.client.node;
+    let seen = node.subscribe("axis_interpolator/state", &Qos::latched(1), move |state: InterpolatorState, _| {
+        let _test_is_over = sender.send(state.state);
+    });
+    let _seen = seen.expect("a subscription");
+    let mut run = Guarded::start("camwright run --attach", &mut run);
+    while states.recv_timeout(PATIENCE).expect("a state") != InterpolatorState::EXECUTING {}
+    run.interrupt();
+    assert_eq!(run.wait(PATIENCE).code(), Some(3), "a cancelled job: {}", run.complaint());
+    let call = |words: &[&str]| camwright(cell.domain(), folder.path(), words);
+    answers(&call(&["status"]), 0, "command the test (shared)");
+    answers(&call(&["home", "z_axis"]), 0, "homed z_axis");
+    cell.stop();
 }
 
 /// Machine and interpolator without a planner.

@@ -292,7 +292,7 @@ fn plots_are_written_for_every_lobe_and_are_the_same_again() {
             .flat_map(|name| ["svg", "png"].map(|extension| read(format!("{name}.{extension}"))))
             .collect::<Vec<_>>();
         let index = std::fs::read_to_string(out.join("index.html")).expect("index.html");
-        assert!(index.contains("Plan of eccentric") && index.contains("PLANNED: 1 lobes in"), "{index}");
+        assert!(index.contains("Plan of eccentric") && index.contains("PLANNED: 1 lobe in"), "{index}");
         shows_every_drawing(&index, &out);
         files
     };

@@ -48,7 +48,7 @@ fn the_starter_job_runs_on_the_starter_machine() {
     succeeds(&folder, &domain, &["init", "machine", "own.yaml"]);
     let run = ["run", "first.yaml", "--set", "machine=own.yaml", "--bag", "bag"];
     let text = succeeds(&folder, &domain, &run);
-    assert!(text.starts_with("GOOD: worst form error ") && text.contains("\nfirst.yaml: 1 lobes in "), "{text}");
+    assert!(text.starts_with("GOOD: worst form error ") && text.contains("\nfirst.yaml: 1 lobe in "), "{text}");
     assert!(folder.join("state/camwright/own.yaml").is_file(), "the state of the machine has its name");
 }
 

@@ -3,7 +3,9 @@
 use crate::machine::description::{Axis, MachineDescription};
 use crate::machine::setpoint::Input;
 use crate::math::units::{TURN_RAD, rad_from_deg};
+use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Failure of a gauge.
@@ -122,7 +124,7 @@ pub struct FaultEntry {
     pub value: &'static str,
 }
 
-const JOINT: &str = "a joint";
+const JOINT: &str = "c_axis, x_axis or z_axis";
 const SWITCH: &str = "a station's switch";
 
 /// The faults by name.
@@ -157,11 +159,17 @@ pub const FAULTS: [FaultEntry; 20] = [
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FaultError {
     /// There is no such fault.
-    #[error("there is no fault {name:?}")]
+    #[error("there is no fault {name:?}; faults: {}", FAULTS.map(|fault| fault.name).join(", "))]
     UnknownName { name: String },
-    /// It cannot strike this.
-    #[error("{name} cannot strike {target:?}")]
-    UnknownTarget { name: &'static str, target: String },
+    /// The fault does not affect this target.
+    #[error("{name}: target {target:?} is not {allowed}{switches}")]
+    UnknownTarget {
+        name: &'static str,
+        target: String,
+        allowed: &'static str,
+        /// Switches of the machine's stations, for faults of inputs.
+        switches: String,
+    },
     /// The machine has nothing that could fail so.
     #[error("{name}: the machine has no door and no chuck (loading)")]
     NothingThere { name: &'static str },
@@ -192,7 +200,16 @@ impl Fault {
             .find(|entry| entry.name == name)
             .ok_or_else(|| FaultError::UnknownName { name: name.to_string() })?;
         let name = entry.name;
-        let unknown = || FaultError::UnknownTarget { name, target: target.to_string() };
+        let switches = || {
+            let names: Vec<&str> = machine.stations.iter().map(|station| station.switch.as_str()).collect();
+            if entry.target == JOINT { String::new() } else { format!(" ({})", names.join(", ")) }
+        };
+        let unknown = || FaultError::UnknownTarget {
+            name,
+            target: target.to_string(),
+            allowed: entry.target,
+            switches: switches(),
+        };
         let axis = || Axis::from_joint(target).ok_or_else(unknown);
         let station =
             |target: &str| machine.stations.iter().position(|station| station.switch == target).ok_or_else(unknown);

@@ -6,7 +6,7 @@ use camwright::motion::speed_plan::SpeedPlan;
 use camwright_files::stiffness_file::StoredContact;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
-use camwright_planning::{self as planning, MeasuredContacts, PreparedJob, hash_of};
+use camwright_planning::{self as planning, MeasuredContacts, PreparedJob, hash_of, lobe_count};
 use std::time::Duration;
 
 /// Maximum delay of the finished part: one page of outline per lobe.
@@ -115,10 +115,9 @@ impl GrindingRun {
     }
 
     fn message(&self, result: &RunJobResult) -> String {
-        let (lobes, predicted_s) = (result.lobes.len(), self.prepared.duration_s());
+        let (lobes, predicted_s) = (lobe_count(result.lobes.len()), self.prepared.duration_s());
         let late_s = result.duration - predicted_s;
-        let mut took =
-            format!("{lobes} lobes in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
+        let mut took = format!("{lobes} in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
         if let Some(saved_s) = self.prepared.planned.saved_by_turning_on_s() {
             let stops_s = result.duration + saved_s;
             took += &format!("; with C stopping between lobes {stops_s:.2} s: {saved_s:.2} s saved");

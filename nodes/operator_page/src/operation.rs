@@ -1,13 +1,16 @@
 //! Operations of a running cell, for the command line and the page.
 
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::Axis;
 use camwright::math::units::deg_from_rad;
 use camwright_files::convert::machine_now::described_machine;
 use camwright_files::convert::{mm_from_m, si_from_file};
 use camwright_msgs::action_msgs::srv::{CancelGoal, CancelGoalRequest};
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, Jog, JogGoal};
-use camwright_msgs::camwright_msgs::msg::{CommandHolder, MachineDescription};
-use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, SetOverride, SetOverrideRequest};
+use camwright_msgs::camwright_msgs::msg::{CommandHolder, MachineAlarms, MachineDescription, WorkArea};
+use camwright_msgs::camwright_msgs::srv::{
+    FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
+};
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
 use camwright_msgs::{Action, Message, Service};
@@ -45,6 +48,8 @@ pub enum Operation {
     Reset {},
     /// Presses the emergency stop of the simulated machine, or releases it.
     Estop { press: bool },
+    /// Injects a fault into the simulated machine, or removes it. Units of the value: those of `machine/inject_fault`.
+    Fault { kind: String, target: String, value: f64, active: bool },
     /// Homes axes; an empty list homes all that need it.
     Home { axes: Vec<String> },
     /// Starts or stops the wheel.
@@ -130,6 +135,16 @@ impl Operation {
                 let SetBoolResponse { success, message } = call::<SetBool>(node, "machine/estop", &request, ANSWER)?;
                 let done = if *press { "emergency stop pressed" } else { "emergency stop released; reset the alarms" };
                 Ok(Answer::of_service("machine", success, &message, done))
+            }
+            Self::Fault { kind, target, value, active } => {
+                let (fault, target) = (kind.clone(), target.clone());
+                let request = InjectFaultRequest { fault, target, value: *value, active: *active, job_tick: 0 };
+                let answer = call::<InjectFault>(node, "machine/inject_fault", &request, ANSWER)?;
+                let done = match active {
+                    true => format!("fault {kind} injected"),
+                    false => format!("fault {kind} removed; `camwright status` lists the alarms to reset"),
+                };
+                Ok(Answer::of_service("machine", answer.success, &answer.message, &done))
             }
             Self::Home { axes } => home(node, axes, goes_on),
             Self::Wheel { on } => {
@@ -333,29 +348,91 @@ where
     }
 }
 
-/// Steps of loading by hand.
-const LOADING: [&str; 5] =
-    ["machine/open_door", "machine/open_chuck", "machine/place_part", "machine/close_chuck", "machine/close_door"];
-/// Steps of unloading by hand.
-const UNLOADING: [&str; 4] = ["machine/open_door", "machine/open_chuck", "machine/take_part", "machine/close_door"];
+/// Step of loading by hand: service, and the state in which it is done.
+type LoadingStep = (&'static str, fn(&WorkArea) -> bool);
 
-/// Exchanges a part by hand, step by step; a refused step ends it.
-fn exchange(node: &Node, steps: &[&str], done: &str) -> Result<Answer, RosError> {
-    let clients = steps.iter().map(|step| node.client::<Trigger>(step)).collect::<Result<Vec<_>, _>>()?;
+const OPEN_DOOR: LoadingStep = ("machine/open_door", |area| area.door == WorkArea::OPEN);
+const CLOSE_DOOR: LoadingStep = ("machine/close_door", |area| area.door == WorkArea::CLOSED);
+const OPEN_CHUCK: LoadingStep = ("machine/open_chuck", |area| area.chuck == WorkArea::OPEN);
+const CLOSE_CHUCK: LoadingStep = ("machine/close_chuck", |area| area.chuck == WorkArea::CLOSED);
+
+/// Silence after which the states that a latched writer repeats to a late reader, old ones first, have all come.
+const END_OF_HISTORY: Duration = Duration::from_millis(200);
+
+/// Steps of loading by hand.
+const LOADING: [LoadingStep; 5] =
+    [OPEN_DOOR, OPEN_CHUCK, ("machine/place_part", |area| area.part_present), CLOSE_CHUCK, CLOSE_DOOR];
+/// Steps of unloading by hand.
+const UNLOADING: [LoadingStep; 4] =
+    [OPEN_DOOR, OPEN_CHUCK, ("machine/take_part", |area| !area.part_present), CLOSE_DOOR];
+
+/// Message about door and chuck.
+enum AreaMessage {
+    Area(WorkArea),
+    Alarms(MachineAlarms),
+}
+
+/// Exchanges a part by hand, step by step; a refused step, or a door or chuck that is stuck, ends it.
+fn exchange(node: &Node, steps: &[LoadingStep], done: &str) -> Result<Answer, RosError> {
+    let clients = steps.iter().map(|(step, _)| node.client::<Trigger>(step)).collect::<Result<Vec<_>, _>>()?;
     let machine = described_machine(&latched::<MachineDescription>(node, "machine/description")?, &[]);
     if machine.is_ok_and(|machine| machine.loading.is_none()) {
         return Ok(Answer::refused(
             "the machine has no door and no chuck: its jobs insert the raw part themselves (key `loading` of the machine file)",
         ));
     }
-    for (step, client) in steps.iter().zip(clients) {
+    let (sender, messages) = mpsc::channel();
+    let of_alarms = sender.clone();
+    let _area = node.subscribe::<WorkArea>("machine/work_area", &Qos::latched(1), move |area, _| {
+        let _is_over = sender.send(AreaMessage::Area(area));
+    })?;
+    let _alarms = node.subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |alarms, _| {
+        let _is_over = of_alarms.send(AreaMessage::Alarms(alarms));
+    })?;
+    let (mut last, mut active) = (None, MachineAlarms::default());
+    let deadline = Instant::now() + MEETING;
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        match messages.recv_timeout(if last.is_some() { END_OF_HISTORY } else { left }) {
+            Ok(AreaMessage::Area(area)) => last = Some(area),
+            Ok(AreaMessage::Alarms(alarms)) => active = alarms,
+            Err(_) if last.is_some() => break,
+            Err(_) => {
+                let what = "message on machine/work_area".to_owned();
+                return Err(RosError::Timeout { what, waited_s: MEETING.as_secs_f64() });
+            }
+        }
+    }
+    for ((step, is_done), client) in steps.iter().zip(clients) {
         client.wait_for_service(MEETING)?;
         let answer = client.call(&TriggerRequest::default(), MOTION)?;
         if !answer.success {
             return Ok(Answer::refused(format!("{step}: machine refuses: {}", answer.message)));
         }
+        // The answer comes when the motion begins.
+        let deadline = Instant::now() + MOTION;
+        while !last.as_ref().is_some_and(is_done) {
+            if let Some(kind) = stuck(&active) {
+                let entry = kind.entry();
+                let text = format!("{step}: alarm {}, {}: {}", entry.number, entry.name, entry.remedy);
+                return Ok(Answer::refused(text));
+            }
+            match messages.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(AreaMessage::Area(area)) => last = Some(area),
+                Ok(AreaMessage::Alarms(alarms)) => active = alarms,
+                Err(_) => {
+                    return Err(RosError::Timeout { what: format!("end of {step}"), waited_s: MOTION.as_secs_f64() });
+                }
+            }
+        }
     }
     Ok(Answer::done(done))
+}
+
+/// Alarm of a door or a chuck that does not move.
+fn stuck(alarms: &MachineAlarms) -> Option<AlarmKind> {
+    let is_active = |kind: &AlarmKind| alarms.alarms.iter().any(|alarm| alarm.number == kind.entry().number);
+    [AlarmKind::DoorStuck, AlarmKind::ChuckStuck].into_iter().find(is_active)
 }
 
 #[cfg(test)]
@@ -373,6 +450,7 @@ mod tests {
             (Operation::Resume {}, false, true),
             (Operation::Override { percent: 50.0 }, false, false),
             (Operation::Reset {}, false, false),
+            (Operation::Fault { kind: "estop".into(), target: String::new(), value: 1.0, active: true }, false, false),
             (Operation::Home { axes: vec![axis()] }, false, true),
             (Operation::Wheel { on: true }, false, true),
             (Operation::Wheel { on: false }, false, false),

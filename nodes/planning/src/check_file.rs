@@ -105,7 +105,7 @@ mod tests {
         for (name, words) in [
             ("cam_grinder", "cam_grinder: grinder, x_axis 5 to 180 mm, z_axis -20 to 600 mm, 4 stations"),
             ("lathe", "lathe: lathe, x_axis "),
-            ("plate_cam", "plate_cam: 1 lobes, "),
+            ("plate_cam", "plate_cam: 1 lobe, "),
             ("intake", "3600 blocks over one turn"),
         ] {
             let summary = checked(name, &[]).summary.expect("no errors");

@@ -72,8 +72,8 @@ pub fn write(
 
 fn verdict(summary: &Summary) -> String {
     format!(
-        "PLANNED: {} lobes in {:.2} s for machine {}; highest use of an axis limit {:.1} %; plan {:.12}",
-        summary.lobes.len(),
+        "PLANNED: {} in {:.2} s for machine {}; highest use of an axis limit {:.1} %; plan {:.12}",
+        super::lobe_count(summary.lobes.len()),
         summary.duration_s,
         summary.machine,
         100.0 * summary.max_limit_ratio,

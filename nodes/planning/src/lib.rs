@@ -151,9 +151,9 @@ impl PreparedJob {
         });
         let compared = compared + &stops;
         format!(
-            "{}: {} lobes, {:.2} s ({compared}), plan {:.12}",
+            "{}: {}, {:.2} s ({compared}), plan {:.12}",
             plan.job,
-            plan.lobes.len(),
+            lobe_count(plan.lobes.len()),
             self.duration_s(),
             self.plan_hash()
         )
@@ -167,6 +167,12 @@ impl PreparedJob {
 /// Everything that cannot be made, one sentence with the file and the line that causes it.
 pub fn prepare(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<PreparedJob, ConfigError> {
     plan(job_file::load(name, overrides)?, machine)
+}
+
+/// Number of lobes in words.
+#[must_use]
+pub fn lobe_count(lobes: usize) -> String {
+    format!("{lobes} lobe{}", if lobes == 1 { "" } else { "s" })
 }
 
 /// Plans a job that has been read; see [`prepare`].

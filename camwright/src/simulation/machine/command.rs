@@ -65,16 +65,16 @@ crate::snapshot_cases!(MachineCommand {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ResetRefused {
     /// The emergency stop is still pressed.
-    #[error("the emergency stop is pressed")]
+    #[error("the emergency stop is pressed; release it (`camwright estop --release`)")]
     EStopPressed,
     /// The mains are not back.
-    #[error("mains power lost")]
+    #[error("mains power lost; restore it (`camwright fault power_loss --clear`)")]
     PowerLost,
     /// A drive still reports its fault.
-    #[error("the drive of {} still reports a fault", .0.joint())]
+    #[error("the drive of {axis} still reports a fault; clear it (`camwright fault drive_fault {axis} --clear`)", axis = .0.joint())]
     DriveFault(Axis),
     /// A person is in the work area.
-    #[error("a person is in the work area")]
+    #[error("a person is in the work area; leave it (`camwright fault person --clear`)")]
     Entered,
     /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.
     #[error("the wheel still turns, and {}", .0.text())]

@@ -16,6 +16,11 @@ Examples:
   camwright run four_lobe_camshaft --details --causes
   camwright run my_job.yaml --set work_speed_rpm=58 --bag bags/slow
 
+A cell of separate processes has the nodes machine_sim, axis_interpolator,
+job_planner and, for recording, run_logger. They lie beside the program
+camwright; a package installs them in lib/camwright. Start them, then run jobs
+with --attach. `machine_sim --help` shows their options.
+
 Exit codes:
   0    complete and within tolerance, or dry run complete
   1    not started or rejected
@@ -118,6 +123,17 @@ Examples:
   camwright estop --release
 
 Open to everyone; the release needs command. A simulation, not a safety function.
+
+Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
+
+pub(super) const FAULT: &str = "\
+Examples:
+  camwright fault drive_fault x_axis
+  camwright fault drive_fault x_axis --clear
+  camwright fault encoder_offset z_axis --value 0.0001
+
+`camwright list faults` lists names, targets and units of the value. A fault at
+a time of a job is the key `faults` of its file. Needs command.
 
 Exit codes: 0 done, 2 wrong arguments, 3 refused or no cell";
 

@@ -13,6 +13,11 @@ use clap::{Args, ValueEnum};
 use serde_json::{Map, Value};
 use std::process::ExitCode;
 
+/// End of the list of faults.
+const FAULT_EXAMPLES: &str = "
+now:      camwright fault drive_fault x_axis    (remove it: --clear)
+in a job: faults: [{kind: drive_fault, target: x_axis, at_s: 3}]";
+
 /// Maximum width of a column; a longer cell moves the cells behind it.
 const MAX_COLUMN: usize = 34;
 
@@ -25,7 +30,7 @@ enum Subject {
     Machines,
     /// Lift tables, by name.
     Lifts,
-    /// Faults of `machine/inject_fault` and of the key `faults`.
+    /// Faults of `camwright fault`, `machine/inject_fault` and the key `faults`.
     Faults,
     /// Topics of a cell that a run records.
     Topics,
@@ -64,6 +69,9 @@ pub(super) fn main(args: &ListArgs) -> ExitCode {
         say!("{:#}", table.json());
     } else {
         say!("{}", wrapped(table.text().trim_end(), 4));
+        if args.subject == Subject::Faults {
+            say!("{FAULT_EXAMPLES}");
+        }
     }
     ExitCode::SUCCESS
 }

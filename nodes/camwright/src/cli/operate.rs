@@ -2,11 +2,13 @@
 
 use super::output::{JsonArg, note, print_error, say};
 use camwright::machine::description::Axis;
+use camwright::simulation::fault::FAULTS;
 use camwright_operator_page::Operator;
 use camwright_operator_page::operation::{Answer, Operation};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, RosLayer, Shutdown};
 use clap::Subcommand;
+use clap::builder::PossibleValuesParser;
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -52,6 +54,24 @@ pub(super) enum OperateCommand {
         /// Release it instead.
         #[arg(long)]
         release: bool,
+        #[command(flatten)]
+        output: JsonArg,
+    },
+    /// Inject a fault into the simulated machine, or remove it.
+    #[command(after_help = super::help::FAULT)]
+    Fault {
+        /// Name of the fault.
+        #[arg(value_parser = PossibleValuesParser::new(FAULTS.map(|fault| fault.name)), hide_possible_values = true)]
+        kind: String,
+        /// Joint or input that the fault affects; some faults have none.
+        #[arg(default_value = "", hide_default_value = true)]
+        target: String,
+        /// Size of the fault, in the unit that `camwright list faults` shows.
+        #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
+        value: f64,
+        /// Remove the fault.
+        #[arg(long, conflicts_with = "value")]
+        clear: bool,
         #[command(flatten)]
         output: JsonArg,
     },
@@ -140,6 +160,9 @@ impl OperateCommand {
             Self::Cancel { .. } => Operation::Cancel {},
             Self::Reset { .. } => Operation::Reset {},
             Self::Estop { release, .. } => Operation::Estop { press: !release },
+            Self::Fault { kind, target, value, clear, .. } => {
+                Operation::Fault { kind: kind.clone(), target: target.clone(), value: *value, active: !clear }
+            }
             Self::Home { axes, .. } => Operation::Home { axes: axes.iter().map(name).collect() },
             Self::Wheel { on, .. } => Operation::Wheel { on: *on },
             Self::Load { .. } => Operation::Load {},
@@ -158,6 +181,7 @@ impl OperateCommand {
             | Self::Cancel { output }
             | Self::Reset { output }
             | Self::Estop { output, .. }
+            | Self::Fault { output, .. }
             | Self::Home { output, .. }
             | Self::Wheel { output, .. }
             | Self::Load { output }

@@ -84,9 +84,9 @@ fn as_json(summary: &impl Serialize) -> String {
 /// Verdict and one line for each pass of each lobe.
 fn as_text(summary: &planning::Summary) -> String {
     let mut text = format!(
-        "PLANNED: {}, {} lobes, {:.3} s, plan {:.12}\n",
+        "PLANNED: {}, {}, {:.3} s, plan {:.12}\n",
         summary.job,
-        summary.lobes.len(),
+        planning::lobe_count(summary.lobes.len()),
         summary.duration_s,
         summary.plan_hash
     );

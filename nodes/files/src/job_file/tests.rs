@@ -63,7 +63,7 @@ fn a_fault_without_effect_is_reported_with_its_line() {
     assert!(with("{kind: estop, at_tick: 1}").is_empty());
     for (fault, expected) in [
         ("{kind: gremlin, at_s: 1}", "there is no fault \"gremlin\""),
-        ("{kind: drive_fault, target: LS1, at_s: 1}", "drive_fault cannot strike \"LS1\""),
+        ("{kind: drive_fault, target: LS1, at_s: 1}", "drive_fault: target \"LS1\" is not c_axis, x_axis or z_axis"),
         ("{kind: estop}", "a fault needs one of at_tick and at_s"),
         ("{kind: estop, at_tick: 1, at_s: 1}", "a fault needs one of at_tick and at_s"),
         ("{kind: estop, at_tick: 0}", "faults.0.at_tick is 0; it must be at least 1"),

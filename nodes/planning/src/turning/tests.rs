@@ -133,7 +133,7 @@ fn any_job_is_planned_by_its_schema() {
     let ground = prepare_any("eccentric", &[], None).unwrap();
     assert!(matches!(ground, AnyPrepared::Ground(_)));
     assert_eq!((turned.plan_hash().len(), ground.plan_hash().len()), (64, 64));
-    assert!(ground.duration_s() > 1.0 && ground.summary().starts_with("eccentric: 1 lobes"), "{}", ground.summary());
+    assert!(ground.duration_s() > 1.0 && ground.summary().starts_with("eccentric: 1 lobe,"), "{}", ground.summary());
 }
 
 /// The whole job, from the pages that would be sent: what ideal drives leave is the cusps of the feed, f²/8 · (1/R + κ) where the section
