@@ -2,6 +2,7 @@
 
 use super::error::PlanError;
 use super::error::{IdleWheelStep, RequiredPosition};
+use super::host::{OneByOne, PlanHost};
 use super::wheels::no_path;
 use crate::cam::compensation::FormCurve;
 use crate::cam::contour::Contour;
@@ -105,7 +106,7 @@ pub(super) struct LobeStart {
 /// # Errors
 /// A profile without a contour, a lobe without a profile.
 pub fn designs(job: &JobSpec) -> Result<Vec<LobeDesign>, PlanError> {
-    let contours = contours(job)?;
+    let contours = contours(job, &OneByOne)?;
     let design = |lobe: &LobeSpec| {
         let count = contours.len();
         let contour = contours.get(lobe.profile).cloned().ok_or_else(|| {
@@ -127,14 +128,13 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
     }
 }
 
-pub(super) fn contours(job: &JobSpec) -> Result<Vec<Contour>, PlanError> {
-    job.profiles
-        .iter()
-        .map(|profile| {
-            Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm)
-                .map_err(|source| PlanError::Contour { profile: profile.name.clone(), source })
-        })
-        .collect()
+pub(super) fn contours(job: &JobSpec, host: &impl PlanHost) -> Result<Vec<Contour>, PlanError> {
+    let contour = |index: usize| {
+        let profile = &job.profiles[index];
+        Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm)
+            .map_err(|source| PlanError::Contour { profile: profile.name.clone(), source })
+    };
+    host.map(job.profiles.len(), contour).into_iter().collect()
 }
 
 /// Contour and path of every profile for the wheel of the first lobe, in the order of the job; then of what later lobes
@@ -144,6 +144,7 @@ pub(super) fn shapes(
     machine: &MachineDescription,
     contours: &[Contour],
     wheel: &WheelCourse,
+    host: &impl PlanHost,
 ) -> Result<Vec<WheelShape>, PlanError> {
     let along_normal = job.passes.iter().any(|pass| pass.infeed_direction == InfeedDirection::Normal);
     let shape = |profile: usize, radius_mm: f64, lobe: Option<usize>| {
@@ -172,8 +173,8 @@ pub(super) fn shapes(
     let mut shapes = Vec::new();
     for (index, (lobe, &radius_mm)) in job.lobes.iter().zip(&wheel.radii_mm).enumerate() {
         if index == 0 {
-            for profile in 0..contours.len() {
-                shapes.push(shape(profile, radius_mm, None)?);
+            for shape in host.map(contours.len(), |profile| shape(profile, radius_mm, None)) {
+                shapes.push(shape?);
             }
         }
         let alone = learned_of(job, index).map(|_| index);
@@ -313,8 +314,9 @@ pub(super) struct LobePlanner<'a> {
 
 impl LobePlanner<'_> {
     /// Start, speed and room of every lobe, each from rest to rest.
-    pub(super) fn all(&self, begins: &[LobeStart]) -> Result<Vec<PlannedLobe>, PlanError> {
-        begins.iter().enumerate().map(|(index, begin)| self.lobe(index, *begin, None, None)).collect()
+    pub(super) fn all(&self, begins: &[LobeStart], host: &impl PlanHost) -> Result<Vec<PlannedLobe>, PlanError> {
+        let lobes = host.map(begins.len(), |index| self.lobe(index, begins[index], None, None));
+        lobes.into_iter().collect()
     }
 
     /// Index of the shape of a lobe.

@@ -16,6 +16,7 @@
 use super::check_forwards;
 use super::error::PlanError;
 use super::gouge::GougeRequest;
+use super::host::OneByOne;
 use super::journal_readings::{JournalReadings, UncorrectedJournal, seen};
 use super::lobe::{self, LobePlanner, PlannedLobe};
 use super::sequence::Sequence;
@@ -187,9 +188,9 @@ pub fn plan_measured_job(
 ) -> Result<MeasuredJob, PlanError> {
     job.check(machine)?;
     let all = schedules(job, machine)?;
-    let contours = lobe::contours(job)?;
+    let contours = lobe::contours(job, &OneByOne)?;
     let course = lobe::wheel_course(job, machine, &contours, wheel.into())?;
-    let shapes = lobe::shapes(job, machine, &contours, &course)?;
+    let shapes = lobe::shapes(job, machine, &contours, &course, &OneByOne)?;
     let start = PlanStart { counts: measuring.report.end_counts, c_homed: true };
     let start_c_counts = start.counts[Axis::C.index()];
     let turn_counts = machine.axis(Axis::C).scale.counts(TURN_RAD);

@@ -36,6 +36,7 @@ mod dress_now;
 mod dry_run;
 mod error;
 mod gouge;
+mod host;
 mod identify;
 mod journal_readings;
 mod lathe;
@@ -54,6 +55,7 @@ mod wheels;
 pub use correct::{PlannedCorrection, decide_corrections, plan_corrections};
 pub use dress_now::{DressNowError, plan_dress};
 pub use error::{IdleWheelStep, PlanError, RequiredPosition};
+pub use host::{OneByOne, PlanHost, PlanStage};
 pub use identify::identify;
 pub use journal_readings::{ContactFrom, JournalReadings, UncorrectedJournal, rests_rad};
 pub use lathe::{MAX_SURFACE_LOOKS, PlannedPass, PlannedTurning, TurningError, TurningKey, plan_turning};
@@ -137,22 +139,41 @@ pub fn plan_job(
     wheel: impl Into<WheelNow>,
     start: Option<PlanStart>,
 ) -> Result<PlannedJob, PlanError> {
+    plan_job_on(&OneByOne, job, machine, wheel, start)
+}
+
+/// [`plan_job`] on a host, which changes no bit of it.
+///
+/// # Errors
+/// Those of [`plan_job`].
+pub fn plan_job_on(
+    host: &impl PlanHost,
+    job: &JobSpec,
+    machine: &MachineDescription,
+    wheel: impl Into<WheelNow>,
+    start: Option<PlanStart>,
+) -> Result<PlannedJob, PlanError> {
+    host.begins(PlanStage::Prepare);
     job.check(machine)?;
     let schedules = schedules(job, machine)?;
-    let contours = lobe::contours(job)?;
+    host.begins(PlanStage::Contour);
+    let contours = lobe::contours(job, host)?;
+    host.begins(PlanStage::Path);
     let wheel_now = wheel.into();
     wheels::check_one_wheel(job, &contours, wheel_now.radius_mm)?;
     let wheel = lobe::wheel_course(job, machine, &contours, wheel_now)?;
-    let shapes = lobe::shapes(job, machine, &contours, &wheel)?;
+    let shapes = lobe::shapes(job, machine, &contours, &wheel, host)?;
     let begins = lobe::begins(job, machine, &schedules, job.rotary_indexing);
     let planner = LobePlanner { job, machine, shapes: &shapes, schedules: &schedules, wheel: &wheel };
-    let stopping = planner.all(&begins)?;
+    host.begins(PlanStage::Speed);
+    let stopping = planner.all(&begins, host)?;
     let clear_x_mm = match job.c_between_lobes {
         BetweenLobes::Stops => None,
         BetweenLobes::TurnsOn { .. } => Some(continuous_c::clear_x_mm(&planner, &stopping)),
     };
     lobe::check_travel(job, machine, &schedules, &stopping, clear_x_mm)?;
 
+    host.begins(PlanStage::Sequence);
     let start = start.unwrap_or_else(|| PlanStart::at_home(job, machine));
     // Where wheels are dressed, a plan may be older than the wheel.
     let expected_wheel_mm = machine.dresser.map(|_| wheel_now.radius_mm);
@@ -174,6 +195,7 @@ pub fn plan_job(
         // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is omitted.
         build.stopping(true)?.duration_s
     };
+    host.begins(PlanStage::Check);
     let report = check_forwards(&GougeRequest {
         job,
         machine,
@@ -184,6 +206,7 @@ pub fn plan_job(
         stock_mm: &alloc::vec![job.maximum_stock_mm(); lobes.len()],
         corrections: &[],
     })?;
+    host.begins(PlanStage::Dress);
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
     let start_c_counts = start.counts[Axis::C.index()];
     Ok(PlannedJob { plan, lobes, dresses, duration_with_stops_s, report, start_c_counts })

@@ -7,5 +7,6 @@ mod solids;
 
 mod fastest_turn;
 mod point_to_point;
+mod random_turns;
 mod run_up;
 mod varied_spindle;

@@ -5,7 +5,7 @@ use super::table::LimitTable;
 use super::turn_request::TurnRequest;
 use crate::math::hermite::Sample;
 use crate::math::periodic_spline::Weights;
-use crate::math::units::TURN_RAD;
+use crate::math::units::{TURN_RAD, wrap_turn};
 use alloc::vec::Vec;
 
 /// Largest ratios to their limits.
@@ -40,12 +40,20 @@ impl Peaks {
 /// Points of a turn on which the path is looked at, at least, and at least two in each of its intervals.
 const POINTS: usize = 14_400;
 
-/// Parts into which what lies between two of those is divided where the jerk of X may have its peak there.
-const JERK_PARTS: u32 = 8;
+/// Share of a limit of X by which a peak between two points that are looked at may be above both, and most parts into which what lies
+/// between two points of the path is divided for that.
+const LEFT_OUT: f64 = 2e-5;
+const MAX_LOOKS: f64 = 64.0;
+
+/// Excess up to which an upper bound is taken as the use itself: the turn is slowed down by it, so that is on the safe side.
+pub(super) const PROVEN: f64 = 1.0001;
 
 /// Parts of an interval between which the bound is looked at in addition: a notch that a concave flank makes in it may be narrower than
 /// the table is fine, and there the knots of a turn are close.
 const BOUND_PARTS: usize = 4;
+
+/// Use of the bound, in z, from which on a peak of it between points of the table is looked for.
+const TOP_FROM: f64 = 0.97;
 
 /// Margin of a point between the evaluated ones, in multiples of the bound's spread in an interval.
 const SPREADS: f64 = 4.0;
@@ -71,14 +79,6 @@ impl Reach {
     /// 1/bound² that no point between those where it was looked at is expected above: a notch between them shows in their spread.
     pub(super) fn expected_per_bound(&self) -> f64 {
         self.per_bound + SPREADS * self.per_bound_spread
-    }
-
-    /// Largest share of its acceleration and jerk that X can use while C keeps its own limits and z is not above this.
-    pub(super) fn largest_x_use(&self, request: &TurnRequest<'_>, z: f64) -> f64 {
-        let ([x1, x2, x3], c) = (self.x, request.c);
-        let acceleration = x2 * z + x1 * c.acceleration;
-        let jerk = libm::sqrt(z) * (x3 * z + 3.0 * x2 * c.acceleration) + x1 * c.jerk;
-        (acceleration / request.x.acceleration).max(jerk / request.x.jerk)
     }
 }
 
@@ -126,25 +126,62 @@ impl<'a> PeakSearch<'a> {
         (0..speed.knots().count()).map(|i| self.in_interval(speed, i)).collect()
     }
 
-    fn in_interval(&self, speed: &SquareSpeed, i: usize) -> Peaks {
-        let (request, reach) = (self.request, &self.reach[i]);
-        let (begin, length) = (speed.knots().at(i), speed.knots().length(i));
-        let z = Parabola::from_interval(speed, i);
+    /// Peaks in each interval of a turn, only at the points of the table where one may be above `nearly`.
+    pub(super) fn estimate(&self, speed: &SquareSpeed, nearly: f64) -> Vec<Peaks> {
+        let request = self.request;
+        let in_interval = |i: usize| {
+            let (begin, length) = (speed.knots().at(i), speed.knots().length(i));
+            let z = Parabola::from_interval(speed, i);
+            let mut found = self.hull(&self.reach[i], &z, length);
+            if found.bound.max(found.x_acceleration).max(found.x_jerk) > nearly {
+                let (mut bound, mut acceleration, mut jerk) = (0.0_f64, 0.0_f64, 0.0_f64);
+                for (along, per_bound, x) in self.table.path_within(begin, length) {
+                    let (z0, slope) = (z.at(along), z.first + along * z.second);
+                    let x = request.with_infeed(*x);
+                    bound = bound.max(per_bound * z0);
+                    acceleration = acceleration.max((x.second * z0 + 0.5 * x.first * slope).abs());
+                    let over_root = x.third * z0 + 1.5 * x.second * slope + 0.5 * x.first * z.second;
+                    jerk = jerk.max(z0 * over_root * over_root);
+                }
+                found.bound = bound;
+                found.x_acceleration = acceleration / request.x.acceleration;
+                found.x_jerk = libm::sqrt(jerk) / request.x.jerk;
+            }
+            found
+        };
+        (0..speed.knots().count()).map(in_interval).collect()
+    }
+
+    /// Upper bounds of the peaks in an interval.
+    fn hull(&self, reach: &Reach, z: &Parabola, length: f64) -> Peaks {
+        let request = self.request;
         let (largest, steepest) = (z.largest(length), z.first.abs().max((z.first + length * z.second).abs()));
         let root = libm::sqrt(largest);
         let [x1, x2, x3] = reach.x;
-        let mut found = Peaks {
+        Peaks {
             bound: largest * reach.per_bound,
             c_acceleration: 0.5 * steepest / request.c.acceleration,
             c_jerk: 0.5 * root * z.second.abs() / request.c.jerk,
             x_acceleration: (x2 * largest + 0.5 * x1 * steepest) / request.x.acceleration,
             x_jerk: root * (x3 * largest + 1.5 * x2 * steepest + 0.5 * x1 * z.second.abs()) / request.x.jerk,
-        };
+        }
+    }
+
+    fn in_interval(&self, speed: &SquareSpeed, i: usize) -> Peaks {
+        let reach = &self.reach[i];
+        let (begin, length) = (speed.knots().at(i), speed.knots().length(i));
+        let z = Parabola::from_interval(speed, i);
+        let mut found = self.hull(reach, &z, length);
         if found.bound > 1.0 {
             let parts = reach.per_bounds.iter().enumerate();
             let parts = parts.map(|(part, per)| per * z.at(length * to_f64(part) / to_f64(BOUND_PARTS)));
             let within = self.table.within(begin, length).map(|(along, per)| per * z.at(along));
             found.bound = parts.chain(within).fold(0.0, f64::max);
+            found.bound = found.bound.max(self.bound_tops(begin, length, reach, &z));
+            // z alone peaks where the bound is flat.
+            if let Some(along) = z.peak(length) {
+                found.bound = found.bound.max(self.per_bound(begin + along) * z.at(along));
+            }
         }
         if found.x_acceleration > 1.0 || found.x_jerk > 1.0 {
             (found.x_acceleration, found.x_jerk) = self.x_peaks(begin, length, &z);
@@ -152,32 +189,62 @@ impl<'a> PeakSearch<'a> {
         found
     }
 
-    /// Largest acceleration and jerk of X over their limits: at the points of the path, and between them where jerk can be larger.
+    /// Largest z/bound² beside points of the table that are above both of their neighbours, at the tops of the parabolas through the three.
+    fn bound_tops(&self, begin: f64, length: f64, reach: &Reach, z: &Parabola) -> f64 {
+        let even = self.table.path_within(begin, length).map(|(along, per, _)| (along, per));
+        let ends = [(0.0, reach.per_bounds[0]), (length, reach.per_bounds[BOUND_PARTS])];
+        let points = ends.into_iter().take(1).chain(even).chain(ends.into_iter().skip(1));
+        let mut before: [Option<(f64, f64)>; 2] = [None, None];
+        let mut largest = 0.0_f64;
+        for (along, per) in points {
+            let right = (along, per * z.at(along));
+            if let [Some(left), Some(middle)] = before {
+                let rise = (middle.1 - left.1) / (middle.0 - left.0);
+                let fall = (middle.1 - right.1) / (right.0 - middle.0);
+                if middle.1 > TOP_FROM && rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
+                    let top = 0.5 * (left.0 + middle.0 + (right.0 - left.0) * rise / (rise + fall));
+                    largest = largest.max(self.per_bound(begin + top) * z.at(top));
+                }
+            }
+            before = [before[1], Some(right)];
+        }
+        largest
+    }
+
+    /// 1/bound² at an angle, also behind the turn.
+    fn per_bound(&self, angle_rad: f64) -> f64 {
+        let angle_rad = wrap_turn(angle_rad);
+        self.request.per_square_bound(angle_rad, self.request.path.sample(angle_rad))
+    }
+
+    /// Largest acceleration and jerk of X over their limits: at the points of the path, and between two of them where one can be larger
+    /// there.
+    ///
+    /// Between two points neither exceeds the larger of its ends by more than an eighth of its bend times the square of their distance.
+    /// The bend is an upper bound of its second derivative by the angle, from hulls of the path and of z. An upper bound hardly above
+    /// the limit is taken as the peak. Above that, the gap is divided until a peak between two points exceeds both by less than
+    /// `LEFT_OUT`.
     fn x_peaks(&self, begin: f64, length: f64, z: &Parabola) -> (f64, f64) {
         let (request, path) = (self.request, self.request.path);
         let (n, parts) = (path.coefficients().len(), self.weights.len());
         let spacing = TURN_RAD / to_f64(n * parts);
-        let (mut acceleration, mut jerk) = (0.0_f64, 0.0_f64);
-        // Magnitude of the jerk over √z, and √z.
-        let mut look = |along: f64, x: Sample| {
+        let limits = [request.x.acceleration, request.x.jerk];
+        // Acceleration and jerk, at the points and above what lies between them.
+        let mut found = [0.0_f64; 2];
+        let mut largest_between = [0.0_f64; 2];
+        let look = |along: f64, x: Sample| {
             let x = request.with_infeed(x);
             let (z0, slope) = (z.at(along), z.first + along * z.second);
-            let over_root = (x.third * z0 + 1.5 * x.second * slope + 0.5 * x.first * z.second).abs();
-            let root = libm::sqrt(z0);
-            acceleration = acceleration.max((x.second * z0 + 0.5 * x.first * slope).abs());
-            jerk = jerk.max(root * over_root);
-            (over_root, root, jerk)
+            let over_root = x.third * z0 + 1.5 * x.second * slope + 0.5 * x.first * z.second;
+            [(x.second * z0 + 0.5 * x.first * slope).abs(), (libm::sqrt(z0) * over_root).abs()]
         };
         let mut before = (0.0, look(0.0, path.sample(begin)));
-        let largest = z.largest(length);
-        let steepest = z.first.abs().max((z.first + length * z.second).abs());
-        let largest_third = |knot: usize| path.largest_derivatives(knot, knot + 1)[2];
+        found = larger_of(found, before.1);
+        let hull = ZHull::new(z, length);
         let (from, to) = knots_of_path(request, begin, length);
         for knot in from..to {
             let in_turn = if knot < n { knot } else { knot - n };
-            let (fourth, fifth) = path.fourth_and_fifth(in_turn);
-            // Second derivative of X‴z + 3/2·X″z′ + 1/2·X′z″, an eighth of which times the square of a distance is what a chord misses.
-            let bend = fifth * largest + 3.5 * fourth * steepest + 4.5 * largest_third(in_turn) * z.second.abs();
+            let bends = hull.bends_of_x(request, in_turn);
             for part in 1..=parts {
                 let along = to_f64(knot * parts + part) * spacing - begin;
                 let is_last = along >= length;
@@ -191,15 +258,24 @@ impl<'a> PeakSearch<'a> {
                     None => path.combine(if in_turn + 1 < n { in_turn + 1 } else { 0 }, &self.weights[0]),
                 };
                 let here = look(along, x);
-                let ((left, left_root, _), (right, right_root, so_far)) = (before.1, here);
+                found = larger_of(found, here);
                 let step = along - before.0;
-                let chord = 0.125 * step * step;
-                let root = left_root.max(right_root) + chord * z.second.abs() / left_root.min(right_root);
-                if root * (left.max(right) + chord * bend) > so_far.max(request.x.jerk) {
-                    for between in 1..JERK_PARTS {
-                        let between = before.0 + step * f64::from(between) / f64::from(JERK_PARTS);
-                        look(between, path.sample(begin + between));
+                let mut looks = 1.0_f64;
+                for k in 0..2 {
+                    let arc = 0.125 * step * step * bends[k];
+                    let most = before.1[k].max(here[k]) + arc;
+                    let allowed = found[k].max(limits[k]);
+                    if most > PROVEN * allowed {
+                        looks = looks.max(libm::sqrt(arc / (LEFT_OUT * allowed)));
+                    } else if most > allowed {
+                        largest_between[k] = largest_between[k].max(most);
                     }
+                }
+                #[allow(clippy::cast_possible_truncation, reason = "at most some ten looks")]
+                let looks = libm::ceil(looks.min(MAX_LOOKS)) as u32;
+                for between in 1..looks {
+                    let between = before.0 + step * f64::from(between) / f64::from(looks);
+                    found = larger_of(found, look(between, path.sample(begin + between)));
                 }
                 before = (along, here);
                 if is_last {
@@ -207,7 +283,51 @@ impl<'a> PeakSearch<'a> {
                 }
             }
         }
-        (acceleration / request.x.acceleration, jerk / request.x.jerk)
+        let [acceleration, jerk] = larger_of(found, largest_between);
+        (acceleration / limits[0], jerk / limits[1])
+    }
+}
+
+fn larger_of(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].max(b[0]), a[1].max(b[1])]
+}
+
+/// Upper bounds of z and its derivatives in an interval, and of those of √z.
+struct ZHull {
+    z: f64,
+    first: f64,
+    second: f64,
+    root: f64,
+    root_first: f64,
+    root_second: f64,
+}
+
+impl ZHull {
+    fn new(z: &Parabola, length: f64) -> Self {
+        let (largest, second) = (z.largest(length), z.second.abs());
+        let first = z.first.abs().max((z.first + length * z.second).abs());
+        let least = z.least(length);
+        let least_root = libm::sqrt(least);
+        Self {
+            z: largest,
+            first,
+            second,
+            root: libm::sqrt(largest),
+            root_first: 0.5 * first / least_root,
+            root_second: 0.5 * (second + 0.5 * first * first / least) / least_root,
+        }
+    }
+
+    /// Upper bounds of the second derivatives of X's acceleration g = X″z + ½X′z′ and jerk √z·g′ by the angle, between a knot of the path
+    /// and the next.
+    fn bends_of_x(&self, request: &TurnRequest<'_>, knot: usize) -> [f64; 2] {
+        let [mut x1, x2, x3] = request.path.largest_derivatives(knot, knot + 1);
+        x1 += request.infeed_slope_mm_rad.abs();
+        let (x4, x5) = request.path.fourth_and_fifth(knot);
+        let first = x3 * self.z + 1.5 * x2 * self.first + 0.5 * x1 * self.second;
+        let second = x4 * self.z + 2.5 * x3 * self.first + 2.0 * x2 * self.second;
+        let third = x5 * self.z + 3.5 * x4 * self.first + 4.5 * x3 * self.second;
+        [second, self.root_second * first + 2.0 * self.root_first * second + self.root * third]
     }
 }
 
@@ -228,9 +348,20 @@ impl Parabola {
         self.z + along * (self.first + 0.5 * along * self.second)
     }
 
+    /// The angle of a maximum between the ends.
+    fn peak(&self, length: f64) -> Option<f64> {
+        let is_inside = self.second < 0.0 && self.first > 0.0 && self.first + length * self.second < 0.0;
+        is_inside.then(|| -self.first / self.second)
+    }
+
     fn largest(&self, length: f64) -> f64 {
         let ends = self.z.max(self.at(length));
-        let is_inside = self.second < 0.0 && self.first > 0.0 && self.first + length * self.second < 0.0;
+        self.peak(length).map_or(ends, |along| self.at(along))
+    }
+
+    fn least(&self, length: f64) -> f64 {
+        let ends = self.z.min(self.at(length));
+        let is_inside = self.second > 0.0 && self.first < 0.0 && self.first + length * self.second > 0.0;
         if is_inside { self.z - 0.5 * self.first * self.first / self.second } else { ends }
     }
 }

@@ -95,10 +95,6 @@ impl SquareSpeed {
         &self.knots
     }
 
-    pub(super) fn coefficients(&self) -> &[f64] {
-        &self.coefficients
-    }
-
     pub(super) fn scale(&mut self, factor: f64) {
         for coefficient in &mut self.coefficients {
             *coefficient *= factor;

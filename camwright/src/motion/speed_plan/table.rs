@@ -12,7 +12,10 @@ use alloc::vec::Vec;
 const BOUND_POINTS: usize = 3600;
 
 /// Share of 1/bound² by which its arc between two points may be above their chord and not be looked at.
-const FLAT: f64 = 1e-4;
+const FLAT: f64 = 3e-5;
+
+/// Share of X and X″ up to which the arc of X″ between two points makes no notch.
+const SMOOTH: f64 = 1.5e-6;
 
 /// Most parts into which what lies between two points is divided to look at it.
 const MAX_PARTS: f64 = 32.0;
@@ -21,6 +24,8 @@ const MAX_PARTS: f64 = 32.0;
 #[derive(Debug)]
 pub(super) struct LimitTable {
     per_bound: Vec<f64>,
+    /// The path there.
+    path: Vec<Sample>,
     /// Angle and 1/bound² between those points, in the order of angles, where a notch of the bound may have its bottom there.
     notches: Vec<(f64, f64)>,
 }
@@ -34,15 +39,17 @@ impl LimitTable {
         let weights = Weights::at_parts(u32::try_from(parts).unwrap_or(u32::MAX));
         let spacing = TURN_RAD / to_f64(parts * intervals);
         let mut per_bound = Vec::with_capacity(parts * intervals);
+        let mut samples = Vec::with_capacity(parts * intervals);
         for knot in 0..intervals {
             for weights in &weights {
                 let angle = to_f64(per_bound.len()) * spacing;
                 let path = request.path.combine(knot, weights);
                 per_bound.push(inverse_square_bound(request, angle, path)?);
+                samples.push(path);
             }
         }
-        let notches = notches(request, &per_bound, spacing)?;
-        Ok(Self { per_bound, notches })
+        let notches = notches(request, &per_bound, &samples, spacing)?;
+        Ok(Self { per_bound, path: samples, notches })
     }
 
     /// Data of an interval between its ends: the angle from the first, and 1/bound²; first the points at equal angles.
@@ -60,6 +67,18 @@ impl LimitTable {
         let notches = &self.notches[self.notches.partition_point(|(angle, _)| *angle <= begin)..];
         let notches = notches.iter().map(move |(angle, per)| (angle - begin, *per));
         even.chain(notches.take_while(move |(along, _)| *along < length))
+    }
+
+    /// The points at equal angles of an interval between its ends: the angle from the first, 1/bound² and the path there.
+    pub(super) fn path_within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64, &Sample)> {
+        let spacing = self.spacing();
+        #[allow(clippy::cast_possible_truncation, reason = "some ten thousand points")]
+        let first = (begin / spacing) as usize + 1;
+        let points = (first..).map(move |point| (to_f64(point) * spacing - begin, point));
+        points.take_while(move |(along, _)| *along < length).map(|(along, point)| {
+            let point = if point < self.path.len() { point } else { point - self.path.len() };
+            (along, self.per_bound[point], &self.path[point])
+        })
     }
 
     /// Distance of its points (rad).
@@ -82,17 +101,38 @@ fn inverse_square_bound(request: &TurnRequest<'_>, angle: f64, path: Sample) -> 
     Ok(per)
 }
 
-/// Points between the even ones wherever 1/bound² bends down so much that it may be noticeably above both of its neighbours.
-fn notches(request: &TurnRequest<'_>, per_bound: &[f64], spacing: f64) -> Result<Vec<(f64, f64)>, TurnError> {
+/// Points between the even ones wherever 1/bound² bends down so much that it may be noticeably above both of its neighbours, or the path
+/// so much that a notch which both of them miss may have its bottom there.
+fn notches(
+    request: &TurnRequest<'_>,
+    per_bound: &[f64],
+    samples: &[Sample],
+    spacing: f64,
+) -> Result<Vec<(f64, f64)>, TurnError> {
     let n = per_bound.len();
-    // How far a point is above the chord of its neighbours: four times as much as an arc of that bend between two points is.
+    // Height of a point above the chord of its neighbours: four times that of an arc of the same bend between two points.
     let above = |i: usize| per_bound[i] - 0.5 * (per_bound[(i + n - 1) % n] + per_bound[(i + 1) % n]);
+    // X″ is not farther above or below both neighbours than its own arc: 1/bound² there, of a process that X″ decides.
+    let parts = n / request.path.coefficients().len();
+    let by_path = |i: usize| {
+        let arc = 0.125 * spacing * spacing * request.path.fourth_and_fifth(i / parts).0;
+        [i, (i + 1) % n].into_iter().fold(0.0, |largest, point| {
+            let path = samples[point];
+            if arc <= SMOOTH * (path.value.abs() + path.second.abs()) {
+                return largest;
+            }
+            let with = |second: f64| request.per_square_bound(to_f64(point) * spacing, Sample { second, ..path });
+            f64::max(largest, with(path.second - arc).max(with(path.second + arc)))
+        })
+    };
     let mut notches = Vec::new();
     let mut left = above(0);
     for i in 0..n {
         let next = (i + 1) % n;
         let right = above(next);
-        let arc = 0.25 * left.max(right) / per_bound[i].max(per_bound[next]);
+        let largest = per_bound[i].max(per_bound[next]);
+        let seen = 0.25 * left.max(right) / largest;
+        let arc = seen.max(by_path(i) / largest - 1.0);
         left = right;
         if arc <= FLAT {
             continue;

@@ -5,6 +5,9 @@ use crate::math::hermite::Sample;
 use crate::math::periodic_spline::PeriodicSpline;
 use thiserror::Error;
 
+/// Share of the limits of X that the start of a search uses at constant speed.
+const START_USE: f64 = 0.7;
+
 /// A path, a bound on the speed over it, and the limits of the axes.
 #[derive(Clone, Copy)]
 pub struct TurnRequest<'a> {
@@ -28,6 +31,20 @@ impl TurnRequest<'_> {
     /// The path with the infeed in its slope.
     pub(super) fn with_infeed(&self, path: Sample) -> Sample {
         Sample { first: path.first + self.infeed_slope_mm_rad, ..path }
+    }
+
+    /// Largest share of its acceleration and jerk that X can use while C keeps its own limits and z = Ċ² is not above this, where X′, X″
+    /// and X‴ are not above these.
+    pub(super) fn largest_x_use(&self, [x1, x2, x3]: [f64; 3], z: f64) -> f64 {
+        let acceleration = x2 * z + x1 * self.c.acceleration;
+        let jerk = libm::sqrt(z) * (x3 * z + 3.0 * x2 * self.c.acceleration) + x1 * self.c.jerk;
+        (acceleration / self.x.acceleration).max(jerk / self.x.jerk)
+    }
+
+    /// z = Ċ², or less where X′, X″ and X‴ of this size would use up the limits of X at a constant speed.
+    pub(super) fn slowed_by_x(&self, [_, x2, x3]: [f64; 3], z: f64) -> f64 {
+        let by_jerk = libm::cbrt(START_USE * self.x.jerk / x3);
+        z.min(START_USE * self.x.acceleration / x2).min(by_jerk * by_jerk)
     }
 
     /// 1/Ċ² of the largest speed allowed by the process and by the velocities of both axes where the path is as given, infeed not

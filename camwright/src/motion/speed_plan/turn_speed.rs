@@ -1,10 +1,10 @@
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;
-use super::peaks::{PeakSearch, Peaks, Reach};
+use super::peaks::{PROVEN, PeakSearch, Peaks, Reach};
 use super::square_speed::{SquareSample, SquareSpeed};
 use super::table::LimitTable;
-use super::time_optimal::{Problem, SearchStart, solve};
+use super::time_optimal::{Problem, Search};
 use super::turn_request::{TurnError, TurnRequest};
 use crate::machine::description::Axis;
 use crate::math::hermite::{Knot, quintic};
@@ -20,6 +20,10 @@ const WIDEST_DEG: f64 = 1.5;
 
 /// Shortest time between knots (s): below it a turn would have tens of thousands.
 const SHORTEST_STEP_S: f64 = 2e-4;
+
+/// Excess of the square of the speed for which a search goes on. A smaller one slows the whole turn down by half of that, which keeps
+/// every limit as well: the peaks of the search are part of the excess by which a turn is slowed down in the end.
+const AGAIN: f64 = 1.001;
 
 /// Rounds in which intervals are held tighter where something peaked between their points.
 const MORE_ROUNDS: u32 = 3;
@@ -65,20 +69,20 @@ impl TurnSpeed {
         let envelope = Envelope::new(table.per_bounds(), &request.c);
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
-        let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
+        let knots = envelope.knots(request, step_s, rad_from_deg(WIDEST_DEG));
         let between = PeakSearch::new(request, &table, &knots);
-        let mut problem = Problem::new(request, &envelope, &between, knots);
         #[allow(clippy::cast_possible_truncation, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
-        let mut fastest = solve(&problem, problem.start(round), &SearchStart::COLD).ok_or(TurnError::NoStart)?;
+        let mut search = Search::new(Problem::new(request, &envelope, &between, knots, round));
+        let mut fastest = search.fastest(&between).ok_or(TurnError::NoStart)?;
         let mut peaks = between.peaks(&fastest);
         for _ in 0..MORE_ROUNDS {
-            if !problem.tighten(&peaks) {
+            let worst = peaks.iter().copied().fold(Peaks::default(), Peaks::larger).excess();
+            if worst < AGAIN {
                 break;
             }
-            let again = solve(&problem, fastest.coefficients().to_vec(), &SearchStart::WARM);
-            let again = again.or_else(|| solve(&problem, problem.start(round), &SearchStart::COLD));
-            fastest = again.ok_or(TurnError::NoStart)?;
+            let Some(again) = search.again(&between, &peaks) else { break };
+            fastest = again;
             peaks = between.peaks(&fastest);
         }
         let turn = Self::from_square(fastest, envelope.minimum_s());
@@ -172,31 +176,54 @@ impl TurnSpeed {
         knots
     }
 
-    /// Largest utilisation of the limits by the quintics in time, on a grid finer than the knots; where their hulls stay below a
-    /// limit, only the hull.
+    /// Largest utilisation of the limits by the quintics in time, on a grid finer than the knots, or upper bounds of it.
+    ///
+    /// - A hull up to `PROVEN`, or up to what was found before, is recorded as the use. The turn is slowed down by the largest recorded
+    ///   use, so the true use, which is below its hull, ends below 1.
+    /// - The hull of the bound holds only as far as the bound is known between the points of the table. It therefore counts only below
+    ///   `FAR_FROM_BOUND`, also where those points show a flat bound: a notch may reach above it between two of them.
+    /// - Bound and path vary over the angle. Intervals wider than `WIDEST_DEG`, which exist where X stays far from its limits, get
+    ///   points at the same angles as the widest others. C's own quantities are polynomials of the interval, whatever its width.
     fn used_in_time(&self, request: &TurnRequest<'_>, reach: &[Reach]) -> Peaks {
         let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
         let mut found = Peaks::default();
         for (pair, reach) in knots.windows(2).zip(reach) {
             let hull = within_hull(&pair[0], &pair[1], request, reach);
-            let is_c_free = hull.c_acceleration.max(hull.c_jerk) <= 1.0;
-            let is_x_free = hull.x_acceleration.max(hull.x_jerk) <= 1.0 && hull.bound <= FAR_FROM_BOUND;
-            if is_c_free && is_x_free {
+            let is_proven = |hull: f64, found: &mut f64| {
+                let is_low = hull <= PROVEN.max(*found);
+                if is_low && hull > 1.0 {
+                    *found = found.max(hull);
+                }
+                is_low
+            };
+            let is_c_free =
+                is_proven(hull.c_acceleration, &mut found.c_acceleration) & is_proven(hull.c_jerk, &mut found.c_jerk);
+            let is_x_free =
+                is_proven(hull.x_acceleration, &mut found.x_acceleration) & is_proven(hull.x_jerk, &mut found.x_jerk);
+            let is_bound_free = hull.bound <= FAR_FROM_BOUND;
+            if is_c_free && is_x_free && is_bound_free {
                 continue;
             }
-            for k in 0..CHECK_FACTOR {
-                let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(CHECK_FACTOR);
+            let parts = f64::from(CHECK_FACTOR) * ((pair[1].value - pair[0].value) / rad_from_deg(WIDEST_DEG)).max(1.0);
+            #[allow(clippy::cast_possible_truncation, reason = "some ten parts")]
+            let parts = libm::ceil(parts) as u32;
+            for k in 0..parts {
+                let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(parts);
                 let c = quintic(&pair[0], &pair[1], at);
                 found.c_acceleration = found.c_acceleration.max(c.second.abs() / request.c.acceleration);
                 found.c_jerk = found.c_jerk.max(c.third.abs() / request.c.jerk);
-                if is_x_free {
+                if is_x_free && is_bound_free {
                     continue;
                 }
                 let path = request.path.sample(c.value);
-                let x = chain(request.with_infeed(path), c);
-                found.bound = found.bound.max(c.first * c.first * request.per_square_bound(c.value, path));
-                found.x_acceleration = found.x_acceleration.max(x.second.abs() / request.x.acceleration);
-                found.x_jerk = found.x_jerk.max(x.third.abs() / request.x.jerk);
+                if !is_bound_free {
+                    found.bound = found.bound.max(c.first * c.first * request.per_square_bound(c.value, path));
+                }
+                if !is_x_free {
+                    let x = chain(request.with_infeed(path), c);
+                    found.x_acceleration = found.x_acceleration.max(x.second.abs() / request.x.acceleration);
+                    found.x_jerk = found.x_jerk.max(x.third.abs() / request.x.jerk);
+                }
             }
         }
         found
