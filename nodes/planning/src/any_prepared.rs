@@ -1,8 +1,9 @@
 //! A planned job of any kind: what is to be known of it without knowing what it makes.
 
 use super::finding::Finding;
+use super::timings::{Stage, Timings};
 use super::turning::{self, PreparedTurning};
-use super::{PreparedJob, findings, plan};
+use super::{PreparedJob, findings, plan_timed};
 use camwright::machine::description::MachineDescription;
 use camwright_files::ConfigError;
 use camwright_files::any_job::{self, AnyJob};
@@ -26,7 +27,20 @@ pub enum AnyPrepared {
 /// # Errors
 /// Everything that cannot be made, one sentence with the file and the line that causes it.
 pub fn prepare_any(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<AnyPrepared, ConfigError> {
-    plan_any(any_job::load(name, overrides)?, machine)
+    prepare_any_timed(name, overrides, machine, &Timings::start())
+}
+
+/// [`prepare_any`] with a stopwatch.
+///
+/// # Errors
+/// Those of [`prepare_any`].
+pub fn prepare_any_timed(
+    name: &str,
+    overrides: &[String],
+    machine: Option<&MachineNow>,
+    timings: &Timings,
+) -> Result<AnyPrepared, ConfigError> {
+    plan_any_timed(any_job::load(name, overrides)?, machine, timings)
 }
 
 /// Plans a job of any kind that has been read.
@@ -34,9 +48,16 @@ pub fn prepare_any(name: &str, overrides: &[String], machine: Option<&MachineNow
 /// # Errors
 /// Everything that cannot be made.
 pub fn plan_any(job: AnyJob, machine: Option<&MachineNow>) -> Result<AnyPrepared, ConfigError> {
+    plan_any_timed(job, machine, &Timings::start())
+}
+
+fn plan_any_timed(job: AnyJob, machine: Option<&MachineNow>, timings: &Timings) -> Result<AnyPrepared, ConfigError> {
     Ok(match job {
-        AnyJob::Ground(job) => AnyPrepared::Ground(Box::new(plan(*job, machine)?)),
-        AnyJob::Turned(job) => AnyPrepared::Turned(Box::new(turning::plan_turned(*job, machine)?)),
+        AnyJob::Ground(job) => AnyPrepared::Ground(Box::new(plan_timed(*job, machine, timings)?)),
+        AnyJob::Turned(job) => {
+            timings.enter(Stage::Turning);
+            AnyPrepared::Turned(Box::new(turning::plan_turned(*job, machine)?))
+        }
         AnyJob::Milled(job) => return Err(is_milled(&job)),
     })
 }

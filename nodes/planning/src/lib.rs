@@ -38,12 +38,13 @@ mod simulate;
 mod stored_stiffness;
 mod summary;
 mod times;
+mod timings;
 mod turn;
 mod turn_curve;
 mod turn_summary;
 mod turning;
 
-pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any};
+pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any, prepare_any_timed};
 pub use camwright_files::convert::machine_now::MachineNow;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
 pub use causes::{Causes, EffectRemoved, OtherMachine, causes};
@@ -69,6 +70,7 @@ pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, si
 pub use stored_stiffness::{StoredContacts, kept_contacts, learn_stiffness};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
 pub use times::{TimeCompared, compare_times};
+pub use timings::{Stage, Timings};
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
@@ -80,7 +82,7 @@ pub use turning::{
 use camwright::cam::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright::machine::wheel_state::WheelNow;
-use camwright::planner::{PlannedCorrection, PlannedJob, plan_job};
+use camwright::planner::{PlannedCorrection, PlannedJob, plan_job_on};
 use camwright_files::ConfigError;
 use camwright_files::convert::plan::{Provenance, pages_from_plan};
 use camwright_files::job_file::{self, Job};
@@ -180,6 +182,11 @@ pub fn lobe_count(lobes: usize) -> String {
 /// # Errors
 /// Everything that cannot be made.
 pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, ConfigError> {
+    plan_timed(job, machine, &Timings::start())
+}
+
+/// [`plan`] with a stopwatch.
+fn plan_timed(job: Job, machine: Option<&MachineNow>, timings: &Timings) -> Result<PreparedJob, ConfigError> {
     let (description, wheel) = match machine {
         Some(now) => {
             fits_machine(&job, now)?;
@@ -192,12 +199,14 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
         }
     };
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
-    let planned = plan_job(&job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    let planned = plan_job_on(timings, &job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    timings.enter(Stage::Complete);
     not_too_long(&job.document, planned.plan.duration_s)?;
     let planned = programmed::with_program(&job, &description, wheel.radius_mm, planned)?;
     let (planned, measuring) = journals::measuring(&job, &description, wheel, planned, &provenance)?;
     let expected_correction = journals::expected(&job, &description, &planned)?;
     let inspections = inspections(&job, &planned)?;
+    timings.enter(Stage::Hash);
     let pages = pages_from_plan(&planned.plan, &provenance);
     let wheel_radius_mm = wheel.radius_mm;
     Ok(PreparedJob {

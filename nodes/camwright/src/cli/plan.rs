@@ -4,11 +4,12 @@ use super::output::{VerdictLevel, print_error, print_verdict, print_warnings, sa
 use super::plan_turned;
 use crate::bag_size::BagSize;
 use camwright_machine_cycle::pacing::Pace;
-use camwright_planning::{self as planning, AnyPrepared, BoundSummary, PassSummary, RemovalClass};
+use camwright_planning::{self as planning, AnyPrepared, BoundSummary, PassSummary, RemovalClass, Stage, Timings};
 use serde::Serialize;
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Maximum number of arcs of one bound in the text; `summary.json` holds all.
 const MAX_ARCS: usize = 6;
@@ -31,6 +32,9 @@ pub(super) struct PlanArgs {
     /// Print the summary as JSON instead of text
     #[arg(long)]
     json: bool,
+    /// Print the time of each stage from file to plan hash
+    #[arg(long, conflicts_with = "json")]
+    timings: bool,
     /// Print all results: times, speed limits, removal rates, deflection, lift tables
     #[arg(long)]
     details: bool,
@@ -40,7 +44,10 @@ pub(super) struct PlanArgs {
 pub(super) fn main(args: &PlanArgs) -> ExitCode {
     let files = Cell::new(0_usize);
     let count = |_: &Path| files.set(files.get() + 1);
-    let done = planning::prepare_any(&args.job, &args.set, None).and_then(|prepared| {
+    let timings = Timings::start();
+    let prepared = planning::prepare_any_timed(&args.job, &args.set, None, &timings);
+    let stages = timings.stages();
+    let done = prepared.and_then(|prepared| {
         print_warnings(&prepared);
         let recorded = format!("recorded {}\n", BagSize::estimate(&prepared, Pace::Fast).to_text());
         let with_details =
@@ -68,6 +75,9 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
             if args.plots {
                 say!("plots:  {}", args.out.join("index.html").display());
             }
+            if args.timings {
+                say!("{}", timings_text(&stages).trim_end());
+            }
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -75,6 +85,16 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// One line for each stage, and their sum.
+fn timings_text(stages: &[(Stage, Duration)]) -> String {
+    let line = |name: &str, time: Duration| format!("{name:<8} {:>10.3}\n", 1e3 * time.as_secs_f64());
+    let mut text = format!("{:<8} {:>10}\n", "stage", "ms");
+    for (stage, time) in stages {
+        text += &line(stage.name(), *time);
+    }
+    text + &line("total", stages.iter().map(|(_, time)| *time).sum())
 }
 
 fn as_json(summary: &impl Serialize) -> String {
@@ -217,4 +237,18 @@ fn bounds_text(pass: &PassSummary) -> String {
         format!("{name} {:.0} %: {}", 100.0 * bound.share, arcs.join(", "))
     };
     pass.bounds.iter().map(bound).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timings_are_a_line_for_each_stage_and_their_sum() {
+        let stages = [(Stage::Read, Duration::from_micros(1500)), (Stage::Hash, Duration::from_micros(500))];
+        assert_eq!(
+            timings_text(&stages),
+            "stage            ms\nread          1.500\nhash          0.500\ntotal         2.000\n"
+        );
+    }
 }
