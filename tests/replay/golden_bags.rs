@@ -131,7 +131,9 @@ fn make(golden: &Golden, reason: &str) {
         command.args(["--set", over]);
     }
     let output = command.output().expect("camwright runs");
-    assert!(output.status.success(), "{}: {}", golden.name, String::from_utf8_lossy(&output.stderr));
+    // A part that is not good, as one that burns, is a whole run all the same.
+    let is_whole = matches!(output.status.code(), Some(0 | 4));
+    assert!(is_whole, "{}: {}", golden.name, String::from_utf8_lossy(&output.stderr));
     store(&bag, &folder().join(golden.name), reason);
 }
 

@@ -9,7 +9,7 @@ use crate::machine::setpoint::Input;
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::force_monitor::ForceMonitor;
-use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelCentre};
+use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelCentre, WheelPass};
 
 /// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
 /// a concave flank whose radius is the wheel's over 0.9, the tightest that is planned.
@@ -17,6 +17,9 @@ use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelCentre};
 /// Between two positions of the wheel whose centres are d apart, seen from the part, a cusp of d² ρ/(8 R (ρ + R)) stays
 /// (R wheel, ρ part, negative where concave): at most d²/(8 R) on convex parts, which gives the largest d.
 const CUSP_MM: f64 = 5.0e-6;
+
+/// Distance by which the deflection may change in a servo step without a new search for the contact (mm).
+const DEFLECTS_MM: f64 = 0.005;
 
 /// One servo step of the wheel along the lobe in front of it.
 #[derive(Debug, Clone, Copy)]
@@ -42,12 +45,14 @@ pub(super) struct ContactState {
     push_n: f64,
     force_monitor: ForceMonitor,
     gap: Option<GapWatch>,
+    /// The wheel in the present tick.
+    pass: WheelPass,
 }
 
 snapshot_groups!(ContactState {
     keep_force(fields: deflection, force_n, push_n, force_monitor),
     keep_gap(equipment: gap),
-} on {});
+} on { pass });
 
 impl ContactState {
     pub(super) fn new(description: &MachineDescription) -> Self {
@@ -57,6 +62,7 @@ impl ContactState {
             push_n: 0.0,
             force_monitor: ForceMonitor::default(),
             gap: GapWatch::new(description),
+            pass: WheelPass::new(),
         }
     }
 
@@ -136,6 +142,16 @@ impl ContactState {
         }
     }
 
+    /// A tick begins.
+    pub(super) fn begin_tick(&mut self) {
+        self.pass.begin();
+    }
+
+    /// Ends a tick along a lobe: makes the cuts that wait.
+    pub(super) fn finish(&mut self, lobe: &mut Lobe) -> Removal {
+        lobe.finish(&mut self.pass)
+    }
+
     /// Sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
     #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
     pub(super) fn grind(&mut self, lobe: &mut Lobe, law: Option<&ContactLaw>, sweep: &LobeSweep<'_>) -> Removal {
@@ -145,15 +161,23 @@ impl ContactState {
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
         let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm();
         if nearest_mm - surface.radius_mm >= lobe.reach_mm() {
+            let removal = lobe.finish(&mut self.pass);
             lobe.leave();
             self.separate();
-            return Removal::default();
+            return removal;
         }
         let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
         let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
         let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
         let positions = libm::ceil(path / longest).max(surface.positions()).clamp(1.0, 10_000.0) as u32;
         let from_rad = line_rad(c.from, turn, sense);
+        let begin = WheelCentre {
+            azimuth_rad: from_rad,
+            centre_mm: x.from / per_mm + surface.centre_mm,
+            radius_mm: surface.radius_mm,
+        };
+        let margin_mm = path + surface.maximum_thrown_mm() + self.deflection.mm + DEFLECTS_MM;
+        lobe.list_blocks(begin, law.is_some(), margin_mm, &mut self.pass);
         let mut removal = Removal::default();
         for j in 1..=positions {
             let s = f64::from(j) / f64::from(positions);
@@ -163,10 +187,12 @@ impl ContactState {
                 radius_mm: surface.radius_mm,
             };
             let taken = match law {
+                // The gap detector feels the depth in its moment.
+                None if cuts && self.gap.is_none() => lobe.pass_later(wheel, &mut self.pass),
                 None => lobe.pass(wheel, cuts),
                 Some(law) => {
                     let time_s = step_s / f64::from(positions);
-                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, cuts, time_s);
+                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, (cuts, time_s), &mut self.pass);
                     (self.deflection, self.force_n) = (deflection, law.force_n(deflection.mm));
                     taken
                 }

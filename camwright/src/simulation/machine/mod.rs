@@ -251,6 +251,7 @@ impl Machine {
             self.contact.separate();
         }
         let key_way = self.workholding.keyway(&self.axes[Axis::C.index()], &self.description);
+        self.contact.begin_tick();
         for index in 0..self.description.servo_steps_per_tick {
             let spans = self.servo_step(index);
             self.inputs.sense(
@@ -264,11 +265,14 @@ impl Machine {
                 },
             );
             if let Some(lobe) = lobe {
-                removal = removal.and(self.grind(index, lobe, law.as_ref(), &spans));
+                removal = removal.and(self.grind(index, (lobe, law.as_ref()), &spans));
             } else if let Some(clamped) = self.workholding.turned_mut() {
                 let cuts = self.wheel.spindle().cuts();
                 turned = turned.and(clamped.turn(&spans, &self.axes, self.step_s, cuts, &self.description));
             }
+        }
+        if let Some(lobe) = lobe {
+            removal = removal.and(self.contact.finish(self.workholding.lobe_mut(lobe)));
         }
         if let Some(clamped) = self.workholding.turned_mut() {
             clamped.part.refresh();
@@ -367,7 +371,12 @@ impl Machine {
     }
 
     /// Sweeps the wheel over a lobe along a servo step.
-    fn grind(&mut self, servo_step: u32, lobe: usize, law: Option<&ContactLaw>, spans: &[Span; AXIS_COUNT]) -> Removal {
+    fn grind(
+        &mut self,
+        servo_step: u32,
+        (lobe, law): (usize, Option<&ContactLaw>),
+        spans: &[Span; AXIS_COUNT],
+    ) -> Removal {
         let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
         if c.is_still() && x.is_still() {
             return Removal::default();

@@ -65,6 +65,11 @@ impl InsertMove {
         InsertPose { turned_rad: turned_rad + turned, x_mm: x_mm + x, z_mm: z_mm + z }
     }
 
+    /// Of θ, x and z: a beginning, the way, and its slopes at both ends.
+    pub(super) fn cubics(&self, from: [f64; 3]) -> [[f64; 4]; 3] {
+        core::array::from_fn(|i| [from[i], self.way[i], self.slope_from[i], self.slope_to[i]])
+    }
+
     /// Way done at share `s`; exactly the whole at 1.
     pub(super) fn gone(&self, s: f64) -> [f64; 3] {
         core::array::from_fn(|i| cubic_path(s, self.way[i], self.slope_from[i], self.slope_to[i]))
@@ -90,7 +95,7 @@ impl InsertMove {
         [self.way, self.slope_from, self.slope_to].iter().flatten().all(|value| *value == 0.0)
     }
 
-    /// Bounds of x (`axis` 1) or z (2) over the whole step: a Hermite cubic leaves the range of its ends by less than 4/27 of each slope.
+    /// Bounds of θ (`axis` 0), x (1) or z (2) over the whole step: a Hermite cubic leaves the range of its ends by less than 4/27 of each slope.
     pub(super) fn range(&self, axis: usize) -> (f64, f64) {
         let begin = self.from.values()[axis];
         let end = begin + self.way[axis];

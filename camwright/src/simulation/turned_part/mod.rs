@@ -15,6 +15,8 @@
 //! What the rake face behind the edge meets is not looked at: it lies outside of the curve, where the edge arrives next, except when the
 //! tool enters. So is the flank below the edge: clearance is the planner's to prove.
 
+mod bounds;
+mod crossing;
 mod form_map;
 mod insert;
 mod snapshot;
@@ -25,6 +27,8 @@ mod tests;
 use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bounds::{Bounds, CHUNK};
+use core::ops::Range;
 use thiserror::Error;
 
 pub use form_map::{Cusps, FormBin, FormMap, FormMapError, FormPoint};
@@ -37,8 +41,7 @@ pub const MIN_COLUMNS: usize = 2;
 /// Most cells: 720 azimuths at 2900 places. Their radii are 17 MB, which have to be carried away after every part.
 pub const MAX_CELLS: usize = 1 << 21;
 
-/// Columns whose largest radius is looked at anew in one [`TurnedPart::refresh`]. More narrow down sooner what a tool can reach, and cost
-/// every tick a column's length each.
+/// Columns whose largest radius is looked at anew in one [`TurnedPart::refresh`]. More narrow down sooner what a tool can reach.
 const REFRESHED: usize = 2;
 
 /// Why figures are not a part.
@@ -195,6 +198,7 @@ pub struct TurnedPart {
     /// Cosine and sine of every azimuth.
     cos: Vec<f64>,
     sin: Vec<f64>,
+    bounds: Bounds,
     raw_reach: f64,
     min: f64,
     /// An upper bound of its radius.
@@ -227,7 +231,9 @@ impl TurnedPart {
         let min = radii.iter().fold(reach, |min, r| min.min(*r));
         let cos = (0..azimuths).map(|i| libm::cos(grid.azimuth_rad(i))).collect();
         let sin = (0..azimuths).map(|i| libm::sin(grid.azimuth_rad(i))).collect();
-        Ok(Self { name, grid, radii, cos, sin, raw_reach: reach, min, reach, refresh: (0, 0.0), changed: false })
+        let bounds = Bounds::new(&grid, &radii);
+        let (raw_reach, refresh, changed) = (reach, (0, 0.0), false);
+        Ok(Self { name, grid, radii, cos, sin, bounds, raw_reach, min, reach, refresh, changed })
     }
 
     /// A round bar of this radius (mm).
@@ -307,8 +313,10 @@ impl TurnedPart {
         }
         for _ in 0..REFRESHED {
             let (column, so_far) = self.refresh;
-            let max = so_far.max(largest(self.column_mm(column)));
-            self.refresh = if column + 1 == self.grid.columns {
+            let is_last = column + 1 == self.grid.columns;
+            let ends_chunk = is_last || (column + 1) % CHUNK == 0;
+            let max = if ends_chunk { so_far.max(self.bounds.chunk_mm(column)) } else { so_far };
+            self.refresh = if is_last {
                 // Radii only get smaller: what was the largest some time ago is no less than now.
                 self.reach = max;
                 (0, 0.0)
@@ -319,6 +327,16 @@ impl TurnedPart {
     }
 }
 
+/// Columns of the chunk of a column.
+fn chunk_columns(column: usize, columns: usize) -> Range<usize> {
+    let first = column / CHUNK * CHUNK;
+    first..(first + CHUNK).min(columns)
+}
+
+/// Largest of radii, none of which is NaN: four at a time, which do not wait for each other.
 fn largest(radii: &[f64]) -> f64 {
-    radii.iter().fold(0.0, |max, r| if *r > max { *r } else { max })
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let (fours, rest) = radii.as_chunks::<4>();
+    let max = fours.iter().fold([0.0; 4], |max, four| core::array::from_fn(|i| larger(max[i], four[i])));
+    rest.iter().chain(&max).fold(0.0, |max, radius| larger(max, *radius))
 }

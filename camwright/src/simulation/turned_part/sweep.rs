@@ -12,11 +12,16 @@
 //! passes a line and comes back within one step is not seen: with the angular acceleration α it went beyond by at most r α h²/8, at
 //! 300 rad/s², 30 mm and h = 0.25 ms by 0.07 µm along the arc.
 //!
+//! Steps that are as smooth as a lathe's solve this in closed form ([`super::crossing`]); the search is for the others.
+//!
 //! Which columns may have passed a line is known from xₑ* = H cot a, the place where the edge meets it: at the height u = x − xₑ* of the
 //! edge's circle, dz = √(R² − u²) from its centre on either side.
 
-use super::{Insert, InsertMove, InsertPose, TurnedPart, TurnedRemoval};
+use super::bounds::CHUNK;
+use super::crossing::{LineCrossing, StepSeries};
+use super::{Insert, InsertMove, InsertPose, PartGrid, TurnedPart, TurnedRemoval, chunk_columns};
 use crate::math::units::TURN_RAD;
+use core::ops::Range;
 
 /// Accuracy of a crossing point (mm along the arc).
 const ARC_MM: f64 = 1.0e-7;
@@ -28,12 +33,22 @@ const ON_LINE_MM: f64 = 1.0e-9;
 /// Steps of the search for where a point passes; two or three do, unless an axis turns round in the step.
 const MAX_STEPS: u32 = 24;
 
+/// Columns of a chunk.
+const CHUNK_COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
 /// A line of the grid at both ends of a step: cosine and sine of a.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct GridLine {
     index: usize,
     begin: (f64, f64),
     end: (f64, f64),
+}
+
+/// Side of the insert's centre, along the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Left,
+    Right,
 }
 
 /// A step of the insert.
@@ -81,16 +96,29 @@ impl Insert {
 }
 
 impl InsertSweep<'_> {
-    /// The columns that may pass a line, on either side of the insert's centre: distances from it, and all between.
-    fn beside_mm(&self, line: &GridLine, widest: f64) -> (f64, f64) {
+    /// As far in as the edge can be between two columns in the whole step (mm); infinite: nowhere.
+    fn lowest_mm(&self, first_mm: f64, last_mm: f64) -> f64 {
+        let beside = (self.z.0 - last_mm).max(first_mm - self.z.1).max(0.0);
+        self.insert.edge_mm(self.x.0, beside).unwrap_or(f64::INFINITY)
+    }
+
+    /// Half the width over which the edge can be inside a cylinder, whose section ends at this x (mm).
+    fn widest_mm(&self, outermost_mm: f64) -> f64 {
+        let (radius, depth) = (self.insert.radius_mm, self.x.0 - outermost_mm);
+        if depth > 0.0 { libm::sqrt((radius * radius - depth * depth).max(0.0)) } else { radius }
+    }
+
+    /// The columns that may pass a line, on either side of the insert's centre: distances from it, and all between. The line is seen at both
+    /// ends of the range of C.
+    fn beside_mm(&self, line: [(f64, f64); 2], widest: f64) -> (f64, f64) {
         let insert = self.insert;
         if insert.height_mm == 0.0 {
             return (0.0, widest);
         }
-        let (one, other) = (insert.meets(line.begin), insert.meets(line.end));
+        let [one, other] = line.map(|seen| insert.meets(seen));
         // Below a nanometre rounding decides, and at the edge's nose a nanometre is a micrometre of width.
-        let lowest = self.from.x_mm.min(self.to.x_mm) - one.max(other) - 1e-6;
-        let highest = self.from.x_mm.max(self.to.x_mm) - one.min(other) + 1e-6;
+        let lowest = self.x.0 - one.max(other) - 1e-6;
+        let highest = self.x.1 - one.min(other) + 1e-6;
         let square = insert.radius_mm * insert.radius_mm;
         let dz = |u: f64| libm::sqrt((square - u * u).max(0.0));
         let widest = if lowest > 0.0 { dz(lowest).min(widest) } else { widest };
@@ -162,7 +190,7 @@ impl TurnedPart {
         if motion.is_still() || under <= 0.0 {
             return none;
         }
-        let (x, z) = (motion.range(1), motion.range(2));
+        let [turned, x, z] = [0, 1, 2].map(|axis| motion.range(axis));
         let outermost = libm::sqrt(under);
         let (first_mm, last_mm) = (self.grid.from_mm, self.grid.to_mm);
         let beside = z.0 - insert.radius_mm > last_mm || z.1 + insert.radius_mm < first_mm;
@@ -179,18 +207,14 @@ impl TurnedPart {
         }
         let (column_step, half_sector) = (self.grid.column_step_mm(), self.half_sector());
         let sweep = InsertSweep { insert, motion, from, to, x, z, height2: height * height, column_step, half_sector };
-        // Half the width over which the edge is inside the largest radius.
-        let depth = x.0 - outermost;
-        let widest = if depth > 0.0 {
-            libm::sqrt((insert.radius_mm * insert.radius_mm - depth * depth).max(0.0))
-        } else {
-            insert.radius_mm
-        };
+        let widest = sweep.widest_mm(outermost);
         let (one, other) = (libm::atan2(height, nearest), libm::atan2(height, outermost));
         let per_line = TURN_RAD / self.grid.azimuths as f64;
-        let low = (from.turned_rad.min(to.turned_rad) + one.min(other)) / per_line;
-        let high = (from.turned_rad.max(to.turned_rad) + one.max(other)) / per_line;
+        let low = (turned.0 + one.min(other)) / per_line;
+        let high = (turned.1 + one.max(other)) / per_line;
         let (begin, end) = (libm::sincos(from.turned_rad), libm::sincos(to.turned_rad));
+        let series = StepSeries::new(insert, motion);
+        let middle = libm::sincos(from.turned_rad + series.middle_rad());
         let lowest = libm::ceil(low - 1e-6);
         let max = self.grid.azimuths as f64 - 1.0;
         let count = (libm::floor(high + 1e-6) - lowest).min(max);
@@ -202,17 +226,28 @@ impl TurnedPart {
             let seen = |(sin_turned, cos_turned): (f64, f64)| {
                 (cos * cos_turned + sin * sin_turned, sin * cos_turned - cos * sin_turned)
             };
+            k += 1.0;
+            if let Some(line) = series.seen(seen(middle)) {
+                let bound = self.bounds.line_mm(index);
+                if series.passes_beyond(&line, bound * bound, sweep.height2) {
+                    continue;
+                }
+                if let Some(crossing) = series.crossing(&line) {
+                    self.cut_crossed(&sweep, &crossing, index, &mut removal);
+                    continue;
+                }
+            }
             let line = GridLine { index, begin: seen(begin), end: seen(end) };
-            let (narrowest, widest) = sweep.beside_mm(&line, widest);
-            let left = self.columns(from.z_mm.min(to.z_mm) - widest, from.z_mm.max(to.z_mm) - narrowest);
-            let right = self.columns(from.z_mm.min(to.z_mm) + narrowest, from.z_mm.max(to.z_mm) + widest);
+            let ends = [turned.0, turned.1].map(|turned_rad| seen(libm::sincos(turned_rad)));
+            let (narrowest, widest) = sweep.beside_mm(ends, widest);
+            let left = self.columns(z.0 - widest, z.1 - narrowest);
+            let right = self.columns(z.0 + narrowest, z.1 + widest);
             let right = (right.0.max(left.1), right.1);
             for (first, end) in [left, right] {
                 for column in first..end {
                     self.cut_cell(&sweep, &line, column, &mut removal);
                 }
             }
-            k += 1.0;
         }
         removal
     }
@@ -238,21 +273,22 @@ impl TurnedPart {
     fn cut_cell(&mut self, sweep: &InsertSweep<'_>, line: &GridLine, column: usize, removal: &mut TurnedRemoval) {
         let at = column * self.grid.azimuths + line.index;
         let before = self.radii[at];
-        let (insert, square) = (sweep.insert, sweep.height2);
+        let square = sweep.height2;
         let column_mm = self.grid.from_mm + sweep.column_step * column as f64;
-        // As far in as the edge can be at this column in the whole step.
-        let beside = (sweep.z.0 - column_mm).max(column_mm - sweep.z.1).max(0.0);
-        let Some(lowest) = insert.edge_mm(sweep.x.0, beside) else { return };
+        let lowest = sweep.lowest_mm(column_mm, column_mm);
         if lowest > 0.0 && lowest * lowest + square >= before * before {
             return;
         }
         let Some(edge) = sweep.passes_at(line, column_mm) else { return };
-        let left = libm::sqrt(edge * edge + square);
+        let left = libm::sqrt(edge * edge + sweep.height2);
         let depth = before - left;
         if depth <= 0.0 {
             return;
         }
         self.radii[at] = left;
+        let PartGrid { azimuths, columns, .. } = self.grid;
+        let cells = chunk_columns(column, columns).map(|column| self.radii[column * azimuths + line.index]);
+        self.bounds.chunks_mut(line.index)[column / CHUNK] = cells.fold(0.0, f64::max);
         self.min = self.min.min(left);
         self.changed = true;
         removal.volume_mm3 += (before + left) * depth * sweep.half_sector;
@@ -260,6 +296,98 @@ impl TurnedPart {
             removal.depth_mm = depth;
             removal.deepest = Some((self.grid.azimuth_rad(line.index), column_mm));
         }
+    }
+
+    /// Cuts the columns of a line that the edge crosses where the series hold.
+    fn cut_crossed(
+        &mut self,
+        sweep: &InsertSweep<'_>,
+        crossing: &LineCrossing,
+        line: usize,
+        removal: &mut TurnedRemoval,
+    ) {
+        let bound = self.bounds.line_mm(line);
+        let outermost = libm::sqrt((bound * bound - sweep.height2).max(0.0));
+        let widest = sweep.widest_mm(outermost);
+        let volume = removal.volume_mm3;
+        for (side, (from_mm, to_mm)) in
+            [Side::Left, Side::Right].into_iter().zip(crossing.sides_mm(sweep.insert.radius_mm))
+        {
+            let columns = self.columns_between(from_mm.max(sweep.z.0 - widest), to_mm.min(sweep.z.1 + widest));
+            self.cut_side(sweep, crossing, (line, side), columns, removal);
+        }
+        // Nothing is there to be cut: another look at it is spared.
+        if removal.volume_mm3 <= volume {
+            self.bounds.refresh_line(line);
+        }
+    }
+
+    /// Cuts the columns of a line on one side of the insert's centre.
+    fn cut_side(
+        &mut self,
+        sweep: &InsertSweep<'_>,
+        crossing: &LineCrossing,
+        (line, side): (usize, Side),
+        columns: Range<usize>,
+        removal: &mut TurnedRemoval,
+    ) {
+        let PartGrid { azimuths, from_mm, .. } = self.grid;
+        let column_mm = |column: usize| from_mm + sweep.column_step * column as f64;
+        let (mut min, mut volume, mut deepest) = (self.min, 0.0, (removal.depth_mm, 0.0));
+        let (mut first, mut is_cut) = (columns.start, false);
+        let chunks = self.bounds.chunks_mut(line);
+        while first < columns.end {
+            let highest = &mut chunks[first / CHUNK];
+            let (begin, end) = (first, chunk_columns(first, columns.end).end);
+            first = end;
+            // Beside a chunk that is cut, the next one most likely is.
+            if crossing.rises && !is_cut {
+                let [nearest] = crossing.edges_mm([column_mm(if side == Side::Left { end - 1 } else { begin })]);
+                if nearest > 0.0 && nearest * nearest + sweep.height2 >= *highest * *highest {
+                    continue;
+                }
+            }
+            let columns_mm = CHUNK_COLUMNS.map(|i| from_mm + sweep.column_step * (begin as f64 + i));
+            let left = crossing.radii_mm(&columns_mm, sweep.height2);
+            let mut max = 0.0;
+            is_cut = false;
+            let cells = self.radii[begin * azimuths + line..].iter_mut().step_by(azimuths);
+            for ((i, left), cell) in left.into_iter().enumerate().zip(cells).take(end - begin) {
+                let depth = *cell - left;
+                if depth > 0.0 {
+                    volume += (*cell + left) * depth;
+                    *cell = left;
+                    is_cut = true;
+                    min = left.min(min);
+                    if depth > deepest.0 {
+                        deepest = (depth, column_mm(begin + i));
+                    }
+                }
+                max = cell.max(max);
+            }
+            let whole = chunk_columns(begin, self.grid.columns);
+            if is_cut && whole.start == begin && whole.end == end {
+                *highest = max;
+            } else if is_cut {
+                *highest = whole.map(|column| self.radii[column * azimuths + line]).fold(0.0, f64::max);
+            }
+        }
+        self.changed |= volume > 0.0;
+        self.min = min;
+        removal.volume_mm3 += volume * sweep.half_sector;
+        if deepest.0 > removal.depth_mm {
+            (removal.depth_mm, removal.deepest) = (deepest.0, Some((self.grid.azimuth_rad(line), deepest.1)));
+        }
+    }
+
+    /// Columns between two places.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the columns there are")]
+    fn columns_between(&self, from_mm: f64, to_mm: f64) -> Range<usize> {
+        let per_mm = 1.0 / self.grid.column_step_mm();
+        let after = |place_mm: f64| {
+            ((place_mm - self.grid.from_mm) * per_mm + 1.0).clamp(0.0, self.grid.columns as f64) as usize
+        };
+        after(from_mm)..after(to_mm)
     }
 
     /// Depth of the insert's edge in the part at this pose; between two azimuths the radius is linear.
@@ -285,5 +413,217 @@ impl TurnedPart {
             }
         }
         removal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::String;
+
+    /// A random number generator after Marsaglia.
+    struct Random(u32);
+
+    impl Random {
+        fn between(&mut self, from: f64, to: f64) -> f64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 17;
+            self.0 ^= self.0 << 5;
+            from + (to - from) * f64::from(self.0) / f64::from(u32::MAX)
+        }
+
+        fn by_magnitude(&mut self, from: f64, to: f64) -> f64 {
+            libm::exp(self.between(libm::log(from), libm::log(to)))
+        }
+
+        fn sign(&mut self) -> f64 {
+            if self.between(-1.0, 1.0) < 0.0 { -1.0 } else { 1.0 }
+        }
+    }
+
+    fn sweep<'a>(insert: &'a Insert, motion: &'a InsertMove) -> InsertSweep<'a> {
+        InsertSweep {
+            insert,
+            motion,
+            from: motion.from(),
+            to: motion.at(1.0),
+            x: motion.range(1),
+            z: motion.range(2),
+            height2: insert.height_mm * insert.height_mm,
+            column_step: 0.0,
+            half_sector: 0.0,
+        }
+    }
+
+    /// Cosine and sine of a line's angle, seen from a machine that has turned.
+    fn seen(azimuth_rad: f64, turned_rad: f64) -> (f64, f64) {
+        let (sin, cos) = libm::sincos(azimuth_rad - turned_rad);
+        (cos, sin)
+    }
+
+    /// Where the edge crosses a line at a column, by halving the step with its ends a little beyond: its share, and the position of the edge.
+    fn halved(insert: &Insert, motion: &InsertMove, azimuth_rad: f64, column_mm: f64) -> Option<(f64, f64)> {
+        let at = |s: f64| {
+            let pose = motion.at(s);
+            let edge = insert.edge_mm(pose.x_mm, column_mm - pose.z_mm)?;
+            Some((beyond(seen(azimuth_rad, pose.turned_rad), insert.height_mm, edge), edge))
+        };
+        let (mut left, mut right) = (-2e-3, 1.002);
+        let (begin, end) = (at(left)?.0, at(right)?.0);
+        if (begin < 0.0) == (end < 0.0) {
+            return None;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (left + right);
+            *(if (at(middle)?.0 < 0.0) == (begin < 0.0) { &mut left } else { &mut right }) = middle;
+        }
+        Some((left, at(left)?.1))
+    }
+
+    /// A step of any lathe: edges from a tenth of a millimetre to a face mill's, slow and fast C, feeds up to the insert's radius per turn.
+    fn any_step(random: &mut Random) -> (Insert, InsertMove) {
+        let radius_mm = random.by_magnitude(0.1, 100.0);
+        let edge_mm = random.by_magnitude(0.05, 100.0);
+        let insert = Insert { radius_mm, height_mm: random.sign() * edge_mm * random.by_magnitude(0.01, 30.0) };
+        let from = InsertPose {
+            turned_rad: random.between(-9.0, 9.0),
+            x_mm: edge_mm + radius_mm * random.between(0.02, 1.0),
+            z_mm: random.between(-1.0, 1.0) * radius_mm,
+        };
+        let turn = random.sign() * random.by_magnitude(1e-6, 0.05);
+        let way = [
+            turn,
+            edge_mm * turn * random.sign() * random.by_magnitude(1e-4, 3.0),
+            radius_mm * turn * random.sign() * random.by_magnitude(1e-5, 0.5),
+        ];
+        let uneven = random.by_magnitude(1e-4, 0.3);
+        let mut slope = || way.map(|way| way * (1.0 + uneven * random.between(-1.0, 1.0)));
+        let (begin, end) = (slope(), slope());
+        (insert, InsertMove::cubic(from, way, begin, end))
+    }
+
+    /// The series against halving, for random steps of any lathe: the radius within the bound, and no crossing lost.
+    #[test]
+    fn the_series_cross_where_the_edge_does() {
+        let mut random = Random(0x9e37_79b9);
+        let (mut crossed, mut held, mut refused) = (0, 0, 0);
+        for _ in 0..20_000 {
+            let (insert, motion) = any_step(&mut random);
+            let from = motion.from();
+            let height2 = insert.height_mm * insert.height_mm;
+            let series = StepSeries::new(&insert, &motion);
+            for _ in 0..4 {
+                let edge = from.x_mm - insert.radius_mm * random.between(0.0, 1.0);
+                let azimuth_rad = from.turned_rad + libm::atan2(insert.height_mm, edge);
+                let middle = seen(azimuth_rad, from.turned_rad + series.middle_rad());
+                let Some((line, crossing)) = series.seen(middle).and_then(|line| Some((line, series.crossing(&line)?)))
+                else {
+                    refused += 1;
+                    continue;
+                };
+                held += 1;
+                let beside = libm::sqrt(
+                    (insert.radius_mm * insert.radius_mm - (from.x_mm - edge) * (from.x_mm - edge)).max(0.0),
+                );
+                let sides = crossing.sides_mm(insert.radius_mm);
+                let wide = 1.2 * (sides[1].1 - sides[1].0) + 1e-3 * insert.radius_mm;
+                for i in 0..16 {
+                    let aside = beside + wide * random.between(-1.0, 1.0);
+                    let side = usize::from(i % 2 == 0);
+                    let column_mm = from.z_mm + if side == 1 { aside } else { -aside };
+                    let Some((share, edge)) = halved(&insert, &motion, azimuth_rad, column_mm) else { continue };
+                    let wanted = libm::sqrt(edge * edge + height2);
+                    let [found] = crossing.edges_mm([column_mm]);
+                    let found = libm::sqrt(found * found + height2);
+                    let about = (&insert, &motion, column_mm, share);
+                    assert!((found - wanted).abs() < 6e-7 + 1e-13 * wanted, "{about:?}: {found} {wanted}");
+                    let radius = wanted - 1e-9;
+                    assert!(
+                        !series.passes_beyond(&line, wanted * wanted, height2)
+                            || !(0.0..=1.0).contains(&share)
+                            || radius > wanted,
+                        "{about:?}"
+                    );
+                    if (0.0..=1.0).contains(&share) {
+                        let is_there = sides.iter().any(|(from, to)| (*from..=*to).contains(&column_mm));
+                        assert!(is_there, "{about:?} {sides:?}");
+                        crossed += 1;
+                    }
+                }
+            }
+        }
+        assert!(crossed > 50_000 && held > 10_000 && refused < 70_000, "{crossed} {held} {refused}");
+    }
+
+    /// Every line and every column by the search alone.
+    fn search_everywhere(radii: &mut [f64], grid: &PartGrid, insert: &Insert, motion: &InsertMove) {
+        let sweep = sweep(insert, motion);
+        for index in 0..grid.azimuths {
+            let azimuth_rad = grid.azimuth_rad(index);
+            let (begin, end) = (seen(azimuth_rad, sweep.from.turned_rad), seen(azimuth_rad, sweep.to.turned_rad));
+            // The other half of a line that runs through the axis.
+            let nearest_mm = sweep.x.0 - insert.radius_mm;
+            if begin.0 * nearest_mm + begin.1 * insert.height_mm < 0.0 {
+                continue;
+            }
+            let line = GridLine { index, begin, end };
+            for column in 0..grid.columns {
+                if let Some(edge) = sweep.passes_at(&line, grid.z_mm(column)) {
+                    let cell = &mut radii[column * grid.azimuths + index];
+                    *cell = cell.min(libm::sqrt(edge * edge + sweep.height2));
+                }
+            }
+        }
+    }
+
+    /// A path of any lathe over a part of any grid: the part is what the search alone leaves, or what it leaves with every step a little longer.
+    #[test]
+    fn a_part_is_what_the_search_alone_leaves() {
+        let mut random = Random(0x2545_f491);
+        let mut cut = 0;
+        for round in 0..60 {
+            let radius_mm = random.by_magnitude(0.2, 60.0);
+            let part_mm = random.by_magnitude(1.0, 60.0);
+            let share = [0.0, 0.01, 0.3, 0.7, 0.9][round % 5];
+            let insert = Insert { radius_mm, height_mm: random.sign() * share * part_mm };
+            let depth_mm = radius_mm.min(0.5 * part_mm) * random.by_magnitude(0.003, 0.9);
+            let section_mm = libm::sqrt(part_mm * part_mm - insert.height_mm * insert.height_mm);
+            let depth_mm = depth_mm.min(0.45 * section_mm);
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and positive")]
+            let (azimuths, columns) = (random.between(16.0, 200.0) as usize, random.between(2.0, 70.0) as usize);
+            let length_mm = radius_mm * random.by_magnitude(0.1, 3.0);
+            let grid = PartGrid { azimuths, columns, from_mm: -0.5 * length_mm, to_mm: 0.5 * length_mm };
+            let mut part = TurnedPart::round(String::from("P"), grid, part_mm).expect("a bar");
+            let (mut searched, mut longer) = (part.radii_mm().to_vec(), part.radii_mm().to_vec());
+            let step_rad = random.by_magnitude(0.003, 0.1);
+            let feed = length_mm * random.by_magnitude(0.01, 0.3) / TURN_RAD;
+            let (lobes, swing) = (libm::floor(random.between(1.0, 9.0)), depth_mm * random.between(0.0, 0.8));
+            let sense = random.sign();
+            let path = |turned: f64| {
+                let (sin, cos) = libm::sincos(lobes * turned);
+                let x_mm = section_mm + radius_mm - depth_mm + swing * cos;
+                (
+                    [turned, x_mm, -0.4 * length_mm + feed * turned.abs()],
+                    [1.0, -lobes * swing * sin, feed * turned.signum()],
+                )
+            };
+            for k in 0..200_u32 {
+                let ([a, b], h) = ([k, k + 1].map(|k| path(sense * step_rad * f64::from(k))), sense * step_rad);
+                let from = InsertPose { turned_rad: a.0[0], x_mm: a.0[1], z_mm: a.0[2] };
+                let way = core::array::from_fn(|i| b.0[i] - a.0[i]);
+                let motion = InsertMove::cubic(from, way, a.1.map(|slope| slope * h), b.1.map(|slope| slope * h));
+                part.sweep(&insert, &motion, true);
+                part.refresh();
+                search_everywhere(&mut searched, &grid, &insert, &motion);
+                search_everywhere(&mut longer, &grid, &insert, &motion.between(-2e-3, 1.002));
+            }
+            for (i, radius) in part.radii_mm().iter().enumerate() {
+                let (most, least) = (searched[i], searched[i].min(longer[i]));
+                let about = (round, insert, grid, step_rad, i);
+                assert!(*radius < most + 2e-6 && *radius > least - 2e-6, "{about:?}: {radius} {most} {least}");
+                cut += u32::from(*radius < part_mm);
+            }
+        }
+        assert!(cut > 40_000, "{cut}");
     }
 }

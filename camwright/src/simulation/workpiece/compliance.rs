@@ -4,7 +4,7 @@
 //! keeps its radius from before the present pass until it is opposite the wheel.
 
 use super::cut_record::ContactSample;
-use super::{BLOCK, Lobe, Removal, WheelCentre, WheelDirection, largest};
+use super::{BLOCK, BlockList, Lobe, Removal, WheelCentre, WheelDirection, WheelPass, largest, smallest};
 use crate::machine::contact_law::ContactLaw;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
@@ -58,6 +58,11 @@ impl EngagedSurface {
     pub(super) fn new(radii: &[f64], block_reach: &[f64]) -> Self {
         Self { radii: radii.to_vec(), block_reach: block_reach.to_vec(), reach: largest(block_reach), upto: None }
     }
+
+    /// Upper bounds of the radii of every block, and of all.
+    pub(super) fn reaches(&self) -> (&[f64], f64) {
+        (&self.block_reach, self.reach)
+    }
 }
 
 impl Snapshot for EngagedSurface {
@@ -96,7 +101,7 @@ impl Lobe {
     }
 
     /// The wheel stands here for a moment, undeflected, and had given way like this in the moment before: what it removes, and how
-    /// far it deflects now. With `cuts` false it only presses. The moment is so long (s).
+    /// far it deflects now. With `cuts` false it only presses. The moment is so long (s). The cut itself is made at the end of the pass.
     ///
     /// The law's engagement is the depth of the wheel as it stood deflected, and that deflection: as the deflected wheel runs along the
     /// surface that it makes, its deepest point is the one that counts, however steeply the undeflected wheel closes in.
@@ -105,8 +110,8 @@ impl Lobe {
         wheel: WheelCentre,
         law: &ContactLaw,
         before: Deflection,
-        cuts: bool,
-        time_s: f64,
+        (cuts, time_s): (bool, f64),
+        pass: &mut WheelPass,
     ) -> (Removal, Deflection) {
         if wheel.centre_mm - wheel.radius_mm >= self.met.reach {
             return (Removal::default(), Deflection::default());
@@ -116,31 +121,29 @@ impl Lobe {
         }
         self.bring_up_to(wheel.azimuth_rad);
         let (position, wheel) = (wheel, WheelDirection::from_wheel(wheel));
-        let touch = match self.touch(&wheel.deflected(before)) {
+        let touch = match self.touch(&wheel.deflected(before), Some(&pass.near)) {
             Some(touch) => Some(DeepestTouch { depth_mm: touch.depth_mm + before.mm, ..touch }),
-            None => self.touch(&wheel),
+            None => self.touch(&wheel, Some(&pass.near)),
         };
         let Some(DeepestTouch { depth_mm: engagement_mm, normal, at }) = touch else {
+            let removal = self.finish(pass);
             if let Some(record) = &mut self.record {
                 record.leave();
             }
-            return (Removal::default(), Deflection::default());
+            return (removal, Deflection::default());
         };
         let depth_mm = if cuts { law.depth_of_cut_mm(engagement_mm) } else { 0.0 };
         let deflection = Deflection { mm: engagement_mm - depth_mm, normal };
-        let removal = match (cuts, depth_mm > 0.0) {
-            (true, true) => self.cut(&wheel.deflected(deflection), true),
-            (true, false) => Removal::default(),
-            (false, _) => Removal { depth_mm: engagement_mm, ..Removal::default() },
-        };
-        if let Some(record) = &mut self.record {
+        let contact = self.record.is_some().then(|| {
             let azimuth_rad = at as f64 / self.radii.len() as f64 * TURN_RAD;
             let force_n = law.force_n(deflection.mm);
-            let contact =
-                ContactSample { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, force_n, cos_beta: normal.0 };
-            record.note(position, contact, time_s);
-        }
-        (removal, deflection)
+            let sample = ContactSample { azimuth_rad, area_mm2: 0.0, depth_mm, force_n, cos_beta: normal.0 };
+            (position, sample, time_s)
+        });
+        let cut = (cuts && depth_mm > 0.0).then(|| wheel.deflected(deflection));
+        let removal = self.cut_later(cut, contact, pass);
+        let pressed = Removal { depth_mm: if cuts { 0.0 } else { engagement_mm }, ..Removal::default() };
+        (removal.and(pressed), deflection)
     }
 
     /// Updates the surface that the wheel meets again: its own cut, from the azimuth opposite the wheel on.
@@ -177,11 +180,11 @@ impl Lobe {
 
     /// Finds the deepest point of a wheel in the surface: the azimuth nearest to its centre, and between its neighbours the vertex of a
     /// parabola. `None` without contact.
-    fn touch(&self, wheel: &WheelDirection) -> Option<DeepestTouch> {
+    fn touch(&self, wheel: &WheelDirection, near: Option<&BlockList>) -> Option<DeepestTouch> {
         let (x, radius) = (wheel.centre_mm, wheel.radius_mm);
         let (cos, sin) = wheel.direction;
         let mut nearest = (radius * radius, None);
-        let mut near = self.near(wheel);
+        let mut near = self.search(wheel, near);
         while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
             let at = self.azimuth_of(block, edge);
             let cos = wheel.cos_to(self.cos[at], self.sin[at]);
@@ -190,7 +193,7 @@ impl Lobe {
             let start = block * BLOCK;
             let end = (start + BLOCK).min(self.radii.len());
             let squares = wheel.squares(&self.met.radii[start..end], &self.cos[start..end], &self.sin[start..end]);
-            let min = squares.iter().fold(f64::INFINITY, |min, square| if *square < min { *square } else { min });
+            let min = smallest(&squares);
             if min < nearest.0
                 && let Some(i) = squares.iter().position(|square| *square <= min)
             {

@@ -13,15 +13,17 @@ mod candidate_blocks;
 mod compliance;
 mod cut_record;
 mod snapshot;
+mod wheel_pass;
 
 use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-use candidate_blocks::{BlockEdge, CandidateBlocks};
+use candidate_blocks::{BlockEdge, BlockList, CandidateBlocks, FoundBlock, WheelDisc};
 pub use compliance::Deflection;
 pub use cut_record::{CutRecord, DEGREES, RemovalAtDegree};
+pub(crate) use wheel_pass::WheelPass;
 
 /// Default number of azimuths of an outline: 0.1° apart, the block of JPS6156064B2.
 pub const DEFAULT_AZIMUTHS: usize = 3600;
@@ -68,6 +70,12 @@ pub enum LobeError {
         other: String,
     },
 }
+
+/// Margin of the list of a tick over that of a servo step.
+const LISTED: f64 = 4.0;
+
+/// Addition to the margin of a list of blocks, for rounding (mm).
+const ROUNDING_MM: f64 = 1e-6;
 
 /// Fewest radii of an outline.
 pub const MIN_AZIMUTHS: usize = 16;
@@ -126,6 +134,11 @@ impl WheelDirection {
     fn has(&self, r: f64, cos_delta: f64) -> bool {
         let x = self.centre_mm;
         r * (r - 2.0 * x * cos_delta) + x * x < self.radius_mm * self.radius_mm
+    }
+
+    fn disc(&self) -> WheelDisc {
+        let (cos, sin) = self.direction;
+        WheelDisc { centre: (self.centre_mm * cos, self.centre_mm * sin), radius_mm: self.radius_mm }
     }
 
     fn cos_to(&self, c: f64, s: f64) -> f64 {
@@ -250,31 +263,86 @@ impl Lobe {
     /// the wheel leaves the part inside it. A wheel over the part's axis (X ≤ R) cuts nothing and has the whole part
     /// as depth.
     pub fn pass(&mut self, wheel: WheelCentre, cuts: bool) -> Removal {
+        self.beside(&wheel).unwrap_or_else(|| self.cut(&WheelDirection::from_wheel(wheel), cuts))
+    }
+
+    /// The same in the course of a tick, which cuts at its end.
+    pub(crate) fn pass_later(&mut self, wheel: WheelCentre, pass: &mut WheelPass) -> Removal {
+        match self.beside(&wheel) {
+            Some(removal) => removal,
+            None => self.cut_later(Some(WheelDirection::from_wheel(wheel)), None, pass),
+        }
+    }
+
+    /// Removal of a wheel that is off the part, or over its axis.
+    fn beside(&self, wheel: &WheelCentre) -> Option<Removal> {
         if wheel.centre_mm - wheel.radius_mm >= self.reach {
-            return Removal::default();
+            return Some(Removal::default());
         }
-        if wheel.centre_mm <= wheel.radius_mm {
-            return Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
+        let over_axis = Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
+        (wheel.centre_mm <= wheel.radius_mm).then_some(over_axis)
+    }
+
+    /// Lists the blocks that the wheel can meet while its centre moves by less than a margin (mm), on the surface that a deflected wheel
+    /// meets or on the one that is left. A list stays as it is while it holds for the margin.
+    pub(crate) fn list_blocks(&self, wheel: WheelCentre, is_deflected: bool, margin_mm: f64, pass: &mut WheelPass) {
+        let wheel = WheelDirection::from_wheel(wheel);
+        if !pass.near.holds(&wheel.disc(), margin_mm) {
+            self.list(&wheel, is_deflected, LISTED * margin_mm, &mut pass.near);
         }
-        self.cut(&WheelDirection::from_wheel(wheel), cuts)
+    }
+
+    fn list(&self, wheel: &WheelDirection, is_deflected: bool, margin_mm: f64, near: &mut BlockList) {
+        let larger = WheelDirection { radius_mm: wheel.radius_mm + margin_mm + ROUNDING_MM, ..*wheel };
+        if larger.centre_mm <= larger.radius_mm {
+            near.clear();
+            return;
+        }
+        let (block_reach, reach) =
+            if is_deflected { self.met.reaches() } else { (self.block_reach.as_slice(), self.reach) };
+        let (first, blocks) = (self.block_of(wheel.azimuth_rad), block_reach.len());
+        let mut search = CandidateBlocks::of_all(first);
+        near.collect(wheel.disc(), margin_mm, (first, blocks), || {
+            loop {
+                let (block, edge) = search.next_with_edge(blocks, |block, edge| {
+                    let at = self.azimuth_of(block, edge);
+                    let cos = larger.cos_to(self.cos[at], self.sin[at]);
+                    (larger.has(reach, cos), larger.has(block_reach[block], cos))
+                })?;
+                let reach = block_reach[block];
+                if block == first {
+                    // The wheel's centre may face any of its azimuths: where it does now is nearest.
+                    let (cos, sin) = wheel.direction;
+                    if larger.has(reach, 1.0) {
+                        return Some(FoundBlock { block, point: (reach * cos, reach * sin) });
+                    }
+                    continue;
+                }
+                let at = self.azimuth_of(block, edge);
+                return Some(FoundBlock { block, point: (reach * self.cos[at], reach * self.sin[at]) });
+            }
+        });
     }
 
     fn cut(&mut self, wheel: &WheelDirection, cuts: bool) -> Removal {
         let mut removal = Removal::default();
-        let mut near = self.near(wheel);
-        while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
-            let at = self.azimuth_of(block, edge);
-            let cos = wheel.cos_to(self.cos[at], self.sin[at]);
-            (wheel.has(self.reach, cos), wheel.has(self.block_reach[block], cos))
-        }) {
+        let mut near = self.search(wheel, None);
+        while let Some(block) = near.next(self.block_reach.len(), |block, edge| self.look(wheel, block, edge)) {
             removal = removal.and(self.cut_block(block, wheel, cuts));
         }
         removal
     }
 
-    /// Looks about from the block that the wheel's centre faces.
-    fn near(&self, wheel: &WheelDirection) -> CandidateBlocks {
-        CandidateBlocks::new(self.block_of(wheel.azimuth_rad))
+    /// By the edge of a block nearest to the wheel's centre: whether any block could be inside the wheel there, and whether this one is.
+    fn look(&self, wheel: &WheelDirection, block: usize, edge: BlockEdge) -> (bool, bool) {
+        let at = self.azimuth_of(block, edge);
+        let cos = wheel.cos_to(self.cos[at], self.sin[at]);
+        (wheel.has(self.reach, cos), wheel.has(self.block_reach[block], cos))
+    }
+
+    /// Looks about from the block that the wheel's centre faces, in a list if it holds there.
+    fn search<'a>(&self, wheel: &WheelDirection, near: Option<&'a BlockList>) -> CandidateBlocks<'a> {
+        CandidateBlocks::new(self.block_of(wheel.azimuth_rad), &wheel.disc(), near)
     }
 
     /// The azimuth of a block at one of its edges.
@@ -302,11 +370,15 @@ impl Lobe {
         let (x, r2) = (wheel.centre_mm, wheel.radius_mm * wheel.radius_mm);
         let half_step = 0.5 * TURN_RAD / self.radii.len() as f64;
         let squares = wheel.squares(&self.radii[range.clone()], &self.cos[range.clone()], &self.sin[range.clone()]);
+        if smallest(&squares) >= r2 {
+            return Removal::default();
+        }
         let mut inside: u32 = 0;
         for (i, square) in squares.iter().enumerate() {
             inside |= u32::from(*square < r2) << i;
         }
         let mut removal = Removal::default();
+        let mut highest = 0.0;
         while inside != 0 {
             let at = range.start + inside.trailing_zeros() as usize;
             inside &= inside - 1;
@@ -323,9 +395,11 @@ impl Lobe {
                 let after = r - penetration;
                 removal.area_mm2 += (r * r - after * after) * half_step;
                 self.radii[at] = after;
+                highest = r.max(highest);
             }
         }
-        if removal.area_mm2 > 0.0 {
+        // While the highest azimuth stands, so does the reach.
+        if highest >= self.block_reach[block] {
             self.block_reach[block] = largest(&self.radii[range]);
             self.changed = true;
         }
@@ -339,6 +413,14 @@ fn largest(radii: &[f64]) -> f64 {
     let (fours, rest) = radii.as_chunks::<4>();
     let max = fours.iter().fold([0.0; 4], |max, four| core::array::from_fn(|i| larger(max[i], four[i])));
     rest.iter().chain(&max).fold(0.0, |max, radius| larger(max, *radius))
+}
+
+/// Smallest of a block's numbers, none of which is NaN: by halves, which are read as they were written.
+fn smallest(numbers: &[f64; BLOCK]) -> f64 {
+    let smaller = |a: f64, b: f64| if b < a { b } else { a };
+    let eight: [f64; 8] = core::array::from_fn(|i| smaller(numbers[i], numbers[i + 8]));
+    let four: [f64; 4] = core::array::from_fn(|i| smaller(eight[i], eight[i + 4]));
+    smaller(smaller(four[0], four[2]), smaller(four[1], four[3]))
 }
 
 /// The part between the centres.

@@ -1,0 +1,59 @@
+//! Upper bounds of the radii, along the lines: what was cut in the turn before is passed over by them, without a look at its cells.
+
+use super::PartGrid;
+use alloc::vec::Vec;
+
+/// Columns of a line whose largest radius is known. The edge must rise less over a chunk than it moves in a turn.
+pub(super) const CHUNK: usize = 8;
+
+/// They decide what is looked at, never what is cut: two parts are equal whatever their bounds.
+#[derive(Debug, Clone)]
+pub(super) struct Bounds {
+    /// Largest radius of every chunk, line by line (mm).
+    chunks: Vec<f64>,
+    per_line: usize,
+    /// Upper bound of every line (mm).
+    lines: Vec<f64>,
+}
+
+impl PartialEq for Bounds {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Bounds {
+    pub(super) fn new(grid: &PartGrid, radii: &[f64]) -> Self {
+        let per_line = grid.columns.div_ceil(CHUNK);
+        let mut chunks = alloc::vec![0.0; grid.azimuths * per_line];
+        for (column, radii) in radii.chunks(grid.azimuths).enumerate() {
+            for (line, radius) in radii.iter().enumerate() {
+                let highest = &mut chunks[line * per_line + column / CHUNK];
+                *highest = radius.max(*highest);
+            }
+        }
+        let mut bounds = Self { chunks, per_line, lines: alloc::vec![0.0; grid.azimuths] };
+        (0..grid.azimuths).for_each(|line| bounds.refresh_line(line));
+        bounds
+    }
+
+    /// Upper bound of the radii of a line (mm).
+    pub(super) fn line_mm(&self, line: usize) -> f64 {
+        self.lines[line]
+    }
+
+    /// Largest radii of the chunks of a line (mm).
+    pub(super) fn chunks_mut(&mut self, line: usize) -> &mut [f64] {
+        &mut self.chunks[line * self.per_line..][..self.per_line]
+    }
+
+    /// Largest radius of the chunk of a column, over all lines (mm).
+    pub(super) fn chunk_mm(&self, column: usize) -> f64 {
+        self.chunks.iter().skip(column / CHUNK).step_by(self.per_line).fold(0.0, |max, radius| radius.max(max))
+    }
+
+    /// Lowers the bound of a line to the largest radius of its chunks.
+    pub(super) fn refresh_line(&mut self, line: usize) {
+        self.lines[line] = super::largest(self.chunks_mut(line));
+    }
+}
