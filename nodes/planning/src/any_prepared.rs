@@ -1,7 +1,7 @@
 //! A planned job of any kind: what is to be known of it without knowing what it makes.
 
 use super::finding::Finding;
-use super::timings::{Stage, Timings};
+use super::timings::{PlanningStage, Timings};
 use super::turning::{self, PreparedTurning};
 use super::{PreparedJob, findings, plan_timed};
 use camwright::machine::description::MachineDescription;
@@ -55,7 +55,7 @@ fn plan_any_timed(job: AnyJob, machine: Option<&MachineNow>, timings: &Timings) 
     Ok(match job {
         AnyJob::Ground(job) => AnyPrepared::Ground(Box::new(plan_timed(*job, machine, timings)?)),
         AnyJob::Turned(job) => {
-            timings.enter(Stage::Turning);
+            timings.enter(PlanningStage::Turning);
             AnyPrepared::Turned(Box::new(turning::plan_turned(*job, machine)?))
         }
         AnyJob::Milled(job) => return Err(is_milled(&job)),

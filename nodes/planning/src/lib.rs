@@ -70,7 +70,7 @@ pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, si
 pub use stored_stiffness::{StoredContacts, kept_contacts, learn_stiffness};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
 pub use times::{TimeCompared, compare_times};
-pub use timings::{Stage, Timings};
+pub use timings::{PlanningStage, Timings};
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
@@ -200,13 +200,13 @@ fn plan_timed(job: Job, machine: Option<&MachineNow>, timings: &Timings) -> Resu
     };
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let planned = plan_job_on(timings, &job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
-    timings.enter(Stage::Complete);
+    timings.enter(PlanningStage::Complete);
     not_too_long(&job.document, planned.plan.duration_s)?;
     let planned = programmed::with_program(&job, &description, wheel.radius_mm, planned)?;
     let (planned, measuring) = journals::measuring(&job, &description, wheel, planned, &provenance)?;
     let expected_correction = journals::expected(&job, &description, &planned)?;
     let inspections = inspections(&job, &planned)?;
-    timings.enter(Stage::Hash);
+    timings.enter(PlanningStage::Hash);
     let pages = pages_from_plan(&planned.plan, &provenance);
     let wheel_radius_mm = wheel.radius_mm;
     Ok(PreparedJob {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 /// A stage from a job file to a plan hash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
+pub enum PlanningStage {
     /// Files of job, machine and lifts.
     Read,
     /// A stage of the planner.
@@ -21,7 +21,7 @@ pub enum Stage {
     Hash,
 }
 
-impl Stage {
+impl PlanningStage {
     /// Its name in a table.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -49,23 +49,23 @@ static PROCESSORS: LazyLock<Option<ThreadPool>> =
 /// Host of the planner with all processors, and a stopwatch.
 #[derive(Debug)]
 pub struct Timings {
-    begun: Mutex<Vec<(Stage, Instant)>>,
+    begun: Mutex<Vec<(PlanningStage, Instant)>>,
 }
 
 impl Timings {
     /// A stopwatch that starts with reading files.
     #[must_use]
     pub fn start() -> Self {
-        Self { begun: Mutex::new(vec![(Stage::Read, Instant::now())]) }
+        Self { begun: Mutex::new(vec![(PlanningStage::Read, Instant::now())]) }
     }
 
-    pub(crate) fn enter(&self, stage: Stage) {
+    pub(crate) fn enter(&self, stage: PlanningStage) {
         self.begun.lock().unwrap_or_else(PoisonError::into_inner).push((stage, Instant::now()));
     }
 
     /// Time of each stage so far, in their order; the last one ends now.
     #[must_use]
-    pub fn stages(&self) -> Vec<(Stage, Duration)> {
+    pub fn stages(&self) -> Vec<(PlanningStage, Duration)> {
         let begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
         let ends = begun.iter().skip(1).map(|(_, at)| *at).chain([Instant::now()]);
         begun.iter().zip(ends).map(|((stage, at), end)| (*stage, end.duration_since(*at))).collect()
@@ -74,7 +74,7 @@ impl Timings {
 
 impl PlanHost for Timings {
     fn begins(&self, stage: PlanStage) {
-        self.enter(Stage::Plan(stage));
+        self.enter(PlanningStage::Plan(stage));
     }
 
     fn map<T: Send>(&self, count: usize, each: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {

@@ -74,7 +74,9 @@ pub enum ResetRefused {
     #[error("the drive of {axis} still reports a fault; clear it (`camwright fault drive_fault {axis} --clear`)", axis = .0.joint())]
     DriveFault(Axis),
     /// A person is in the work area.
-    #[error("a person is in the work area; leave it (`camwright fault person --clear`)")]
+    #[error(
+        "a person or the loader is in the work area; clear it (an injected person: `camwright fault person --clear`)"
+    )]
     Entered,
     /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.
     #[error("the wheel still turns, and {}", .0.text())]

@@ -8,7 +8,7 @@ pub(super) const CHUNK: usize = 8;
 
 /// They decide what is looked at, never what is cut: two parts are equal whatever their bounds.
 #[derive(Debug, Clone)]
-pub(super) struct Bounds {
+pub(super) struct RadiusBounds {
     /// Largest radius of every chunk, line by line (mm).
     chunks: Vec<f64>,
     per_line: usize,
@@ -16,13 +16,13 @@ pub(super) struct Bounds {
     lines: Vec<f64>,
 }
 
-impl PartialEq for Bounds {
+impl PartialEq for RadiusBounds {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Bounds {
+impl RadiusBounds {
     pub(super) fn new(grid: &PartGrid, radii: &[f64]) -> Self {
         let per_line = grid.columns.div_ceil(CHUNK);
         let mut chunks = alloc::vec![0.0; grid.azimuths * per_line];

@@ -27,7 +27,7 @@ mod tests;
 use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
-use bounds::{Bounds, CHUNK};
+use bounds::{CHUNK, RadiusBounds};
 use core::ops::Range;
 use thiserror::Error;
 
@@ -198,7 +198,7 @@ pub struct TurnedPart {
     /// Cosine and sine of every azimuth.
     cos: Vec<f64>,
     sin: Vec<f64>,
-    bounds: Bounds,
+    bounds: RadiusBounds,
     raw_reach: f64,
     min: f64,
     /// An upper bound of its radius.
@@ -231,7 +231,7 @@ impl TurnedPart {
         let min = radii.iter().fold(reach, |min, r| min.min(*r));
         let cos = (0..azimuths).map(|i| libm::cos(grid.azimuth_rad(i))).collect();
         let sin = (0..azimuths).map(|i| libm::sin(grid.azimuth_rad(i))).collect();
-        let bounds = Bounds::new(&grid, &radii);
+        let bounds = RadiusBounds::new(&grid, &radii);
         let (raw_reach, refresh, changed) = (reach, (0, 0.0), false);
         Ok(Self { name, grid, radii, cos, sin, bounds, raw_reach, min, reach, refresh, changed })
     }

@@ -4,7 +4,9 @@ use super::output::{VerdictLevel, print_error, print_verdict, print_warnings, sa
 use super::plan_turned;
 use crate::bag_size::BagSize;
 use camwright_machine_cycle::pacing::Pace;
-use camwright_planning::{self as planning, AnyPrepared, BoundSummary, PassSummary, RemovalClass, Stage, Timings};
+use camwright_planning::{
+    self as planning, AnyPrepared, BoundSummary, PassSummary, PlanningStage, RemovalClass, Timings,
+};
 use serde::Serialize;
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -88,9 +90,9 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
 }
 
 /// One line for each stage, and their sum.
-fn timings_text(stages: &[(Stage, Duration)]) -> String {
-    let line = |name: &str, time: Duration| format!("{name:<8} {:>10.3}\n", 1e3 * time.as_secs_f64());
-    let mut text = format!("{:<8} {:>10}\n", "stage", "ms");
+fn timings_text(stages: &[(PlanningStage, Duration)]) -> String {
+    let line = |name: &str, time: Duration| format!("{name:<8} {:>10.4}\n", time.as_secs_f64());
+    let mut text = format!("{:<8} {:>10}\n", "stage", "s");
     for (stage, time) in stages {
         text += &line(stage.name(), *time);
     }
@@ -245,10 +247,11 @@ mod tests {
 
     #[test]
     fn timings_are_a_line_for_each_stage_and_their_sum() {
-        let stages = [(Stage::Read, Duration::from_micros(1500)), (Stage::Hash, Duration::from_micros(500))];
+        let stages =
+            [(PlanningStage::Read, Duration::from_micros(1500)), (PlanningStage::Hash, Duration::from_micros(500))];
         assert_eq!(
             timings_text(&stages),
-            "stage            ms\nread          1.500\nhash          0.500\ntotal         2.000\n"
+            "stage             s\nread         0.0015\nhash         0.0005\ntotal        0.0020\n"
         );
     }
 }
