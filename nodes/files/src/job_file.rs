@@ -33,7 +33,7 @@ use std::sync::Arc;
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Blocks per turn of a lift that comes from a formula: 0.1°, as on the tape of JPS6156064B2.
-const FORMULA_BLOCKS: u32 = 3600;
+pub const FORMULA_BLOCKS: u32 = 3600;
 
 /// Maximum blocks of a turn, as of a table.
 const MAX_BLOCKS: u32 = 36_000;

@@ -7,6 +7,7 @@ use camwright::job::grinding::{PassSpec, SpeedLaw};
 use camwright::machine::description::{Axis, MotionLimits};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
 use camwright::motion::speed_plan::{Bound, LimitedQuantity};
+use camwright_files::job_file::FORMULA_BLOCKS;
 use std::collections::BTreeMap;
 
 /// Turns of a job from which on a table is expected to be worth them: a camshaft takes some 30.
@@ -14,9 +15,6 @@ const MANY_TURNS: u32 = 500;
 
 /// Turns of infeed of a pass from which on they are expected to be an oversight.
 const MANY_INFEED_TURNS: f64 = 50.0;
-
-/// Blocks of a turn that a table divides finely.
-const FINE_BLOCKS: u32 = 3600;
 
 /// Share of a turn's time from which on a limit slows a pass for much of it.
 const MUCH_OF_A_TURN: f64 = 0.5;
@@ -159,7 +157,7 @@ fn few_rows(prepared: &PreparedJob) -> Option<Finding> {
         lift.table.as_ref().is_some_and(|table| u32::try_from(table.blocks()) == Ok(blocks))
     };
     let (index, _) = job.lifts.iter().enumerate().find(|(_, lift)| divides(lift))?;
-    if blocks >= FINE_BLOCKS || job.document.root.get("blocks_per_turn").is_some() {
+    if blocks >= FORMULA_BLOCKS || job.document.root.get("blocks_per_turn").is_some() {
         return None;
     }
     let per_turn_mm = |pass: &PassSpec| f64::from(blocks) * pass.infeed_per_block_mm;
@@ -171,7 +169,7 @@ fn few_rows(prepared: &PreparedJob) -> Option<Finding> {
     let per_block_um = um_from_mm(pass.infeed_per_block_mm);
     let message = format!(
         "profile {}: the table has {blocks} rows, so a turn has {blocks} blocks, and infeed.per_block_um {per_block_um} makes {:.2} um per turn \
-         and {:.0} turns in pass {}; for fewer turns raise infeed.per_block_um, or set blocks_per_turn: {FINE_BLOCKS}",
+         and {:.0} turns in pass {}; for fewer turns raise infeed.per_block_um, or set blocks_per_turn: {FORMULA_BLOCKS}",
         job.spec.profiles[index].name,
         um_from_mm(per_turn_mm(pass)),
         turns(pass),

@@ -1,4 +1,4 @@
-//! Where the edge crosses a line of the grid in a step, in closed form.
+//! Crossing of the edge and a line of the grid in a step, in closed form.
 //!
 //! With s the share of the step, counted from its middle, x, z and θ are cubics, and the line is met at xₑ* = H cot a with a = a₀ − θ(s). The
 //! height of the insert's circle there, u = x − xₑ*, is a power series in s, which is reversed to s(u). A column z is crossed where

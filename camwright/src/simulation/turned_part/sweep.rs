@@ -461,7 +461,7 @@ mod tests {
         (cos, sin)
     }
 
-    /// Where the edge crosses a line at a column, by halving the step with its ends a little beyond: its share, and the position of the edge.
+    /// Crossing of the edge and a line at a column, by halving the step with its ends a little beyond: its share, and the position of the edge.
     fn halved(insert: &Insert, motion: &InsertMove, azimuth_rad: f64, column_mm: f64) -> Option<(f64, f64)> {
         let at = |s: f64| {
             let pose = motion.at(s);

@@ -1,9 +1,8 @@
-//! Steps of the simulated machines and the sweeps of their tools: `cargo bench -p camwright --bench simulation`.
+//! Steps of the simulated machines and the sweeps of their tools: `cargo bench -p camwright_planning --bench simulation`.
 //!
 //! A step is a tick of interpolator and machine in the middle of the cut, on a copy of the same state each time; a sweep is a tick of the tool
 //! alone.
 
-#[path = "../tests/benchmark_jobs/mod.rs"]
 mod benchmark_jobs;
 
 use benchmark_jobs::Benchmark;

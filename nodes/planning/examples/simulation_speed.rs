@@ -1,4 +1,4 @@
-//! Speed of the simulated machines: `cargo run --release -p camwright --example simulation_speed [RUNS [ground|turned]]`.
+//! Speed of the simulated machines: `cargo run --release -p camwright_planning --example simulation_speed [RUNS [ground|turned]]`.
 //!
 //! Runs the default job of the grinder and the 3-D cam of the lathe, interpolator and machine in one loop on one core, as they are and
 //! without the effects that leave an error on the part. Prints machine seconds per second, the best of RUNS (3): for the whole job, then for
@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "a command: its output is the benchmark")]
 #![allow(clippy::disallowed_methods, reason = "a benchmark measures time")]
 
-#[path = "../tests/benchmark_jobs/mod.rs"]
+#[path = "../benches/benchmark_jobs/mod.rs"]
 mod benchmark_jobs;
 
 use benchmark_jobs::Benchmark;
@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-/// What the machine does in a tick.
+/// Work of the machine in a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Phase {
     Cuts,
