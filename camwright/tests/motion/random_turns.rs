@@ -57,6 +57,15 @@ fn peaks_between_the_points_are_found() {
     }
 }
 
+/// Uses in time: notches of the bound (273, 416) and a peak of X's third derivative (309) that are much narrower than an interval of the
+/// turn, where the quintic in time and the plan over the angle differ.
+#[test]
+fn narrow_peaks_are_kept_in_time() {
+    for seed in [273, 309, 416] {
+        assert_eq!(all("cuts", seed..seed + 1, judge_turn_of_cut), 1, "seed {seed} is refused");
+    }
+}
+
 #[test]
 #[ignore = "a campaign of minutes to hours: TURN_SEED, TURN_COUNT"]
 fn campaign_of_turns() {

@@ -15,6 +15,7 @@ mod bound_use;
 mod envelope;
 mod error;
 mod fixed_path;
+mod in_time;
 mod lead;
 mod limit_use;
 mod peaks;

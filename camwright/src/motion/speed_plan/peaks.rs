@@ -1,5 +1,6 @@
 //! Peaks of the limit utilisation of a turn, between the points on which it was planned.
 
+use super::in_time::Difference;
 use super::square_speed::{SpeedKnots, SquareSpeed, to_f64};
 use super::table::LimitTable;
 use super::turn_request::TurnRequest;
@@ -55,17 +56,13 @@ const BOUND_PARTS: usize = 4;
 /// Use of the bound, in z, from which on a peak of it between points of the table is looked for.
 const TOP_FROM: f64 = 0.97;
 
-/// Margin of a point between the evaluated ones, in multiples of the bound's spread in an interval.
-const SPREADS: f64 = 4.0;
-
 /// Speed-independent data of the path and its bound in one interval.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reach {
     /// Largest magnitudes that X′, X″ and X‴ can have (mm over rad).
     pub(super) x: [f64; 3],
-    /// Largest 1/bound² at the points where it is looked at, and how much smaller the least is there.
+    /// Largest 1/bound² at the points where it is looked at.
     per_bound: f64,
-    per_bound_spread: f64,
     /// 1/bound² at equal parts from the first end to the last.
     per_bounds: [f64; BOUND_PARTS + 1],
 }
@@ -74,11 +71,6 @@ impl Reach {
     /// 1/bound² at the beginning and in the middle.
     pub(super) fn per_bound_at_points(&self) -> [f64; 2] {
         [self.per_bounds[0], self.per_bounds[BOUND_PARTS / 2]]
-    }
-
-    /// 1/bound² that no point between those where it was looked at is expected above: a notch between them shows in their spread.
-    pub(super) fn expected_per_bound(&self) -> f64 {
-        self.per_bound + SPREADS * self.per_bound_spread
     }
 }
 
@@ -103,17 +95,77 @@ impl<'a> PeakSearch<'a> {
                 _ => per_bound(begin + length * to_f64(part) / to_f64(BOUND_PARTS)),
             });
             let within = table.within(begin, length).map(|(_, per)| per);
-            let all = per_bounds.into_iter().chain(within);
-            let (min, largest) =
-                all.fold((f64::INFINITY, 0.0), |(min, largest), per| (f64::min(min, per), f64::max(largest, per)));
-            let (from, to) = knots_of_path(request, begin, length);
-            let mut x = request.path.largest_derivatives(from, to);
-            x[0] += request.infeed_slope_mm_rad.abs();
-            Reach { x, per_bound: largest, per_bound_spread: largest - min, per_bounds }
+            let largest = per_bounds.into_iter().chain(within).fold(0.0, f64::max);
+            let x = largest_derivatives(request, begin, length);
+            Reach { x, per_bound: largest, per_bounds }
         });
         let parts = 2 * POINTS.div_ceil(2 * request.path.coefficients().len());
         let weights = Weights::at_parts(u32::try_from(parts).unwrap_or(u32::MAX));
         Self { request, table, reach: reach.collect(), weights }
+    }
+
+    /// Uses of the limits of C by an acceleration and a jerk.
+    pub(super) fn uses_of_c(&self, acceleration: f64, jerk: f64) -> Peaks {
+        let c = &self.request.c;
+        Peaks { c_acceleration: acceleration / c.acceleration, c_jerk: jerk / c.jerk, ..Peaks::default() }
+    }
+
+    /// Upper bounds of the uses in an interval for largest magnitudes of speed, acceleration and jerk of C.
+    pub(super) fn hull_of_motion(&self, interval: usize, [v, a, j]: [f64; 3]) -> Peaks {
+        let (reach, limits) = (&self.reach[interval], &self.request.x);
+        let [x1, x2, x3] = reach.x;
+        Peaks {
+            bound: v * v * reach.per_bound,
+            x_acceleration: (x2 * v * v + x1 * a) / limits.acceleration,
+            x_jerk: (x3 * v * v * v + 3.0 * x2 * v * a + x1 * j) / limits.jerk,
+            ..self.uses_of_c(a, j)
+        }
+    }
+
+    /// Upper bounds of bound and X for a motion that differs from the plan by no more than this, from the peaks of the plan in an interval.
+    pub(super) fn beside_plan(&self, interval: usize, peaks: &Peaks, difference: &Difference) -> Peaks {
+        let [x_acceleration, x_jerk] = self.x_of_difference(self.reach[interval].x, difference);
+        Peaks {
+            bound: peaks.bound * (1.0 + difference.faster),
+            x_acceleration: peaks.x_acceleration + x_acceleration,
+            x_jerk: peaks.x_jerk + x_jerk,
+            ..Peaks::default()
+        }
+    }
+
+    /// Same as [`PeakSearch::beside_plan`], closer: with a difference in each part of the interval, given from one angle to another.
+    pub(super) fn beside_plan_in_parts(
+        &self,
+        speed: &SquareSpeed,
+        i: usize,
+        parts: &[(f64, f64, Difference)],
+    ) -> Peaks {
+        let (begin, length) = (speed.knots().at(i), speed.knots().length(i));
+        let z = Parabola::from_interval(speed, i);
+        let faster = |along: f64| {
+            let around = parts.iter().filter(|(from, to, _)| *from <= along && along <= *to);
+            1.0 + around.map(|(_, _, difference)| difference.faster).fold(0.0, f64::max)
+        };
+        let bound = self.bound_peak(begin, length, &self.reach[i], &z, faster);
+        let mut found = Peaks { bound, ..Peaks::default() };
+        for (from, to, difference) in parts {
+            let (begin, length) = (begin + from, to - from);
+            let (acceleration, jerk) = self.x_peaks(begin, length, &z.beginning_at(*from));
+            let x = largest_derivatives(self.request, begin, length);
+            let [more_acceleration, more_jerk] = self.x_of_difference(x, difference);
+            found.x_acceleration = found.x_acceleration.max(acceleration + more_acceleration);
+            found.x_jerk = found.x_jerk.max(jerk + more_jerk);
+        }
+        found
+    }
+
+    /// Largest uses of X's acceleration and jerk by a difference where X′, X″ and X‴ are not above these.
+    fn x_of_difference(&self, [x1, x2, x3]: [f64; 3], difference: &Difference) -> [f64; 2] {
+        let limits = &self.request.x;
+        [
+            (x2 * difference.square + x1 * difference.acceleration) / limits.acceleration,
+            (x3 * difference.cube + 3.0 * x2 * difference.product + x1 * difference.jerk) / limits.jerk,
+        ]
     }
 
     /// Data of every interval.
@@ -173,15 +225,7 @@ impl<'a> PeakSearch<'a> {
         let z = Parabola::from_interval(speed, i);
         let mut found = self.hull(reach, &z, length);
         if found.bound > 1.0 {
-            let parts = reach.per_bounds.iter().enumerate();
-            let parts = parts.map(|(part, per)| per * z.at(length * to_f64(part) / to_f64(BOUND_PARTS)));
-            let within = self.table.within(begin, length).map(|(along, per)| per * z.at(along));
-            found.bound = parts.chain(within).fold(0.0, f64::max);
-            found.bound = found.bound.max(self.bound_tops(begin, length, reach, &z));
-            // z alone peaks where the bound is flat.
-            if let Some(along) = z.peak(length) {
-                found.bound = found.bound.max(self.per_bound(begin + along) * z.at(along));
-            }
+            found.bound = self.bound_peak(begin, length, reach, &z, |_| 1.0);
         }
         if found.x_acceleration > 1.0 || found.x_jerk > 1.0 {
             (found.x_acceleration, found.x_jerk) = self.x_peaks(begin, length, &z);
@@ -189,26 +233,38 @@ impl<'a> PeakSearch<'a> {
         found
     }
 
-    /// Largest z/bound² beside points of the table that are above both of their neighbours, at the tops of the parabolas through the three.
-    fn bound_tops(&self, begin: f64, length: f64, reach: &Reach, z: &Parabola) -> f64 {
-        let even = self.table.path_within(begin, length).map(|(along, per, _)| (along, per));
-        let ends = [(0.0, reach.per_bounds[0]), (length, reach.per_bounds[BOUND_PARTS])];
-        let points = ends.into_iter().take(1).chain(even).chain(ends.into_iter().skip(1));
+    /// Largest z/bound² in an interval, where z is larger than planned by a factor that depends on the angle.
+    fn bound_peak(&self, begin: f64, length: f64, reach: &Reach, z: &Parabola, factor: impl Fn(f64) -> f64) -> f64 {
+        let parts = reach.per_bounds.iter().enumerate();
+        let parts = parts.map(|(part, per)| (length * to_f64(part) / to_f64(BOUND_PARTS), *per));
+        let points = parts.chain(self.table.within(begin, length));
+        let mut largest = points.map(|(along, per)| per * z.at(along) * factor(along)).fold(0.0, f64::max);
+        let mut look = |along: f64| largest = largest.max(self.per_bound(begin + along) * z.at(along) * factor(along));
+        self.bound_tops(begin, length, reach, z, &mut look);
+        // z alone peaks where the bound is flat.
+        if let Some(along) = z.peak(length) {
+            look(along);
+        }
+        largest
+    }
+
+    /// Calls with the angles of the tops of z/bound² beside points of the table that are above both of their neighbours: those of the
+    /// parabolas through the three.
+    fn bound_tops(&self, begin: f64, length: f64, reach: &Reach, z: &Parabola, look: &mut impl FnMut(f64)) {
+        let [first, last] = [(0.0, reach.per_bounds[0]), (length, reach.per_bounds[BOUND_PARTS])];
+        let points = [first].into_iter().chain(self.table.in_order_within(begin, length)).chain([last]);
         let mut before: [Option<(f64, f64)>; 2] = [None, None];
-        let mut largest = 0.0_f64;
         for (along, per) in points {
             let right = (along, per * z.at(along));
             if let [Some(left), Some(middle)] = before {
                 let rise = (middle.1 - left.1) / (middle.0 - left.0);
                 let fall = (middle.1 - right.1) / (right.0 - middle.0);
                 if middle.1 > TOP_FROM && rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
-                    let top = 0.5 * (left.0 + middle.0 + (right.0 - left.0) * rise / (rise + fall));
-                    largest = largest.max(self.per_bound(begin + top) * z.at(top));
+                    look(0.5 * (left.0 + middle.0 + (right.0 - left.0) * rise / (rise + fall)));
                 }
             }
             before = [before[1], Some(right)];
         }
-        largest
     }
 
     /// 1/bound² at an angle, also behind the turn.
@@ -332,20 +388,25 @@ impl ZHull {
 }
 
 /// z within an interval over the angle from its first knot.
-struct Parabola {
+pub(super) struct Parabola {
     z: f64,
-    first: f64,
-    second: f64,
+    pub(super) first: f64,
+    pub(super) second: f64,
 }
 
 impl Parabola {
-    fn from_interval(speed: &SquareSpeed, interval: usize) -> Self {
+    pub(super) fn from_interval(speed: &SquareSpeed, interval: usize) -> Self {
         let start = speed.within(interval, 0.0);
         Self { z: start.z, first: start.first, second: start.second }
     }
 
-    fn at(&self, along: f64) -> f64 {
+    pub(super) fn at(&self, along: f64) -> f64 {
         self.z + along * (self.first + 0.5 * along * self.second)
+    }
+
+    /// The same from an angle of the interval on.
+    fn beginning_at(&self, along: f64) -> Self {
+        Self { z: self.at(along), first: self.first + along * self.second, second: self.second }
     }
 
     /// The angle of a maximum between the ends.
@@ -364,6 +425,14 @@ impl Parabola {
         let is_inside = self.second > 0.0 && self.first < 0.0 && self.first + length * self.second > 0.0;
         if is_inside { self.z - 0.5 * self.first * self.first / self.second } else { ends }
     }
+}
+
+/// Largest magnitudes that X′, X″ and X‴ can have over an interval (mm over rad).
+fn largest_derivatives(request: &TurnRequest<'_>, begin: f64, length: f64) -> [f64; 3] {
+    let (from, to) = knots_of_path(request, begin, length);
+    let mut x = request.path.largest_derivatives(from, to);
+    x[0] += request.infeed_slope_mm_rad.abs();
+    x
 }
 
 /// The knots of the path before and after an interval; the latter may be beyond the turn.

@@ -54,19 +54,37 @@ impl LimitTable {
 
     /// Data of an interval between its ends: the angle from the first, and 1/bound²; first the points at equal angles.
     pub(super) fn within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
+        self.even_within(begin, length).chain(self.notches_within(begin, length))
+    }
+
+    /// The same in the order of angles.
+    pub(super) fn in_order_within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
+        let mut even = self.even_within(begin, length).peekable();
+        let mut notches = self.notches_within(begin, length).peekable();
+        core::iter::from_fn(move || match (even.peek(), notches.peek()) {
+            (Some(point), Some(notch)) if notch.0 < point.0 => notches.next(),
+            (None, _) => notches.next(),
+            _ => even.next(),
+        })
+    }
+
+    fn even_within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
         let (spacing, per_bounds) = (self.spacing(), &self.per_bound);
         #[allow(clippy::cast_possible_truncation, reason = "some ten thousand points")]
         let first = (begin / spacing) as usize + 1;
         let mut index = first % per_bounds.len();
         let even = (first..).map(move |point| to_f64(point) * spacing - begin).take_while(move |along| *along < length);
-        let even = even.map(move |along| {
+        even.map(move |along| {
             let per = per_bounds[index];
             index = if index + 1 < per_bounds.len() { index + 1 } else { 0 };
             (along, per)
-        });
+        })
+    }
+
+    fn notches_within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
         let notches = &self.notches[self.notches.partition_point(|(angle, _)| *angle <= begin)..];
         let notches = notches.iter().map(move |(angle, per)| (angle - begin, *per));
-        even.chain(notches.take_while(move |(along, _)| *along < length))
+        notches.take_while(move |(along, _)| *along < length)
     }
 
     /// The points at equal angles of an interval between its ends: the angle from the first, 1/bound² and the path there.

@@ -1,15 +1,15 @@
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;
-use super::peaks::{PROVEN, PeakSearch, Peaks, Reach};
+use super::in_time::uses_in_time;
+use super::peaks::{PeakSearch, Peaks};
 use super::square_speed::{SquareSample, SquareSpeed};
 use super::table::LimitTable;
 use super::time_optimal::{Problem, Search};
 use super::turn_request::{TurnError, TurnRequest};
 use crate::machine::description::Axis;
-use crate::math::hermite::{Knot, quintic};
+use crate::math::hermite::Knot;
 use crate::math::units::{TURN_RAD, rad_from_deg, wrap_turn};
-use crate::motion::cut_motion::chain;
 use alloc::vec::Vec;
 
 /// Knots in the time in which C's acceleration changes from nothing to its limit.
@@ -27,12 +27,6 @@ const AGAIN: f64 = 1.001;
 
 /// Rounds in which intervals are held tighter where something peaked between their points.
 const MORE_ROUNDS: u32 = 3;
-
-/// Refinement of the check against the knots: beside a corner of the bound the remaining error is 3e-5.
-const CHECK_FACTOR: u32 = 16;
-
-/// Up to which share of the bound that is expected in an interval, in z, the speed there is not looked at more closely.
-const FAR_FROM_BOUND: f64 = 0.95;
 
 /// C's speed over one turn, periodic, near the fastest that keeps every limit.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,8 +47,8 @@ pub struct TurnPoint {
 }
 
 impl TurnSpeed {
-    /// The fastest turn that keeps the limits. Checked afterwards on a grid sixteen times finer than its own, as the quintic
-    /// in time that drives the axes, wherever that is not proven by hulls, and slowed down by what is found there.
+    /// The fastest turn that keeps the limits, over the angle and as the quintics in time that drive the axes: slowed down by what
+    /// their proofs find.
     ///
     /// # Errors
     /// A bound or a limit that is not a positive number.
@@ -88,7 +82,8 @@ impl TurnSpeed {
         let turn = Self::from_square(fastest, envelope.minimum_s());
         // What is left is little. A slower turn runs through the same positions at other times: every use falls with the scale of z
         // as it should, and nothing has to be looked at again.
-        let worst = peaks.into_iter().fold(turn.used_in_time(request, between.reach()), Peaks::larger).excess();
+        let in_time = uses_in_time(&turn.knots(0.0, 0.0, 2.0 * TURN_RAD), &turn.speed, &between, &peaks);
+        let worst = peaks.into_iter().fold(in_time, Peaks::larger).excess();
         Ok(if worst > 1.0 { turn.slower(worst * (1.0 + 1e-9)) } else { turn })
     }
 
@@ -174,79 +169,5 @@ impl TurnSpeed {
             }
         }
         knots
-    }
-
-    /// Largest utilisation of the limits by the quintics in time, on a grid finer than the knots, or upper bounds of it.
-    ///
-    /// - A hull up to `PROVEN`, or up to what was found before, is recorded as the use. The turn is slowed down by the largest recorded
-    ///   use, so the true use, which is below its hull, ends below 1.
-    /// - The hull of the bound holds only as far as the bound is known between the points of the table. It therefore counts only below
-    ///   `FAR_FROM_BOUND`, also where those points show a flat bound: a notch may reach above it between two of them.
-    /// - Bound and path vary over the angle. Intervals wider than `WIDEST_DEG`, which exist where X stays far from its limits, get
-    ///   points at the same angles as the widest others. C's own quantities are polynomials of the interval, whatever its width.
-    fn used_in_time(&self, request: &TurnRequest<'_>, reach: &[Reach]) -> Peaks {
-        let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
-        let mut found = Peaks::default();
-        for (pair, reach) in knots.windows(2).zip(reach) {
-            let hull = within_hull(&pair[0], &pair[1], request, reach);
-            let is_proven = |hull: f64, found: &mut f64| {
-                let is_low = hull <= PROVEN.max(*found);
-                if is_low && hull > 1.0 {
-                    *found = found.max(hull);
-                }
-                is_low
-            };
-            let is_c_free =
-                is_proven(hull.c_acceleration, &mut found.c_acceleration) & is_proven(hull.c_jerk, &mut found.c_jerk);
-            let is_x_free =
-                is_proven(hull.x_acceleration, &mut found.x_acceleration) & is_proven(hull.x_jerk, &mut found.x_jerk);
-            let is_bound_free = hull.bound <= FAR_FROM_BOUND;
-            if is_c_free && is_x_free && is_bound_free {
-                continue;
-            }
-            let parts = f64::from(CHECK_FACTOR) * ((pair[1].value - pair[0].value) / rad_from_deg(WIDEST_DEG)).max(1.0);
-            #[allow(clippy::cast_possible_truncation, reason = "some ten parts")]
-            let parts = libm::ceil(parts) as u32;
-            for k in 0..parts {
-                let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(parts);
-                let c = quintic(&pair[0], &pair[1], at);
-                found.c_acceleration = found.c_acceleration.max(c.second.abs() / request.c.acceleration);
-                found.c_jerk = found.c_jerk.max(c.third.abs() / request.c.jerk);
-                if is_x_free && is_bound_free {
-                    continue;
-                }
-                let path = request.path.sample(c.value);
-                if !is_bound_free {
-                    found.bound = found.bound.max(c.first * c.first * request.per_square_bound(c.value, path));
-                }
-                if !is_x_free {
-                    let x = chain(request.with_infeed(path), c);
-                    found.x_acceleration = found.x_acceleration.max(x.second.abs() / request.x.acceleration);
-                    found.x_jerk = found.x_jerk.max(x.third.abs() / request.x.jerk);
-                }
-            }
-        }
-        found
-    }
-}
-
-/// Upper bound of the utilisation by the quintic between two knots: its derivatives lie within the hulls of their control points.
-fn within_hull(left: &Knot, right: &Knot, request: &TurnRequest<'_>, reach: &Reach) -> Peaks {
-    let h = right.at - left.at;
-    let (v0, v1) = (left.first, left.first + 0.25 * h * left.second);
-    let (v3, v4) = (right.first - 0.25 * h * right.second, right.first);
-    // The mean of the control points is the mean speed.
-    let v = [v0, v1, 5.0 * (right.value - left.value) / h - (v0 + v1 + v3 + v4), v3, v4];
-    let a: [f64; 4] = core::array::from_fn(|i| 4.0 / h * (v[i + 1] - v[i]));
-    let j: [f64; 3] = core::array::from_fn(|i| 3.0 / h * (a[i + 1] - a[i]));
-    let largest = |values: &[f64]| values.iter().fold(0.0, |max, value| f64::max(max, value.abs()));
-    let (v, a, j) = (largest(&v), largest(&a), largest(&j));
-    let [x1, x2, x3] = reach.x;
-    Peaks {
-        bound: v * v * reach.expected_per_bound(),
-        c_acceleration: a / request.c.acceleration,
-        c_jerk: j / request.c.jerk,
-        x_acceleration: (x2 * v * v + x1 * a) / request.x.acceleration,
-        x_jerk: (x3 * v * v * v + 3.0 * x2 * v * a + x1 * j) / request.x.jerk,
     }
 }
