@@ -85,7 +85,7 @@ fn a_part_is_loaded_and_unloaded_by_hand() {
     answers(&call(&["home"]), 3, "axis_interpolator refuses: not started: nothing may start: the chuck is not closed");
     answers(&call(&["load"]), 0, "part loaded");
     answers(&call(&["home", "z_axis"]), 0, "homed z_axis");
-    answers(&call(&["load"]), 3, "machine/place_part: machine refuses: ");
+    answers(&call(&["load"]), 3, "there is a part in the chuck already");
     answers(&call(&["unload"]), 0, "part removed");
     answers(&call(&["fault", "door_stuck"]), 0, "fault door_stuck injected");
     answers(&call(&["load"]), 3, "machine/open_door: alarm 153, door stuck: find what blocks the door, then reset");

@@ -108,6 +108,7 @@ impl CommandServer {
             {
                 let mut lease = lock(&this.gate.lease);
                 lease.note_motion(in_motion());
+                lease.check_holder(|holder| this.node.knows_participant(holder), Instant::now());
                 lease.expire(Instant::now());
             }
             this.publish_change();

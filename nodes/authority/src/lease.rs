@@ -54,6 +54,8 @@ pub(super) struct Holder {
     pub shared: bool,
     pub lease: Duration,
     until: Instant,
+    /// The graph has shown its participant, so that its absence means that it has left.
+    is_seen: bool,
 }
 
 /// Owner of a role.
@@ -150,7 +152,9 @@ impl Lease {
             return if holder.shared { Ok(()) } else { Err(self.refusal_text(now)) };
         }
         let until = now + lease;
-        let holder = Holder { name: wanted.name.to_owned(), participant: by, shared: wanted.shared, lease, until };
+        let is_seen = self.holder.as_ref().is_some_and(|old| old.participant == by && old.is_seen);
+        let (name, shared) = (wanted.name.to_owned(), wanted.shared);
+        let holder = Holder { name, participant: by, shared, lease, until, is_seen };
         let is_same = self.holder.as_ref().is_some_and(|old| Holder { until, ..old.clone() } == holder);
         self.holder = Some(holder);
         self.work_until = None;
@@ -239,6 +243,18 @@ impl Lease {
             self.number += 1;
         } else {
             member.is_seen = is_shown;
+        }
+    }
+
+    /// Looks whether the graph shows the holder, and ends its lease once it does not any more: work that is under way goes on, as after a
+    /// release. A shared lease goes by the name; calls of the command line leave the graph at once.
+    pub(super) fn check_holder(&mut self, is_shown: impl Fn(&Participant) -> bool, now: Instant) {
+        let Some(holder) = self.holder.as_mut().filter(|holder| !holder.shared) else { return };
+        let is_shown = is_shown(&holder.participant);
+        if holder.is_seen && !is_shown {
+            self.end(now);
+        } else {
+            holder.is_seen = is_shown;
         }
     }
 
@@ -396,6 +412,31 @@ mod tests {
         assert_eq!(lease.holder().unwrap().name, "shell", "its term stays");
         lease.release(BERT, "shell", begin).unwrap();
         assert!(lease.refusal(BERT, begin).is_some());
+    }
+
+    #[test]
+    fn a_holder_that_has_left_keeps_nobody_out_although_its_work_goes_on() {
+        let (mut lease, begin) = lease();
+        lease.acquire(ANNA, wanted("anna", 10.0), begin).unwrap();
+        lease.check_holder(|_| false, begin);
+        assert!(lease.holder().is_some(), "discovery has not shown it yet");
+        lease.check_holder(|_| true, begin);
+        lease.acquire(ANNA, wanted("anna", 10.0), begin + S).unwrap();
+        for tenth in 0..100 {
+            let now = begin + tenth * S / 10;
+            lease.join(NODE, Role::Planner, (0, true), now).unwrap();
+            lease.check_holder(|_| tenth < 50, now);
+            lease.expire(now);
+            assert_eq!(lease.holder().is_some(), tenth < 50, "after {tenth} tenths");
+            assert_eq!(lease.refusal_of_motion(NODE, now), None, "its job comes to its end");
+        }
+        lease.acquire(BERT, wanted("bert", 5.0), begin + 10 * S).unwrap();
+        // A shared lease lasts without its holder.
+        lease.release(BERT, "bert", begin + 10 * S).unwrap();
+        lease.acquire(BERT, LeaseRequest { shared: true, ..wanted("shell", 60.0) }, begin + 11 * S).unwrap();
+        lease.check_holder(|_| true, begin + 11 * S);
+        lease.check_holder(|_| false, begin + 12 * S);
+        assert!(lease.holder().is_some());
     }
 
     #[test]

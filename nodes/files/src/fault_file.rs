@@ -78,7 +78,7 @@ impl FaultFile {
             }
             _ => return Err(refuse("", "a fault needs one of at_tick and at_s".into())),
         };
-        let value = crate::convert::fault_value(&self.target, self.value);
+        let value = crate::convert::fault_value(&self.kind, &self.target, self.value);
         Fault::from_name(&self.kind, &self.target, value, true, machine)
             .map_err(|error| refuse(".kind", error.to_string()))?;
         Ok(JobFault { kind: self.kind.clone(), target: self.target.clone(), value: self.value, job_tick })

@@ -74,7 +74,7 @@ impl Faults {
 
 /// The fault that is asked for.
 pub fn asked_fault(request: InjectFaultRequest, machine: &MachineDescription) -> Result<AskedFault, FaultError> {
-    let value = camwright_files::convert::fault_value(&request.target, request.value);
+    let value = camwright_files::convert::fault_value(&request.fault, &request.target, request.value);
     let fault = Fault::from_name(&request.fault, &request.target, value, request.active, machine)?;
     Ok(AskedFault { fault, job_tick: request.job_tick, request })
 }

@@ -7,7 +7,9 @@ use camwright_files::convert::machine_now::described_machine;
 use camwright_files::convert::{mm_from_m, si_from_file};
 use camwright_msgs::action_msgs::srv::{CancelGoal, CancelGoalRequest};
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, Jog, JogGoal};
-use camwright_msgs::camwright_msgs::msg::{CommandHolder, MachineAlarms, MachineDescription, WorkArea};
+use camwright_msgs::camwright_msgs::msg::{
+    CommandHolder, InterpolatorState, MachineAlarms, MachineDescription, WorkArea,
+};
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
 };
@@ -133,7 +135,11 @@ impl Operation {
             Self::Estop { press } => {
                 let request = SetBoolRequest { data: *press };
                 let SetBoolResponse { success, message } = call::<SetBool>(node, "machine/estop", &request, ANSWER)?;
-                let done = if *press { "emergency stop pressed" } else { "emergency stop released; reset the alarms" };
+                let done = if *press {
+                    "emergency stop pressed"
+                } else {
+                    "emergency stop released; reset the alarms (`camwright reset`)"
+                };
                 Ok(Answer::of_service("machine", success, &message, done))
             }
             Self::Fault { kind, target, value, active } => {
@@ -153,8 +159,8 @@ impl Operation {
                 let done = if *on { "wheel at speed" } else { "wheel stopped" };
                 Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, done))
             }
-            Self::Load {} => exchange(node, &LOADING, "part loaded"),
-            Self::Unload {} => exchange(node, &UNLOADING, "part removed"),
+            Self::Load {} => exchange(node, &LOADING, false, "part loaded"),
+            Self::Unload {} => exchange(node, &UNLOADING, true, "part removed"),
             Self::Jog { axis, distance, speed } => jog(node, axis, *distance, *speed, goes_on),
         }
     }
@@ -169,7 +175,7 @@ where
     client.call(request, limit)
 }
 
-/// Last message of a latched topic of the machine.
+/// Last message of a latched topic.
 fn latched<M: Message + Send + 'static>(node: &Node, topic: &str) -> Result<M, RosError> {
     let (sender, received) = mpsc::sync_channel(1);
     let _subscription = node.subscribe::<M>(topic, &Qos::latched(1), move |message, _| {
@@ -275,6 +281,9 @@ fn jog(
     if distance == Some(0.0) {
         return Ok(Answer::refused(format!("the jog distance of {axis} is 0; give another distance, or none")));
     }
+    if latched::<InterpolatorState>(node, "axis_interpolator/state")?.feed_override == 0.0 {
+        return Ok(Answer::refused("the feed override is 0 %, so nothing moves; raise it (`camwright override 100%`)"));
+    }
     let hold = node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic())?;
     let goal = JogGoal {
         joint: axis.to_owned(),
@@ -372,8 +381,9 @@ enum AreaMessage {
     Alarms(MachineAlarms),
 }
 
-/// Exchanges a part by hand, step by step; a refused step, or a door or chuck that is stuck, ends it.
-fn exchange(node: &Node, steps: &[LoadingStep], done: &str) -> Result<Answer, RosError> {
+/// Exchanges a part by hand, step by step; a refused step, or a door or chuck that is stuck, ends it. Without a part to remove, or a free
+/// chuck, nothing is opened.
+fn exchange(node: &Node, steps: &[LoadingStep], needs_part: bool, done: &str) -> Result<Answer, RosError> {
     let clients = steps.iter().map(|(step, _)| node.client::<Trigger>(step)).collect::<Result<Vec<_>, _>>()?;
     let machine = described_machine(&latched::<MachineDescription>(node, "machine/description")?, &[]);
     if machine.is_ok_and(|machine| machine.loading.is_none()) {
@@ -402,6 +412,13 @@ fn exchange(node: &Node, steps: &[LoadingStep], done: &str) -> Result<Answer, Ro
                 return Err(RosError::Timeout { what, waited_s: MEETING.as_secs_f64() });
             }
         }
+    }
+    match last.as_ref().map(|area| area.part_present) {
+        Some(true) if !needs_part => {
+            return Ok(Answer::refused("there is a part in the chuck already; remove it first (`camwright unload`)"));
+        }
+        Some(false) if needs_part => return Ok(Answer::refused("there is no part in the chuck; nothing was opened")),
+        _ => {}
     }
     for ((step, is_done), client) in steps.iter().zip(clients) {
         client.wait_for_service(MEETING)?;

@@ -208,6 +208,8 @@ impl Request {
     fn from_args(args: &RunArgs) -> Result<Self, NodeError> {
         let mut args = args.clone();
         let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
+        // The nodes of a running cell have another folder.
+        let job = if args.attach { from_here(job) } else { job };
         let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
         let turns = any_job::turns(&job, &args.set);
         if turns {
@@ -389,6 +391,13 @@ fn serve_operators(client: &CellClient, ros_args: &RosArgs) -> Option<HolderSock
             None
         }
     }
+}
+
+/// A job file of this folder by its whole path; other names as they are.
+fn from_here(job: String) -> String {
+    let path = Path::new(&job);
+    let whole = path.is_file().then(|| std::path::absolute(path).ok()).flatten();
+    whole.and_then(|path| path.to_str().map(str::to_owned)).unwrap_or(job)
 }
 
 /// Reads the job.

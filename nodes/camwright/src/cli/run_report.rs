@@ -3,6 +3,7 @@
 use super::batch::Batch;
 use super::output::{VerdictLevel, print_verdict, say, wrapped};
 use super::run_part::PartProgress;
+use camwright::machine::alarm::{AlarmEntry, AlarmKind};
 use camwright::math::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_analysis::report::{BURNT, burnt};
 use camwright_files::convert::{j_mm3_from_j_m3, kw_from_w, m_from_mm, mm_from_m, um_from_m as um};
@@ -288,6 +289,16 @@ impl Report<'_> {
         Some(format!("cause:  {}; without it the worst form error is {left_um:.3} um", without.name()))
     }
 
+    /// The next step after an alarm: its remedy, and the reset of a cell that goes on running.
+    fn next_after_stop(&self, see: &str) -> String {
+        let Some(kind) = AlarmKind::from_number(self.result.alarm) else {
+            return format!("next:   {see}; `camwright list alarms` lists all alarms with remedies");
+        };
+        let AlarmEntry { number, name, remedy, .. } = kind.entry();
+        let reset = if self.files.bag.is_none() { "; `camwright reset` clears it" } else { "" };
+        format!("next:   alarm {number}, {name}: {remedy}{reset}; {see}")
+    }
+
     /// The next step after a bad verdict.
     fn print_next_step(&self, details: bool) {
         if self.is_good() {
@@ -301,8 +312,7 @@ impl Report<'_> {
         let next = if self.status == GoalStatus::Canceled {
             self.next_after_cancel()
         } else if !self.is_complete() {
-            let alarm = if self.result.alarm == 0 { String::new() } else { format!("alarm {}, ", self.result.alarm) };
-            format!("next:   {alarm}{see}; `camwright list alarms` lists all alarms with remedies")
+            self.next_after_stop(see)
         } else if !self.has_good_form() {
             if let Some(cause) = self.largest_cause() {
                 say!("{}", wrapped(&cause, 8));

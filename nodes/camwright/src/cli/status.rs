@@ -47,7 +47,7 @@ fn show(args: &StatusArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let status = listener.find(Duration::from_secs_f64(args.patience));
     let code = if !status.has_machine() {
         let message = format!(
-            "no machine found within {} s; check ROS_DOMAIN_ID and the namespace (--ros-args -r __ns:=/NAME)",
+            "no machine found within {} s; start a cell (`camwright run --help` shows how), or check ROS_DOMAIN_ID and the namespace (--ros-args -r __ns:=/NAME)",
             args.patience
         );
         print_error("camwright status", &message);

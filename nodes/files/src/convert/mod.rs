@@ -132,11 +132,11 @@ pub fn kw_from_w(w: f64) -> f64 {
     w / 1e3
 }
 
-/// A fault's value in the core's unit: offsets of slides come in metres.
+/// A fault's value in the core's unit: offsets of slides come in metres, all others have no length in their unit.
 #[must_use]
-pub fn fault_value(target: &str, value: f64) -> f64 {
-    match Axis::from_joint(target) {
-        Some(axis @ (Axis::X | Axis::Z)) => core_from_si(axis, value),
+pub fn fault_value(fault: &str, target: &str, value: f64) -> f64 {
+    match (fault, Axis::from_joint(target)) {
+        ("encoder_offset", Some(axis @ (Axis::X | Axis::Z))) => core_from_si(axis, value),
         _ => value,
     }
 }
@@ -144,6 +144,18 @@ pub fn fault_value(target: &str, value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_offsets_of_slides_are_lengths() {
+        for (fault, target, value, core) in [
+            ("encoder_offset", "x_axis", 0.001, 1.0),
+            ("encoder_offset", "c_axis", 0.001, 0.001),
+            ("drive_gain", "x_axis", 0.5, 0.5),
+            ("drive_gain", "z_axis", 0.5, 0.5),
+        ] {
+            assert!((fault_value(fault, target, value) - core).abs() < 1e-12, "{fault} {target}");
+        }
+    }
 
     /// counts → m → counts is exact over the whole travel and for a headstock that has turned for days.
     #[test]
