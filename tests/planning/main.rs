@@ -13,6 +13,7 @@ mod plan_command;
 mod refusals;
 mod schema;
 mod starter_files;
+mod study;
 mod terminal;
 mod tutorials;
 mod warnings;

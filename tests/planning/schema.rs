@@ -28,7 +28,11 @@ fn judged(environment: &PeerEnv, schema: &Path, files: &[PathBuf]) -> BTreeMap<S
 
 /// Text of every shipped file of a kind, by its name.
 fn shipped(kind: FileKind) -> Vec<(String, String)> {
-    let folder = if kind == FileKind::Machine { "machines" } else { "jobs" };
+    let folder = match kind {
+        FileKind::Machine => "machines",
+        FileKind::Study => "studies",
+        FileKind::Job | FileKind::TurningJob | FileKind::MillingJob => "jobs",
+    };
     let texts = list(folder).into_iter().map(|name| {
         let text = locate(folder, &name, "yaml", None).expect("a shipped file").text;
         (name, text)

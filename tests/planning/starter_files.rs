@@ -26,6 +26,7 @@ fn starter_files_are_written_and_pass_the_check() {
         ("job", "camwright run my_job.yaml"),
         ("turning", "camwright run my_turning.yaml"),
         ("milling", "camwright post my_milling.yaml --out nc"),
+        ("study", "camwright study my_study.yaml"),
         ("machine", "camwright run four_lobe_camshaft --set machine=my_machine.yaml"),
     ] {
         let file = format!("my_{kind}.yaml");
@@ -59,6 +60,7 @@ fn lists_name_what_commands_accept() {
         ("jobs", "four_lobe_camshaft  "),
         ("machines", "lathe "),
         ("lifts", "intake "),
+        ("studies", "speed_and_infeed  "),
         ("faults", "stuck_input "),
         ("topics", "joint_states "),
         ("alarms", "  stop  "),

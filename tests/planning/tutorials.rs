@@ -52,6 +52,11 @@ fn learning_from_part_to_part() {
 }
 
 #[test]
+fn a_study() {
+    follow("a_study.md");
+}
+
+#[test]
 fn recording_and_replaying() {
     follow("recording_and_replaying.md");
 }

@@ -38,6 +38,9 @@ const RESTS_MM: f64 = 0.000_5;
 /// Shortest base circle that is one (rad): 20°.
 pub const MIN_BASE_RAD: f64 = TURN_RAD / 18.0;
 
+/// Undulations per turn of which waviness has a half: the usual limit between form and waviness of round parts (ISO 12181-2).
+pub const WAVINESS_CUTOFF: usize = 15;
+
 /// The form of one lobe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Form {
@@ -83,6 +86,35 @@ impl Form {
             deviation_mm * contour.lift_per_depth(contour.cam_angle_at(azimuth(i) - phase_rad))
         });
         let (low, high) = minimum_and_maximum(errors);
+        if low <= high { high - low } else { 0.0 }
+    }
+
+    /// Peak-to-valley deviation (mm) without the slow waves of the form: a Gaussian filter transmits half of a wave with
+    /// [`WAVINESS_CUTOFF`] undulations per turn, more of a faster one (ISO 16610-21).
+    #[must_use]
+    pub fn waviness_mm(&self) -> f64 {
+        let count = self.deviations_mm.len();
+        let turn: Vec<(f64, f64)> = (0..count)
+            .map(|i| i as f64 * TURN_RAD / count as f64)
+            .map(|angle| (libm::cos(angle), libm::sin(angle)))
+            .collect();
+        let mut waves = self.deviations_mm.clone();
+        // The filter leaves less than 1e-4 of a wave with four times the cutoff.
+        for order in 0..=(4 * WAVINESS_CUTOFF).min(count / 2) {
+            let at = |i: usize| turn[order * i % count];
+            let (cos, sin) =
+                self.deviations_mm.iter().enumerate().fold((0.0, 0.0), |(cos, sin), (i, deviation)| {
+                    (cos + deviation * at(i).0, sin + deviation * at(i).1)
+                });
+            let ratio = order as f64 / WAVINESS_CUTOFF as f64;
+            // A wave has two coefficients, but the mean and the fastest one.
+            let share = if order == 0 || 2 * order == count { 1.0 } else { 2.0 };
+            let slow = libm::exp(-core::f64::consts::LN_2 * ratio * ratio) * share / count as f64;
+            for (i, wave) in waves.iter_mut().enumerate() {
+                *wave -= slow * (cos * at(i).0 + sin * at(i).1);
+            }
+        }
+        let (low, high) = minimum_and_maximum(waves);
         if low <= high { high - low } else { 0.0 }
     }
 
@@ -133,5 +165,26 @@ impl Contour {
             radius_mm * libm::sin(azimuth_rad - cam_angle) - frame.across,
         );
         (x * frame.normal_along + y * frame.normal_across, cam_angle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waves of the form are transmitted by 1 - 2^-(k/15)²: the mean not at all, half at the cutoff, a fast wave as a whole.
+    #[test]
+    fn waviness_is_the_form_without_its_slow_waves() {
+        let waviness = |order: u32| {
+            let count = 3600_u32;
+            let deviation = |i: u32| 0.002 + 0.001 * libm::cos(TURN_RAD * f64::from(order * i) / f64::from(count));
+            let deviations_mm: Vec<f64> = (0..count).map(deviation).collect();
+            let largest = FormDeviation { deviation_mm: 0.003, azimuth_rad: 0.0, cam_angle_rad: 0.0 };
+            Form { deviations_mm, largest, rms_mm: 0.0 }.waviness_mm()
+        };
+        for (order, share) in [(0, 0.0), (1, 1.0 - libm::exp2(-1.0 / 225.0)), (15, 0.5), (30, 0.9375), (90, 1.0)] {
+            let found = waviness(order);
+            assert!((found - 0.002 * share).abs() < 1e-9, "{order}: {found}");
+        }
     }
 }

@@ -23,7 +23,7 @@ pub mod hull;
 pub(crate) mod jet;
 pub(crate) mod lanes;
 pub(crate) mod named;
-pub(crate) mod noise;
+pub mod noise;
 pub(crate) mod pentadiagonal;
 pub mod periodic_cubic;
 pub mod periodic_spline;

@@ -6,7 +6,7 @@ use crate::math::units::TURN_RAD;
 /// A source of normally distributed numbers with mean 0 and standard deviation 1: Box and Muller's transform of Steele, Lea and
 /// Flood's `SplitMix64`. The same seed gives the same numbers on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Noise {
+pub struct Noise {
     state: u64,
 }
 
@@ -17,16 +17,18 @@ impl Snapshot for Noise {
 }
 
 impl Noise {
-    pub(crate) fn new(seed: u64) -> Self {
+    #[must_use]
+    pub const fn new(seed: u64) -> Self {
         Self { state: seed }
     }
 
     /// Above 0 and up to 1.
-    pub(crate) fn uniform(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         ((self.bits() >> 11) + 1) as f64 / (1_u64 << 53) as f64
     }
 
-    fn bits(&mut self) -> u64 {
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
         z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -45,7 +47,8 @@ impl Noise {
         (sum as f64 - MEAN) / DEVIATION
     }
 
-    pub(crate) fn next(&mut self) -> f64 {
+    /// Normally distributed, mean 0 and standard deviation 1.
+    pub fn normal(&mut self) -> f64 {
         let (radius, turn) = (libm::sqrt(-2.0 * libm::log(self.uniform())), self.uniform());
         radius * libm::cos(TURN_RAD * turn)
     }
@@ -81,7 +84,7 @@ mod tests {
         }
         let mut moments = [0.0; 4];
         for _ in 0..n {
-            let value = noise.next();
+            let value = noise.normal();
             assert!(value.is_finite());
             for (power, moment) in (1..).zip(&mut moments) {
                 *moment += value.powi(power) / f64::from(n);

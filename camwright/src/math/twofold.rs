@@ -113,7 +113,7 @@ mod tests {
     fn sums_and_products_lose_nothing() {
         let mut noise = Noise::new(3);
         for _ in 0..10_000 {
-            let whole = |noise: &mut Noise| libm::round(noise.next() * (1_u64 << 49) as f64);
+            let whole = |noise: &mut Noise| libm::round(noise.normal() * (1_u64 << 49) as f64);
             let (a, b, c) = (whole(&mut noise), whole(&mut noise), whole(&mut noise));
             let exact = a as i128 * b as i128 + c as i128;
             let found = Twofold::product(a, b).plus_float(c);

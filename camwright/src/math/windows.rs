@@ -51,7 +51,7 @@ mod tests {
 
     fn row() -> Vec<f64> {
         let mut noise = Noise::new(11);
-        (0..200).map(|_| noise.next()).collect()
+        (0..200).map(|_| noise.normal()).collect()
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::job_file::JobFile;
 use super::machine_file::MachineFile;
 use super::milling_file::MillingFile;
 use super::schema;
+use super::study_file::StudyFile;
 use super::turning_file::TurningFile;
 use serde_json::Value as Json;
 
@@ -14,10 +15,11 @@ pub enum FileKind {
     TurningJob,
     MillingJob,
     Machine,
+    Study,
 }
 
 impl FileKind {
-    pub const ALL: [Self; 4] = [Self::Job, Self::TurningJob, Self::MillingJob, Self::Machine];
+    pub const ALL: [Self; 5] = [Self::Job, Self::TurningJob, Self::MillingJob, Self::Machine, Self::Study];
 
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -26,6 +28,7 @@ impl FileKind {
             Self::TurningJob => "turning_job",
             Self::MillingJob => "milling_job",
             Self::Machine => "machine",
+            Self::Study => "study",
         }
     }
 
@@ -37,6 +40,7 @@ impl FileKind {
             Self::TurningJob => schema::for_type::<TurningFile>(),
             Self::MillingJob => schema::for_type::<MillingFile>(),
             Self::Machine => schema::for_type::<MachineFile>(),
+            Self::Study => schema::for_type::<StudyFile>(),
         }
     }
 }

@@ -18,6 +18,9 @@ const MAX_FINDINGS: usize = 50;
 /// Maximum number of characters of a value that an error repeats.
 const MAX_SHOWN: usize = 60;
 
+/// Part of a path that stands for any key of a mapping.
+pub(super) const ANY_KEY: &str = "KEY";
+
 /// JSON Schema (draft 2020-12) of a type of a file, without references.
 #[must_use]
 pub(super) fn for_type<T: JsonSchema>() -> Json {
@@ -187,6 +190,13 @@ impl SchemaCheck<'_> {
 
     fn map(&mut self, schema: &Json, entries: &[(String, YamlNode)], path: &mut KeyPath) {
         let Some(properties) = schema["properties"].as_object() else {
+            if schema["additionalProperties"].is_object() {
+                for (key, node) in entries {
+                    path.push(key.clone(), key.clone());
+                    self.value(&schema["additionalProperties"], node, path);
+                    path.pop();
+                }
+            }
             if schema["additionalProperties"] == Json::Bool(false) && !entries.is_empty() {
                 self.unknown_keys(entries, &[], path);
             }
@@ -311,6 +321,29 @@ pub(super) fn types(schema: &Json) -> Vec<&str> {
         Json::Array(names) => names.iter().filter_map(Json::as_str).collect(),
         _ => Vec::new(),
     }
+}
+
+/// Schema of a key of a mapping, which may take any key.
+pub(super) fn property<'a>(schema: &'a Json, key: &str) -> &'a Json {
+    match &schema["properties"][key] {
+        Json::Null => &schema["additionalProperties"],
+        property => property,
+    }
+}
+
+/// Returns whether the value at a dotted path of a file is a whole number; names or indices lead to the elements of lists.
+pub(super) fn is_whole(schema: &Json, path: &str) -> bool {
+    let forms = alternatives(schema).unwrap_or_else(|| vec![schema]);
+    if path.is_empty() {
+        let is_number = |form: &&Json| types(form).iter().any(|name| ["integer", "number"].contains(name));
+        let mut numbers = forms.into_iter().filter(is_number).peekable();
+        return numbers.peek().is_some() && numbers.all(|form| !types(form).contains(&"number"));
+    }
+    let (part, rest) = path.split_once('.').unwrap_or((path, ""));
+    forms.into_iter().any(|form| match form["items"].is_object() {
+        true => is_whole(&form["items"], rest),
+        false => is_whole(property(form, part), rest),
+    })
 }
 
 /// Texts that a value may be.
@@ -544,6 +577,9 @@ fn collect(schema: &Json, prefix: &str, keys: &mut Vec<Key>) {
             }
             keys.push(declared);
             collect(property, &path, keys);
+        }
+        if form["additionalProperties"].is_object() {
+            collect(&form["additionalProperties"], &format!("{prefix}.{ANY_KEY}"), keys);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::file_kind::FileKind;
 use super::locate::locate;
 use super::names::{MAX_NAME, is_name};
-use super::schema::{self, alternatives, tag, types};
+use super::schema::{self, ANY_KEY, alternatives, tag, types};
 use super::yaml::{Document, YamlNode, YamlValue};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
@@ -58,6 +58,19 @@ impl FileKind {
                 example: "plate_groove",
                 title: "Milling job",
                 optional: &[("clearance_mm", ""), ("nc", "")],
+                instead: None,
+            },
+            Self::Study => Starter {
+                folder: "studies",
+                example: "speed_and_infeed",
+                title: "Study: cases of a job, planned and simulated without ROS",
+                optional: &[
+                    ("machine", "drive_mismatch"),
+                    ("replicates", "drive_mismatch"),
+                    ("seeds", "drive_mismatch"),
+                    ("seed", ""),
+                    ("minimise", ""),
+                ],
                 instead: None,
             },
             Self::Machine => Starter {
@@ -157,11 +170,12 @@ impl StarterWriter {
         let words = tag_words(schema);
         let schema = form(schema, entries);
         for (index, (key, node)) in entries.iter().enumerate() {
-            let property = &schema["properties"][key];
+            let property = schema::property(schema, key);
+            let is_any = property_is_any(schema, key);
             let is_first = is_element && index == 0;
             let lead = if is_first { format!("{}- ", " ".repeat(indent - 2)) } else { " ".repeat(indent) };
-            let path = joined(path, key);
-            if self.seen.insert(path.clone()) {
+            let path = joined(path, if is_any { ANY_KEY } else { key });
+            if !is_any && self.seen.insert(path.clone()) {
                 let about = match &words {
                     Some((tag, words)) if tag == key => format!("{words}."),
                     _ => about(key, property),
@@ -179,7 +193,7 @@ impl StarterWriter {
                     let elements = &list_form(property)["items"];
                     items.iter().for_each(|item| self.element(elements, item, &format!("{path}[]"), indent + 4));
                 }
-                value => self.line(&format!("{lead}{key}: {}", flow(value, false))),
+                value => self.line(&format!("{lead}{key}: {}", value.to_flow())),
             }
         }
     }
@@ -200,7 +214,7 @@ impl StarterWriter {
 
     /// Writes an element of a list: in one line if each of its keys has its comment and the line fits.
     fn element(&mut self, schema: &Json, node: &YamlNode, path: &str, indent: usize) {
-        let line = format!("{}- {}", " ".repeat(indent - 2), flow(&node.value, true));
+        let line = format!("{}- {}", " ".repeat(indent - 2), node.value.flow(true));
         match &node.value {
             YamlValue::Map(entries) if !self.knows(&node.value, path) || line.chars().count() > WIDTH => {
                 self.map(schema, entries, path, indent, true);
@@ -239,6 +253,11 @@ impl StarterWriter {
             self.line(&line);
         }
     }
+}
+
+/// Returns whether a mapping takes any key, this one among them.
+fn property_is_any(schema: &Json, key: &str) -> bool {
+    schema["properties"][key].is_null() && !schema["additionalProperties"].is_null()
 }
 
 fn joined(path: &str, key: &str) -> String {
@@ -295,44 +314,16 @@ fn list_form(schema: &Json) -> &Json {
     forms.into_iter().find(|form| form["items"].is_object()).unwrap_or(schema)
 }
 
-/// A value in one line of YAML.
-fn flow(value: &YamlValue, is_inner: bool) -> String {
-    match value {
-        YamlValue::Null => "null".to_owned(),
-        YamlValue::Bool(value) => value.to_string(),
-        YamlValue::Integer(value) => value.to_string(),
-        // The debug form keeps the point that makes a YAML number a float.
-        YamlValue::Float(value) => format!("{value:?}"),
-        YamlValue::Text(text) => quoted(text, is_inner),
-        YamlValue::List(items) => {
-            let items: Vec<String> = items.iter().map(|item| flow(&item.value, true)).collect();
-            format!("[{}]", items.join(", "))
-        }
-        YamlValue::Map(entries) => {
-            let entries: Vec<String> =
-                entries.iter().map(|(key, node)| format!("{key}: {}", flow(&node.value, true))).collect();
-            format!("{{{}}}", entries.join(", "))
-        }
-    }
-}
-
-/// A text, in quotes where YAML would read it as something else. Inside of brackets a comma ends a text.
-fn quoted(text: &str, is_inner: bool) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./ ".contains(c) || (c == ',' && !is_inner);
-    let is_same =
-        |text: &str| serde_saphyr::from_str::<YamlValue>(text).is_ok_and(|read| read == YamlValue::Text(text.into()));
-    if text.chars().all(is_plain) && is_same(text) { text.to_owned() } else { Json::from(text).to_string() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::locate::Located;
-    use crate::{any_job, machine_file};
+    use crate::{any_job, machine_file, study_file};
 
     fn read(kind: FileKind, text: &str) -> Result<(), Vec<ConfigError>> {
         match kind {
             FileKind::Machine => machine_file::read("my.yaml".as_ref(), text, &[]).map(drop),
+            FileKind::Study => study_file::read(&Located::new("my.yaml", text), &[]).map(drop),
             _ => any_job::read(&Located::new("my.yaml", text), &[]).map(drop),
         }
     }

@@ -118,6 +118,47 @@ impl Serialize for YamlNode {
     }
 }
 
+impl YamlValue {
+    /// The value in one line of YAML, as an override has it.
+    #[must_use]
+    pub fn to_flow(&self) -> String {
+        self.flow(false)
+    }
+
+    /// The value in one line of YAML; inside of brackets a comma ends a text.
+    pub(super) fn flow(&self, is_inner: bool) -> String {
+        match self {
+            Self::Null => "null".to_owned(),
+            Self::Bool(value) => value.to_string(),
+            Self::Integer(value) => value.to_string(),
+            // The debug form keeps the point that makes a YAML number a float.
+            Self::Float(value) => format!("{value:?}"),
+            Self::Text(text) => quoted(text, is_inner),
+            Self::List(items) => {
+                let items: Vec<String> = items.iter().map(|item| item.value.flow(true)).collect();
+                format!("[{}]", items.join(", "))
+            }
+            Self::Map(entries) => {
+                let entries: Vec<String> =
+                    entries.iter().map(|(key, node)| format!("{key}: {}", node.value.flow(true))).collect();
+                format!("{{{}}}", entries.join(", "))
+            }
+        }
+    }
+}
+
+/// A text, in quotes where YAML would read it as something else. Inside of brackets a comma ends a text.
+fn quoted(text: &str, is_inner: bool) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./ ".contains(c) || (c == ',' && !is_inner);
+    let is_same =
+        |text: &str| serde_saphyr::from_str::<YamlValue>(text).is_ok_and(|read| read == YamlValue::Text(text.into()));
+    if text.chars().all(is_plain) && is_same(text) {
+        text.to_owned()
+    } else {
+        serde_json::Value::from(text).to_string()
+    }
+}
+
 impl YamlNode {
     pub(super) fn to_json(&self) -> serde_json::Value {
         use serde_json::Value as Json;
@@ -135,27 +176,37 @@ impl YamlNode {
     /// The value at a dotted path; list elements are named by their index, or by their `name`.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&YamlNode> {
-        path.split('.').try_fold(self, |node, part| match &node.value {
-            YamlValue::Map(entries) => entries.iter().find(|(key, _)| key == part).map(|(_, node)| node),
-            YamlValue::List(list) => element_index(list, part).map(|index| &list[index]),
+        match &self.value {
+            YamlValue::Map(entries) => {
+                let (index, rest) = entry_index(entries, path)?;
+                rest.map_or(Some(&entries[index].1), |rest| entries[index].1.get(rest))
+            }
+            YamlValue::List(list) => {
+                let (part, rest) = path.split_once('.').map_or((path, None), |(part, rest)| (part, Some(rest)));
+                let node = &list[element_index(list, part)?];
+                rest.map_or(Some(node), |rest| node.get(rest))
+            }
             _ => None,
-        })
+        }
     }
 
     /// Writes a value at a dotted path; the mappings on the way must exist, the last key may be new.
     fn set(&mut self, path: &str, value: YamlValue) -> Result<(), String> {
         let mut node = self;
-        let mut parts = path.split('.').peekable();
-        while let Some(part) = parts.next() {
-            let is_last = parts.peek().is_none();
+        let mut left = Some(path);
+        while let Some(from) = left {
+            let (part, rest) = from.split_once('.').map_or((from, None), |(part, rest)| (part, Some(rest)));
+            left = rest;
             node = match &mut node.value {
                 YamlValue::Map(entries) => {
-                    let index = entries.iter().position(|(key, _)| key == part);
-                    let index = match index {
-                        Some(index) => index,
+                    let index = match entry_index(entries, from) {
+                        Some((index, rest)) => {
+                            left = rest;
+                            index
+                        }
                         // What a file may leave out may be set all the same; who reads the file refuses what it does not know.
                         None => {
-                            let value = if is_last { YamlValue::Null } else { YamlValue::Map(Vec::new()) };
+                            let value = if rest.is_none() { YamlValue::Null } else { YamlValue::Map(Vec::new()) };
                             entries.push((part.to_owned(), YamlNode { line: 0, value }));
                             entries.len() - 1
                         }
@@ -185,6 +236,15 @@ impl YamlNode {
             _ => {}
         }
     }
+}
+
+/// Entry of a mapping at the begin of a dotted path, and the path behind it. A key may contain dots itself, as those of a study do.
+fn entry_index<'a>(entries: &[(String, YamlNode)], path: &'a str) -> Option<(usize, Option<&'a str>)> {
+    let behind = |key: &str| match path.strip_prefix(key)? {
+        "" => Some(None),
+        rest => rest.strip_prefix('.').map(Some),
+    };
+    entries.iter().enumerate().find_map(|(index, (key, _))| Some((index, behind(key)?)))
 }
 
 fn element_index(list: &[YamlNode], part: &str) -> Option<usize> {
@@ -345,6 +405,18 @@ mod tests {
         assert_eq!(document.place("lobes.E1.phase_deg").to_string(), "job.yaml:8");
         assert_eq!(document.place("lobes.1.phase_deg").to_string(), "job.yaml:8");
         assert_eq!(document.place("infeed.missing").to_string(), "job.yaml:3", "where the enclosing mapping begins");
+    }
+
+    #[test]
+    fn keys_with_dots_are_found_and_set() {
+        let text = "factors:\n  speed.law: [a]\n  infeed.total_mm:\n    from: 1\n";
+        let read = |set: &[String]| Document::parse(Path::new("study.yaml"), text, set).unwrap();
+        assert_eq!(read(&[]).place("factors.infeed.total_mm.from").to_string(), "study.yaml:4");
+        assert_eq!(read(&[]).place("factors.speed.law").to_string(), "study.yaml:2");
+        let set = read(&["factors.infeed.total_mm.from=7".into(), "factors.infeed.new=1".into()]);
+        assert_eq!(set.root.get("factors.infeed.total_mm.from").unwrap().value, YamlValue::Integer(7));
+        assert_eq!(set.root.get("factors.infeed.new").unwrap().value, YamlValue::Integer(1));
+        assert_eq!(set.root.get("factors.speed"), None);
     }
 
     #[test]

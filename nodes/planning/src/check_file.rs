@@ -6,13 +6,13 @@ use camwright_files::file_kind::FileKind;
 use camwright_files::locate::{Located, list, locate};
 use camwright_files::schema::nearest;
 use camwright_files::yaml::Document;
-use camwright_files::{ConfigError, FileLocation, machine_file};
+use camwright_files::{ConfigError, FileLocation, machine_file, study_file};
 use std::path::Path;
 
 /// Kinds of files that are found by name.
-const NAMED: [&str; 3] = ["jobs", "lifts", "machines"];
+const NAMED: [&str; 4] = ["jobs", "lifts", "machines", "studies"];
 
-/// Checks a job, a machine or a lift table, by name or path. The key `schema` of a YAML file states its kind.
+/// Checks a job, a machine, a study or a lift table, by name or path. The key `schema` of a YAML file states its kind.
 ///
 /// # Errors
 /// There is no such file.
@@ -31,6 +31,7 @@ pub fn check_file(name: &str, overrides: &[String]) -> Result<CheckReport, Confi
         return Ok(check_table(&located, overrides));
     }
     locate("machines", name, "yaml", None)
+        .or_else(|_| locate("studies", name, "yaml", None))
         .map(|located| check_by_schema(&located, overrides))
         .map_err(|_| not_found(name))
 }
@@ -55,6 +56,7 @@ fn check_by_schema(located: &Located, overrides: &[String]) -> CheckReport {
     };
     match FileKind::ALL.into_iter().find(|kind| document.kind() == Some(kind.name())) {
         Some(FileKind::Machine) => check_machine(located, overrides),
+        Some(FileKind::Study) => check_study(located, overrides),
         Some(FileKind::Job | FileKind::TurningJob | FileKind::MillingJob) => check_job(located, overrides, None),
         None => CheckReport::refused(&located.path, vec![unknown_kind(&document)]),
     }
@@ -91,6 +93,18 @@ fn check_machine(located: &Located, overrides: &[String]) -> CheckReport {
     }
 }
 
+fn check_study(located: &Located, overrides: &[String]) -> CheckReport {
+    match study_file::read(located, overrides) {
+        Ok(study) => {
+            let count = |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
+            let (cases, factors) = (count(study.case_count as usize, "case"), count(study.factors.len(), "factor"));
+            let summary = format!("{}: {cases} of {}, {factors}", study.name, study.job);
+            CheckReport { file: located.path.clone(), findings: Vec::new(), summary: Some(summary), notes: Vec::new() }
+        }
+        Err(errors) => CheckReport::refused(&located.path, errors),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +120,7 @@ mod tests {
             ("cam_grinder", "cam_grinder: grinder, x_axis 5 to 180 mm, z_axis -20 to 600 mm, 4 stations"),
             ("lathe", "lathe: lathe, x_axis "),
             ("plate_cam", "plate_cam: 1 lobe, "),
+            ("speed_and_infeed", "speed_and_infeed: 12 cases of "),
             ("intake", "3600 blocks over one turn"),
         ] {
             let summary = checked(name, &[]).summary.expect("no errors");
@@ -123,6 +138,23 @@ mod tests {
             assert!(text.contains(words), "{words}: {text}");
         }
         assert_eq!(report.worst(), Some(Severity::Error));
+    }
+
+    #[test]
+    fn all_errors_of_a_study_are_reported() {
+        let report =
+            checked("speed_and_infeed", &["factors.work_sped_rpm=[50.0]", "minimise=time", "limits.form_um=3"]);
+        let text: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        let text = text.join("\n");
+        for words in ["minimise is \"time\"", "limits.form_um is an unknown key"] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
+        let report = checked("speed_and_infeed", &["factors.work_sped_rpm=[50.0]", "factors.stock_mm=[-1.0]"]);
+        let text: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        let text = text.join("\n");
+        for words in ["did you mean work_speed_rpm?", "stock_mm is -1; it must be 0.000001 to 10000"] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
     }
 
     #[test]

@@ -241,7 +241,7 @@ pub fn simulate_learned(
     parts: u32,
     mut each: impl FnMut(u32, &[LobeResult]),
 ) -> Result<Vec<LobeResult>, SimulationFailed> {
-    let failed = |reason: String| SimulationFailed { job: prepared.job.spec.name.clone(), reason };
+    let failed = |reason: String| SimulationFailed::new(&prepared.job.spec.name, &reason);
     let mut kept = LearnedJob::new(&description.name, &prepared.job.spec.name);
     let mut job = prepared.job.clone();
     let compensation = job.spec.compensation.get_or_insert_with(|| camwright::cam::compensation::Compensation {

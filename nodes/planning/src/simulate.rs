@@ -9,13 +9,14 @@ use camwright::machine::setpoint::Setpoint;
 use camwright::planner::JournalReadings;
 use camwright::planner::PlannedLobe;
 use camwright::simulation::Machine;
-use camwright::simulation::closed_loop::{ClosedLoop, Simulated};
+use camwright::simulation::closed_loop::{ClosedLoop, Simulated, SimulationError};
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::gauge::{log, readings};
 use camwright_files::convert::machine_report::cut_of;
 use camwright_files::convert::plan::plan_from_pages;
 use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
+use std::fmt::Display;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -26,6 +27,22 @@ pub struct SimulationFailed {
     /// Name of the job.
     pub job: String,
     pub reason: String,
+    /// Number of the alarm that stopped the machine.
+    pub alarm: Option<u16>,
+}
+
+impl SimulationFailed {
+    pub(super) fn new(job: &str, reason: &dyn Display) -> Self {
+        Self { job: job.to_owned(), reason: reason.to_string(), alarm: None }
+    }
+
+    pub(super) fn stopped(job: &str, error: &SimulationError) -> Self {
+        let alarm = match error {
+            SimulationError::Alarm(alarm) => Some(alarm.kind.entry().number),
+            SimulationError::Start(_) | SimulationError::NotSettled => None,
+        };
+        Self { alarm, ..Self::new(job, error) }
+    }
 }
 
 /// Radii of every lobe in the order of machining (mm, at equal azimuths).
@@ -101,14 +118,14 @@ fn simulate_whole(
     mut report_line: impl FnMut(String),
 ) -> Result<(Simulated, Vec<LobeResult>, Outlines), SimulationFailed> {
     let job = &prepared.planned.plan.job;
-    let failed = |reason: String| SimulationFailed { job: job.clone(), reason };
+    let failed = |reason: String| SimulationFailed::new(job, &reason);
     let mut closed_loop = ClosedLoop::direct(with_raw_part(prepared, description).map_err(failed)?);
     let mut run = |pages: &[PlanPage], on_tick: &mut dyn FnMut(&Setpoint, &TickReport)| {
         // The plan as a receiver of its pages has it: the way through metres is part of it.
         let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
         let motion =
             Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
-        closed_loop.simulate(Box::new(motion), on_tick).map_err(|error| failed(error.to_string()))
+        closed_loop.simulate(Box::new(motion), on_tick).map_err(|error| SimulationFailed::stopped(job, &error))
     };
     let mut logged = |pages: &[PlanPage], on_tick: &mut dyn FnMut(&Setpoint, &TickReport)| {
         let mut logs = vec![JournalReadings::default(); prepared.planned.lobes.len()];

@@ -1,4 +1,4 @@
-//! `camwright check`: validates a job, a machine, a lift table or a parameter file.
+//! `camwright check`: validates a job, a machine, a study, a lift table or a parameter file.
 
 use super::check_parameters;
 use super::output::{VerdictLevel, print_error, print_verdict, print_warning, say, wrapped};
@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = super::help::CHECK)]
 pub(super) struct CheckArgs {
-    /// Name or path of a job, a machine, a lift table or a parameter file
+    /// Name or path of a job, a machine, a study, a lift table or a parameter file
     #[arg(value_name = "FILE")]
     file: String,
     /// Set a key of the file, or for a lift table a key of `lift`; repeatable

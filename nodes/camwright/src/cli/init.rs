@@ -20,6 +20,8 @@ enum Kind {
     Turning,
     /// Milling job.
     Milling,
+    /// Study: cases of a job.
+    Study,
 }
 
 /// Arguments of `camwright init`.
@@ -43,6 +45,7 @@ impl Kind {
             Self::Machine => FileKind::Machine,
             Self::Turning => FileKind::TurningJob,
             Self::Milling => FileKind::MillingJob,
+            Self::Study => FileKind::Study,
         }
     }
 
@@ -57,6 +60,7 @@ impl Kind {
         match self {
             Self::Job | Self::Turning => format!("camwright run {file}"),
             Self::Machine => format!("camwright run four_lobe_camshaft --set machine={file}"),
+            Self::Study => format!("camwright study {file}"),
             Self::Milling => format!("camwright post {file} --out nc"),
         }
     }

@@ -9,6 +9,7 @@ use camwright_files::any_job;
 use camwright_files::lift_file;
 use camwright_files::locate::{list, locate};
 use camwright_files::machine_file;
+use camwright_files::study_file;
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value};
 use std::process::ExitCode;
@@ -28,6 +29,8 @@ enum Subject {
     Jobs,
     /// Machines, by name.
     Machines,
+    /// Studies, by name.
+    Studies,
     /// Lift tables, by name.
     Lifts,
     /// Faults of `camwright fault`, `machine/inject_fault` and the key `faults`.
@@ -85,6 +88,10 @@ fn table(subject: Subject) -> Result<Table, ConfigError> {
         Subject::Machines => Table {
             columns: &["name", "kind", "travel"],
             rows: list("machines").iter().map(|name| machine(name)).collect(),
+        },
+        Subject::Studies => Table {
+            columns: &["name", "title"],
+            rows: study_file::list().into_iter().map(|(name, title)| vec![name, title]).collect(),
         },
         Subject::Lifts => {
             Table { columns: &["name", "rows", "lift"], rows: list("lifts").iter().map(|name| lift(name)).collect() }
@@ -185,6 +192,7 @@ mod tests {
         };
         has(Subject::Jobs, &["eccentric", "Eccentric disc, E 4.2 mm, D 38 mm, tool R 15 mm"]);
         has(Subject::Machines, &["cam_grinder", "grinder", "x_axis 5 to 180 mm, z_axis -20 to 600 mm"]);
+        has(Subject::Studies, &["speed_and_infeed", "Time against form error of the default job"]);
         has(Subject::Faults, &["estop", "-", "-"]);
         has(Subject::Topics, &["joint_states", "sensor_msgs/msg/JointState"]);
         assert_eq!(rows(Subject::Faults).len(), FAULTS.len());

@@ -38,7 +38,7 @@ pub fn turned_causes(
     let machines: Vec<(String, MachineDescription)> = lacking.chain(good).collect();
     let one = |(name, machine): &(String, MachineDescription)| {
         let (_, part) = simulate_turned_on(prepared, machine)?;
-        let failed = |reason: String| SimulationFailed { job: prepared.job.spec.name.clone(), reason };
+        let failed = |reason: String| SimulationFailed::new(&prepared.job.spec.name, &reason);
         let form = turned_form(prepared, &part).map_err(|error| failed(error.to_string()))?;
         Ok(OtherLathe {
             name: name.clone(),

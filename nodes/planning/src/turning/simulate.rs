@@ -4,7 +4,7 @@ use super::prepared::PreparedTurning;
 use crate::SimulationFailed;
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright::simulation::closed_loop::Simulated;
-use camwright::simulation::lathe_drives::{form_of, turn};
+use camwright::simulation::lathe_drives::{TurningDrivesError, form_of, turn};
 use camwright::simulation::turned_part::{FormMap, FormMapError, TurnedPart};
 use camwright_files::convert::plan::plan_from_pages;
 use std::sync::Arc;
@@ -30,10 +30,13 @@ pub fn simulate_turned_on(
     description: &MachineDescription,
 ) -> Result<(Simulated, TurnedPart), SimulationFailed> {
     let (spec, grid) = (&prepared.job.spec, prepared.job.grid);
-    let failed = |reason: String| SimulationFailed { job: spec.name.clone(), reason };
+    let failed = |reason: String| SimulationFailed::new(&spec.name, &reason);
     // The plan as a receiver of its pages has it: the way through metres is part of it.
     let (plan, _) = plan_from_pages(&prepared.pages, description).map_err(|error| failed(error.to_string()))?;
-    turn(spec, &Arc::new(plan), description, grid).map_err(|error| failed(error.to_string()))
+    turn(spec, &Arc::new(plan), description, grid).map_err(|error| match &error {
+        TurningDrivesError::Simulation(stopped) => SimulationFailed::stopped(&spec.name, stopped),
+        other => failed(other.to_string()),
+    })
 }
 
 /// Form error of a part against its job, over the turned length.

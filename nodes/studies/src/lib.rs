@@ -1,0 +1,51 @@
+//! Studies: one job in many cases, planned and simulated without ROS on all cores.
+//!
+//! ```text
+//! study file ─► cases (plan.json) ─► workers ─► case log (cases.jsonl) ─► results.parquet, results.csv, report.html
+//! ```
+
+mod analysis;
+mod case_log;
+mod case_run;
+mod cases;
+mod csv_file;
+mod engine;
+mod folder;
+mod page;
+mod results;
+mod sobol;
+mod summary;
+mod table;
+
+pub use analysis::{BestPoint, EffectLevel, FactorEffect, FailureReason};
+pub use case_log::CaseLog;
+pub use case_run::{CaseOutcome, CaseStatus, run_case};
+pub use cases::{StudyCase, cases};
+pub use engine::{CaseOutcomes, EngineSettings, run_cases};
+pub use folder::StudyFolder;
+pub use results::{StudyResults, StudyRow};
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Files of a study that cannot be read or written.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    #[error("{} cannot be {action}: {source}", path.display())]
+    Io { action: &'static str, path: PathBuf, source: std::io::Error },
+    #[error("{} cannot be written: {source}", path.display())]
+    Table { path: PathBuf, source: parquet::errors::ParquetError },
+    #[error("{} is in use by another study; wait for its end or choose another folder with --out", path.display())]
+    InUse { path: PathBuf },
+    #[error("no worker can be started: {0}")]
+    Workers(#[from] rayon::ThreadPoolBuildError),
+}
+
+impl StudyError {
+    fn io(action: &'static str, path: &Path, source: std::io::Error) -> Self {
+        Self::Io { action, path: path.to_path_buf(), source }
+    }
+}

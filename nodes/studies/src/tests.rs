@@ -1,0 +1,150 @@
+//! Studies of a short job from file to results.
+
+use super::*;
+use camwright_files::locate::Located;
+use camwright_files::study_file::{self, Study, StudyResponse};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Short cases: two that grind, one that the planner refuses, one that makes the machine stop.
+const STUDY: &str = "schema: camwright/study/1
+name: short
+job: eccentric
+fixed: {infeed.total_mm: 0.036, stock_mm: 0.03, infeed.spark_out_turns: 1}
+factors:
+  work_speed_rpm: [60.0, 90.0]
+  home.x_mm: [150.0, 1000.0]
+  raw_part.unknown_um: {random: uniform, from: -1.0, to: 1.0}
+design: {kind: grid}
+seeds: [raw_part.seed]
+limits: {form_error_max_um: 20.0, burn_index: 2.0}
+";
+
+fn study(text: &str) -> Study {
+    study_file::read(&Located::new("study.yaml", text), &[]).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+/// Runs a study in a folder with some workers until so many cases are done; returns the number of cases that ran.
+fn run(study: &Study, folder: &Path, workers: usize, stop_after: usize) -> (usize, StudyFolder) {
+    let cases = cases(study);
+    let folder = StudyFolder::create(folder).expect("a folder");
+    folder.write_plan(study, &cases).expect("a plan");
+    let (log, mut outcomes) = folder.open_log().expect("a log");
+    let done = AtomicUsize::new(0);
+    let settings = EngineSettings {
+        workers,
+        is_stopped: &|| done.load(Ordering::Relaxed) >= stop_after,
+        on_done: &|count| done.store(count, Ordering::Relaxed),
+    };
+    run_cases(study, &cases, (&log, &mut outcomes), &settings).expect("it runs");
+    folder.write_results(&StudyResults::new(study, &cases, &outcomes)).expect("results");
+    (done.load(Ordering::Relaxed), folder)
+}
+
+fn bytes(folder: &StudyFolder, name: &str) -> Vec<u8> {
+    std::fs::read(folder.file(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[test]
+fn results_are_the_same_with_any_number_of_workers_and_after_a_stop() {
+    let study = study(STUDY);
+    let root = tempfile::tempdir().expect("a folder");
+    let (ran, first) = run(&study, &root.path().join("one"), 1, usize::MAX);
+    assert_eq!(ran, 4);
+    for workers in [2, 4] {
+        let (_, other) = run(&study, &root.path().join(workers.to_string()), workers, usize::MAX);
+        for name in ["plan.json", "results.parquet", "results.csv"] {
+            assert!(bytes(&other, name) == bytes(&first, name), "{name} with {workers} workers");
+        }
+    }
+    let path = root.path().join("stopped");
+    let (before, _) = run(&study, &path, 1, 1);
+    let (after, resumed) = run(&study, &path, 2, usize::MAX);
+    assert_eq!((before, after), (1, 3), "no case runs twice");
+    let (again, _) = run(&study, &path, 2, usize::MAX);
+    assert_eq!(again, 0);
+    for name in ["plan.json", "results.parquet", "results.csv"] {
+        assert!(bytes(&resumed, name) == bytes(&first, name), "{name} after a stop");
+    }
+}
+
+#[test]
+fn a_case_that_fails_is_a_row_with_its_reason() {
+    let study = study(STUDY);
+    let root = tempfile::tempdir().expect("a folder");
+    let (_, folder) = run(&study, root.path(), 2, usize::MAX);
+    let cases = cases(&study);
+    let (_, outcomes) = folder.open_log().expect("a log");
+    let results = StudyResults::new(&study, &cases, &outcomes);
+    assert_eq!((results.count(CaseStatus::Done), results.count(CaseStatus::Refused)), (2, 2));
+    let failures = results.failures();
+    assert_eq!((failures.len(), failures[0].count), (1, 2), "{failures:?}");
+    let csv = String::from_utf8(bytes(&folder, "results.csv")).expect("UTF-8");
+    assert_eq!(csv.lines().count(), 5, "{csv}");
+    assert!(
+        csv.starts_with("case,hash,point,replicate,work_speed_rpm,home.x_mm,raw_part.unknown_um,raw_part.seed,status,")
+    );
+    let best = results.best().expect("a feasible case");
+    let row = &results.rows[best.row];
+    for response in StudyResponse::ALL {
+        assert!(row.outcome.response(response).is_some(), "{response:?}");
+    }
+    let text = results.text(&folder);
+    assert!(text.starts_with("GOOD: case ") && text.contains("\ncommand: camwright run "), "{text}");
+    assert!(text.contains("cases:   2 done, 2 refused, 2 feasible"), "{text}");
+    assert_eq!(results.json(&folder)["failures"][0]["count"], 2);
+}
+
+/// The results of a case are those of the job itself with the same settings.
+#[test]
+fn a_case_is_the_job_with_its_settings() {
+    let study = study(STUDY);
+    let case = &cases(&study)[0];
+    let set: Vec<String> = study
+        .base
+        .fixed()
+        .iter()
+        .chain(&case.settings)
+        .map(|(key, value)| format!("{key}={}", value.to_flow()))
+        .collect();
+    let prepared = camwright_planning::prepare("eccentric", &set, None).expect("a job");
+    let (_, lobes) = camwright_planning::simulate_job(&prepared, &[], |_, _| {}).expect("a part");
+    let outcome = run_case(&study, &case.settings);
+    let error_um = camwright_files::convert::um_from_m(lobes[0].form_error_max.abs());
+    assert_eq!(outcome.response(StudyResponse::FormErrorMaxUm), Some(error_um));
+    assert_eq!(outcome.response(StudyResponse::BurnIndex), Some(lobes[0].burn_index_max));
+    assert_eq!(outcome.worst_lobe.as_deref(), Some("A"));
+}
+
+#[test]
+fn the_report_needs_no_other_file_and_escapes_texts() {
+    let study = study(&STUDY.replace("name: short\n", "name: short\ntitle: <script>alert(1)</script>\n"));
+    let root = tempfile::tempdir().expect("a folder");
+    let (_, folder) = run(&study, root.path(), 2, usize::MAX);
+    let page = String::from_utf8(bytes(&folder, "report.html")).expect("UTF-8");
+    for outside in ["http", "src=", "<script", "url(", "@import", "<link"] {
+        let found: Vec<&str> =
+            page.lines().filter(|line| line.contains(outside) && !line.contains("http-equiv")).collect();
+        assert!(found.is_empty(), "{outside}: {found:?}");
+    }
+    for part in
+        ["Best feasible case", "Time against form error", "Main effects", "Failures by reason", "&lt;script&gt;"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("NaN"), "every number is one");
+}
+
+#[test]
+fn parquet_holds_the_rows_of_the_csv() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    let study = study(STUDY);
+    let root = tempfile::tempdir().expect("a folder");
+    let (_, folder) = run(&study, root.path(), 2, usize::MAX);
+    let file = std::fs::File::open(folder.file("results.parquet")).expect("a table");
+    let reader = SerializedFileReader::new(file).expect("Parquet");
+    let metadata = reader.metadata().file_metadata();
+    assert_eq!(metadata.num_rows(), 4);
+    let columns: Vec<&str> = metadata.schema().get_fields().iter().map(|field| field.name()).collect();
+    let csv = String::from_utf8(bytes(&folder, "results.csv")).expect("UTF-8");
+    assert_eq!(columns.join(","), csv.lines().next().unwrap_or_default());
+}
