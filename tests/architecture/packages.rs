@@ -173,10 +173,11 @@ fn cargo_install_needs_the_sources_no_longer() {
     ]);
     command.arg(target).arg("--root").arg(&root).current_dir(repository());
     run(&mut command);
-    let names: Vec<String> = ["axis_interpolator", "camwright", "job_planner", "machine_sim", "run_logger"]
-        .iter()
-        .map(|name| format!("bin/{name}"))
-        .collect();
+    let names: Vec<String> =
+        ["axis_interpolator", "camwright", "job_planner", "machine_hal", "machine_sim", "run_logger"]
+            .iter()
+            .map(|name| format!("bin/{name}"))
+            .collect();
     assert_eq!(files_below(&root).into_iter().collect::<Vec<_>>(), names);
     CleanRoot::with_libraries_of(root.clone(), &root.join("bin/camwright")).works("/bin/camwright");
 }

@@ -42,7 +42,7 @@ fn namespaces() -> BTreeSet<String> {
     let rows = guide.lines().filter(|line| line.contains("/markers`"));
     let named = rows.flat_map(|row| row.split('|').nth(3).unwrap_or_default().split('`').skip(1).step_by(2));
     let named: BTreeSet<String> = named.map(str::to_owned).collect();
-    let sources = ["nodes/machine_sim/src/scene_outlet.rs", "nodes/job_planner/src/lobe_forms.rs"].map(read);
+    let sources = ["nodes/machine_node/src/scene_outlet.rs", "nodes/job_planner/src/lobe_forms.rs"].map(read);
     for name in &named {
         let literal = format!("\"{name}\"");
         assert!(

@@ -24,6 +24,7 @@ mod joint_trajectory;
 mod journals;
 mod loader;
 mod machine_contract;
+mod machine_hal;
 mod machine_view;
 mod operate;
 mod operator_page;

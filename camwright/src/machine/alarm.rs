@@ -319,6 +319,10 @@ alarms! {
     FeedbackBlocked = 165 Stop "feedback blocked":
         "the machine could not send its feedback for {value} s: stopped on the path",
         remedy "end the subscriber that does not acknowledge, or wait 50 s, then reset";
+    /// The bus to real drives is silent, or its programs have ended. It comes again after every reset until the node is started again.
+    DrivesLost = 166 PowerOff "drives lost":
+        "the bus to the drives does not answer; nobody knows whether the axes rest",
+        remedy "read the log of the machine's node, start HAL again if it has ended, then start the node again";
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.

@@ -3,6 +3,8 @@
 use crate::machine::description::{AxisDescription, AxisScale, nearest_count};
 use crate::math::hermite::{Sample, cubic_path, cubic_slope};
 use crate::simulation::servo::{Servo, ServoCommand};
+use alloc::boxed::Box;
+use alloc::collections::VecDeque;
 
 /// Ticks for which an axis must be within its window of a resting setpoint before it is clamped there. Eight outlast
 /// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
@@ -48,6 +50,44 @@ impl Span {
     }
 }
 
+/// A setpoint on its way to a real drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SentSetpoint {
+    /// Position from the zero of its tick (counts).
+    position: f64,
+    /// Velocity (counts/s).
+    velocity: f64,
+    /// Raw count of that zero.
+    zero: i64,
+}
+
+/// Drive of a real axis: setpoints reach it, and its encoder shows them, some ticks later.
+#[derive(Debug, Clone, PartialEq)]
+struct RealDrive {
+    /// Setpoints that the encoder does not show yet, after the one that it shows now.
+    sent: VecDeque<SentSetpoint>,
+    /// The setpoint to which the reading of the encoder belongs.
+    shown: SentSetpoint,
+    /// Raw counts of the encoder in the last two ticks.
+    raw: [i64; 2],
+    /// Raw count of the axis' zero.
+    zero: i64,
+    /// Error at which the axis counts as on its setpoint (counts).
+    window: f64,
+}
+
+impl RealDrive {
+    /// Positions in the last two ticks, from the present zero (counts).
+    fn positions(&self) -> [f64; 2] {
+        self.raw.map(|raw| raw.saturating_sub(self.zero) as f64)
+    }
+
+    /// Reading of the encoder, from the zero of the tick that it belongs to (counts).
+    fn reading(&self) -> i64 {
+        self.raw[1].saturating_sub(self.shown.zero)
+    }
+}
+
 /// One axis while it runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct AxisState {
@@ -73,11 +113,13 @@ pub(crate) struct AxisState {
     pushed: (f64, f64),
     /// Force on the axis that is not the motor's, in the last servo step (N or N m).
     disturbance: f64,
+    /// The drive of a real axis; a simulated one has its servo.
+    real: Option<Box<RealDrive>>,
 }
 
 crate::snapshot!(AxisState {
     homed, origin, previous, target, servo, gone, encoder_offset, settled_ticks, clamped, velocity_before, pushed, disturbance,
-} on { scale, counts_per_unit, inertia, stop });
+} on { scale, counts_per_unit, inertia, stop, real });
 
 impl AxisState {
     pub(crate) fn new(axis: &AxisDescription, step_s: f64) -> Self {
@@ -101,7 +143,99 @@ impl AxisState {
             velocity_before: 0.0,
             pushed: (0.0, 0.0),
             disturbance: 0.0,
+            real: None,
         }
+    }
+
+    /// A real axis that rests where its encoder reads `raw`, and whose readings are so many ticks old. An axis that is to be homed has
+    /// its zero there until then.
+    pub(crate) fn real(axis: &AxisDescription, step_s: f64, raw: i64, (lag_ticks, window): (usize, f64)) -> Self {
+        let simulated = Self::new(axis, step_s);
+        let zero = if axis.needs_homing { raw } else { 0 };
+        let target = AxisSetpoint::resting(raw.saturating_sub(zero) as f64);
+        let shown = SentSetpoint { position: target.position, velocity: 0.0, zero };
+        // One place more: a setpoint is added before the oldest one is taken.
+        let mut sent = VecDeque::with_capacity(lag_ticks + 1);
+        sent.extend(core::iter::repeat_n(shown, lag_ticks));
+        let drive = RealDrive { sent, shown, raw: [raw; 2], zero, window };
+        Self { origin: 0, previous: target, target, real: Some(Box::new(drive)), ..simulated }
+    }
+
+    /// The encoder of a real drive reads `raw`; the setpoint of this tick is on its way.
+    pub(crate) fn measure(&mut self, raw: i64) {
+        let Some(real) = &mut self.real else { return };
+        let AxisSetpoint { position, velocity, .. } = self.target;
+        real.sent.push_back(SentSetpoint { position, velocity, zero: real.zero });
+        if let Some(shown) = real.sent.pop_front() {
+            real.shown = shown;
+        }
+        real.raw = [real.raw[1], raw];
+    }
+
+    /// Servo step `index` of `count` of a tick whose encoder reading is known: the axis goes evenly from the reading before to this one.
+    fn measured_step(&mut self, index: u32, count: u32, step_s: f64) -> Span {
+        let Some(real) = &self.real else { return self.still() };
+        let [before, now] = real.positions();
+        let error = real.shown.position - real.reading() as f64;
+        if self.clamped && error.abs() < real.window {
+            return self.still();
+        }
+        self.clamped = false;
+        let velocity = (now - before) / (step_s * f64::from(count));
+        let at = |index: u32| before + (now - before) * f64::from(index) / f64::from(count);
+        self.gone = self.distance();
+        self.servo.measure(self.target.position - at(index + 1), velocity);
+        Span { from: at(index), to: at(index + 1), from_velocity: velocity, to_velocity: velocity }
+    }
+
+    /// A servo step of a real axis without power: its setpoint is where it is.
+    fn measured_coast(&mut self, index: u32, count: u32, step_s: f64) -> Span {
+        let Some(real) = &self.real else { return self.still() };
+        let [before, now] = real.positions();
+        let at = |index: u32| before + (now - before) * f64::from(index) / f64::from(count);
+        let velocity = (now - before) / (step_s * f64::from(count));
+        let window = real.window;
+        self.target = AxisSetpoint::resting(now);
+        self.previous = self.target;
+        self.gone = 0.0;
+        self.servo.measure(0.0, velocity);
+        if index + 1 == count {
+            self.settled_ticks = if (now - before).abs() < window { self.settled_ticks + 1 } else { 0 };
+            self.clamped = self.settled_ticks >= SETTLED_TICKS;
+            if self.clamped {
+                self.servo.clamp();
+            }
+        }
+        Span { from: at(index), to: at(index + 1), from_velocity: velocity, to_velocity: velocity }
+    }
+
+    fn still(&self) -> Span {
+        let position = self.true_position();
+        Span { from: position, to: position, from_velocity: 0.0, to_velocity: 0.0 }
+    }
+
+    /// Position in the middle of a tick (counts, true): an edge of a wired input lies in it somewhere.
+    pub(crate) fn middle_of_tick(&self) -> f64 {
+        self.real.as_ref().map_or_else(|| self.true_position(), |real| 0.5 * real.positions().iter().sum::<f64>())
+    }
+
+    pub(crate) fn is_real(&self) -> bool {
+        self.real.is_some()
+    }
+
+    /// Raw count to which a real drive is to go; of a simulated one its true position.
+    pub(crate) fn raw_target(&self) -> f64 {
+        self.target.position + self.real.as_ref().map_or(0, |real| real.zero) as f64
+    }
+
+    /// The setpoint that the readings of this tick belong to, as a reading (counts).
+    pub(crate) fn shown_setpoint_counts(&self) -> i64 {
+        self.real.as_ref().map_or_else(|| self.setpoint_counts(), |real| nearest_count(real.shown.position))
+    }
+
+    /// Velocity of that setpoint (mm/s or rad/s).
+    pub(crate) fn shown_setpoint_velocity(&self) -> f64 {
+        self.real.as_ref().map_or(self.target.velocity, |real| real.shown.velocity) / self.counts_per_unit
     }
 
     pub(crate) fn begin_job(&mut self) {
@@ -122,8 +256,16 @@ impl AxisState {
 
     /// The reading `counts` is 0 from now on.
     pub(crate) fn set_home(&mut self, counts: i64) {
-        self.origin = self.origin.saturating_add(counts);
         self.homed = true;
+        match &mut self.real {
+            None => self.origin = self.origin.saturating_add(counts),
+            // Nothing but the reference says where a real axis is: its positions are counted from there.
+            Some(real) => {
+                real.zero = real.zero.saturating_add(counts);
+                self.target.position -= counts as f64;
+                self.previous.position -= counts as f64;
+            }
+        }
     }
 
     /// True count at which the reading is 0.
@@ -161,12 +303,18 @@ impl AxisState {
 
     /// Reading of the encoder (counts).
     pub(crate) fn counts(&self) -> i64 {
-        nearest_count(self.target.position - self.servo.error_seen()).saturating_sub(self.origin)
+        match &self.real {
+            Some(_) if self.clamped => self.shown_setpoint_counts(),
+            Some(real) => real.reading(),
+            None => nearest_count(self.target.position - self.servo.error_seen()).saturating_sub(self.origin),
+        }
     }
 
     /// Reading of the encoder if the load were truly at `position` (counts), with the present play and structure.
     pub(crate) fn reading_at(&self, position: f64) -> i64 {
-        nearest_count(position - self.servo.tool_ahead() + self.encoder_offset).saturating_sub(self.origin)
+        let seen = nearest_count(position - self.servo.tool_ahead() + self.encoder_offset).saturating_sub(self.origin);
+        // What is latched belongs to a tick before: its zero was another one, if the axis has been homed since.
+        self.real.as_ref().map_or(seen, |real| seen.saturating_add(real.zero).saturating_sub(real.shown.zero))
     }
 
     /// True position of the load (counts): the wheel, or the part.
@@ -188,7 +336,12 @@ impl AxisState {
 
     /// Setpoint minus actual (mm or rad).
     pub(crate) fn following_error(&self) -> f64 {
-        self.servo.error() / self.counts_per_unit
+        let error = match &self.real {
+            Some(_) if self.clamped => 0.0,
+            Some(real) => real.shown.position - real.reading() as f64,
+            None => self.servo.error(),
+        };
+        error / self.counts_per_unit
     }
 
     /// Velocity (mm/s or rad/s).
@@ -219,7 +372,10 @@ impl AxisState {
 
     /// Raw count of the encoder, independent of the zero (counts).
     pub(crate) fn reading(&self) -> i64 {
-        nearest_count(self.target.position - self.servo.error_seen())
+        match &self.real {
+            Some(real) => real.raw[1],
+            None => nearest_count(self.target.position - self.servo.error_seen()),
+        }
     }
 
     /// Power of the motor in the last tick (W).
@@ -279,6 +435,12 @@ impl AxisState {
         self.begin(AxisSetpoint::resting(self.target.position));
     }
 
+    /// The setpoint rests where it was sent last: nothing newer reached the drive.
+    pub(crate) fn starve(&mut self) {
+        self.target = AxisSetpoint::resting(libm::round(self.target.position));
+        self.previous = self.target;
+    }
+
     /// The setpoint is brought to rest at the axis' acceleration limit, and ends on a count.
     pub(crate) fn decelerate(&mut self, cycle_time_s: f64) {
         let v0 = self.target.velocity;
@@ -305,6 +467,9 @@ impl AxisState {
 
     /// Servo step `index` of `count` in this tick, each `step_s` long, under power, with a force (N or N m) on the axis.
     pub(crate) fn step(&mut self, index: u32, count: u32, step_s: f64, disturbance: f64) -> Span {
+        if self.real.is_some() {
+            return self.measured_step(index, count, step_s);
+        }
         let from = self.true_position();
         let from_velocity = self.servo.tool_velocity();
         if self.clamped {
@@ -367,7 +532,10 @@ impl AxisState {
     }
 
     /// One servo step without power: the axis brakes and takes its setpoint along; it ends on a count.
-    pub(crate) fn coast(&mut self) -> Span {
+    pub(crate) fn coast(&mut self, index: u32, count: u32, step_s: f64) -> Span {
+        if self.real.is_some() {
+            return self.measured_coast(index, count, step_s);
+        }
         let from = self.true_position();
         let from_velocity = self.servo.tool_velocity();
         let position = self.target.position + self.servo.coast();
@@ -404,7 +572,7 @@ impl AxisState {
         if self.clamped || !self.is_resting() {
             return;
         }
-        let window = self.servo.window();
+        let window = self.real.as_ref().map_or_else(|| self.servo.window(), |real| real.window);
         let close = self.servo.error().abs() < window
             && self.servo.velocity().abs() * cycle_time_s < window
             && self.servo.is_quiet();

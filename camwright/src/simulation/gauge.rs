@@ -101,7 +101,7 @@ impl SimulatedGauge {
         let resolution_mm = self.description.resolution_mm;
         core::array::from_fn(|i| {
             touched[i]?;
-            let noisy = lagging[i] + self.description.noise_mm * self.noise.next();
+            let noisy = lagging[i] + self.description.noise_mm * self.noise.normal();
             Some(if resolution_mm > 0.0 { libm::round(noisy / resolution_mm) * resolution_mm } else { noisy })
         })
     }

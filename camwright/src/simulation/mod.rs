@@ -29,6 +29,7 @@ pub mod force_monitor;
 pub(crate) mod gauge;
 pub mod lathe_drives;
 pub(crate) mod machine;
+pub mod measured;
 pub(crate) mod mechanics;
 pub mod plausibility;
 pub mod process_monitor;

@@ -177,6 +177,11 @@ impl Servo {
         self.seen_way += counts;
     }
 
+    /// A real drive stands so far behind its setpoint (counts) and moves so fast (counts/s).
+    pub(crate) fn measure(&mut self, error: f64, velocity: f64) {
+        (self.error, self.seen, self.ideal_velocity) = (error, error, velocity);
+    }
+
     /// All gains are this fraction of their settings from now on.
     pub fn set_gain(&mut self, fraction: f64) {
         self.gain = fraction;

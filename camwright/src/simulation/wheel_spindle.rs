@@ -49,6 +49,13 @@ impl WheelSpindle {
         };
     }
 
+    /// A real spindle reports whether it has its speed: without it the wheel is just below, whatever time has passed.
+    pub fn see_speed(&mut self, at_speed: bool) {
+        if !at_speed {
+            self.ticks = self.ticks.min(self.ticks_to_speed - 1);
+        }
+    }
+
     /// The wheel at speed at once, for an offline simulation that begins in the middle of a job.
     #[must_use]
     pub fn at_speed(mut self) -> Self {

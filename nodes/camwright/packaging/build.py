@@ -19,7 +19,7 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 PACKAGE = "camwright_nodes"
-BINARIES = ["camwright", "job_planner", "axis_interpolator", "machine_sim", "run_logger"]
+BINARIES = ["camwright", "job_planner", "axis_interpolator", "machine_sim", "machine_hal", "run_logger"]
 # Folder of completions below `share`, and name of the file.
 COMPLETIONS = {
     "bash": "bash-completion/completions/camwright",

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 /// The files of `params/` as they were when the program was built.
 const BUILT_IN: &[(&str, &str)] = &[
     ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
+    ("machines/cam_grinder_hal.yaml", include_str!("../../../params/machines/cam_grinder_hal.yaml")),
     ("machines/cam_grinder_with_dresser.yaml", include_str!("../../../params/machines/cam_grinder_with_dresser.yaml")),
     ("machines/lathe.yaml", include_str!("../../../params/machines/lathe.yaml")),
     ("machines/journal_grinder.yaml", include_str!("../../../params/machines/journal_grinder.yaml")),
@@ -25,6 +26,8 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/plate_groove.yaml", include_str!("../../../params/jobs/plate_groove.yaml")),
     ("jobs/barrel_groove.yaml", include_str!("../../../params/jobs/barrel_groove.yaml")),
     ("jobs/turned_cam.yaml", include_str!("../../../params/jobs/turned_cam.yaml")),
+    ("studies/speed_and_infeed.yaml", include_str!("../../../params/studies/speed_and_infeed.yaml")),
+    ("studies/drive_mismatch.yaml", include_str!("../../../params/studies/drive_mismatch.yaml")),
     ("lifts/intake.csv", include_str!("../../../params/lifts/intake.csv")),
     ("lifts/exhaust.csv", include_str!("../../../params/lifts/exhaust.csv")),
     ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),
@@ -88,7 +91,7 @@ enum FileSource {
     BuiltIn(PathBuf, &'static str),
 }
 
-/// Finds a params file of a kind (`jobs`, `machines`, `lifts`) by name or path and reads it.
+/// Finds a params file of a kind (`jobs`, `machines`, `lifts`, `studies`) by name or path and reads it.
 ///
 /// # Errors
 /// A file that does not exist in any of the places, cannot be read, is too large, or is not UTF-8.
@@ -227,7 +230,7 @@ mod tests {
     #[test]
     fn every_params_file_is_built_in() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../params");
-        for kind in ["machines", "jobs", "lifts"] {
+        for kind in ["machines", "jobs", "lifts", "studies"] {
             let Ok(entries) = std::fs::read_dir(root.join(kind)) else { continue };
             for entry in entries.filter_map(Result::ok) {
                 let key = format!("{kind}/{}", entry.file_name().to_string_lossy());

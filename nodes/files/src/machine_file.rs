@@ -3,6 +3,7 @@
 use super::contact_file::ContactFile;
 use super::drive_file::{SlideDriveFile, SpindleDriveFile};
 use super::gauge_file::GaugeFile;
+use super::hal_file::{HalConfig, HalFile};
 use super::homing_file::{self, HomingFile};
 use super::insert_file::InsertFile;
 use super::loading_file::LoadingFile;
@@ -99,6 +100,8 @@ pub(super) struct MachineFile {
     headstock: Option<ExtentFile>,
     /// Body of the tailstock, which the wheel must not touch. Default: unknown.
     tailstock: Option<ExtentFile>,
+    /// Real drives behind the HAL of LinuxCNC; the node `machine_hal` runs such a machine. Default: simulated.
+    hal: Option<HalFile>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -263,6 +266,8 @@ pub struct MachineConfig {
     pub source: String,
     /// Path of the file.
     pub path: PathBuf,
+    /// Real drives; `None`: the machine is simulated.
+    pub hal: Option<HalConfig>,
 }
 
 impl MachineConfig {
@@ -326,7 +331,12 @@ pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<MachineConf
     let description = describe(&file, hash, wheel, insert);
     homing_file::check(&document, &description).map_err(one)?;
     description.validate().map_err(|error| one(ConfigError::at(FileLocation::file(path), error.to_string())))?;
-    Ok(MachineConfig { description, source: document.text, path: path.to_path_buf() })
+    let findings = file.hal.as_ref().map_or_else(Vec::new, |hal| hal.check(&document, &description));
+    if !findings.is_empty() {
+        return Err(findings);
+    }
+    let hal = file.hal.map(|hal| hal.config(&description));
+    Ok(MachineConfig { description, source: document.text, path: path.to_path_buf(), hal })
 }
 
 /// The machine that a job names under `machine`.

@@ -7,6 +7,7 @@ use super::keyframes::Keyframes;
 use super::messages::{Inbound, MachineOrder, Outbound, TimedCommand};
 use super::pacing::{CycleTime, Pace, Pacing, PacingStep, Slip};
 use super::partners::MachinePartners;
+use super::servo_bus::BusState;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, AlarmSeverity};
 use camwright::machine::persistent_state::PersistentState;
@@ -44,7 +45,7 @@ pub struct CyclicLoop {
     pace: Pace,
     pacing: Pacing,
     jitter_trials: u32,
-    cycle: Duration,
+    pub(super) cycle: Duration,
     pub inbound: Receiver<Inbound>,
     outbound: Sender<Outbound>,
     pub bounds: Arc<Bounds>,
@@ -68,12 +69,14 @@ pub struct CyclicLoop {
     pub job_running: bool,
     pub keyframes: Keyframes,
     pub partners: MachinePartners,
+    /// Real drives.
+    pub(super) bus: Option<BusState>,
 }
 
 // Requests are answered before a tick is over; the rest are the caller's handles and published values.
 camwright::snapshot!(CyclicLoop { machine, buffer, commands, faults, losing, state, job_running } on {
     pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, published_state, last_report, area_done, reset_done,
-    active, keyframes, partners,
+    active, keyframes, partners, bus,
 });
 
 impl CyclicLoop {
@@ -114,6 +117,7 @@ impl CyclicLoop {
             job_running: false,
             keyframes: Keyframes::default(),
             partners: MachinePartners::default(),
+            bus: None,
         }
     }
 
@@ -131,7 +135,9 @@ impl CyclicLoop {
             let is_addressed = self.receive();
             self.halt_at_rest();
             self.check_recorder(Instant::now());
-            if !self.active {
+            if self.bus.is_some() && self.outbound.free() >= 64 {
+                self.run_bus(waker);
+            } else if !self.active {
                 self.pacing.suspend();
                 self.wait_inactive(waker);
                 deadline = Instant::now();
@@ -231,7 +237,7 @@ impl CyclicLoop {
         }
     }
 
-    fn withhold_credit(&mut self, withheld: bool) {
+    pub(super) fn withhold_credit(&mut self, withheld: bool) {
         self.state.news |= withheld != self.state.no_credit;
         self.state.no_credit = withheld;
     }
@@ -360,10 +366,15 @@ impl CyclicLoop {
             self.publish_persistent();
         }
         self.update_bounds(next);
-        if is_quiet {
-            self.send_quietly(Outbound::Tick(report, self.state));
+        // Readings of real drives are older than the job when it begins.
+        let is_of_job = report.tick >= self.state.job_tick;
+        let state = StreamState { job_tick: if is_of_job { self.state.job_tick } else { 0 }, ..self.state };
+        if self.bus.is_some() && !self.active {
+            // The drives' clock goes on; what rests is not shown.
+        } else if is_quiet {
+            self.send_quietly(Outbound::Tick(report, state));
         } else {
-            self.send(Outbound::Tick(report, self.state));
+            self.send(Outbound::Tick(report, state));
         }
         self.answer_area();
         self.answer_reset();
@@ -391,7 +402,11 @@ impl CyclicLoop {
                 self.losing = *chunks;
             }
         }
-        let mut report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
+        let (setpoint, orders) = (setpoint.as_ref(), &self.now[..count]);
+        let mut report = match &self.bus {
+            None => self.machine.step(setpoint, orders, &faults),
+            Some(bus) => self.machine.step_measured(setpoint, orders, &faults, &bus.measurement),
+        };
         self.buffer.executed(next);
         if self.is_stopped_by_alarm() && report.raised.iter().next().is_some() {
             self.buffer.close();

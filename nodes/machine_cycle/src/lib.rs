@@ -18,5 +18,6 @@ pub mod part;
 pub mod partners;
 pub mod persistent_record;
 pub mod replay;
+pub mod servo_bus;
 mod silent_partners;
 pub mod stream_state;

@@ -107,6 +107,12 @@ impl<T> Receiver<T> {
         self.ring.pop().ok()
     }
 
+    /// Returns whether no value waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ring.is_empty()
+    }
+
     /// Returns whether the writer is gone.
     #[must_use]
     pub fn is_abandoned(&self) -> bool {

@@ -150,10 +150,10 @@ impl Retract {
     }
 
     /// One servo step of an X without power.
-    pub(super) fn coast(&self, x_axis: &mut AxisState) -> Span {
+    pub(super) fn coast(&self, x_axis: &mut AxisState, (index, count): (u32, u32), step_s: f64) -> Span {
         match self.draw {
             Some(draw) => x_axis.draw(draw.pull, draw.fastest, draw.end),
-            None => x_axis.coast(),
+            None => x_axis.coast(index, count, step_s),
         }
     }
 

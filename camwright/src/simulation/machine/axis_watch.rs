@@ -14,11 +14,13 @@ const JUMP_COUNTS: f64 = 20.0;
 pub(super) struct AxisWatch {
     overtravel: [OvertravelSwitches; AXIS_COUNT],
     beyond: [bool; AXIS_COUNT],
+    /// Wired limit switches that are closed.
+    limits: [bool; AXIS_COUNT],
     /// Readings of each axis in the last two ticks (counts, true).
     readings: [[i64; 2]; AXIS_COUNT],
 }
 
-snapshot_groups!(AxisWatch { keep_beyond(fields: beyond), keep_readings(fields: readings) } on { overtravel });
+snapshot_groups!(AxisWatch { keep_beyond(fields: beyond), keep_readings(fields: readings) } on { overtravel, limits });
 
 impl AxisWatch {
     pub(super) fn new(description: &MachineDescription, axes: &[AxisState; AXIS_COUNT]) -> Self {
@@ -28,6 +30,7 @@ impl AxisWatch {
                 OvertravelSwitches::new(min * axes[i].counts_per_unit, max * axes[i].counts_per_unit)
             }),
             beyond: [false; AXIS_COUNT],
+            limits: [false; AXIS_COUNT],
             readings: resting_readings(axes),
         }
     }
@@ -40,6 +43,11 @@ impl AxisWatch {
     /// Closed overtravel switches of an axis: (min, max).
     pub(super) fn closed(&self, axis: Axis, axes: &[AxisState; AXIS_COUNT]) -> (bool, bool) {
         self.overtravel[axis.index()].closed(axes[axis.index()].true_position())
+    }
+
+    /// A wired limit switch of an axis is closed, or not.
+    pub(super) fn see_limit(&mut self, axis: Axis, is_closed: bool) {
+        self.limits[axis.index()] = is_closed;
     }
 
     /// Raises the alarms of the axes at the end of a tick.
@@ -100,7 +108,11 @@ impl AxisWatch {
             let position = axes[i].true_position();
             let homes_on_it = description.axes[i].homing.is_some_and(|homing| homing.ignore_limits);
             let ignored = homes_on_it && !axes[i].homed;
-            let beyond = self.overtravel[i].beyond(position).filter(|_| !ignored);
+            let wired = self.limits[i].then_some(position);
+            // The zero of a real axis that is not homed is where it stood.
+            let is_known = axes[i].homed || !axes[i].is_real();
+            let passed = self.overtravel[i].beyond(position).filter(|_| is_known);
+            let beyond = wired.or(passed).filter(|_| !ignored);
             if let Some(limit) = beyond.filter(|_| !self.beyond[i]) {
                 let per_unit = axes[i].counts_per_unit;
                 supervision.raise(tick, AlarmKind::Overtravel(axis), position / per_unit, limit / per_unit);
@@ -123,7 +135,7 @@ fn watch_following_error(
 ) {
     for axis in Axis::ALL {
         let (state, description) = (&axes[axis.index()], &description.axes[axis.index()]);
-        let share = state.setpoint_velocity().abs() / description.limits.velocity;
+        let share = state.shown_setpoint_velocity().abs() / description.limits.velocity;
         let limit = (description.max_following_error * share).max(description.min_following_error);
         let error = state.following_error().abs();
         if error > limit {

@@ -53,11 +53,11 @@ impl Machine {
         let cycle_time_s = self.description.cycle_time_s();
         let (forces, dead) = (self.cutting_forces(), self.power.dead());
         TickReport {
-            tick: self.tick,
+            tick: self.shown_tick(),
             axes: core::array::from_fn(|i| {
                 let axis = &self.axes[i];
                 AxisReport {
-                    setpoint_counts: axis.setpoint_counts(),
+                    setpoint_counts: axis.shown_setpoint_counts(),
                     counts: axis.counts(),
                     position: axis.scale.position(axis.counts()),
                     velocity: axis.velocity(),

@@ -10,6 +10,7 @@ use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::fault::ORIGIN_TOLERANCE_RAD;
+use crate::simulation::measured::WiredInputs;
 use crate::simulation::sensors::{OriginDetector, StationSwitch};
 use crate::simulation::tick_report::MAX_LATCHES;
 use alloc::vec::Vec;
@@ -112,6 +113,8 @@ pub(super) struct Inputs {
     switch_watch: Vec<SwitchWatch>,
     /// Ticks in a window of bounces.
     bounce_ticks: u64,
+    /// Levels of a real machine in the last two ticks; a simulated one has its own switches.
+    wired: Option<[WiredInputs; 2]>,
 }
 
 /// Optional equipment of each axis.
@@ -129,7 +132,7 @@ macro_rules! each_equipment {
 snapshot_groups!(Inputs {
     keep_switches(fields: origin, stations, asked, shared, switch_watch),
     keep_references(each_equipment: references),
-} on { bounce_ticks });
+} on { bounce_ticks, wired });
 
 impl Inputs {
     #[allow(clippy::cast_possible_truncation, reason = "20 ms are few ticks")]
@@ -153,6 +156,7 @@ impl Inputs {
             shared: None,
             switch_watch: alloc::vec![SwitchWatch::default(); description.stations.len()],
             bounce_ticks: libm::ceil(BOUNCE_S / description.cycle_time_s()) as u64,
+            wired: None,
         }
     }
 
@@ -172,7 +176,9 @@ impl Inputs {
 
     /// Level of an input as the control sees it.
     pub(super) fn level(&self, input: Input, axes: &[AxisState; AXIS_COUNT], process: ProcessLevels) -> bool {
+        let wired = |input: Input| self.wired?[1].level(input);
         let own = |input: Input| match input {
+            _ if let Some(level) = wired(input) => level,
             Input::Origin => self.origin.is_closed(axes[Axis::C.index()].true_position()),
             Input::Station(index) => self.stations.get(index).is_some_and(StationSwitch::is_closed),
             Input::Home(axis) => self.references[axis.index()].as_ref().is_some_and(|own| own.switch.is_closed()),
@@ -220,6 +226,26 @@ impl Inputs {
             }
             if let Some(edge) = self.stations[index].bounce(table.to) {
                 self.catch(Input::Station(index), edge.rising, edge.position, sensing);
+            }
+        }
+    }
+
+    /// The levels of a real machine in a new tick.
+    pub(super) fn wire(&mut self, now: WiredInputs) {
+        let before = self.wired.map_or(now, |[_, before]| before);
+        self.wired = Some([before, now]);
+    }
+
+    /// Catches the edges of wired inputs: each lies somewhere in the tick, and is taken to lie in its middle.
+    pub(super) fn sense_wired(&mut self, sensing: &mut Sensing<'_>) {
+        let Some([before, now]) = self.wired else { return };
+        let homes = Axis::ALL.into_iter().map(Input::Home);
+        let stations = (0..self.stations.len()).map(Input::Station);
+        for input in core::iter::once(Input::Origin).chain(homes).chain(stations) {
+            let (was, is) = (before.level(input), now.level(input));
+            if let Some(rising) = is.filter(|_| was != is) {
+                let position = sensing.axes[input.axis().index()].middle_of_tick();
+                self.catch(input, rising, position, sensing);
             }
         }
     }
@@ -277,7 +303,9 @@ impl Inputs {
         match input {
             Input::Origin => {
                 let off_rad = self.origin.off_mark(position) / state.counts_per_unit;
-                if rising && off_rad > ORIGIN_TOLERANCE_RAD {
+                // The mark of a real headstock is where homing finds it.
+                let is_known = state.homed || !state.is_real();
+                if rising && is_known && off_rad > ORIGIN_TOLERANCE_RAD {
                     sensing.raise(AlarmKind::OriginDetector, off_rad, ORIGIN_TOLERANCE_RAD);
                 }
             }

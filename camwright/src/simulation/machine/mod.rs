@@ -31,6 +31,7 @@ use crate::math::fixed_list::FixedList;
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::fault::Fault;
+use crate::simulation::measured::{DriveOrders, MAX_LAG_TICKS, Measurement, without_simulated_effects};
 use crate::simulation::tick_report::TickReport;
 use crate::simulation::turned_part::TurnedRemoval;
 use crate::simulation::work_area::WorkArea;
@@ -69,6 +70,8 @@ pub struct Machine {
     retract: Retract,
     /// Door, chuck and sensors of a machine that is loaded.
     work_area: Option<WorkArea>,
+    /// Ticks by which readings are older than setpoints: 0 of a simulated machine.
+    lag_ticks: u32,
 }
 
 impl Machine {
@@ -100,10 +103,43 @@ impl Machine {
             stream: SetpointStream::new(&description, resting_setpoint(&axes)),
             retract: Retract::default(),
             work_area: description.loading.map(|loading| WorkArea::new(&loading, description.cycle_time_s())),
+            lag_ticks: 0,
             lasting,
             axes,
             description,
         })
+    }
+
+    /// A machine with real axes, which rest where they are measured. `lag_ticks` is the number of ticks between a setpoint and the
+    /// readings that show it, `window_counts` the error at which an axis counts as at rest. See [`Machine::step_measured`].
+    ///
+    /// # Errors
+    /// Figures that do not make a machine, a longer lag than [`MAX_LAG_TICKS`].
+    pub fn real(
+        description: &MachineDescription,
+        lasting: PersistentState,
+        (lag_ticks, window_counts): (u32, f64),
+        at_rest: &Measurement,
+    ) -> Result<Self, DescriptionError> {
+        if lag_ticks > MAX_LAG_TICKS {
+            return Err(DescriptionError::Outside {
+                what: "lag of the drives (ticks)",
+                value: f64::from(lag_ticks),
+                low: 0.0,
+                high: f64::from(MAX_LAG_TICKS),
+            });
+        }
+        let mut machine = Self::new(without_simulated_effects(description), lasting)?;
+        let (step_s, lag) = (machine.step_s, (lag_ticks as usize, window_counts));
+        machine.axes =
+            core::array::from_fn(|i| AxisState::real(&machine.description.axes[i], step_s, at_rest.counts[i], lag));
+        machine.lag_ticks = lag_ticks;
+        // The first report is of tick 1.
+        machine.tick = u64::from(lag_ticks);
+        machine.inputs.wire(at_rest.inputs);
+        machine.stream.follow(machine.setpoint());
+        machine.axis_watch.restart(&machine.axes);
+        Ok(machine)
     }
 
     /// Description of the machine.
@@ -222,6 +258,46 @@ impl Machine {
     /// setpoint that cannot follow the last one, or none while the setpoint moves, is an alarm and a stop.
     /// Never allocates, locks, logs or fails.
     pub fn step(&mut self, setpoint: Option<&Setpoint>, commands: &[MachineCommand], faults: &[Fault]) -> TickReport {
+        self.advance(setpoint, commands, faults, None)
+    }
+
+    /// One tick of a machine with real axes: the setpoint of this tick leaves for the drives ([`Machine::orders`]); the readings, and the
+    /// report of them, belong to the tick of its lag before.
+    pub fn step_measured(
+        &mut self,
+        setpoint: Option<&Setpoint>,
+        commands: &[MachineCommand],
+        faults: &[Fault],
+        measurement: &Measurement,
+    ) -> TickReport {
+        self.advance(setpoint, commands, faults, Some(measurement))
+    }
+
+    /// Orders for the drives of a real machine, after a tick.
+    #[must_use]
+    pub fn orders(&self) -> DriveOrders {
+        let dead = self.power.dead();
+        let powered = |i: &usize| self.power.is_on() && !dead[*i];
+        DriveOrders {
+            positions: core::array::from_fn(|i| self.axes[i].raw_target()),
+            powered: (0..AXIS_COUNT).filter(powered).fold(0, |word, i| word | 1 << i),
+            wheel_runs: self.wheel.spindle().is_ordered(),
+            wheel_rad_s: self.description.wheel.surface_speed_m_s * 1000.0 / self.lasting.wheel_radius_mm,
+        }
+    }
+
+    /// The tick that the readings belong to.
+    fn shown_tick(&self) -> u64 {
+        self.tick.saturating_sub(u64::from(self.lag_ticks))
+    }
+
+    fn advance(
+        &mut self,
+        setpoint: Option<&Setpoint>,
+        commands: &[MachineCommand],
+        faults: &[Fault],
+        measurement: Option<&Measurement>,
+    ) -> TickReport {
         self.tick += 1;
         for fault in faults {
             self.apply_fault(*fault);
@@ -238,7 +314,11 @@ impl Machine {
         for (axis, _) in self.axes.iter_mut().zip(dead).filter(|(_, dead)| *dead) {
             axis.begin_coasting();
         }
-        self.wheel.step(&self.description, &self.lasting, self.tick, &mut self.supervision);
+        let at_speed = measurement.map(|measured| measured.inputs.wheel_at_speed);
+        self.wheel.step(&self.description, &self.lasting, (self.tick, at_speed), &mut self.supervision);
+        if let Some(measured) = measurement {
+            self.measure(measured);
+        }
         let mut latches = FixedList::new();
         for latch in self.inputs.take_asked().iter() {
             latches.push(*latch);
@@ -254,16 +334,14 @@ impl Machine {
         self.contact.begin_tick();
         for index in 0..self.description.servo_steps_per_tick {
             let spans = self.servo_step(index);
-            self.inputs.sense(
-                &spans,
-                key_way.as_ref(),
-                &mut Sensing {
-                    tick: self.tick,
-                    axes: &self.axes,
-                    latches: &mut latches,
-                    supervision: &mut self.supervision,
-                },
-            );
+            let tick = self.shown_tick();
+            let sensing =
+                &mut Sensing { tick, axes: &self.axes, latches: &mut latches, supervision: &mut self.supervision };
+            match measurement {
+                None => self.inputs.sense(&spans, key_way.as_ref(), sensing),
+                Some(_) if index == 0 => self.inputs.sense_wired(sensing),
+                Some(_) => {}
+            }
             if let Some(lobe) = lobe {
                 removal = removal.and(self.grind(index, (lobe, law.as_ref()), &spans));
             } else if let Some(clamped) = self.workholding.turned_mut() {
@@ -278,8 +356,12 @@ impl Machine {
             clamped.part.refresh();
             removal = turning::as_of_a_wheel(&turned, self.description.wheel.width_mm);
         }
-        let mut sensing =
-            Sensing { tick: self.tick, axes: &self.axes, latches: &mut latches, supervision: &mut self.supervision };
+        let mut sensing = Sensing {
+            tick: self.shown_tick(),
+            axes: &self.axes,
+            latches: &mut latches,
+            supervision: &mut self.supervision,
+        };
         self.contact.sense_gap(&mut sensing);
         self.wheel.turn_on(&self.description, &mut self.lasting);
         self.contact.sense_force(&mut self.inputs, &mut sensing);
@@ -299,6 +381,16 @@ impl Machine {
         self.end_of_retreat();
         self.react();
         self.report(setpoint.is_some(), latches, (lobe, removal, turned), gauge_mm)
+    }
+
+    fn measure(&mut self, measured: &Measurement) {
+        for (axis, raw) in self.axes.iter_mut().zip(measured.counts) {
+            axis.measure(raw);
+        }
+        self.inputs.wire(measured.inputs);
+        for axis in Axis::ALL {
+            self.axis_watch.see_limit(axis, measured.inputs.limit(axis));
+        }
     }
 
     fn apply_command(&mut self, command: MachineCommand) {

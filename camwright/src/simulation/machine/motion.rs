@@ -182,8 +182,8 @@ impl Machine {
             let axis = &mut self.axes[i];
             match (dead[i], i) {
                 (false, _) => axis.step(index, count, step_s, forces[i]),
-                (true, X) => self.retract.coast(axis),
-                (true, _) => axis.coast(),
+                (true, X) => self.retract.coast(axis, (index, count), step_s),
+                (true, _) => axis.coast(index, count, step_s),
             }
         })
     }
@@ -196,6 +196,14 @@ impl Machine {
         if self.power.drain_buffer(motors_w, &self.description.retract, cycle_time_s) {
             self.cut_power();
         }
+    }
+
+    /// Setpoints did not reach the drives of a real machine, which stand where the last one sent them: an alarm, and the axes hold.
+    pub fn starve(&mut self) {
+        self.raise(AlarmKind::Underrun, 0.0, 0.0);
+        self.stream.rest();
+        self.axes.iter_mut().for_each(AxisState::starve);
+        self.supervision.enter(SetpointSource::Halted);
     }
 
     /// Clears the alarms whose causes are gone and gives the drives their power again. The axes hold where they are;

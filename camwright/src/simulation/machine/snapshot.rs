@@ -69,6 +69,7 @@ impl Snapshot for Machine {
             stream,
             retract,
             work_area,
+            lag_ticks: _,
         } = self;
         fields!(codec: tick, lasting, axes);
         axis_watch.keep_beyond(codec)?;

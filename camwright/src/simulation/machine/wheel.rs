@@ -158,11 +158,14 @@ impl GrindingWheel {
         &mut self,
         description: &MachineDescription,
         lasting: &PersistentState,
-        tick: u64,
+        (tick, at_speed): (u64, Option<bool>),
         supervision: &mut Supervision,
     ) {
         let ran = self.wheel.is_running();
         self.wheel.step();
+        if let Some(at_speed) = at_speed {
+            self.wheel.see_speed(at_speed);
+        }
         if supervision.is_stopping() {
             self.wheel_late = 0;
             return;

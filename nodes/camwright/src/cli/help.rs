@@ -38,6 +38,23 @@ turned part surface.csv, clearance.csv and per pass insert_path.csv
 
 Exit codes: 0 planned and written, 2 rejected or not written";
 
+pub(super) const STUDY: &str = "\
+Examples:
+  camwright study speed_and_infeed --out studies/first
+  camwright study my_study.yaml --workers 2 --set replicates=3
+
+Files: plan.json (every case with its hash), cases.jsonl (finished cases),
+results.parquet, results.csv, report.html; best_job.yaml and best_machine.yaml
+of the best feasible case. The same command goes on after an interruption and
+runs no case twice.
+
+Exit codes:
+  0    a case is feasible
+  1    not written
+  2    rejected
+  4    no case is feasible
+  130  interrupted by Ctrl-C";
+
 pub(super) const POST: &str = "\
 Examples:
   camwright post four_lobe_camshaft --out nc --set nc.control=fanuc
@@ -50,6 +67,7 @@ Examples:
   camwright init job
   camwright init machine my_grinder.yaml
   camwright init turning --print
+  camwright init study
 
 Exit codes: 0 written or printed, 1 not written, 2 wrong arguments";
 
@@ -221,6 +239,16 @@ Exit codes:
 
 pub(super) const URDF: &str = "\
 Example: camwright urdf cam_grinder > cam_grinder.urdf
+
+Exit codes: 0 printed, 1 rejected, 2 wrong arguments";
+
+pub(super) const HAL: &str = "\
+Examples:
+  camwright hal --simulate > cam_grinder.hal
+  camwright hal my_machine > my_machine.hal
+
+Start it as an ordinary user with `halrun -I -f FILE.hal`, then the node:
+  machine_hal --ros-args -p machine:=cam_grinder_hal
 
 Exit codes: 0 printed, 1 rejected, 2 wrong arguments";
 

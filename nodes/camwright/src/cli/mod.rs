@@ -11,6 +11,7 @@ mod completions;
 #[cfg(test)]
 mod documents;
 mod drives;
+mod hal;
 mod help;
 mod init;
 mod list;
@@ -32,6 +33,7 @@ mod run_report;
 mod schema;
 mod setup;
 mod status;
+mod study;
 mod turned_report;
 mod urdf;
 
@@ -58,15 +60,17 @@ enum CommandLine {
     Run(run::RunArgs),
     /// Plan a job without ROS and write its paths.
     Plan(plan::PlanArgs),
+    /// Run the cases of a study without ROS and find the best one.
+    Study(study::StudyArgs),
     /// Write the NC program of a job and verify it.
     Post(post::PostArgs),
-    /// Write a commented job or machine file to start from.
+    /// Write a commented job, machine or study file to start from.
     Init(init::InitArgs),
-    /// List jobs, machines, lift tables, faults, topics or alarms.
+    /// List jobs, machines, studies, lift tables, faults, topics or alarms.
     List(list::ListArgs),
-    /// Check a job, a machine, a lift table or a parameter file.
+    /// Check a job, a machine, a study, a lift table or a parameter file.
     Check(check::CheckArgs),
-    /// Print the JSON Schema of job and machine files.
+    /// Print the JSON Schema of job, machine and study files.
     Schema(schema::SchemaArgs),
     /// Check a running machine against the machine contract.
     CheckMachine(check_machine::CheckMachineArgs),
@@ -82,6 +86,8 @@ enum CommandLine {
     Status(status::StatusArgs),
     /// Print the URDF of a machine.
     Urdf(urdf::UrdfArgs),
+    /// Print the HAL file of a machine whose drives LinuxCNC's HAL moves
+    Hal(hal::HalArgs),
     /// Inspect, check, repair or export a bag.
     Bag(bag::BagArgs),
     /// Play a bag to the ROS graph, or recompute its run and compare.
@@ -122,6 +128,7 @@ pub fn main() -> ExitCode {
     let code = match command {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
+        CommandLine::Study(args) => study::main(&args),
         CommandLine::Post(args) => post::main(&args),
         CommandLine::Init(args) => init::main(&args),
         CommandLine::List(args) => list::main(&args),
@@ -134,6 +141,7 @@ pub fn main() -> ExitCode {
         CommandLine::Page(args) => page::main(&args, &ros_args),
         CommandLine::Status(args) => status::main(&args, &ros_args),
         CommandLine::Urdf(args) => urdf::main(&args),
+        CommandLine::Hal(args) => hal::main(&args),
         CommandLine::Bag(args) => bag::run(&args),
         CommandLine::Replay(args) => replay::main(&args, &ros_args),
         CommandLine::Replan(args) => replan::main(&args),

@@ -18,6 +18,8 @@ use camwright_ros::{
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// Nodes of machines: simulated, behind the HAL of LinuxCNC.
+const MACHINES: [&str; 2] = ["machine_sim", "machine_hal"];
 /// Maximum time for other participants to say which nodes they have.
 const ACQUAINTED: Duration = Duration::from_secs(1);
 /// Maximum time for the nodes to find each other.
@@ -92,7 +94,7 @@ impl CellClient {
     /// Waits for the planner and, with an own recorder, until it records `recorded`.
     pub(super) fn meet(&self, recorded: Option<&[&str]>, shutdown: &Shutdown) -> Result<(), NodeError> {
         self.action.wait_for_server(MEETING)?;
-        for node in ["machine_sim", "axis_interpolator", "job_planner"] {
+        for node in [self.machine_node(shutdown), "axis_interpolator", "job_planner"] {
             self.wait_active(node, shutdown)?;
         }
         let Some(wanted) = recorded else { return Ok(()) };
@@ -121,6 +123,23 @@ impl CellClient {
             }
             let slice = left.min(Duration::from_millis(200));
             state = changed.wait_timeout(state, slice).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// The node of the cell's machine, once discovery shows one.
+    fn machine_node(&self, shutdown: &Shutdown) -> &'static str {
+        let names = MACHINES.map(|name| (name, join(self.node.namespace(), name)));
+        let deadline = Instant::now() + MEETING;
+        loop {
+            let shown = self.node.discovered_nodes();
+            let found = names.iter().find(|(_, whole)| shown.contains(whole));
+            if let Some((name, _)) = found {
+                return name;
+            }
+            // Discovery tells nobody of nodes; they are looked for again.
+            if Instant::now() > deadline || shutdown.wait_timeout(Duration::from_millis(50)) {
+                return MACHINES[0];
+            }
         }
     }
 

@@ -1,0 +1,188 @@
+//! Real axes: the machine's supervision with readings that are some ticks old.
+
+use super::{cam_grinder, travel};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::{AXIS_COUNT, Axis, Homing, MachineDescription};
+use camwright::machine::persistent_state::PersistentState;
+use camwright::machine::setpoint::{Input, Setpoint};
+use camwright::simulation::measured::{Measurement, WiredInputs};
+use camwright::simulation::tick_report::{MotionState, TickReport};
+use camwright::simulation::{Machine, MachineCommand};
+use std::collections::VecDeque;
+
+const LAG: u32 = 7;
+const X: usize = Axis::X as usize;
+
+/// Drives that follow exactly, a lag later.
+struct DelayLine {
+    machine: Machine,
+    on_the_way: VecDeque<[i64; AXIS_COUNT]>,
+    counts: [i64; AXIS_COUNT],
+    inputs: WiredInputs,
+}
+
+impl DelayLine {
+    fn new(description: &MachineDescription, counts: [i64; AXIS_COUNT]) -> Self {
+        let at_rest = Measurement { counts, inputs: WiredInputs::default() };
+        let machine = Machine::real(description, PersistentState::new(description), (LAG, 2.0), &at_rest);
+        let machine = machine.expect("the reference machine is valid");
+        Self { machine, on_the_way: vec![counts; LAG as usize].into(), counts, inputs: at_rest.inputs }
+    }
+
+    fn step(&mut self, setpoint: Option<&Setpoint>, commands: &[MachineCommand]) -> TickReport {
+        self.counts = self.on_the_way.pop_front().expect("it holds the lag");
+        let measurement = Measurement { counts: self.counts, inputs: self.inputs };
+        let report = self.machine.step_measured(setpoint, commands, &[], &measurement);
+        #[allow(clippy::cast_possible_truncation, reason = "positions of a machine")]
+        self.on_the_way.push_back(self.machine.orders().positions.map(|position| position.round() as i64));
+        report
+    }
+
+    fn follow(&mut self, setpoints: &[Setpoint]) -> Vec<TickReport> {
+        setpoints.iter().map(|setpoint| self.step(Some(setpoint), &[])).collect()
+    }
+
+    fn idle(&mut self, ticks: u32) -> Vec<TickReport> {
+        (0..ticks).map(|_| self.step(None, &[])).collect()
+    }
+}
+
+fn start(description: &MachineDescription) -> [i64; AXIS_COUNT] {
+    std::array::from_fn(|i| description.axes[i].scale.counts(description.axes[i].power_up_position))
+}
+
+#[test]
+fn readings_belong_to_the_setpoint_of_their_tick() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    let setpoints = travel(&plant.machine, Axis::X, -20.0, 200);
+    let first = plant.machine.tick() + 1;
+    let mut reports = plant.follow(&setpoints);
+    reports.extend(plant.idle(50));
+    for (k, setpoint) in setpoints.iter().enumerate() {
+        // The report of the tick comes a lag later.
+        let report = &reports[k + LAG as usize];
+        assert_eq!(report.tick, first + k as u64);
+        let axis = &report.axes[X];
+        assert_eq!((axis.setpoint_counts, axis.counts), (setpoint.counts[X], setpoint.counts[X]), "tick {k}");
+        assert!(axis.following_error.abs() < 1e-9);
+    }
+    let last = reports.last().expect("reports");
+    assert_eq!((last.motion, plant.machine.alarms().len()), (MotionState::Standstill, 0));
+    let moving = reports.iter().position(|report| report.motion == MotionState::Standstill).expect("it comes to rest");
+    assert!(moving > 200, "it rests only when its encoder shows it");
+}
+
+#[test]
+fn a_drive_that_stays_behind_trips_with_its_error() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    let setpoints = travel(&plant.machine, Axis::X, -20.0, 200);
+    let stuck = plant.counts;
+    let mut alarms = Vec::new();
+    for setpoint in &setpoints {
+        plant.on_the_way[0] = stuck;
+        alarms.extend(plant.step(Some(setpoint), &[]).raised.iter().copied());
+    }
+    let trip = alarms.iter().find(|alarm| alarm.kind == AlarmKind::FollowingError(Axis::X)).expect("it trips");
+    assert!(trip.value > trip.bound && trip.bound >= description.axes[X].min_following_error);
+    // Without power, the setpoint is where the axis is.
+    plant.on_the_way.iter_mut().for_each(|counts| *counts = stuck);
+    for _ in 0..40 {
+        plant.step(None, &[]);
+    }
+    assert!((plant.machine.orders().positions[X] - stuck[X] as f64).abs() < 0.5);
+    assert_eq!(plant.machine.orders().powered, 0);
+}
+
+#[test]
+fn homing_moves_the_zero_and_not_the_axis() {
+    let mut description = cam_grinder();
+    description.axes[X].needs_homing = true;
+    description.axes[X].homing = Some(Homing {
+        search_mm_s: 20.0,
+        latch_mm_s: -1.0,
+        final_mm_s: 50.0,
+        use_index: false,
+        offset_mm: None,
+        home_mm: 150.0,
+        ignore_limits: false,
+        sequence: 0,
+        switch_mm: 200.0,
+        index_pitch_mm: 0.0,
+    });
+    // The encoder reads anything at power-up; the axis stands 30 mm before its switch.
+    let mut plant = DelayLine::new(&description, [0, 777_777, 0]);
+    let setpoints = travel(&plant.machine, Axis::X, 40.0, 400);
+    let per_mm = 100_000;
+    let (mut latch, mut edge) = (None, 0);
+    for setpoint in &setpoints {
+        let before = plant.on_the_way[0][X];
+        let is_closed = before - 777_777 >= 30 * per_mm;
+        if is_closed && plant.inputs.homes == 0 {
+            (plant.inputs.homes, edge) = (1 << X, before - 777_777);
+        }
+        let report = plant.step(Some(setpoint), &[]);
+        latch = latch.or(report.latches.iter().find(|latch| latch.input == Input::Home(Axis::X)).copied());
+    }
+    plant.idle(40);
+    let latch = latch.expect("the switch was passed");
+    // The edge lies in the tick in which it shows, within what the axis travels in it.
+    let travel_counts = 40 * per_mm * 2 / 400;
+    assert!(latch.rising && (latch.counts - edge).abs() <= travel_counts, "{} {edge}", latch.counts);
+    let stands = plant.machine.orders().positions[X];
+    let reading = plant.machine.setpoint().counts[X];
+    plant.step(None, &[MachineCommand::SetHome { axis: Axis::X, counts: latch.counts }]);
+    let reports = plant.idle(LAG + 1);
+    assert_eq!(plant.machine.setpoint().counts[X], reading - latch.counts);
+    assert!((plant.machine.orders().positions[X] - stands).abs() < 0.5, "nothing moves");
+    // Readings of earlier ticks keep their zero.
+    assert_eq!(reports[0].axes[X].counts, reading);
+    assert_eq!(reports[LAG as usize].axes[X].counts, reading - latch.counts);
+    assert_eq!(plant.machine.alarms().len(), 0);
+}
+
+#[test]
+fn setpoints_that_do_not_arrive_are_an_alarm_and_no_jump() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    let setpoints = travel(&plant.machine, Axis::X, -20.0, 200);
+    plant.follow(&setpoints[..100]);
+    let sent = plant.machine.orders().positions[X];
+    plant.machine.starve();
+    let reports = plant.idle(60);
+    assert!(reports[0].raised.iter().any(|alarm| alarm.kind == AlarmKind::Underrun));
+    assert!((plant.machine.orders().positions[X] - sent).abs() < 0.5);
+    assert_eq!(reports.last().expect("reports").motion, MotionState::Fault);
+    plant.machine.reset().expect("it rests");
+    let (setpoint, target) = (plant.machine.setpoint(), plant.machine.orders().positions[X]);
+    plant.step(Some(&setpoint), &[]);
+    assert!((plant.machine.orders().positions[X] - target).abs() < 0.5, "a reset moves nothing");
+}
+
+#[test]
+fn a_wheel_runs_when_its_spindle_reports_it() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    plant.step(None, &[MachineCommand::WheelStart]);
+    assert!(plant.machine.orders().wheel_runs);
+    assert!(!plant.idle(2500).last().expect("reports").io.wheel_running, "time alone brings no speed");
+    plant.inputs.wheel_at_speed = true;
+    assert!(plant.idle(2).last().expect("reports").io.wheel_running);
+    plant.inputs.wheel_at_speed = false;
+    let raised = plant.idle(2).into_iter().flat_map(|report| report.raised.to_vec()).collect::<Vec<_>>();
+    assert!(raised.iter().any(|alarm| alarm.kind == AlarmKind::WheelStopped), "{raised:?}");
+}
+
+#[test]
+fn a_limit_switch_stops_the_axes() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    let setpoints = travel(&plant.machine, Axis::X, -20.0, 200);
+    plant.follow(&setpoints[..80]);
+    plant.inputs.limits = 1 << X;
+    let raised: Vec<AlarmKind> =
+        plant.idle(400).into_iter().flat_map(|report| report.raised.to_vec()).map(|alarm| alarm.kind).collect();
+    assert!(raised.contains(&AlarmKind::Overtravel(Axis::X)), "{raised:?}");
+    assert!(plant.machine.is_at_rest());
+}

@@ -1,0 +1,211 @@
+//! Connection of a machine to the HAL of LinuxCNC: its pins, their scale, and the queue of setpoints.
+
+use super::ConfigError;
+use super::yaml::Document;
+use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Most stations: their switches share a word of 16 bits.
+pub const MAX_STATIONS: usize = 16;
+
+/// Section `hal` of a machine file.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HalFile {
+    /// HAL thread that executes `streamer` and `sampler`. Its period is `cycle_time_us`.
+    #[schemars(schema_with = "pin")]
+    thread: String,
+    /// Setpoints in the queue of HAL. More tolerates longer pauses of the computer, fewer react sooner. At most half of
+    /// `feedback_delay_ticks`.
+    #[schemars(range(min = 10, max = 500))]
+    fifo_ticks: u32,
+    /// Following error at which an axis counts as at rest on its setpoint: resolution and noise of the encoder.
+    #[schemars(range(min = 0.6, max = 1e4))]
+    rest_window_counts: f64,
+    /// Headstock; positions in degrees times `scale`.
+    c_axis: HalAxisFile,
+    /// Wheelhead; positions in mm times `scale`.
+    x_axis: HalAxisFile,
+    /// Table; positions in mm times `scale`.
+    z_axis: HalAxisFile,
+    /// Wheel spindle.
+    wheel: HalWheelFile,
+    /// Bit pin that is true while the emergency stop chain is open.
+    #[schemars(schema_with = "pin")]
+    estop: String,
+    /// Bit pin of the origin detector of C; true at its mark.
+    #[schemars(schema_with = "pin")]
+    origin: String,
+    /// Bit pin of the limit switch of every station, by the name of the switch.
+    #[serde(default)]
+    stations: BTreeMap<String, String>,
+}
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct HalAxisFile {
+    /// Float pin that takes the position of every period.
+    #[schemars(schema_with = "pin")]
+    command: String,
+    /// Float pin with the position of the encoder.
+    #[schemars(schema_with = "pin")]
+    feedback: String,
+    /// Units of these pins for one mm or degree. Default: 1.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    scale: Option<f64>,
+    /// Bit pin that switches the drive on. Default: none.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    enable: Option<String>,
+    /// Bit pin that is true while the drive reports a fault. Default: none.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    fault: Option<String>,
+    /// Bit pin of the home switch. Required with `home`.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    home: Option<String>,
+    /// Bit pin of the limit switches, both ends on one line. Default: none.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    limit: Option<String>,
+}
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct HalWheelFile {
+    /// Bit pin that lets the wheel run.
+    #[schemars(schema_with = "pin")]
+    run: String,
+    /// Float pin that takes the speed of the wheel (rpm). Default: none.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    speed_rpm: Option<String>,
+    /// Bit pin that is true while the wheel has its speed.
+    #[schemars(schema_with = "pin")]
+    at_speed: String,
+}
+
+/// A HAL name.
+fn pin(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({
+        "type": "string",
+        "pattern": "^[A-Za-z][A-Za-z0-9._-]{0,46}$",
+        "x-allowed": "a HAL name: 1 to 47 letters, digits, '.', '_' and '-'",
+    })
+}
+
+/// Pins of an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalAxis {
+    pub command: String,
+    pub feedback: String,
+    /// Units of these pins for one mm or degree.
+    pub scale: f64,
+    pub enable: Option<String>,
+    pub fault: Option<String>,
+    pub home: Option<String>,
+    pub limit: Option<String>,
+}
+
+/// Connection of a machine to the HAL of LinuxCNC.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalConfig {
+    /// HAL thread of the servo period.
+    pub thread: String,
+    /// Setpoints in the queue of HAL.
+    pub fifo_ticks: u32,
+    /// Following error at which an axis counts as at rest (counts).
+    pub rest_window_counts: f64,
+    /// Pins of the axes, in the order of [`Axis::ALL`].
+    pub axes: [HalAxis; AXIS_COUNT],
+    pub wheel_run: String,
+    pub wheel_speed_rpm: Option<String>,
+    pub wheel_at_speed: String,
+    pub estop: String,
+    pub origin: String,
+    /// Pins of the limit switches, in the order of the stations.
+    pub stations: Vec<String>,
+}
+
+impl HalFile {
+    pub(super) fn config(&self, machine: &MachineDescription) -> HalConfig {
+        let axis = |file: &HalAxisFile| HalAxis {
+            command: file.command.clone(),
+            feedback: file.feedback.clone(),
+            scale: file.scale.unwrap_or(1.0),
+            enable: file.enable.clone(),
+            fault: file.fault.clone(),
+            home: file.home.clone(),
+            limit: file.limit.clone(),
+        };
+        HalConfig {
+            thread: self.thread.clone(),
+            fifo_ticks: self.fifo_ticks,
+            rest_window_counts: self.rest_window_counts,
+            axes: [axis(&self.c_axis), axis(&self.x_axis), axis(&self.z_axis)],
+            wheel_run: self.wheel.run.clone(),
+            wheel_speed_rpm: self.wheel.speed_rpm.clone(),
+            wheel_at_speed: self.wheel.at_speed.clone(),
+            estop: self.estop.clone(),
+            origin: self.origin.clone(),
+            stations: machine
+                .stations
+                .iter()
+                .filter_map(|station| self.stations.get(&station.switch).cloned())
+                .collect(),
+        }
+    }
+
+    /// Findings about the connection itself and what HAL does not provide.
+    pub(super) fn check(&self, document: &Document, machine: &MachineDescription) -> Vec<ConfigError> {
+        let mut findings = Vec::new();
+        let mut find = |key: &str, text: String| findings.push(document.error(key, text));
+        let half = machine.feedback_delay_ticks / 2;
+        if self.fifo_ticks > half {
+            let text = format!(
+                "{} ticks; allowed: 10 to {half}, half of feedback_delay_ticks ({}), so that setpoints arrive in time",
+                self.fifo_ticks, machine.feedback_delay_ticks
+            );
+            find("hal.fifo_ticks", text);
+        }
+        for (axis, file) in Axis::ALL.into_iter().zip([&self.c_axis, &self.x_axis, &self.z_axis]) {
+            let key = |key: &str| format!("hal.{}.{key}", axis.joint());
+            if file.scale == Some(0.0) {
+                find(&key("scale"), "0; allowed: units of the pin for one mm or degree, not 0".to_owned());
+            }
+            let homing = machine.axis(axis).homing;
+            if homing.is_some() && file.home.is_none() {
+                find(&format!("hal.{}", axis.joint()), "`home` is missing: the axis is homed at a switch".to_owned());
+            }
+            if homing.is_some_and(|homing| homing.use_index) {
+                find(
+                    &format!("{}.home.use_index", axis.joint()),
+                    "true; HAL homes at the switch only: false".to_owned(),
+                );
+            }
+        }
+        for station in machine.stations.iter().filter(|station| !self.stations.contains_key(&station.switch)) {
+            find("hal.stations", format!("the pin of switch {} is missing", station.switch));
+        }
+        let is_known = |name: &String| machine.stations.iter().any(|station| station.switch == *name);
+        for name in self.stations.keys().filter(|name| !is_known(name)) {
+            find("hal.stations", format!("{name} is not a switch of `stations`"));
+        }
+        if machine.stations.len() > MAX_STATIONS {
+            find("stations", format!("{} stations; HAL takes at most {MAX_STATIONS}", machine.stations.len()));
+        }
+        let unread = [
+            ("gauge", machine.gauge.is_some()),
+            ("gap_detector", machine.gap_detector.is_some()),
+            ("key_way_probe", machine.key_way_probe.is_some()),
+            ("loading", machine.loading.is_some()),
+        ];
+        for (key, _) in unread.into_iter().filter(|(_, is_there)| *is_there) {
+            find(key, "not possible with `hal`: it is not read from HAL pins; take it out of the file".to_owned());
+        }
+        findings
+    }
+}

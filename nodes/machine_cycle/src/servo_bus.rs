@@ -1,0 +1,137 @@
+//! The bus to real drives: its clock is the clock of the machine, one tick for every servo period.
+
+use super::bounds::BusFigures;
+use super::cyclic_loop::CyclicLoop;
+use super::messages::CyclicInput;
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::Axis;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::measured::{DriveOrders, Measurement};
+use camwright_threads::ring::Waker;
+use std::fmt::Debug;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Silence of the bus after which its drives count as lost.
+const SILENCE: Duration = Duration::from_millis(500);
+/// Longest wait for a servo period, so that messages are handled meanwhile.
+const WAIT: Duration = Duration::from_millis(20);
+
+/// Readings of a servo period, and what the bus reports about itself.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BusPeriod {
+    pub measurement: Measurement,
+    /// The emergency stop chain is open.
+    pub is_estop: bool,
+    /// Bit i: the drive of axis i reports a fault.
+    pub drive_faults: u8,
+    /// Setpoints that wait in the drives' queue.
+    pub queued: u32,
+    /// The queue was empty, so that the drives kept their last setpoint.
+    pub is_starved: bool,
+    /// The drives follow what is sent; otherwise the queue is being filled, and nothing may move.
+    pub is_following: bool,
+}
+
+/// Drives that take one setpoint each servo period and report it.
+pub trait ServoBus: Debug + Send {
+    /// The next servo period, if it has come.
+    ///
+    /// # Errors
+    /// Why there will be no further period.
+    fn next_period(&mut self) -> Result<Option<BusPeriod>, String>;
+
+    /// Takes the orders of a tick, and sends them while the drives follow. A bus that has failed reports it with the next period.
+    fn send(&mut self, orders: &DriveOrders);
+}
+
+/// The bus, and its state as the loop knows it.
+#[derive(Debug)]
+pub(super) struct BusState {
+    bus: Box<dyn ServoBus>,
+    /// Readings of the period that is executed.
+    pub(super) measurement: Measurement,
+    is_estop: bool,
+    drive_faults: u8,
+    /// When the last servo period came.
+    heard: Option<Instant>,
+    /// Why the bus is lost.
+    failure: Option<String>,
+}
+
+impl CyclicLoop {
+    /// With real drives, whose clock takes the place of the pace.
+    pub fn with_bus(mut self, bus: Box<dyn ServoBus>, at_rest: Measurement) -> Self {
+        let (is_estop, drive_faults, heard, failure) = (false, 0, None, None);
+        self.bus = Some(BusState { bus, measurement: at_rest, is_estop, drive_faults, heard, failure });
+        self
+    }
+
+    /// Executes the servo periods that have come, or waits for one.
+    pub(super) fn run_bus(&mut self, waker: &Waker) {
+        let Some(state) = &mut self.bus else { return };
+        if state.failure.is_some() {
+            let _woken = waker.wait(self.cycle);
+            return self.lose_bus();
+        }
+        match state.bus.next_period() {
+            Ok(Some(period)) => self.execute_period(&period),
+            Ok(None) if state.heard.get_or_insert_with(Instant::now).elapsed() > SILENCE => {
+                state.failure = Some(format!("no servo period for {} ms", SILENCE.as_millis()));
+            }
+            Ok(None) => {
+                let _woken = waker.wait(WAIT);
+            }
+            Err(reason) => state.failure = Some(reason),
+        }
+    }
+
+    fn execute_period(&mut self, period: &BusPeriod) {
+        let Some(state) = &mut self.bus else { return };
+        state.heard = Some(Instant::now());
+        state.measurement = period.measurement;
+        let (estop, faults) = (state.is_estop != period.is_estop, state.drive_faults ^ period.drive_faults);
+        (state.is_estop, state.drive_faults) = (period.is_estop, period.drive_faults);
+        if estop {
+            self.faults.add(Fault::EStop(period.is_estop), 0);
+        }
+        for axis in Axis::ALL.into_iter().filter(|axis| faults >> axis.index() & 1 == 1) {
+            let active = period.drive_faults >> axis.index() & 1 == 1;
+            self.faults.add(Fault::DriveFault { axis, active }, 0);
+        }
+        self.note_period(period);
+        if period.is_starved {
+            self.report_applied(CyclicInput::Alarm(AlarmKind::Underrun, 0.0));
+            self.machine.starve();
+            self.buffer.close();
+            self.state.news = true;
+        }
+        self.withhold_credit(!period.is_following);
+        self.tick();
+        self.nobody_is_waited_for(Instant::now());
+        let orders = self.machine.orders();
+        if let Some(state) = &mut self.bus {
+            state.bus.send(&orders);
+        }
+    }
+
+    fn note_period(&self, period: &BusPeriod) {
+        let BusFigures { least_queued, starved } = &self.bounds.bus;
+        least_queued.fetch_min(u64::from(period.queued), Ordering::Relaxed);
+        starved.fetch_add(u64::from(period.is_starved), Ordering::Relaxed);
+    }
+
+    /// The drives do not answer any more. The alarm comes again after every reset, until the node is started again; ticks go on by the
+    /// clock of the computer, so that it is seen.
+    fn lose_bus(&mut self) {
+        if !self.machine.alarms().iter().any(|alarm| alarm.kind == AlarmKind::DrivesLost) {
+            self.raise_outside(AlarmKind::DrivesLost, 0.0);
+        }
+        self.tick();
+    }
+
+    /// Why the bus is lost.
+    pub fn bus_failure(&self) -> Option<&str> {
+        self.bus.as_ref()?.failure.as_deref()
+    }
+}

@@ -1,0 +1,125 @@
+//! Lines of `halsampler` and `halstreamer`.
+
+use crate::connection::{AT_SPEED, ESTOP, FAULTS, HOMES, LIMITS, ORIGIN};
+use camwright::machine::description::{AXIS_COUNT, AxisScale, MachineDescription};
+use camwright::simulation::measured::{DriveOrders, Measurement, WiredInputs};
+use camwright_files::hal_file::HalConfig;
+use std::fmt::Write as _;
+
+/// A line of `halsampler -t`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ServoSample {
+    /// Number of the servo period.
+    pub(crate) period: u32,
+    /// Number of the setpoint that the drives follow; 0 before the first.
+    pub(crate) sequence: u32,
+    pub(crate) queued: u32,
+    pub(crate) measurement: Measurement,
+    pub(crate) is_estop: bool,
+    pub(crate) drive_faults: u8,
+}
+
+/// Units of the pins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PinScale {
+    /// Counts for one unit of the pin.
+    counts: [f64; AXIS_COUNT],
+}
+
+impl PinScale {
+    pub(crate) fn new(hal: &HalConfig, machine: &MachineDescription) -> Self {
+        let counts = |i: usize| {
+            let counts_per_unit = match machine.axes[i].scale {
+                AxisScale::Rotary { counts_per_turn } => counts_per_turn as f64 / 360.0,
+                AxisScale::Linear { counts_per_mm } => counts_per_mm as f64,
+            };
+            counts_per_unit / hal.axes[i].scale
+        };
+        Self { counts: core::array::from_fn(counts) }
+    }
+
+    /// Reads a line of `halsampler -t`.
+    ///
+    /// # Errors
+    /// A line that is none, or marks samples that were lost.
+    #[allow(clippy::cast_possible_truncation, reason = "positions beyond i64 saturate; words are masked")]
+    pub(crate) fn read(&self, line: &str) -> Result<ServoSample, String> {
+        if line.trim() == "overrun" {
+            return Err("halsampler lost samples: this program was stopped for too long".to_owned());
+        }
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [period, sequence, queued, c, x, z, inputs, stations] = words.as_slice() else {
+            return Err(format!("halsampler printed {line:?}; 8 columns are expected"));
+        };
+        let whole = |word: &str| word.parse::<i64>().map_err(|_| format!("halsampler printed {word:?} for a number"));
+        let position = |index: usize, word: &str| match word.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok((value * self.counts[index]).round() as i64),
+            _ => Err(format!("halsampler printed {word:?} for a position")),
+        };
+        let (inputs, stations) = (whole(inputs)? as u32, whole(stations)? as u16);
+        let bits = |first: u32| (inputs >> first & 0b111) as u8;
+        let wired = WiredInputs {
+            origin: inputs >> ORIGIN & 1 == 1,
+            stations: u64::from(stations),
+            homes: bits(HOMES),
+            limits: bits(LIMITS),
+            wheel_at_speed: inputs >> AT_SPEED & 1 == 1,
+        };
+        Ok(ServoSample {
+            period: whole(period)? as u32,
+            sequence: whole(sequence)? as u32,
+            queued: u32::try_from(whole(queued)?).unwrap_or(0),
+            measurement: Measurement { counts: [position(0, c)?, position(1, x)?, position(2, z)?], inputs: wired },
+            is_estop: inputs >> ESTOP & 1 == 1,
+            drive_faults: bits(FAULTS),
+        })
+    }
+
+    /// Writes a line for `halstreamer`.
+    pub(crate) fn write(&self, sequence: u32, orders: &DriveOrders, line: &mut String) {
+        line.clear();
+        let bit = |on: bool| u8::from(on);
+        let [c, x, z] = core::array::from_fn(|i| orders.positions[i] / self.counts[i]);
+        let [c_on, x_on, z_on] = core::array::from_fn(|i| bit(orders.powered >> i & 1 == 1));
+        let (run, rpm) = (bit(orders.wheel_runs), orders.wheel_rad_s * 60.0 / core::f64::consts::TAU);
+        // A string takes everything.
+        let _infallible = writeln!(line, "{sequence} {c} {x} {z} {c_on} {x_on} {z_on} {run} {rpm}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hal_file_text::tests::grinder;
+
+    #[test]
+    fn a_position_returns_to_the_count_after_the_six_decimals_of_the_sampler() {
+        let (machine, hal) = grinder();
+        let scale = PinScale::new(&hal, &machine);
+        let mut line = String::new();
+        for counts in [0_i64, 1, -1, 12_345_678, -98_765_432, 1_800_000_001] {
+            let orders = DriveOrders { positions: [counts as f64; 3], powered: 0b101, ..DriveOrders::default() };
+            scale.write(7, &orders, &mut line);
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let printed: Vec<String> =
+                words[1..4].iter().map(|word| format!("{:.6}", word.parse::<f64>().expect("a number"))).collect();
+            assert_eq!(&words[4..8], ["1", "0", "1", "0"]);
+            let sample = scale.read(&format!("99 7 40 {} 1073 3", printed.join(" "))).expect("a sample");
+            assert_eq!(sample.measurement.counts, [counts; 3], "{line}");
+            assert_eq!((sample.period, sample.sequence, sample.queued), (99, 7, 40));
+            // 1073: emergency stop, at speed, origin, limit of X.
+            let wired = sample.measurement.inputs;
+            assert!(sample.is_estop && sample.drive_faults == 0 && wired.wheel_at_speed && wired.origin);
+            assert_eq!((wired.homes, wired.limits, wired.stations), (0, 0b010, 3));
+        }
+    }
+
+    #[test]
+    fn lines_that_are_none_are_refused() {
+        let (machine, hal) = grinder();
+        let scale = PinScale::new(&hal, &machine);
+        for line in ["", "overrun", "1 2 3", "1 2 3 nan 0 0 0 0", "1 2 3 0 0 0 0 x", "a 2 3 0 0 0 0 0"] {
+            assert!(scale.read(line).is_err(), "{line:?}");
+        }
+    }
+}
