@@ -8,6 +8,7 @@
 pub mod chart;
 pub mod colour_scale;
 pub mod drawing;
+pub mod markup;
 pub mod surface_view;
 
 mod any_prepared;

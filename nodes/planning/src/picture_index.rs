@@ -1,6 +1,7 @@
 //! `index.html` beside the drawings of a plan: every drawing with one sentence, by lobe.
 
 use crate::drawing::Plot;
+use crate::markup::escape;
 use std::fmt::Write as _;
 
 /// Content of the page.
@@ -54,27 +55,27 @@ impl PictureIndex {
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <title>Plan of {job}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>Plan of {job}</h1>\n",
-            job = escaped(&self.job)
+            job = escape(&self.job)
         );
         if !self.title.is_empty() {
-            let _infallible = writeln!(out, "<p>{}</p>", escaped(&self.title));
+            let _infallible = writeln!(out, "<p>{}</p>", escape(&self.title));
         }
-        let _infallible = writeln!(out, "<p class=\"verdict\">{}</p>", escaped(&self.verdict));
+        let _infallible = writeln!(out, "<p class=\"verdict\">{}</p>", escape(&self.verdict));
         for warning in &self.warnings {
-            let _infallible = writeln!(out, "<p>{}</p>", escaped(warning));
+            let _infallible = writeln!(out, "<p>{}</p>", escape(warning));
         }
         if self.sections.len() > 1 {
             out.push_str("<nav>");
             for (number, section) in self.sections.iter().enumerate() {
-                let _infallible = write!(out, "<a href=\"#s{number}\">{}</a>", escaped(&section.heading));
+                let _infallible = write!(out, "<a href=\"#s{number}\">{}</a>", escape(&section.heading));
             }
             out.push_str("</nav>\n");
         }
         out.push_str("<p class=\"screen\">Select a picture to open it at its full size.</p>\n");
         for (number, section) in self.sections.iter().enumerate() {
-            let _infallible = writeln!(out, "<section id=\"s{number}\">\n<h2>{}</h2>", escaped(&section.heading));
+            let _infallible = writeln!(out, "<section id=\"s{number}\">\n<h2>{}</h2>", escape(&section.heading));
             for picture in &section.pictures {
-                let (path, caption) = (in_link(&picture.path), escaped(&picture.caption));
+                let (path, caption) = (in_link(&picture.path), escape(&picture.caption));
                 let _infallible = writeln!(
                     out,
                     "<figure><figcaption>{caption} <a class=\"screen\" href=\"{path}.png\">PNG</a></figcaption>\n\
@@ -85,10 +86,6 @@ impl PictureIndex {
         }
         out + "</body>\n</html>\n"
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// A relative path as a link.

@@ -5,6 +5,7 @@ use super::folder::{StudyFolder, set_text};
 use super::results::{StudyResults, StudyRow};
 use camwright_files::study_file::StudyResponse;
 use camwright_planning::chart::{Axes, Frame, Scale};
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 /// Maximum number of points of a scatter that are drawn; the table files hold all.
@@ -39,10 +40,10 @@ impl StudyResults<'_> {
              <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
              <title>Study {name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
              <p class=\"faint\">Study {name} of job {job}. {title}</p>\n<div class=\"verdict {class}\"><h1>{}</h1></div>\n",
-            escaped(&self.verdict()),
-            name = escaped(&study.name),
-            job = escaped(&study.job),
-            title = escaped(&study.title),
+            escape(&self.verdict()),
+            name = escape(&study.name),
+            job = escape(&study.job),
+            title = escape(&study.title),
         );
         self.write_best(&mut out, folder);
         self.write_front(&mut out);
@@ -52,7 +53,7 @@ impl StudyResults<'_> {
             out,
             "<section><h2>Study file</h2><pre>{}</pre><p class=\"faint\">camwright {}; all cases are in results.parquet \
              and results.csv, their settings in plan.json.</p></section>\n</main>\n</body>\n</html>\n",
-            escaped(&study.document.text),
+            escape(&study.document.text),
             env!("CARGO_PKG_VERSION")
         );
         out
@@ -63,11 +64,11 @@ impl StudyResults<'_> {
         match self.best() {
             Some(best) => {
                 self.write_rows(out, &[best.row]);
-                let command = escaped(&self.command(&best, folder));
+                let command = escape(&self.command(&best, folder));
                 let _infallible = write!(out, "<pre>{command}</pre>");
             }
             None => {
-                let _infallible = write!(out, "<p>No point keeps {}.</p>", escaped(&self.limits_text()));
+                let _infallible = write!(out, "<p>No point keeps {}.</p>", escape(&self.limits_text()));
             }
         }
         out.push_str("</section>\n");
@@ -87,7 +88,7 @@ impl StudyResults<'_> {
                 let _infallible = write!(out, "<td>{value}</td>");
             }
             let set: Vec<String> = row.case.settings.iter().map(set_text).collect();
-            let _infallible = write!(out, "<td class=\"text\">{}</td></tr>", escaped(&set.join("  ")));
+            let _infallible = write!(out, "<td class=\"text\">{}</td></tr>", escape(&set.join("  ")));
         }
         out.push_str("</table>");
     }
@@ -134,7 +135,7 @@ impl StudyResults<'_> {
              bars from the lowest to the highest case.</p>",
         );
         for factor in &self.study.factors {
-            let _infallible = write!(out, "<h3>{}</h3><div class=\"figures\">", escaped(&factor.key));
+            let _infallible = write!(out, "<h3>{}</h3><div class=\"figures\">", escape(&factor.key));
             let effects = self.effects();
             for effect in effects.iter().filter(|effect| effect.key == factor.key && !effect.levels.is_empty()) {
                 write_effect(out, effect);
@@ -160,7 +161,7 @@ impl StudyResults<'_> {
                 failure.count,
                 failure.status.name(),
                 failure.first_case,
-                escaped(&failure.reason)
+                escape(&failure.reason)
             );
         }
         out.push_str("</table></section>\n");
@@ -191,7 +192,7 @@ fn write_axes(out: &mut String, axes: &Axes) {
 /// A label below a place across.
 fn write_label(out: &mut String, axes: &Axes, across: f64, label: &str) {
     let (x, y) = (axes.x(across), axes.frame.bottom() + 16.0);
-    let _infallible = write!(out, "<text class=\"mid\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(label));
+    let _infallible = write!(out, "<text class=\"mid\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(label));
 }
 
 fn write_ticks(out: &mut String, axes: &Axes) {
@@ -205,11 +206,11 @@ fn write_effect(out: &mut String, effect: &FactorEffect) {
     let is_number = effect.levels.iter().all(|level| level.at.is_some());
     let bounds = effect.levels.iter().flat_map(|level| [level.min, level.max]);
     let axes = axes(300.0, 170.0, places.iter().copied(), bounds);
-    let title = escaped(effect.response.name());
+    let title = escape(effect.response.name());
     let _infallible = write!(
         out,
         "<figure><figcaption>{title}</figcaption><svg viewBox=\"0 0 300 170\" role=\"img\" aria-label=\"{title} over {}\">",
-        escaped(&effect.key)
+        escape(&effect.key)
     );
     write_axes(out, &axes);
     match is_number {
@@ -230,21 +231,4 @@ fn write_effect(out: &mut String, effect: &FactorEffect) {
         );
     }
     let _infallible = write!(out, "<path class=\"is\" d=\"{line}\"/></svg></figure>");
-}
-
-/// Text for the page, with signs of HTML escaped and control characters replaced.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\n' | '\t' => out.push(c),
-            c if c.is_control() => out.push('\u{fffd}'),
-            c => out.push(c),
-        }
-    }
-    out
 }

@@ -2,8 +2,9 @@
 
 use super::findings::Findings;
 use super::table::table;
-use super::text::{escape, fixed};
+use super::text::fixed;
 use camwright_msgs::camwright_msgs::msg::Alarm;
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 pub(super) fn write(out: &mut String, findings: &Findings<'_>) {

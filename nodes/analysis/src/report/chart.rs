@@ -1,7 +1,7 @@
 //! Charts as SVG in the page. Colours are classes that follow light and dark.
 
-use super::text::escape;
 use camwright_planning::chart::{Axes, Frame, Scale};
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 /// A curve and what it is drawn as.

@@ -5,11 +5,12 @@ use super::columns::Columns;
 use super::findings::Findings;
 use super::head::COLUMNS;
 use super::table::table;
-use super::text::{escape, fixed, um};
+use super::text::{fixed, um};
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};
 use camwright_files::convert::m_from_mm;
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, LobeResult};
+use camwright_planning::markup::escape;
 
 pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     let corrected: Vec<&LobeResult> = findings.story.status.map_or_else(Vec::new, |status| {

@@ -6,12 +6,13 @@ use super::findings::Findings;
 use super::judge::{VerdictTone, WorstError};
 use super::lag::Residual;
 use super::part_drawing::DrawnSection;
-use super::text::{escape, fixed, signed, um};
+use super::text::{fixed, signed, um};
 use super::turned;
 use camwright::math::units::{deg_from_rad, wrap_turn};
 use camwright_bag::info::utc;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::LobeForm;
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 /// Columns of a chart over a turn.

@@ -6,10 +6,11 @@ use super::findings::Findings;
 use super::head::{COLUMNS, error_chart, section};
 use super::motion::MotionSample;
 use super::table::table as html_table;
-use super::text::{escape, fixed, signed, um};
+use super::text::{fixed, signed, um};
 use camwright::math::units::{deg_from_rad, rad_from_deg, rpm_from_rad_s, wrap_turn};
 use camwright_files::convert::{j_mm3_from_j_m3, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, LobeResult, PartLobe};
+use camwright_planning::markup::escape;
 use camwright_planning::{AnyPrepared, Summary, compare_times, summary, turn_curve};
 use std::fmt::Write as _;
 

@@ -1,8 +1,8 @@
 //! The page: what is said first, and behind it everything that it rests on.
 
 use super::findings::Findings;
-use super::text::escape;
 use super::{alarms, gauging, head, lobes, provenance, time_line, turned};
+use camwright_planning::markup::escape;
 
 /// The page's look, for screens that are light or dark and for paper.
 const STYLE: &str = include_str!("style.css");

@@ -1,8 +1,9 @@
 //! A section of the part in its nominal form and, magnified, how far it is off.
 
-use super::text::{escape, fixed, signed};
+use super::text::{fixed, signed};
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, rad_from_deg, um_from_mm};
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 /// Half the width of the drawing (its own pixels).

@@ -2,9 +2,10 @@
 
 use super::findings::Findings;
 use super::table::table;
-use super::text::{escape, fixed};
+use super::text::fixed;
 use camwright_bag::info::utc;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, PlanHeader};
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 pub(super) fn write(out: &mut String, findings: &Findings<'_>) {

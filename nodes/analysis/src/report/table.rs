@@ -1,6 +1,6 @@
 //! Tables of the page.
 
-use super::text::escape;
+use camwright_planning::markup::escape;
 
 /// Writes a table. Each head has the flag of a text column; rows are HTML.
 pub(super) fn table(out: &mut String, heads: &[(&str, bool)], rows: &[Vec<String>]) {

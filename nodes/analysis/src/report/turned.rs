@@ -6,7 +6,7 @@ use super::findings::Findings;
 use super::judge::WorstError;
 use super::part_drawing::DrawnSection;
 use super::table::table;
-use super::text::{escape, fixed, signed, um};
+use super::text::{fixed, signed, um};
 use super::turned_cause;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::mm_from_m;
@@ -14,6 +14,7 @@ use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedPage};
 use camwright_planning::AnyPrepared;
 use camwright_planning::chart::{Axes, Frame, Point, Scale, round_step};
 use camwright_planning::colour_scale::{ColourScale, lit};
+use camwright_planning::markup::escape;
 use camwright_planning::surface_view::{RadiusGrid, SurfaceView};
 use std::fmt::Write as _;
 

@@ -3,13 +3,14 @@
 use super::edge::{AxisShare, ErrorSplit, turns_since};
 use super::findings::Findings;
 use super::table::table;
-use super::text::{escape, fixed, signed};
+use super::text::{fixed, signed};
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
 use camwright::toolpath::insert_path::InsertFeed;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::TurnedResult;
 use camwright_planning::AnyPrepared;
+use camwright_planning::markup::escape;
 use std::fmt::Write as _;
 
 /// Causes that no sensor shows.

@@ -3,6 +3,7 @@
 use super::canvas::{Drawing, DrawingItem};
 use super::pen::{Colour, Pen};
 use crate::chart::Point;
+use crate::markup::escape;
 use std::fmt::Write as _;
 
 /// The drawing as a document, in millimetres.
@@ -12,7 +13,7 @@ pub(crate) fn svg(drawing: &Drawing) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
          viewBox=\"0 0 {width} {height}\" fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n\
          <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
-        escaped(&drawing.title)
+        escape(&drawing.title)
     );
     for mark in &drawing.marks {
         let _infallible = match mark {
@@ -25,17 +26,13 @@ pub(crate) fn svg(drawing: &Drawing) -> String {
                 writeln!(
                     text,
                     "<g role=\"img\" aria-label=\"{}\"><path {} d=\"{letters}\"/></g>",
-                    escaped(label),
+                    escape(label),
                     stroke(*pen)
                 )
             }
         };
     }
     text + "</svg>\n"
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 fn hex(Colour(red, green, blue): Colour) -> String {
