@@ -164,16 +164,16 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let _spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
     let _command = Shared::for_cell(&domain, NAMESPACE);
-    let send = || {
+    let send = |machine: &Guarded| {
         let overrides = JOB.map(String::from).into();
         let goal = RunJobGoal { job: "eccentric".into(), overrides, ..RunJobGoal::default() };
         let sent = jobs.send_goal(goal, drop, PATIENCE).expect("an answer");
-        assert!(sent.accepted());
+        assert!(sent.accepted(), "rejected{}", machine.stderr());
         sent
     };
 
     // A whole job: the drives follow every setpoint to the count, and the form error is that of the encoders.
-    let (status, result) = send().result(PATIENCE).expect("it ends");
+    let (status, result) = send(&machine).result(PATIENCE).expect("it ends");
     assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
     assert!(result.lobes[0].form_error_max.abs() < 1e-7, "{} m", result.lobes[0].form_error_max);
     let messages = std::mem::take(&mut *seen.lock().expect("no panic"));
@@ -188,7 +188,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     assert!(ticks, "ticks only increase");
 
     // The emergency stop chain of HAL opens in the cut.
-    let job = send();
+    let job = send(&machine);
     let goes_on = Instant::now() + PATIENCE;
     while !seen.lock().expect("no panic").iter().any(|message| message.actual_velocities.iter().any(|v| *v != 0.0)) {
         assert!(Instant::now() < goes_on, "nothing moves");

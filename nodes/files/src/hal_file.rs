@@ -126,8 +126,8 @@ pub struct HalConfig {
     pub wheel_at_speed: String,
     pub estop: String,
     pub origin: String,
-    /// Pins of the limit switches, in the order of the stations.
-    pub stations: Vec<String>,
+    /// Limit switches in the order of the stations: name and pin.
+    pub stations: Vec<(String, String)>,
 }
 
 impl HalFile {
@@ -154,7 +154,8 @@ impl HalFile {
             stations: machine
                 .stations
                 .iter()
-                .filter_map(|station| self.stations.get(&station.switch).cloned())
+                .filter_map(|station| self.stations.get_key_value(&station.switch))
+                .map(|(name, pin)| (name.clone(), pin.clone()))
                 .collect(),
         }
     }

@@ -34,14 +34,4 @@ pub struct Bounds {
     pub behind_us: AtomicI64,
     /// Longest time that the cycle was kept waiting since the start (µs).
     pub longest_pause_us: AtomicU64,
-    pub bus: BusFigures,
-}
-
-/// Figures of the bus to real drives.
-#[derive(Debug, Default)]
-pub struct BusFigures {
-    /// Least number of setpoints that waited in the drives' queue since that was asked last.
-    pub least_queued: AtomicU64,
-    /// Times that the queue was empty since the start.
-    pub starved: AtomicU64,
 }

@@ -283,10 +283,15 @@ impl CyclicLoop {
         // One tick at least, which reports the alarm.
         loop {
             let now = Instant::now();
-            if now < soon && (self.pace == Pace::Realtime || self.outbound.free() < 64) {
+            if self.bus.is_some() {
+                // The stop travels to the drives as every setpoint does.
+                self.run_bus(waker);
+            } else if now < soon && (self.pace == Pace::Realtime || self.outbound.free() < 64) {
                 let _woken = waker.wait(self.cycle);
+                self.tick();
+            } else {
+                self.tick();
             }
-            self.tick();
             let is_over = !self.buffer.has_setpoints() && self.machine.is_at_rest();
             if is_over || self.machine.tick() >= latest {
                 return;

@@ -126,6 +126,8 @@ pub enum Outbound {
     Applied(CyclicInput),
     /// The machine's time slipped against the system clock, or was made up for.
     Slip(Slip),
+    /// The bus to real drives does not answer any more, and why.
+    DrivesLost(String),
     /// The job that was begun has ended; the part may be looked at.
     JobEnded,
     Lasting(PersistentState),

@@ -1,15 +1,13 @@
 //! The bus to real drives: its clock is the clock of the machine, one tick for every servo period.
 
-use super::bounds::BusFigures;
 use super::cyclic_loop::CyclicLoop;
-use super::messages::CyclicInput;
+use super::messages::{CyclicInput, Outbound};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::Axis;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::measured::{DriveOrders, Measurement};
 use camwright_threads::ring::Waker;
 use std::fmt::Debug;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// Silence of the bus after which its drives count as lost.
@@ -25,8 +23,6 @@ pub struct BusPeriod {
     pub is_estop: bool,
     /// Bit i: the drive of axis i reports a fault.
     pub drive_faults: u8,
-    /// Setpoints that wait in the drives' queue.
-    pub queued: u32,
     /// The queue was empty, so that the drives kept their last setpoint.
     pub is_starved: bool,
     /// The drives follow what is sent; otherwise the queue is being filled, and nothing may move.
@@ -55,34 +51,33 @@ pub(super) struct BusState {
     drive_faults: u8,
     /// When the last servo period came.
     heard: Option<Instant>,
-    /// Why the bus is lost.
-    failure: Option<String>,
+    is_lost: bool,
 }
 
 impl CyclicLoop {
     /// With real drives, whose clock takes the place of the pace.
     pub fn with_bus(mut self, bus: Box<dyn ServoBus>, at_rest: Measurement) -> Self {
-        let (is_estop, drive_faults, heard, failure) = (false, 0, None, None);
-        self.bus = Some(BusState { bus, measurement: at_rest, is_estop, drive_faults, heard, failure });
+        let (is_estop, drive_faults, heard, is_lost) = (false, 0, None, false);
+        self.bus = Some(BusState { bus, measurement: at_rest, is_estop, drive_faults, heard, is_lost });
         self
     }
 
     /// Executes the servo periods that have come, or waits for one.
     pub(super) fn run_bus(&mut self, waker: &Waker) {
         let Some(state) = &mut self.bus else { return };
-        if state.failure.is_some() {
+        if state.is_lost {
             let _woken = waker.wait(self.cycle);
-            return self.lose_bus();
+            return self.tick_without_drives();
         }
         match state.bus.next_period() {
             Ok(Some(period)) => self.execute_period(&period),
             Ok(None) if state.heard.get_or_insert_with(Instant::now).elapsed() > SILENCE => {
-                state.failure = Some(format!("no servo period for {} ms", SILENCE.as_millis()));
+                self.lose_drives(format!("no servo period for {} ms", SILENCE.as_millis()));
             }
             Ok(None) => {
                 let _woken = waker.wait(WAIT);
             }
-            Err(reason) => state.failure = Some(reason),
+            Err(reason) => self.lose_drives(reason),
         }
     }
 
@@ -99,7 +94,6 @@ impl CyclicLoop {
             let active = period.drive_faults >> axis.index() & 1 == 1;
             self.faults.add(Fault::DriveFault { axis, active }, 0);
         }
-        self.note_period(period);
         if period.is_starved {
             self.report_applied(CyclicInput::Alarm(AlarmKind::Underrun, 0.0));
             self.machine.starve();
@@ -115,23 +109,19 @@ impl CyclicLoop {
         }
     }
 
-    fn note_period(&self, period: &BusPeriod) {
-        let BusFigures { least_queued, starved } = &self.bounds.bus;
-        least_queued.fetch_min(u64::from(period.queued), Ordering::Relaxed);
-        starved.fetch_add(u64::from(period.is_starved), Ordering::Relaxed);
+    fn lose_drives(&mut self, reason: String) {
+        if let Some(state) = &mut self.bus {
+            state.is_lost = true;
+        }
+        self.send(Outbound::DrivesLost(reason));
     }
 
     /// The drives do not answer any more. The alarm comes again after every reset, until the node is started again; ticks go on by the
     /// clock of the computer, so that it is seen.
-    fn lose_bus(&mut self) {
+    fn tick_without_drives(&mut self) {
         if !self.machine.alarms().iter().any(|alarm| alarm.kind == AlarmKind::DrivesLost) {
             self.raise_outside(AlarmKind::DrivesLost, 0.0);
         }
         self.tick();
-    }
-
-    /// Why the bus is lost.
-    pub fn bus_failure(&self) -> Option<&str> {
-        self.bus.as_ref()?.failure.as_deref()
     }
 }

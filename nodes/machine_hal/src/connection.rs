@@ -85,8 +85,8 @@ pub(crate) fn links(hal: &HalConfig) -> Vec<PinLink> {
     link("hal.wheel.at_speed".to_owned(), &hal.wheel_at_speed, PinType::Bit, false, wired(AT_SPEED));
     link("hal.estop".to_owned(), &hal.estop, PinType::Bit, false, wired(ESTOP));
     link("hal.origin".to_owned(), &hal.origin, PinType::Bit, false, wired(ORIGIN));
-    for (index, pin) in hal.stations.iter().enumerate() {
-        link(format!("hal.stations.{index}"), pin, PinType::Bit, false, format!("wsum.1.bit.{index}.in"));
+    for (index, (switch, pin)) in hal.stations.iter().enumerate() {
+        link(format!("hal.stations.{switch}"), pin, PinType::Bit, false, format!("wsum.1.bit.{index}.in"));
     }
     links
 }

@@ -127,7 +127,7 @@ mod tests {
     use super::*;
     use crate::hal_file_text::tests::grinder;
 
-    /// What `halcmd -s` prints for the connection of a machine, all of it in place.
+    /// Output of `halcmd -s` for a complete connection.
     fn shown(hal: &HalConfig) -> (String, String) {
         let mut lines = Vec::new();
         let signals: BTreeMap<String, String> = links(hal)

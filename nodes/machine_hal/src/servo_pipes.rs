@@ -239,7 +239,6 @@ impl ServoBus for ServoPipes {
             measurement: sample.measurement,
             is_estop: sample.is_estop,
             drive_faults: sample.drive_faults,
-            queued: sample.queued,
             is_starved,
             is_following: self.link == QueueState::Following,
         }))

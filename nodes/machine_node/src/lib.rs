@@ -647,6 +647,10 @@ fn answers(
         Outbound::Keyframe(room) => {
             inlet.send(Inbound::Room(room.reset()));
         }
-        Outbound::Slip(_) | Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
+        Outbound::DrivesLost(_)
+        | Outbound::Slip(_)
+        | Outbound::Tick(..)
+        | Outbound::Snapshot(_)
+        | Outbound::Outline(_) => {}
     }
 }

@@ -170,6 +170,10 @@ impl MachinePump {
                         self.log_slip(slip);
                         Ok(())
                     }
+                    Outbound::DrivesLost(reason) => {
+                        self.context.node.logger().error(&format!("the drives do not answer: {reason}"));
+                        Ok(())
+                    }
                     Outbound::Keyframe(room) => {
                         let head = self.outlets.inputs.head();
                         let outcome = self.outlets.keyframes.publish(head, &room, &self.context.node);

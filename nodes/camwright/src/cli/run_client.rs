@@ -136,7 +136,7 @@ impl CellClient {
             if let Some((name, _)) = found {
                 return name;
             }
-            // Discovery tells nobody of nodes; they are looked for again.
+            // Discovery raises no event for a node, so this polls.
             if Instant::now() > deadline || shutdown.wait_timeout(Duration::from_millis(50)) {
                 return MACHINES[0];
             }
