@@ -32,7 +32,7 @@ fn output(command: &mut Command) -> (Option<i32>, String, String) {
 }
 
 fn finished_lines(log: &Path) -> usize {
-    std::fs::read_to_string(log).unwrap_or_default().lines().count()
+    std::fs::read_to_string(log).unwrap_or_default().matches('\n').count()
 }
 
 /// Waits until a log holds finished cases.
@@ -62,10 +62,7 @@ fn a_killed_study_goes_on_and_gives_the_same_bytes() {
     let before = finished_lines(&log);
     let (code, _, notes) = output(&mut study(&folder, "killed", &["--workers", "4"]));
     assert_eq!(code, Some(0), "{notes}");
-    assert!(
-        before == 8 || notes.contains(&format!("resumed: {before} of 8 cases were finished before")) || before > 8,
-        "{notes}"
-    );
+    assert!(notes.contains(&format!("resumed: {before} of 8 cases were finished before")), "{notes}");
     assert_eq!(finished_lines(&log), 8, "no case ran twice");
     for name in ["plan.json", "results.parquet", "results.csv"] {
         let bytes = |out: &str| std::fs::read(folder.join(out).join(name)).expect("a result");

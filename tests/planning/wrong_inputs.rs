@@ -83,7 +83,7 @@ fn a_wrong_command_line_is_refused() {
     desk.fails(&["run", "plate_cam", "--pace", "quick"], 2, &["invalid value 'quick'", "realtime, fast"]);
     desk.fails(&["run", "plate_cam", "--start-at", "A"], 2, &["--attach"]);
     desk.fails(&["init", "jobb"], 2, &["invalid value 'jobb'", "'job'"]);
-    desk.fails(&["init", "study"], 2, &["invalid value 'study'", "job, machine, turning, milling"]);
+    desk.fails(&["init", "sudy"], 2, &["invalid value 'sudy'", "job, machine, turning, milling, study"]);
     desk.fails(&["list", "job"], 2, &["invalid value 'job'", "'jobs'"]);
     desk.fails(&["run", "--ros-args", "-p", "depth"], 2, &["depth"]);
 }

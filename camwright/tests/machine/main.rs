@@ -14,7 +14,7 @@ mod stopping;
 mod turned;
 mod turning;
 
-use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};
+use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, Homing, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Setpoint;
@@ -28,6 +28,22 @@ fn ideal() -> MachineDescription {
 
 fn machine(description: &MachineDescription) -> Machine {
     Machine::new(description.clone(), PersistentState::new(description)).expect("the reference machine is valid")
+}
+
+/// Homing of X at a switch, without an index.
+fn homing_at_a_switch() -> Homing {
+    Homing {
+        search_mm_s: 20.0,
+        latch_mm_s: -1.0,
+        final_mm_s: 50.0,
+        use_index: false,
+        offset_mm: None,
+        home_mm: 150.0,
+        ignore_limits: false,
+        sequence: 0,
+        switch_mm: 200.0,
+        index_pitch_mm: 10.0,
+    }
 }
 
 /// A setpoint from positions, speeds and accelerations (mm or rad, s).

@@ -1,6 +1,6 @@
-use super::{cam_grinder, follow, ideal, idle, machine, travel};
+use super::{cam_grinder, follow, homing_at_a_switch, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{Axis, DriveSettings, Homing};
+use camwright::machine::description::{Axis, DriveSettings};
 use camwright::machine::setpoint::{Input, Latch};
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::fault::Fault;
@@ -432,18 +432,7 @@ fn the_inputs_say_whether_a_slide_stands_on_its_home_switch() {
     let home = Input::OTHERS.iter().position(|input| *input == Input::Home(Axis::X)).expect("it is one of them");
     let mut description = ideal();
     assert!(!Input::Home(Axis::X).is_on(&description));
-    description.axes[1].homing = Some(Homing {
-        search_mm_s: 20.0,
-        latch_mm_s: -1.0,
-        final_mm_s: 50.0,
-        use_index: false,
-        offset_mm: None,
-        home_mm: 150.0,
-        ignore_limits: false,
-        sequence: 0,
-        switch_mm: 200.0,
-        index_pitch_mm: 10.0,
-    });
+    description.axes[1].homing = Some(homing_at_a_switch());
     assert!(Input::Home(Axis::X).is_on(&description));
     for (x_mm, closed) in [(150, false), (210, true)] {
         let mut machine = machine(&description);

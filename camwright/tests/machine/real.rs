@@ -1,8 +1,8 @@
 //! Real axes: the machine's supervision with readings that are some ticks old.
 
-use super::{cam_grinder, travel};
+use super::{cam_grinder, homing_at_a_switch, travel};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{AXIS_COUNT, Axis, Homing, MachineDescription};
+use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::{Input, Setpoint};
 use camwright::simulation::measured::{Measurement, WiredInputs};
@@ -99,18 +99,7 @@ fn a_drive_that_stays_behind_trips_with_its_error() {
 fn homing_moves_the_zero_and_not_the_axis() {
     let mut description = cam_grinder();
     description.axes[X].needs_homing = true;
-    description.axes[X].homing = Some(Homing {
-        search_mm_s: 20.0,
-        latch_mm_s: -1.0,
-        final_mm_s: 50.0,
-        use_index: false,
-        offset_mm: None,
-        home_mm: 150.0,
-        ignore_limits: false,
-        sequence: 0,
-        switch_mm: 200.0,
-        index_pitch_mm: 0.0,
-    });
+    description.axes[X].homing = Some(homing_at_a_switch());
     // The encoder reads anything at power-up; the axis stands 30 mm before its switch.
     let mut plant = DelayLine::new(&description, [0, 777_777, 0]);
     let setpoints = travel(&plant.machine, Axis::X, 40.0, 400);
