@@ -59,7 +59,8 @@ pub(super) struct CellSnapshot {
     axes: VecDeque<Received<DynamicJointState>>,
     /// Work on the lobes, by their names.
     progress: BTreeMap<String, LobeProgress>,
-    pub(super) machine_alarms: Vec<Alarm>,
+    /// `None` before the machine has reported them.
+    pub(super) machine_alarms: Option<Vec<Alarm>>,
     pub(super) interpolator: Option<Received<InterpolatorState>>,
     pub(super) interpolator_alarms: Vec<Alarm>,
     /// Holder of command over the cell.
@@ -72,6 +73,8 @@ pub(super) struct CellSnapshot {
     pub(super) forms: Vec<LobeForm>,
     /// Outlines of the lobes, the newest at the end.
     pub(super) outlines: Vec<PartLobe>,
+    /// Time at which the last message of a latched topic arrived.
+    pub(super) latched_at: Option<Instant>,
     /// Number of changes of the shape.
     shape_version: u64,
 }
@@ -187,7 +190,8 @@ impl CellSnapshot {
             }
             _ => true,
         };
-        let is_machine_known = self.machine.is_some() && self.io.is_some() && !self.axes.is_empty();
+        let is_machine_known =
+            self.machine.is_some() && self.io.is_some() && self.machine_alarms.is_some() && !self.axes.is_empty();
         has_plan
             && is_current
             && is_machine_known

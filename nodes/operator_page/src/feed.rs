@@ -60,6 +60,20 @@ impl Feed {
         }
     }
 
+    /// Waits, up to `limit`, until no message of a latched topic has arrived for `silence`.
+    pub(super) fn wait_for_quiet(&self, silence: Duration, limit: Duration) {
+        let deadline = Instant::now() + limit;
+        let mut seen = 0;
+        loop {
+            let quiet = lock(&self.snapshot).latched_at.map_or(silence, |at| at.elapsed());
+            let left = silence.saturating_sub(quiet).min(deadline.saturating_duration_since(Instant::now()));
+            if left.is_zero() {
+                return;
+            }
+            seen = self.wait_newer(seen, left);
+        }
+    }
+
     /// Sleeps between two events.
     pub(super) fn pause(&self, time: Duration) {
         std::thread::sleep(time);

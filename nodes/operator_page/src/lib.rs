@@ -30,6 +30,7 @@ use control::Control;
 use feed::Feed;
 pub use holder_socket::HolderSocket;
 use http::Server;
+use operation::END_OF_HISTORY;
 pub use operator::Operator;
 pub use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -71,7 +72,10 @@ impl StatusListener {
     pub fn find(&self, patience: Duration) -> Status {
         self.feed.status_when(patience, |snapshot| snapshot.stream.is_some());
         // Planner and recorder are optional.
-        self.feed.status_when(OPTIONAL_NODES.min(patience), CellSnapshot::is_complete)
+        self.feed.status_when(OPTIONAL_NODES.min(patience), CellSnapshot::is_complete);
+        // A writer of latched messages may repeat older ones first.
+        self.feed.wait_for_quiet(END_OF_HISTORY, OPTIONAL_NODES.min(patience));
+        self.feed.status_when(Duration::ZERO, |_| true)
     }
 
     /// Waits up to `limit` for a message of the cell; returns the status.

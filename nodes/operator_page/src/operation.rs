@@ -366,7 +366,7 @@ const OPEN_CHUCK: LoadingStep = ("machine/open_chuck", |area| area.chuck == Work
 const CLOSE_CHUCK: LoadingStep = ("machine/close_chuck", |area| area.chuck == WorkArea::CLOSED);
 
 /// Silence after which the states that a latched writer repeats to a late reader, old ones first, have all come.
-const END_OF_HISTORY: Duration = Duration::from_millis(200);
+pub(super) const END_OF_HISTORY: Duration = Duration::from_millis(200);
 
 /// Steps of loading by hand.
 const LOADING: [LoadingStep; 5] =

@@ -44,9 +44,10 @@ pub(super) fn stopping(snapshot: &CellSnapshot) -> impl Iterator<Item = &Alarm> 
 
 /// Every active alarm once: the interpolator repeats those of the machine that ended its motion.
 pub(super) fn alarms(snapshot: &CellSnapshot) -> impl Iterator<Item = &Alarm> {
-    let of_machine = |number: u16| snapshot.machine_alarms.iter().any(|alarm| alarm.active && alarm.number == number);
+    let machine_alarms = || snapshot.machine_alarms.iter().flatten();
+    let of_machine = move |number: u16| machine_alarms().any(|alarm| alarm.active && alarm.number == number);
     let own = snapshot.interpolator_alarms.iter().filter(move |alarm| !of_machine(alarm.number));
-    snapshot.machine_alarms.iter().chain(own).filter(|alarm| alarm.active)
+    machine_alarms().chain(own).filter(|alarm| alarm.active)
 }
 
 /// Line for the state of the cell.

@@ -6,7 +6,7 @@ use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{
     InterpolatorState, LobeForm, MachineAlarms, MachineDescription, PartLobe, PlanPage,
 };
-use camwright_ros::{Node, Qos, RosError, Subscription};
+use camwright_ros::{Durability, Node, Qos, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -27,7 +27,7 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
         store_from(node, feed, "machine/io", &newest, |snapshot, message| snapshot.io = Some(message))?,
         store_from(node, feed, "dynamic_joint_states", &states, CellSnapshot::add_axes)?,
         store_from::<MachineAlarms>(node, feed, "machine/alarms", &latched, |snapshot, message| {
-            snapshot.machine_alarms = message.alarms;
+            snapshot.machine_alarms = Some(message.alarms);
         })?,
         store_from::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |snapshot, message| {
             snapshot.interpolator_alarms = message.alarms;
@@ -62,6 +62,13 @@ fn store_from<M: Message>(
     qos: &Qos,
     store: impl Fn(&mut CellSnapshot, M) + Send + 'static,
 ) -> Result<Subscription, RosError> {
-    let feed = Arc::clone(feed);
-    node.subscribe::<M>(topic, qos, move |message, _| feed.update(|snapshot| store(snapshot, message)))
+    let (feed, is_latched) = (Arc::clone(feed), qos.durability == Durability::TransientLocal);
+    node.subscribe::<M>(topic, qos, move |message, _| {
+        feed.update(|snapshot| {
+            if is_latched {
+                snapshot.latched_at = Some(Instant::now());
+            }
+            store(snapshot, message);
+        });
+    })
 }
