@@ -174,6 +174,20 @@ impl PeriodicSpline {
         (d4[0].abs().max(d4[1].abs()) * fourth, (d4[1] - d4[0]).abs() * fourth * per_rad)
     }
 
+    /// Largest magnitudes of the fourth derivative from every `stride`th knot to the next of them; `stride` divides the number of knots.
+    pub(crate) fn largest_fourth_derivatives(&self, stride: usize) -> Vec<f64> {
+        let n = self.coefficients.len();
+        let around = [&self.coefficients[n - 2..], &self.coefficients, &self.coefficients[..3]].concat();
+        // It is a line from the control point of a knot to that of the next.
+        let at_knots = around.windows(5).map(|c| (c[0] + c[4] - 4.0 * (c[1] + c[3]) + 6.0 * c[2]).abs());
+        let at_knots: Vec<f64> = at_knots.collect();
+        let per_rad = self.per_rad();
+        let scale = per_rad * per_rad * per_rad * per_rad;
+        (0..n / stride)
+            .map(|k| scale * at_knots[k * stride..=(k + 1) * stride].iter().fold(0.0, |a, b| f64::max(a, *b)))
+            .collect()
+    }
+
     pub(crate) fn per_rad(&self) -> f64 {
         let count = self.coefficients.len() as f64;
         count / TURN_RAD
@@ -358,6 +372,10 @@ mod tests {
             for (hull, found) in hull.into_iter().zip(found) {
                 assert!(found <= hull * (1.0 + 1e-12) && hull < 8.0 * found, "{from} to {to}: {found} {hull}");
             }
+        }
+        for (i, fourth) in spline.largest_fourth_derivatives(5).into_iter().enumerate() {
+            let each = (5 * i..5 * i + 5).map(|knot| spline.fourth_and_fifth(knot).0).fold(0.0, f64::max);
+            assert!((fourth / each - 1.0).abs() < 1e-12, "{i}: {fourth} {each}");
         }
         for knot in 0..50 {
             let third = |u: f64| spline.sample((knot as f64 + u) * step).third;

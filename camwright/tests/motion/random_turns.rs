@@ -58,10 +58,11 @@ fn peaks_between_the_points_are_found() {
 }
 
 /// Uses in time: notches of the bound (273, 416) and a peak of X's third derivative (309) that are much narrower than an interval of the
-/// turn, where the quintic in time and the plan over the angle differ.
+/// turn, where the quintic in time and the plan over the angle differ; the tip of a notch between two points of a flat bound
+/// (250), and between two points of an interval that is shorter than their distance (401).
 #[test]
 fn narrow_peaks_are_kept_in_time() {
-    for seed in [273, 309, 416] {
+    for seed in [250, 273, 309, 401, 416] {
         assert_eq!(all("cuts", seed..seed + 1, judge_turn_of_cut), 1, "seed {seed} is refused");
     }
 }

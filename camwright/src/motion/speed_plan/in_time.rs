@@ -200,3 +200,37 @@ impl Quintic {
         (along, difference)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hermite::quintic;
+
+    const LEFT: Knot = Knot { at: 1.0, value: 0.3, first: 4.0, second: 90.0 };
+    const RIGHT: Knot = Knot { at: 1.02, value: 0.402, first: 5.9, second: 30.0 };
+
+    /// Control points give the quintic; its largest acceleration and jerk are those of many samples, and within the hull.
+    #[test]
+    fn control_points_are_those_of_the_quintic() {
+        let curve = Quintic::between(&LEFT, &RIGHT);
+        let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{a} {b}");
+        let mut sampled = [0.0_f64; 3];
+        for i in 0..=1000 {
+            let u = f64::from(i) / 1000.0;
+            let (weights, wanted) = (Weights::at(u), quintic(&LEFT, &RIGHT, LEFT.at + u * (RIGHT.at - LEFT.at)));
+            close(LEFT.value + dot(&weights.quintic, &curve.angle), wanted.value);
+            close(dot(&weights.quartic, &curve.speed), wanted.first);
+            close(dot(&weights.cubic, &curve.acceleration), wanted.second);
+            close(dot(&weights.quadratic, &curve.jerk), wanted.third);
+            for (largest, value) in sampled.iter_mut().zip([wanted.first, wanted.second, wanted.third]) {
+                *largest = largest.max(value.abs());
+            }
+        }
+        let [acceleration, jerk] = curve.largest();
+        assert!(acceleration > 90.0 && sampled[1] <= acceleration && acceleration < 1.0001 * sampled[1]);
+        assert!(sampled[2] <= jerk * (1.0 + 1e-9) && jerk < 1.0001 * sampled[2]);
+        for (hull, sampled) in curve.hull().into_iter().zip(sampled) {
+            assert!(hull * (1.0 + 1e-12) >= sampled);
+        }
+    }
+}

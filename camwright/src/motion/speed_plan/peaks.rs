@@ -237,34 +237,18 @@ impl<'a> PeakSearch<'a> {
     fn bound_peak(&self, begin: f64, length: f64, reach: &Reach, z: &Parabola, factor: impl Fn(f64) -> f64) -> f64 {
         let parts = reach.per_bounds.iter().enumerate();
         let parts = parts.map(|(part, per)| (length * to_f64(part) / to_f64(BOUND_PARTS), *per));
-        let points = parts.chain(self.table.within(begin, length));
+        let points = parts.clone().chain(self.table.within(begin, length));
         let mut largest = points.map(|(along, per)| per * z.at(along) * factor(along)).fold(0.0, f64::max);
         let mut look = |along: f64| largest = largest.max(self.per_bound(begin + along) * z.at(along) * factor(along));
-        self.bound_tops(begin, length, reach, z, &mut look);
+        let [first, last] = [(0.0, reach.per_bounds[0]), (length, reach.per_bounds[BOUND_PARTS])];
+        // The parts are closer than the points of the table where knots are close.
+        bound_tops(parts, z, &mut look);
+        bound_tops([first].into_iter().chain(self.table.in_order_within(begin, length)).chain([last]), z, &mut look);
         // z alone peaks where the bound is flat.
         if let Some(along) = z.peak(length) {
             look(along);
         }
         largest
-    }
-
-    /// Calls with the angles of the tops of z/bound² beside points of the table that are above both of their neighbours: those of the
-    /// parabolas through the three.
-    fn bound_tops(&self, begin: f64, length: f64, reach: &Reach, z: &Parabola, look: &mut impl FnMut(f64)) {
-        let [first, last] = [(0.0, reach.per_bounds[0]), (length, reach.per_bounds[BOUND_PARTS])];
-        let points = [first].into_iter().chain(self.table.in_order_within(begin, length)).chain([last]);
-        let mut before: [Option<(f64, f64)>; 2] = [None, None];
-        for (along, per) in points {
-            let right = (along, per * z.at(along));
-            if let [Some(left), Some(middle)] = before {
-                let rise = (middle.1 - left.1) / (middle.0 - left.0);
-                let fall = (middle.1 - right.1) / (right.0 - middle.0);
-                if middle.1 > TOP_FROM && rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
-                    look(0.5 * (left.0 + middle.0 + (right.0 - left.0) * rise / (rise + fall)));
-                }
-            }
-            before = [before[1], Some(right)];
-        }
     }
 
     /// 1/bound² at an angle, also behind the turn.
@@ -346,6 +330,23 @@ impl<'a> PeakSearch<'a> {
 
 fn larger_of(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0].max(b[0]), a[1].max(b[1])]
+}
+
+/// Calls with the angles of the tops of z/bound² beside points, angle and 1/bound², that are above both of their neighbours: those of the
+/// parabolas through the three.
+fn bound_tops(points: impl Iterator<Item = (f64, f64)>, z: &Parabola, look: &mut impl FnMut(f64)) {
+    let mut before: [Option<(f64, f64)>; 2] = [None, None];
+    for (along, per) in points {
+        let right = (along, per * z.at(along));
+        if let [Some(left), Some(middle)] = before {
+            let rise = (middle.1 - left.1) / (middle.0 - left.0);
+            let fall = (middle.1 - right.1) / (right.0 - middle.0);
+            if middle.1 > TOP_FROM && rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
+                look(0.5 * (left.0 + middle.0 + (right.0 - left.0) * rise / (rise + fall)));
+            }
+        }
+        before = [before[1], Some(right)];
+    }
 }
 
 /// Upper bounds of z and its derivatives in an interval, and of those of √z.

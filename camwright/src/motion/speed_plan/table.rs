@@ -3,13 +3,12 @@
 use super::square_speed::to_f64;
 use super::turn_request::{TurnError, TurnRequest};
 use crate::math::hermite::Sample;
-use crate::math::periodic_spline::Weights;
+use crate::math::periodic_spline::{PeriodicSpline, Weights};
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 
-/// Points on which the bound of the process is looked at, at least. A path has the more intervals the narrower the notches are that
-/// a concave flank makes in the bound, and each interval gets a point at least.
-const BOUND_POINTS: usize = 3600;
+/// Points on which the bound of the process is looked at, at least: a multiple or, for a path of many intervals, a fraction of them.
+const BOUND_POINTS: usize = 2880;
 
 /// Share of 1/bound² by which its arc between two points may be above their chord and not be looked at.
 const FLAT: f64 = 3e-5;
@@ -17,7 +16,11 @@ const FLAT: f64 = 3e-5;
 /// Share of X and X″ up to which the arc of X″ between two points makes no notch.
 const SMOOTH: f64 = 1.5e-6;
 
-/// Most parts into which what lies between two points is divided to look at it.
+/// Largest change of X‴ between two points up to which X‴ at one of them makes X″ rise or fall all the way, as a share of X‴: 1 would do
+/// for X″ alone.
+const STEADY: f64 = 0.5;
+
+/// Most parts into which an interval of the path, or what lies between two points in it, is divided to look at it.
 const MAX_PARTS: f64 = 32.0;
 
 /// The bound of a turn.
@@ -34,21 +37,19 @@ impl LimitTable {
     /// # Errors
     /// An angle at which the process allows no speed.
     pub(super) fn new(request: &TurnRequest<'_>) -> Result<Self, TurnError> {
-        let intervals = request.path.coefficients().len();
-        let parts = BOUND_POINTS.div_ceil(intervals);
-        let weights = Weights::at_parts(u32::try_from(parts).unwrap_or(u32::MAX));
-        let spacing = TURN_RAD / to_f64(parts * intervals);
-        let mut per_bound = Vec::with_capacity(parts * intervals);
-        let mut samples = Vec::with_capacity(parts * intervals);
-        for knot in 0..intervals {
+        let grid = Grid::new(request.path.coefficients().len());
+        let weights = Weights::at_parts(u32::try_from(grid.parts).unwrap_or(u32::MAX));
+        let mut per_bound = Vec::with_capacity(grid.count);
+        let mut samples = Vec::with_capacity(grid.count);
+        for knot in (0..request.path.coefficients().len()).step_by(grid.stride) {
             for weights in &weights {
-                let angle = to_f64(per_bound.len()) * spacing;
+                let angle = to_f64(per_bound.len()) * grid.spacing;
                 let path = request.path.combine(knot, weights);
                 per_bound.push(inverse_square_bound(request, angle, path)?);
                 samples.push(path);
             }
         }
-        let notches = notches(request, &per_bound, &samples, spacing)?;
+        let notches = notches(request, &per_bound, &samples, &grid)?;
         Ok(Self { per_bound, path: samples, notches })
     }
 
@@ -110,6 +111,36 @@ impl LimitTable {
     }
 }
 
+/// Points at equal angles.
+struct Grid {
+    /// Points in an interval of the path.
+    parts: usize,
+    /// Intervals of the path from a point to the next, where there are fewer points.
+    stride: usize,
+    count: usize,
+    /// Distance of the points (rad).
+    spacing: f64,
+}
+
+impl Grid {
+    fn new(intervals: usize) -> Self {
+        let parts = BOUND_POINTS.div_ceil(intervals);
+        let mut stride = 1;
+        while intervals.is_multiple_of(2 * stride) && intervals >= 2 * stride * BOUND_POINTS {
+            stride *= 2;
+        }
+        let count = parts * intervals / stride;
+        Self { parts, stride, count, spacing: TURN_RAD / to_f64(count) }
+    }
+
+    /// Arcs of X″ from each point to the next: largest distance from their chord.
+    fn arcs(&self, path: &PeriodicSpline) -> Vec<f64> {
+        let fourth = path.largest_fourth_derivatives(self.stride);
+        let arc = 0.125 * self.spacing * self.spacing;
+        fourth.iter().flat_map(|fourth| core::iter::repeat_n(arc * fourth, self.parts)).collect()
+    }
+}
+
 /// 1/bound² where the path is as given: a number above 0.
 fn inverse_square_bound(request: &TurnRequest<'_>, angle: f64, path: Sample) -> Result<f64, TurnError> {
     let per = request.per_square_bound(angle, path);
@@ -125,40 +156,42 @@ fn notches(
     request: &TurnRequest<'_>,
     per_bound: &[f64],
     samples: &[Sample],
-    spacing: f64,
+    grid: &Grid,
 ) -> Result<Vec<(f64, f64)>, TurnError> {
     let n = per_bound.len();
+    let arcs = grid.arcs(request.path);
     // Height of a point above the chord of its neighbours: four times that of an arc of the same bend between two points.
-    let above = |i: usize| per_bound[i] - 0.5 * (per_bound[(i + n - 1) % n] + per_bound[(i + 1) % n]);
+    let above = |before: usize, i: usize, next: usize| per_bound[i] - 0.5 * (per_bound[before] + per_bound[next]);
     // X″ is not farther above or below both neighbours than its own arc: 1/bound² there, of a process that X″ decides.
-    let parts = n / request.path.coefficients().len();
-    let by_path = |i: usize| {
-        let arc = 0.125 * spacing * spacing * request.path.fourth_and_fifth(i / parts).0;
-        [i, (i + 1) % n].into_iter().fold(0.0, |largest, point| {
-            let path = samples[point];
-            if arc <= SMOOTH * (path.value.abs() + path.second.abs()) {
-                return largest;
-            }
-            let with = |second: f64| request.per_square_bound(to_f64(point) * spacing, Sample { second, ..path });
-            f64::max(largest, with(path.second - arc).max(with(path.second + arc)))
-        })
+    let by_path = |point: usize, arc: f64| {
+        let path = samples[point];
+        if arc <= SMOOTH * (path.value.abs() + path.second.abs()) {
+            return 0.0;
+        }
+        let with = |second: f64| request.per_square_bound(to_f64(point) * grid.spacing, Sample { second, ..path });
+        with(path.second - arc).max(with(path.second + arc))
     };
     let mut notches = Vec::new();
-    let mut left = above(0);
-    for i in 0..n {
-        let next = (i + 1) % n;
-        let right = above(next);
+    let mut left = above(n - 1, 0, 1);
+    for (i, arc) in arcs.into_iter().enumerate() {
+        let next = if i + 1 < n { i + 1 } else { 0 };
+        let right = above(i, next, if next + 1 < n { next + 1 } else { 0 });
         let largest = per_bound[i].max(per_bound[next]);
         let seen = 0.25 * left.max(right) / largest;
-        let arc = seen.max(by_path(i) / largest - 1.0);
+        // Where X″ rises or falls all the way it is between both neighbours.
+        let change = 8.0 * arc / grid.spacing;
+        let is_steady = change <= STEADY * samples[i].third.abs().max(samples[next].third.abs());
+        let hidden = if is_steady { 0.0 } else { by_path(i, arc).max(by_path(next, arc)) / largest - 1.0 };
+        let height = seen.max(hidden);
         left = right;
-        if arc <= FLAT {
+        if height <= FLAT {
             continue;
         }
-        #[allow(clippy::cast_possible_truncation, reason = "at most some ten parts")]
-        let parts = libm::ceil(libm::sqrt(arc / FLAT)).min(MAX_PARTS) as u32;
+        let parts = libm::ceil(libm::sqrt(height / FLAT)).min(MAX_PARTS * to_f64(grid.stride));
+        #[allow(clippy::cast_possible_truncation, reason = "at most some hundred parts")]
+        let parts = parts as u32;
         for part in 1..parts {
-            let angle = (to_f64(i) + f64::from(part) / f64::from(parts)) * spacing;
+            let angle = (to_f64(i) + f64::from(part) / f64::from(parts)) * grid.spacing;
             notches.push((angle, inverse_square_bound(request, angle, request.path.sample(angle))?));
         }
     }
