@@ -88,13 +88,14 @@ fn as_text(summary: &ProgramSummary) -> String {
         100.0 * back.share_of_tolerance
     );
     let width = summary.turns.iter().map(|turn| turn.feature.len()).max().unwrap_or(0).max(3);
+    let pass_width = summary.turns.iter().map(|turn| turn.pass.len()).max().unwrap_or(0).max(4);
     text += &format!(
-        "{:<width$} {:<16} {:>5} {:>6} {:>8} {:>12} {:>13} {:>8}\n",
+        "{:<width$} {:<pass_width$} {:>5} {:>6} {:>8} {:>12} {:>13} {:>7}\n",
         "cam", "pass", "calls", "blocks", "error um", "tolerance um", "at C deg", "call s"
     );
     for turn in &summary.turns {
         text += &format!(
-            "{:<width$} {:<16} {:>5} {:>6} {:>8.4} {:>12.3} {:>13} {:>8.3}\n",
+            "{:<width$} {:<pass_width$} {:>5} {:>6} {:>8.4} {:>12.3} {:>13} {:>7.3}\n",
             turn.feature,
             turn.pass,
             turn.calls,

@@ -37,9 +37,9 @@ pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &PostedProgram)
     let mut plots = Vec::new();
     for (feature, of) in to_post.request.features.iter().enumerate() {
         let turns: Vec<&PostedTurn> = posted.turns.iter().filter(|turn| turn.feature == feature).collect();
-        let Some(last) = turns.last() else { continue };
+        let (Some(last), Some(Some(outline))) = (turns.last(), to_post.outlines.get(feature)) else { continue };
         let is_last = !to_post.request.features[feature + 1..].iter().any(|other| other.name == of.name);
-        if let Some(outline) = to_post.outlines.get(feature).filter(|_| is_last) {
+        if is_last {
             let drawing = tool_path(to_post, feature, last, outline);
             plots.push((
                 of.name.as_str(),

@@ -7,6 +7,8 @@
 //! | `<feature>/<pass>_segments.csv` | every knot: angle of C in the part's frame, the axes that move, the slope to the next one |
 //! | `<feature>/tool_path.svg`, `.png` | the shape, the cutter along its path, the segments in turn in two colours |
 //! | `<feature>/<pass>_segments.svg`, `.png` | travels over the angle with their knots, slopes, errors with the tolerance |
+//!
+//! Paths between the walls of a groove have no drawings.
 
 use super::super::files::Files;
 use super::super::finding::{CheckReport, Finding, Severity};
@@ -255,5 +257,18 @@ mod tests {
             });
             assert!(count.unwrap_or_else(|error| panic!("{job}: {error}")) >= 2, "{job}");
         }
+    }
+
+    /// A wide groove for a small mill has many paths: only those of its walls are drawn.
+    #[test]
+    fn paths_between_the_walls_have_no_drawings() {
+        let wide = ["profiles.two_dwells.follower.radius_mm=30".to_owned()];
+        let drawn = with_request("plate_groove", &wide, |to_post| {
+            let posted = post(&to_post.request).map_err(|error| to_post.document.error("nc", error.to_string()))?;
+            assert!(to_post.request.features.iter().any(|feature| feature.name == "G between 1"));
+            let plots = program_plots(&to_post, &posted);
+            Ok(plots.iter().map(|(folder, _)| (*folder).to_owned()).collect::<std::collections::BTreeSet<_>>())
+        });
+        assert_eq!(drawn.expect("a program"), ["G inner wall".to_owned(), "G outer wall".to_owned()].into());
     }
 }

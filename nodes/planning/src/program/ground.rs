@@ -94,12 +94,12 @@ pub(super) fn with_request<R>(
             let point = lobe.design.contour.point(f64::from(i) * TURN_RAD / f64::from(OUTLINE_POINTS));
             [point.x, point.y]
         });
-        ProgramOutline {
+        Some(ProgramOutline {
             closed: vec![points.collect()],
             cutter_mm: radius_mm,
             edge_mm: if settings.x_of_edge { radius_mm } else { 0.0 },
             plane: Plane::Across,
-        }
+        })
     };
     done(ToPost {
         request,

@@ -27,7 +27,8 @@ struct MilledToolPath {
     lead: Lead,
     leaves_mm: Vec<f64>,
     pass: usize,
-    outline: ProgramOutline,
+    /// None for a path between the walls of a groove: nothing of it stays on the part.
+    outline: Option<ProgramOutline>,
 }
 
 /// Makes the request of a milling job and hands it on.
@@ -146,12 +147,12 @@ fn from_cam(
         lead: Lead { height_mm: clear_mm - low_mm, angle_rad: settings.lead_rad, leaves_turning: true },
         leaves_mm: vec![0.0],
         pass: index,
-        outline: ProgramOutline {
+        outline: Some(ProgramOutline {
             closed: vec![outline(|angle| cam.contour.point(angle).into())],
             cutter_mm: if periphery { spec.tool.radius_mm } else { 0.0 },
             edge_mm,
             plane: Plane::Across,
-        },
+        }),
         path,
     })
 }
@@ -171,9 +172,10 @@ fn from_groove(
     let steps_mm = groove.steps_mm();
     let step_mm = groove.depth_mm() / f64::from(u32::try_from(steps_mm.len()).unwrap_or(u32::MAX)).max(1.0);
     let lead = Lead { height_mm: step_mm + spec.clearance_mm, angle_rad: TURN_RAD, leaves_turning: false };
-    let alone = paths.len() == 1;
+    let last = paths.len().saturating_sub(1);
     let mut made = Vec::new();
-    for mut path in paths {
+    // The first and the last path make the walls.
+    for (at, mut path) in paths.into_iter().enumerate() {
         let (stands_mm, clear_mm, outline) = match &groove.kind {
             GrooveKind::Plate { groove: walls, top_mm, depth_mm } => {
                 let wall = |out_mm: f64| {
@@ -198,7 +200,7 @@ fn from_groove(
             }
         };
         made.push(MilledToolPath {
-            name: if alone { groove.name.clone() } else { format!("{} {}", groove.name, in_letters(&path.name)) },
+            name: if last == 0 { groove.name.clone() } else { format!("{} {}", groove.name, in_letters(&path.name)) },
             phase_rad: groove.phase_rad,
             path,
             stands_mm,
@@ -206,7 +208,7 @@ fn from_groove(
             lead,
             leaves_mm: steps_mm.clone(),
             pass: index,
-            outline,
+            outline: (at == 0 || at == last).then_some(outline),
         });
     }
     Ok(made)

@@ -16,8 +16,8 @@ pub(crate) struct ToPost<'a> {
     pub(crate) job: &'a str,
     /// Hash of the job, 64 hexadecimal digits.
     pub(crate) job_hash: &'a str,
-    /// Shapes to draw, one for each feature.
-    pub(crate) outlines: Vec<ProgramOutline>,
+    /// Shape of each feature; without one it has no drawings.
+    pub(crate) outlines: Vec<Option<ProgramOutline>>,
     /// Notes for users, in sentences.
     pub(crate) notes: Vec<String>,
 }
