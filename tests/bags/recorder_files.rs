@@ -56,7 +56,7 @@ fn a_recording_splits_on_request_and_publishes_the_event() {
         until("it is written", || cell.written("/plain") == file && cell.written("/latched") == 1);
         split.call(&SplitBagfileRequest::default(), PATIENCE).expect("it answers");
     }
-    until("the files are told", || {
+    until("the files are published", || {
         events.lock().expect("nobody panics with it").len() == 3 && cell.status().files == 4
     });
     assert!(cell.status().free_bytes > 0 && cell.status().repeated >= 3);
@@ -123,7 +123,7 @@ fn where_only_snapshots_are_written_an_alarm_asks_for_one_and_so_may_anybody() {
     publisher.publish(&text("never wanted")).expect("room");
     until("it is held", || received("/texts") == 3);
     assert!(cell.change_state(DEACTIVATE));
-    until("the end is told", || !cell.status().recording);
+    until("the end is published", || !cell.status().recording);
     let status = cell.status();
     assert_eq!((status.received, status.written, status.passed, status.dropped), (5, 4, 1, 0));
     cell.end();

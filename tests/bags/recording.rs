@@ -74,7 +74,7 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     until("all is written", || cell.written("/joint_states") == 500 && cell.written("/plan_pages") == 20);
     assert!(!cell.change_state(ACTIVATE), "it is active already");
     assert!(cell.change_state(DEACTIVATE));
-    until("the end is told", || !cell.status().recording);
+    until("the end is published", || !cell.status().recording);
     // The bag is there and is not written over.
     assert!(!cell.change_state(ACTIVATE), "the bag exists");
     cell.end();

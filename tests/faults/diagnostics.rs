@@ -205,7 +205,7 @@ fn every_node_publishes_diagnostics_and_levels_follow_events() {
 
 /// Scheduling of the threads of this process with this name, as the kernel reports it: policy and real-time priority.
 fn scheduled(name: &str) -> Vec<(u32, u32)> {
-    let tasks = std::fs::read_dir("/proc/self/task").expect("Linux tells of threads");
+    let tasks = std::fs::read_dir("/proc/self/task").expect("Linux lists threads");
     let stats = tasks.filter_map(|task| std::fs::read_to_string(task.expect("a thread").path().join("stat")).ok());
     let of_name = stats.filter(|stat| stat.contains(&format!("({name})")));
     of_name
@@ -233,13 +233,13 @@ fn a_requested_real_time_priority_is_set_or_the_reason_is_reported() {
     let mut diagnostics = DiagnosticsListener::subscribe(&cell);
     diagnostics.until("the machine", |last| last.contains_key("machine_sim"));
     let others = value(&diagnostics.last["machine_sim"], "scheduling_of_other_threads").expect("it is reported");
-    let scheduling = value(&diagnostics.last["machine_sim"], "scheduling").expect("it is told");
+    let scheduling = value(&diagnostics.last["machine_sim"], "scheduling").expect("it is reported");
     match scheduled("machine cycle").contains(&(FIFO, 5)) {
         true => {
             assert_eq!((scheduling.as_str(), others.as_str()), ("SCHED_FIFO 5", "SCHED_FIFO 4"));
             // The pump and what DDS receives with, but nothing of other nodes.
             assert!(scheduled("machine pump").contains(&(FIFO, 4)));
-            let tasks = std::fs::read_dir("/proc/self/task").expect("Linux tells of threads");
+            let tasks = std::fs::read_dir("/proc/self/task").expect("Linux lists threads");
             let names =
                 tasks.filter_map(|task| std::fs::read_to_string(task.expect("a thread").path().join("comm")).ok());
             let of_dds: Vec<String> = names.filter(|name| name.starts_with("RustDDS")).collect();

@@ -275,9 +275,9 @@ fn turned_is_refused(name: &str, file: &str, (from, to): (&str, &str), expected:
     let (code, output) = check(&job);
     assert_eq!(code, 2, "{name} must be refused: {output}");
     let place = format!("{file}:{line}: ");
-    assert!(output.contains(&place), "{name}: {place} is not told: {output}");
+    assert!(output.contains(&place), "{name}: {place} is not reported: {output}");
     for words in expected {
-        assert!(output.contains(words), "{name}: {words:?} is not told: {output}");
+        assert!(output.contains(words), "{name}: {words:?} is not reported: {output}");
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! `CAMWRIGHT_GOLDEN="why" cargo test -p camwright_nodes --test replay golden_bags` runs the jobs anew and writes bags and table; the reason goes into the
 //! bags and the table. It is for intended changes of the machine's behaviour.
-#![allow(clippy::print_stdout, reason = "what was replayed is told with --nocapture")]
+#![allow(clippy::print_stdout, reason = "--nocapture shows what was replayed")]
 
 use crate::changed_bag;
 use crate::support;

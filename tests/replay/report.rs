@@ -179,9 +179,9 @@ fn parts_are_the_deviation(html: &str, error_um: f64) {
     let rows: Vec<(&str, Vec<f64>)> = rows.map(|row| (row, left(row))).collect();
     let (sum, parts) = rows.split_last().expect("rows");
     assert_eq!(parts.len(), 5, "three axes, cusp and rest: {parts:?}");
-    assert!((sum.1[0] - error_um).abs() < 0.006, "{sum:?}, told are {error_um} um");
+    assert!((sum.1[0] - error_um).abs() < 0.006, "{sum:?}, reported are {error_um} um");
     let all: f64 = parts.iter().flat_map(|(_, left)| left).sum();
-    assert!((all - error_um).abs() < 0.005 * 9.0, "{all} um in parts, told are {error_um} um: {parts:?}");
+    assert!((all - error_um).abs() < 0.005 * 9.0, "{all} um in parts, reported are {error_um} um: {parts:?}");
     let rest = parts.last().map(|(_, left)| left[0]).expect("a rest");
     assert!(rest.abs() < 0.2 * error_um.abs(), "{rest} of {error_um} um are not explained: {parts:?}");
 }

@@ -101,7 +101,7 @@ fn a_ros_2_user_turns_a_part_that_is_not_round_and_reads_its_form() {
     let size = map["azimuths"].as_u64().zip(map["columns"].as_u64()).expect("two numbers");
     assert_eq!((lowest.len() as u64, highest.len() as u64), (size.0 * size.1, size.0 * size.1));
     let farthest = lowest.iter().chain(&highest).fold(0.0_f64, |most, deviation| most.max(deviation.abs()));
-    assert!((farthest - worst.abs()).abs() < 1e-6 * worst.abs(), "{farthest} m in the map, {worst} m told");
+    assert!((farthest - worst.abs()).abs() < 1e-6 * worst.abs(), "{farthest} m in the map, {worst} m reported");
 
     // Who comes late has the whole surface.
     operator.subscribe("machine/turned_part", TOPICS[0].1, "latched:512", 1000);

@@ -76,7 +76,7 @@ pub enum GaugeError {
     },
     /// Two gauges of a kind that the method does not know.
     #[error(
-        "two gauges of one contact each: the depth of cut is told by one such gauge, or by two that read diameters"
+        "two gauges of one contact each: measure the depth of cut with one such gauge, or with two that read diameters"
     )]
     TwoProbes,
     /// The share of the part in the deflection is no share.

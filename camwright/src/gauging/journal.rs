@@ -110,7 +110,7 @@ pub enum JournalError {
     #[error("the gauge reads no diameter; by the published method the depth of cut is the difference of two diameters")]
     NoDiameter,
     /// The log has turns of which nobody knows where they were put in.
-    #[error("a hold put {turns} turns into its cut, and what it measures is told by turns that follow each other")]
+    #[error("a hold put {turns} turns into its cut; it measures by turns that follow each other")]
     Held { turns: f64 },
     /// The journal was not seen all round.
     #[error("the gauge read {turned_deg:.1} deg of it, a whole turn is needed")]

@@ -31,7 +31,7 @@ pub enum StateError {
     #[error("{harmonics} harmonics, at most {max} are allowed")]
     Harmonics { harmonics: u32, max: u32 },
     /// More unknowns than the readings determine.
-    #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
+    #[error("{readings} readings while every phase was cut cannot determine {harmonics} harmonics")]
     Undetermined { readings: usize, harmonics: u32 },
     /// The readings do not follow the contact law.
     #[error(

@@ -133,7 +133,7 @@ pub enum JobError {
     /// No turn in the air to know friction by.
     #[error(
         "the infeed begins {air_mm:.4} mm above the raw part; to measure the stiffness it must begin {needed_mm:.4} mm above it, for \
-         a turn in the air tells the friction of x_axis"
+         a turn in the air measures the friction of x_axis"
     )]
     NoAir {
         /// Available height (mm).

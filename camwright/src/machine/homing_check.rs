@@ -60,7 +60,7 @@ impl Homing {
             let ahead_mm = (self.switch_index_mm(hysteresis_mm) - self.edge_mm(hysteresis_mm)).abs();
             let overshoot_mm = self.overshoot_mm(axis, delay_s);
             if ahead_mm < overshoot_mm || self.index_pitch_mm - ahead_mm < overshoot_mm {
-                return refuse("its index mark lies too near the edge of the switch to be told from the next one");
+                return refuse("its index mark lies too near the edge of the switch: it could be the next one");
             }
         }
         Ok(())

@@ -100,7 +100,7 @@ fn every_seeded_defect_is_found_at_its_line_and_nothing_else() {
         for &(defect, row) in &planted {
             assert!(
                 findings.iter().any(|finding| reports(finding, defect, row)),
-                "seed {SEED}, case {case}, {n} rows of {digit_mm}: {defect:?} in line {} is not told: {findings:?}",
+                "seed {SEED}, case {case}, {n} rows of {digit_mm}: {defect:?} in line {} is not reported: {findings:?}",
                 row + 2
             );
         }

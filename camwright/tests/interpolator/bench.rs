@@ -487,7 +487,7 @@ impl Bench {
                     * (self.rows[i].setpoint.velocity[axis.index()] + self.rows[i - 1].setpoint.velocity[axis.index()]);
                 // The mean of two velocities misses the mean velocity by at most jerk · dt² / 8 or so.
                 let slack = 2.0 * count / dt + 0.25 * limits.jerk * dt * dt;
-                assert!((v - expected).abs() <= slack, "{what}: {axis:?} {tick}: told {expected}, went {v}");
+                assert!((v - expected).abs() <= slack, "{what}: {axis:?} {tick}: expected {expected}, went {v}");
             }
         }
     }

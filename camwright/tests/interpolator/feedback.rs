@@ -24,7 +24,7 @@ fn homing_finds_the_mark_and_counts_from_it() {
     assert_eq!((row(order.tick - 1).setpoint.counts[0], row(order.tick).setpoint.counts[0]), (ORIGIN, 0));
     // Long enough for the order to overtake the setpoints that run D ahead.
     let emitted = bench.rows.iter().find(|row| row.status.search == Some((Axis::C, SearchStep::Latch)));
-    assert_eq!(order.tick - emitted.expect("told").tick, 2 * u64::from(machine.feedback_delay_ticks));
+    assert_eq!(order.tick - emitted.expect("an order").tick, 2 * u64::from(machine.feedback_delay_ticks));
     for step in [SearchStep::Search, SearchStep::Stop, SearchStep::Return] {
         assert!(bench.rows.iter().any(|row| row.status.search == Some((Axis::C, step))), "{step:?}");
     }

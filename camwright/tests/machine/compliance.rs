@@ -225,11 +225,11 @@ fn the_force_per_degree_is_the_largest_reported_there() {
     let steady_n = law.threshold_n() + law.grinding_n_mm() * feed_mm;
     let kept = forces(&machine);
     for (degree, (kept, reported)) in kept.iter().zip(&reported).enumerate() {
-        assert!((kept - reported).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, told {reported} N");
+        assert!((kept - reported).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, reported {reported} N");
         assert!((kept - steady_n).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, {steady_n} N");
     }
     let largest = |forces: &[f64]| forces.iter().copied().fold(0.0, f64::max);
-    assert!(largest(&kept) >= largest(&reported), "{} N, told {} N", largest(&kept), largest(&reported));
+    assert!(largest(&kept) >= largest(&reported), "{} N, reported {} N", largest(&kept), largest(&reported));
 }
 
 /// Without a law there is no force to know, and nothing is kept, not zeros.

@@ -1,5 +1,5 @@
 //! Keyframes: a machine that is taken up from one goes on as if nothing had been, and no octets can make it fail.
-#![allow(clippy::print_stdout, reason = "seeds and sizes are told")]
+#![allow(clippy::print_stdout, reason = "seeds and sizes are printed")]
 
 use super::turned::{self, Eccentric};
 use super::{ideal, machine};

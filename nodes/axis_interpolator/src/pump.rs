@@ -260,7 +260,7 @@ impl EnginePump {
         self.with_shared(|shared| {
             let step = lock(&shared.arrival).as_ref().map(|arrival| arrival.next(foresight, clock, &self.machine));
             match step {
-                Some(ArrivalStep::Tell(message)) => back(message),
+                Some(ArrivalStep::Send(message)) => back(message),
                 Some(ArrivalStep::Wait) => {
                     // It may have ended before this was received.
                     if !lock(&shared.served).is_busy() {

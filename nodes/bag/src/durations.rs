@@ -111,7 +111,7 @@ mod tests {
         }
         for ns in (0..64).map(|shift| u64::MAX >> shift).chain([1000, 49_999, 123_456_789]) {
             let reported = longest_of(counter_of(ns));
-            assert!(reported >= ns && reported - ns <= ns / 16, "{ns} ns is told as {reported} ns");
+            assert!(reported >= ns && reported - ns <= ns / 16, "{ns} ns is reported as {reported} ns");
         }
     }
 

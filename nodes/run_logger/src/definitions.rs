@@ -85,7 +85,7 @@ impl Definitions {
                 Some((_, None)) => return DefinitionState::NotYet,
                 Some((hash, Some(publisher))) => (hash, publisher),
                 None => {
-                    let where_else = "no installed package has it, and its publishers do not tell its hash";
+                    let where_else = "no installed package has it, and its publishers do not publish its hash";
                     return DefinitionState::No(format!(
                         "the definition of {type_name} is not known here: {where_else}"
                     ));
@@ -130,7 +130,7 @@ impl Definitions {
         };
         let definition = definition
             .map(|text| DefinitionText { text, hash: question.hash })
-            .map_err(|reason| format!("{} does not tell what {type_name} is: {reason}", question.node));
+            .map_err(|reason| format!("{} does not send the definition of {type_name}: {reason}", question.node));
         self.known.insert(type_name.to_owned(), definition);
     }
 }

@@ -66,7 +66,7 @@ mod tests {
         let mut partner = Silence::new(1000 * MS);
         let begin = partner.looked;
         let lost: Vec<u32> = (1..=30).filter(|poll| partner.check(begin + *poll * 100 * MS)).collect();
-        assert_eq!(lost, [11], "told once, by the first look after the limit");
+        assert_eq!(lost, [11], "reported once, by the first look after the limit");
         assert!(partner.is_lost());
         partner.reset();
         assert!(!partner.is_lost());

@@ -84,7 +84,7 @@ pub fn all() -> Vec<(&'static str, Draft)> {
         ("a chunk of 2^63 bytes", changed(lengths)),
         ("a chunk that says it is of 1 TB", changed(chunk_of_a_terabyte)),
         ("statistics of 2^64 messages that end before they begin", changed(statistics)),
-        ("an index that tells one chunk 50000 times", changed(index)),
+        ("an index that lists one chunk 50000 times", changed(index)),
         (
             "offsets beyond the file",
             changed(|d| {

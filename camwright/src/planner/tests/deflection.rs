@@ -36,14 +36,14 @@ fn what_giving_way_leaves_on_a_lobe_is_predicted() {
             let off_mm = form.largest.deviation_mm - predicted.left_mm;
             assert!(
                 off_mm.abs() < 1e-4 + 0.02 * predicted.left_mm,
-                "{} after {spark_out_turns}: {} mm, told {} mm",
+                "{} after {spark_out_turns}: {} mm, reported {} mm",
                 design.name,
                 form.largest.deviation_mm,
                 predicted.left_mm
             );
             assert!(
                 largest_n[index] < 1.02 * predicted.largest_n && largest_n[index] > 0.9 * predicted.largest_n,
-                "{} N, told {} N",
+                "{} N, reported {} N",
                 largest_n[index],
                 predicted.largest_n
             );

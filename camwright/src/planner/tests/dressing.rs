@@ -100,7 +100,7 @@ fn a_kept_path_grinds_the_reported_error() {
     assert!(path_error.error.value > 0.01, "{path_error:?}");
     assert!(
         (worst - path_error.error.value).abs() < 0.05 * path_error.error.value,
-        "ground {worst}, told {path_error:?}"
+        "ground {worst}, reported {path_error:?}"
     );
     assert!(errors[..2].iter().all(|error| error.abs() < 3e-4), "{errors:?}");
 }

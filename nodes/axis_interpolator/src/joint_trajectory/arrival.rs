@@ -24,7 +24,7 @@ pub(crate) struct TrajectoryArrival {
 #[derive(Debug)]
 pub(crate) enum ArrivalStep {
     /// Sends a message to the engine; the arrival continues to wait.
-    Tell(ToEngine),
+    Send(ToEngine),
     /// It waits until the trajectory before it is over.
     Wait,
     /// Refuses the trajectory with a reason; the engine drops the arrival.
@@ -47,7 +47,7 @@ impl TrajectoryArrival {
             MotionForecast::At(tick, start) => {
                 let record = self.wanted.record(*tick, clock, start, None);
                 match record.and_then(|record| PreparedMotion::new(record, None, machine)) {
-                    Ok(made) => ArrivalStep::Tell(ToEngine::Splice(made)),
+                    Ok(made) => ArrivalStep::Send(ToEngine::Splice(made)),
                     Err(reason) => ArrivalStep::Refuse(reason),
                 }
             }

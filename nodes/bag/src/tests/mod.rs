@@ -329,7 +329,7 @@ fn judge_recovery(original: &[BagMessage], damaged: &Path, into: &Path, what: &s
         assert!(from.any(|m| m == message), "{what}: {message:?} was never written, or stood before another");
     }
     let missing = original.len() - found.len();
-    assert!(missing == 0 || !recovery.is_whole(), "{what}: {missing} are missing and nothing is told");
+    assert!(missing == 0 || !recovery.is_whole(), "{what}: {missing} are missing and nothing is reported");
     assert!(missing > 0 || recovery.missing.is_empty(), "{what}: {recovery:?}");
     missing
 }

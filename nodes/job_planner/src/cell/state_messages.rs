@@ -16,14 +16,14 @@ impl CellController {
         let left_s = self.handshake.as_ref().map_or(Some(0.0), |handshake| handshake.timeout_left_s(now_s));
         let stamp: Time = shared.node.now();
         let at = stamp.clone();
-        let published = self.telling.state.publish(state, |state| CellState {
+        let published = self.publisher.state.publish(state, |state| CellState {
             stamp: at,
             time_in_state: unit.time_in_state_s(now_s),
             accumulated: unit.accumulated_s(now_s),
             ..state
         });
         let published = published.and_then(|()| match loading {
-            Some(loading) => self.telling.loading.publish(loading, |loading| LoadingState {
+            Some(loading) => self.publisher.loading.publish(loading, |loading| LoadingState {
                 stamp,
                 timeout_left: left_s.unwrap_or(-1.0),
                 ..loading
