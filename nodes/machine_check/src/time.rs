@@ -135,7 +135,10 @@ fn stream(observed: &Observed, facts: &DescriptionFacts, report: &mut ClauseRepo
     // The first message of alarms is what was latched before.
     for changed in observed.alarms.iter().skip(1).filter(|message| (first..=last).contains(&message.tick)) {
         if !reported.contains(&changed.tick) {
-            report.broken(3, format!("alarms change at tick {}, machine/stream has no message for that tick", changed.tick));
+            report.broken(
+                3,
+                format!("alarms change at tick {}, machine/stream has no message for that tick", changed.tick),
+            );
         }
     }
     for pair in observed.streams.windows(2) {

@@ -51,17 +51,54 @@ impl CaseLog {
         Ok((Self { path: path.to_path_buf(), file: Mutex::new(file) }, known))
     }
 
+    /// Adds cases that ran alone: the files of a folder, in the order of their names. Returns those that the log did not hold.
+    ///
+    /// # Errors
+    /// A file cannot be read, or the log cannot be written.
+    pub(crate) fn add_single_cases(
+        &self,
+        folder: &Path,
+        known: &HashMap<String, CaseOutcome>,
+    ) -> Result<HashMap<String, CaseOutcome>, StudyError> {
+        let failed = |source| StudyError::io("read", folder, source);
+        let mut paths: Vec<PathBuf> = match std::fs::read_dir(folder) {
+            Ok(entries) => {
+                entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(failed)?
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+            Err(error) => return Err(failed(error)),
+        };
+        paths.retain(|path| path.extension().is_some_and(|extension| extension == "json"));
+        paths.sort();
+        let mut added = HashMap::new();
+        for path in paths {
+            let bytes = std::fs::read(&path).map_err(|source| StudyError::io("read", &path, source))?;
+            // A damaged file is a case that runs again.
+            let Ok(line) = serde_json::from_slice::<LogLine>(&bytes) else { continue };
+            if !known.contains_key(&line.case) && !added.contains_key(&line.case) {
+                self.append(&line.case, &line.outcome)?;
+                added.insert(line.case, line.outcome);
+            }
+        }
+        Ok(added)
+    }
+
     /// Appends a finished case.
     ///
     /// # Errors
     /// The log cannot be written.
     pub fn append(&self, case: &str, outcome: &CaseOutcome) -> Result<(), StudyError> {
         let failed = |source| StudyError::io("written", &self.path, source);
-        let line = LogLine { case: case.to_owned(), outcome: outcome.clone() };
-        let mut text = serde_json::to_vec(&line).map_err(|error| failed(error.into()))?;
-        text.push(b'\n');
+        let text = line_of(case, outcome).map_err(failed)?;
         self.file.lock().unwrap_or_else(PoisonError::into_inner).write_all(&text).map_err(failed)
     }
+}
+
+/// Line of a finished case.
+pub(crate) fn line_of(case: &str, outcome: &CaseOutcome) -> std::io::Result<Vec<u8>> {
+    let mut text = serde_json::to_vec(&LogLine { case: case.to_owned(), outcome: outcome.clone() })?;
+    text.push(b'\n');
+    Ok(text)
 }
 
 #[cfg(test)]

@@ -1,14 +1,20 @@
 //! Folder of a study: plan of the cases, log of finished cases, results.
 
 use super::StudyError;
-use super::case_log::CaseLog;
+use super::case_log::{CaseLog, line_of};
+use super::case_run::CaseOutcome;
 use super::cases::StudyCase;
 use super::engine::CaseOutcomes;
 use super::results::StudyResults;
+use super::table::ResultTable;
 use camwright_files::study_file::Study;
+use serde::Deserialize;
 use serde_json::{Value, json};
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Folder of the cases that ran alone.
+const SINGLE_CASES: &str = "cases";
 
 /// Folder of a study.
 #[derive(Debug, Clone)]
@@ -24,12 +30,65 @@ impl StudyFolder {
         Ok(Self(path.to_path_buf()))
     }
 
-    /// Opens the log of finished cases.
+    /// A folder that exists.
+    #[must_use]
+    pub fn open(path: &Path) -> Self {
+        Self(path.to_path_buf())
+    }
+
+    /// Opens the log of finished cases and adds those that ran alone.
     ///
     /// # Errors
     /// See [`CaseLog::open`].
     pub fn open_log(&self) -> Result<(CaseLog, CaseOutcomes), StudyError> {
-        CaseLog::open(&self.0.join("cases.jsonl"))
+        let (log, mut outcomes) = CaseLog::open(&self.0.join("cases.jsonl"))?;
+        outcomes.extend(log.add_single_cases(&self.0.join(SINGLE_CASES), &outcomes)?);
+        Ok((log, outcomes))
+    }
+
+    /// Hashes of the cases in `plan.json`.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no plan of cases.
+    pub fn planned_hashes(&self) -> Result<Vec<String>, StudyError> {
+        #[derive(Deserialize)]
+        struct Plan {
+            cases: Vec<PlannedCase>,
+        }
+        #[derive(Deserialize)]
+        struct PlannedCase {
+            hash: String,
+        }
+        let path = self.0.join("plan.json");
+        let failed = |source| StudyError::io("read", &path, source);
+        let plan: Plan = serde_json::from_slice(&fs::read(&path).map_err(failed)?).map_err(|e| failed(e.into()))?;
+        Ok(plan.cases.into_iter().map(|case| case.hash).collect())
+    }
+
+    /// Whether a case that ran alone has its files already.
+    #[must_use]
+    pub fn has_single_case(&self, hash: &str) -> bool {
+        let exists = |extension: &str| self.0.join(SINGLE_CASES).join(format!("{hash}.{extension}")).exists();
+        exists("json") && exists("parquet")
+    }
+
+    /// Writes `cases/HASH.parquet`, the row of a case that ran alone, and `cases/HASH.json`, its line for the log.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write_single_case(
+        &self,
+        study: &Study,
+        cases: &[StudyCase],
+        hash: &str,
+        outcome: &CaseOutcome,
+    ) -> Result<(), StudyError> {
+        let folder = Self::create(&self.0.join(SINGLE_CASES))?;
+        let outcomes = CaseOutcomes::from([(hash.to_owned(), outcome.clone())]);
+        folder.write_table(&format!("{hash}.parquet"), &StudyResults::new(study, cases, &outcomes).table())?;
+        let name = format!("{hash}.json");
+        let line = line_of(hash, outcome).map_err(|source| StudyError::io("written", &folder.file(&name), source))?;
+        folder.write(&name, &line)
     }
 
     /// Writes `plan.json`: every case with its hash and settings.
@@ -63,11 +122,7 @@ impl StudyFolder {
     /// A file cannot be written.
     pub fn write_results(&self, results: &StudyResults<'_>) -> Result<(), StudyError> {
         let table = results.table();
-        let path = self.0.join("results.parquet");
-        let part = self.0.join("results.parquet.part");
-        let file = File::create(&part).map_err(|source| StudyError::io("written", &part, source))?;
-        table.write_parquet(&path, file)?;
-        fs::rename(&part, &path).map_err(|source| StudyError::io("written", &path, source))?;
+        self.write_table("results.parquet", &table)?;
         self.write("results.csv", table.to_csv().as_bytes())?;
         self.write("report.html", results.page(self).as_bytes())?;
         let best = results.best().and_then(|best| results.study.base.sources_with(&best.settings).ok());
@@ -84,9 +139,15 @@ impl StudyFolder {
         self.0.join(name)
     }
 
-    /// Replaces a file as a whole.
+    fn write_table(&self, name: &str, table: &ResultTable) -> Result<(), StudyError> {
+        let mut bytes = Vec::new();
+        table.write_parquet(&self.0.join(name), &mut bytes)?;
+        self.write(name, &bytes)
+    }
+
+    /// Replaces a file as a whole, also where several processes write it at a time.
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
-        let (path, part) = (self.0.join(name), self.0.join(format!("{name}.part")));
+        let (path, part) = (self.0.join(name), self.0.join(format!("{name}.{}.part", std::process::id())));
         let failed = |source| StudyError::io("written", &path, source);
         fs::write(&part, bytes).map_err(failed)?;
         fs::rename(&part, &path).map_err(failed)

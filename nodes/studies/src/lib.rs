@@ -21,7 +21,7 @@ pub use analysis::{BestPoint, EffectLevel, FactorEffect, FailureReason};
 pub use case_log::CaseLog;
 pub use case_run::{CaseOutcome, CaseStatus, run_case};
 pub use cases::{StudyCase, cases};
-pub use engine::{CaseOutcomes, EngineSettings, run_cases};
+pub use engine::{CaseOutcomes, EngineSettings, run_cases, run_single_case};
 pub use folder::StudyFolder;
 pub use results::{StudyResults, StudyRow};
 

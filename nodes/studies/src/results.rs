@@ -24,6 +24,28 @@ pub struct StudyResults<'a> {
     pub rows: Vec<StudyRow>,
     /// Number of all cases.
     pub case_count: usize,
+    /// Kind of each setting, that of all cases, so that tables of some of them fit together.
+    setting_kinds: Vec<SettingKind>,
+}
+
+/// Column for the values of a setting.
+#[derive(Debug, Clone, Copy)]
+enum SettingKind {
+    Whole,
+    Number,
+    Text,
+}
+
+impl SettingKind {
+    fn of_all<'v>(values: impl Iterator<Item = &'v YamlValue> + Clone) -> Self {
+        if values.clone().all(|value| matches!(value, YamlValue::Integer(_))) {
+            Self::Whole
+        } else if values.clone().all(|value| as_number(value).is_some()) {
+            Self::Number
+        } else {
+            Self::Text
+        }
+    }
 }
 
 impl<'a> StudyResults<'a> {
@@ -34,7 +56,11 @@ impl<'a> StudyResults<'a> {
             let is_feasible = is_feasible(study, &outcome);
             Some(StudyRow { case: case.clone(), outcome, is_feasible })
         };
-        Self { study, rows: cases.iter().filter_map(row).collect(), case_count: cases.len() }
+        let count = cases.first().map_or(0, |case| case.settings.len());
+        let values =
+            |index: usize| cases.iter().filter_map(move |case| case.settings.get(index)).map(|(_, value)| value);
+        let setting_kinds = (0..count).map(|index| SettingKind::of_all(values(index))).collect();
+        Self { study, rows: cases.iter().filter_map(row).collect(), case_count: cases.len(), setting_kinds }
     }
 
     #[must_use]
@@ -84,22 +110,20 @@ impl<'a> StudyResults<'a> {
 
     /// Values of a setting: whole numbers, numbers or texts.
     fn setting_column(&self, index: usize) -> ColumnData {
-        let values = || self.rows.iter().map(|row| row.case.settings.get(index).map(|(_, value)| value));
-        if values().all(|value| matches!(value, Some(YamlValue::Integer(_)))) {
-            let whole = |value: Option<&YamlValue>| match value {
-                Some(YamlValue::Integer(value)) => Some(*value),
-                _ => None,
-            };
-            return ColumnData::Whole(values().map(whole).collect());
-        }
-        if values().all(|value| value.and_then(as_number).is_some()) {
-            return ColumnData::Number(values().map(|value| value.and_then(as_number)).collect());
-        }
+        let values = self.rows.iter().map(|row| row.case.settings.get(index).map(|(_, value)| value));
+        let whole = |value: &YamlValue| match value {
+            YamlValue::Integer(value) => Some(*value),
+            _ => None,
+        };
         let text = |value: &YamlValue| match value {
             YamlValue::Text(text) => text.clone(),
             other => other.to_flow(),
         };
-        ColumnData::Text(values().map(|value| value.map(text)).collect())
+        match self.setting_kinds.get(index) {
+            Some(SettingKind::Whole) => ColumnData::Whole(values.map(|value| value.and_then(whole)).collect()),
+            Some(SettingKind::Number) => ColumnData::Number(values.map(|value| value.and_then(as_number)).collect()),
+            Some(SettingKind::Text) | None => ColumnData::Text(values.map(|value| value.map(text)).collect()),
+        }
     }
 }
 

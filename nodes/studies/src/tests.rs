@@ -68,6 +68,32 @@ fn results_are_the_same_with_any_number_of_workers_and_after_a_stop() {
 }
 
 #[test]
+fn cases_that_ran_alone_give_the_same_results() {
+    let study = study(STUDY);
+    let root = tempfile::tempdir().expect("a folder");
+    let (_, whole) = run(&study, &root.path().join("whole"), 2, usize::MAX);
+    let (cases, path) = (cases(&study), root.path().join("alone"));
+    let folder = StudyFolder::create(&path).expect("a folder");
+    folder.write_plan(&study, &cases).expect("a plan");
+    assert_eq!(
+        folder.planned_hashes().expect("a plan"),
+        cases.iter().map(|case| case.hash.clone()).collect::<Vec<_>>()
+    );
+    for case in cases.iter().rev() {
+        let outcome = run_single_case(&study, case).expect("it runs");
+        folder.write_single_case(&study, &cases, &case.hash, &outcome).expect("its files");
+        assert!(folder.has_single_case(&case.hash));
+    }
+    // A file that a killed process left.
+    std::fs::write(path.join("cases/0.json"), b"{\"case\":\"0\",\"sta").expect("it can be written");
+    let (ran, _) = run(&study, &path, 2, usize::MAX);
+    assert_eq!(ran, 0, "all cases are known");
+    for name in ["plan.json", "results.parquet", "results.csv"] {
+        assert!(bytes(&folder, name) == bytes(&whole, name), "{name}");
+    }
+}
+
+#[test]
 fn a_case_that_fails_is_a_row_with_its_reason() {
     let study = study(STUDY);
     let root = tempfile::tempdir().expect("a folder");

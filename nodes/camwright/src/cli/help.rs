@@ -42,6 +42,11 @@ pub(super) const STUDY: &str = "\
 Examples:
   camwright study speed_and_infeed --out studies/first
   camwright study my_study.yaml --workers 2 --set replicates=3
+  camwright study my_study.yaml --plan --out shared
+  camwright study my_study.yaml --case 0123456789abcdef --out shared
+
+Several computers: --plan writes the cases, --case runs one of them anywhere,
+and the command without both collects cases/*.json and writes the results.
 
 Files: plan.json (every case with its hash), cases.jsonl (finished cases),
 results.parquet, results.csv, report.html; best_job.yaml and best_machine.yaml

@@ -2,9 +2,10 @@
 
 use super::output::{VerdictLevel, note, print_error, print_verdict, say, wrapped};
 use camwright_bag::progress;
-use camwright_files::study_file;
+use camwright_files::study_file::{self, Study};
 use camwright_ros::Shutdown;
-use camwright_studies::{self as studies, EngineSettings, StudyFolder, StudyResults};
+use camwright_studies::{self as studies, EngineSettings, StudyCase, StudyFolder, StudyResults};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -30,6 +31,12 @@ pub(super) struct StudyArgs {
     /// Set a key of the study, such as `replicates=3`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Write plan.json, with the hash of every case, and run nothing
+    #[arg(long)]
+    plan: bool,
+    /// Run one case of plan.json into cases/HASH.parquet and .json of the folder
+    #[arg(long, value_name = "HASH", conflicts_with_all = ["plan", "workers", "json"])]
+    case: Option<String>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -55,7 +62,18 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
     let not_written = |error: studies::StudyError| failed(1, &error);
     let cases = studies::cases(&study);
     let path = args.out.clone().unwrap_or_else(|| Path::new("studies").join(&study.name));
+    if let Some(hash) = &args.case {
+        return run_single(&study, &cases, &path, hash);
+    }
     let folder = StudyFolder::create(&path).map_err(not_written)?;
+    if args.plan {
+        folder.write_plan(&study, &cases).map_err(not_written)?;
+        match args.json {
+            true => say!("{}", json!({ "plan": folder.file("plan.json"), "cases": cases.len() })),
+            false => say!("plan:    {} cases in {}", cases.len(), folder.file("plan.json").display()),
+        }
+        return Ok(0);
+    }
     let (log, mut outcomes) = folder.open_log().map_err(not_written)?;
     folder.write_plan(&study, &cases).map_err(not_written)?;
     let known = cases.iter().filter(|case| outcomes.contains_key(&case.hash)).count();
@@ -99,4 +117,36 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
         (false, true) => 0,
         (false, false) => NOT_FEASIBLE,
     })
+}
+
+/// Runs one case of the written plan. A case that ran before does not run again.
+fn run_single(study: &Study, cases: &[StudyCase], path: &Path, hash: &str) -> Result<u8, u8> {
+    let folder = StudyFolder::open(path);
+    let planned = folder.planned_hashes().map_err(|error| {
+        let remedy = "write the plan of the cases first: `camwright study FILE --plan --out DIR`";
+        failed(2, &format!("{error}; {remedy}"))
+    })?;
+    let case = cases.iter().find(|case| case.hash == hash);
+    let case = case.filter(|_| planned.iter().any(|planned| planned == hash)).ok_or_else(|| {
+        let plan = folder.file("plan.json");
+        let reason = match planned.iter().any(|planned| planned == hash) {
+            true => {
+                "study, job, machine or program have changed since the plan was written; write it again with --plan"
+            }
+            false => "the plan has no such case",
+        };
+        failed(2, &format!("case {hash} of {} cannot run: {reason}", plan.display()))
+    })?;
+    if folder.has_single_case(hash) {
+        note!("case {hash} ran before");
+        return Ok(0);
+    }
+    let outcome = studies::run_single_case(study, case).map_err(|error| failed(1, &error))?;
+    folder.write_single_case(study, cases, hash, &outcome).map_err(|error| failed(1, &error))?;
+    let reason = if outcome.reason.is_empty() { String::new() } else { format!(": {}", outcome.reason) };
+    say!(
+        "{}",
+        wrapped(&format!("case {} of {}, {hash}: {}{reason}", case.number, cases.len(), outcome.status.name()), 2)
+    );
+    Ok(0)
 }
