@@ -7,7 +7,9 @@ use camwright::machine::description::Axis;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::measured::{DriveOrders, Measurement};
 use camwright_threads::ring::Waker;
+use camwright_threads::system_time::system_time_ns;
 use std::fmt::Debug;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// Silence of the bus after which its drives count as lost.
@@ -27,10 +29,20 @@ pub struct BusPeriod {
     pub is_starved: bool,
     /// The drives follow what is sent; otherwise the queue is being filled, and nothing may move.
     pub is_following: bool,
+    /// Setpoints in the queue.
+    pub queued: u32,
+    /// Deviation of this servo period from its length (ns).
+    pub jitter_ns: u32,
 }
 
 /// Drives that take one setpoint each servo period and report it.
 pub trait ServoBus: Debug + Send {
+    /// Name of the kind of bus in records.
+    fn name(&self) -> &'static str;
+
+    /// Setpoints that wait in its queue as a rule.
+    fn queue_ticks(&self) -> u32;
+
     /// The next servo period, if it has come.
     ///
     /// # Errors
@@ -58,6 +70,8 @@ impl CyclicLoop {
     /// With real drives, whose clock takes the place of the pace.
     pub fn with_bus(mut self, bus: Box<dyn ServoBus>, at_rest: Measurement) -> Self {
         let (is_estop, drive_faults, heard, is_lost) = (false, 0, None, false);
+        self.bounds.bus.queue_ticks.store(bus.queue_ticks().into(), Ordering::Relaxed);
+        self.bounds.bus.min_queued.store(u64::MAX, Ordering::Relaxed);
         self.bus = Some(BusState { bus, measurement: at_rest, is_estop, drive_faults, heard, is_lost });
         self
     }
@@ -83,7 +97,7 @@ impl CyclicLoop {
 
     fn execute_period(&mut self, period: &BusPeriod) {
         let Some(state) = &mut self.bus else { return };
-        state.heard = Some(Instant::now());
+        let pause = state.heard.replace(Instant::now()).map_or(Duration::ZERO, |heard| heard.elapsed());
         state.measurement = period.measurement;
         let (estop, faults) = (state.is_estop != period.is_estop, state.drive_faults ^ period.drive_faults);
         (state.is_estop, state.drive_faults) = (period.is_estop, period.drive_faults);
@@ -94,7 +108,12 @@ impl CyclicLoop {
             let active = period.drive_faults >> axis.index() & 1 == 1;
             self.faults.add(Fault::DriveFault { axis, active }, 0);
         }
+        if period.is_following {
+            self.note_pause(pause.saturating_sub(self.cycle));
+            self.bounds.bus.see(period.queued, period.jitter_ns);
+        }
         if period.is_starved {
+            self.bounds.bus.underruns.fetch_add(1, Ordering::Relaxed);
             self.report_applied(CyclicInput::Alarm(AlarmKind::Underrun, 0.0));
             self.machine.starve();
             self.buffer.close();
@@ -102,11 +121,19 @@ impl CyclicLoop {
         }
         self.withhold_credit(!period.is_following);
         self.tick();
+        self.note_lag();
         self.nobody_is_waited_for(Instant::now());
         let orders = self.machine.orders();
         if let Some(state) = &mut self.bus {
             state.bus.send(&orders);
         }
+    }
+
+    /// Notes how far the last reported tick is behind the system clock.
+    fn note_lag(&self) {
+        let tick = self.last_report.map_or(0, |report| report.tick);
+        let behind_us = self.pacing.behind_tick_ns(tick, system_time_ns()) / 1000;
+        self.bounds.behind_us.store(behind_us, Ordering::Relaxed);
     }
 
     fn lose_drives(&mut self, reason: String) {
