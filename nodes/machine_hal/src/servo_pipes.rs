@@ -206,7 +206,7 @@ impl ServoPipes {
         waker: &Waker,
     ) -> Result<ServoSample, NodeError> {
         let refuse = |reason: String| Err(NodeError::Parameter(reason));
-        let quiet_periods = QUIET.as_nanos() as u64 / u64::from(machine.cycle_time_ns);
+        let quiet_periods = u64::from(QUIET.subsec_nanos() / machine.cycle_time_ns);
         let begun = Instant::now();
         let mut backlog = Backlog { since: begun, samples: 0, is_over: false };
         waker.adopt_current_thread();
