@@ -301,8 +301,8 @@ fn judge_bag(bag: &Path) {
         assert!(page.contains(words), "{words} is not in the report");
     }
     let diagnostics: Vec<DiagnosticArray> = messages(&Bag::open(bag).expect("a bag"), "/diagnostics");
-    let timing = diagnostics.iter().flat_map(|array| &array.status);
-    let timing = timing.filter(|status| status.name == "machine_hal: drive_queue").next_back().expect("a status");
+    let mut timing = diagnostics.iter().flat_map(|array| &array.status);
+    let timing = timing.rfind(|status| status.name == "machine_hal: drive_queue").expect("a status");
     let keys: Vec<&str> = timing.values.iter().map(|pair| pair.key.as_str()).collect();
     assert_eq!(keys, ["queued", "min_queued", "queue_ticks", "max_jitter_us", "underruns"]);
 }
