@@ -444,7 +444,7 @@ fn a_machine_behind_hal_keeps_its_contract() {
 }
 
 /// HAL while a node ends in the middle of a job: the periods from the motion to the end of power.
-fn end_in_motion(hal: &Hal, signal: &str) -> (Vec<WatchedPeriod>, Guarded) {
+fn end_in_motion(hal: &Hal, signal: &str, axes: &[usize]) -> (Vec<WatchedPeriod>, Guarded) {
     let domain = Domain::reserve();
     let machine = hal.node(&domain);
     let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
@@ -469,12 +469,11 @@ fn end_in_motion(hal: &Hal, signal: &str) -> (Vec<WatchedPeriod>, Guarded) {
         }
         std::mem::take(&mut periods)
     };
-    // The wheel moves towards the part, and C turns.
     let moves = |periods: &[WatchedPeriod], axis: usize| {
         let [.., before, now] = periods else { return false };
         before.commands[axis].to_bits() != now.commands[axis].to_bits()
     };
-    until(&|periods| moves(periods, 1) && moves(periods, 0));
+    until(&|periods| axes.iter().all(|axis| moves(periods, *axis)));
     machine.signal(signal);
     // Power is off, and has been for a while.
     let periods =
@@ -488,8 +487,9 @@ fn end_in_motion(hal: &Hal, signal: &str) -> (Vec<WatchedPeriod>, Guarded) {
 #[test]
 fn drives_are_at_rest_and_off_after_the_node_has_ended_in_motion() {
     let Some(hal) = Hal::start(None) else { return };
-    for signal in ["TERM", "KILL", "STOP"] {
-        let (periods, mut machine) = end_in_motion(&hal, signal);
+    // C searches its origin, or turns while the wheel moves to the part.
+    for (signal, axes) in [("KILL", &[0][..]), ("STOP", &[0]), ("TERM", &[0, 1])] {
+        let (periods, mut machine) = end_in_motion(&hal, signal, axes);
         // Not one setpoint is lost or repeated while they come.
         let last_sequence = periods.last().expect("periods").sequence;
         let silent = periods.iter().position(|period| period.sequence == last_sequence).expect("it is there");

@@ -222,3 +222,17 @@ fn a_limit_switch_stops_the_axes() {
     assert!(raised.contains(&AlarmKind::Overtravel(Axis::X)), "{raised:?}");
     assert!(plant.machine.is_at_rest());
 }
+
+/// The level of an input that is asked for belongs to its tick, whose readings come a lag later.
+#[test]
+fn a_question_is_answered_by_the_readings_of_its_tick() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    plant.inputs.origin = true;
+    plant.idle(20);
+    let asked = plant.machine.tick() + 1;
+    let mut reports = vec![plant.step(None, &[MachineCommand::Ask { input: Input::Origin }])];
+    reports.extend(plant.idle(2 * LAG));
+    let answers = reports.iter().flat_map(|report| report.latches.iter().map(|latch| (report.tick, latch.tick)));
+    assert_eq!(answers.collect::<Vec<_>>(), [(asked, asked)]);
+}

@@ -114,6 +114,10 @@ impl CyclicLoop {
         }
         if period.is_starved {
             self.bounds.bus.underruns.fetch_add(1, Ordering::Relaxed);
+        }
+        // What rests stays where it is, unless HAL has taken the power from the drives meanwhile.
+        let rests = self.machine.is_at_rest() && !self.buffer.has_setpoints();
+        if period.is_starved && !(rests && pause < SILENCE) {
             self.report_applied(CyclicInput::Alarm(AlarmKind::Underrun, 0.0));
             self.machine.starve();
             self.buffer.close();
@@ -150,5 +154,68 @@ impl CyclicLoop {
             self.raise_outside(AlarmKind::DrivesLost, 0.0);
         }
         self.tick();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bounds::Bounds;
+    use crate::pacing::Pace;
+    use camwright::machine::persistent_state::PersistentState;
+    use camwright::machine::reference::cam_grinder;
+    use camwright::simulation::Machine;
+    use camwright_threads::ring::ring;
+    use std::collections::VecDeque;
+    use std::sync::Arc;
+
+    /// Drives that stand still.
+    #[derive(Debug)]
+    struct StillBus(VecDeque<BusPeriod>);
+
+    impl ServoBus for StillBus {
+        fn name(&self) -> &'static str {
+            "still"
+        }
+
+        fn queue_ticks(&self) -> u32 {
+            150
+        }
+
+        fn next_period(&mut self) -> Result<Option<BusPeriod>, String> {
+            self.0.pop_front().map(Some).ok_or_else(|| "no period is left".to_owned())
+        }
+
+        fn send(&mut self, _: &DriveOrders) {}
+    }
+
+    #[test]
+    fn an_empty_queue_at_rest_is_counted_and_no_alarm_and_a_lost_bus_is_one() {
+        let description = cam_grinder();
+        let counts =
+            Axis::ALL.map(|axis| description.axis(axis).scale.counts(description.axis(axis).power_up_position));
+        let at_rest = Measurement { counts, ..Measurement::default() };
+        let machine = Machine::real(&description, PersistentState::new(&description), (5, 2.0), &at_rest);
+        let (waker, bounds) = (Waker::default(), Arc::new(Bounds::default()));
+        let (_inlet, inbound) = ring(8, &waker);
+        let (outbound, mut reports) = ring(256, &waker);
+        let machine = machine.expect("the reference machine is valid");
+        let cycle = CyclicLoop::new(machine, Pace::Realtime, inbound, outbound, Arc::clone(&bounds), 0);
+        let following =
+            BusPeriod { measurement: at_rest, is_following: true, queued: 149, jitter_ns: 800, ..BusPeriod::default() };
+        let starved = BusPeriod { is_starved: true, is_following: false, queued: 0, ..following };
+        let low = BusPeriod { queued: 20, ..following };
+        let mut cycle = cycle.with_bus(Box::new(StillBus([following, starved, low, following].into())), at_rest);
+        (0..4).for_each(|_| cycle.run_bus(&waker));
+        let read = |value: &std::sync::atomic::AtomicU64| value.load(Ordering::Relaxed);
+        assert_eq!((read(&bounds.bus.queue_ticks), read(&bounds.bus.queued)), (150, 149));
+        assert_eq!((read(&bounds.bus.min_queued), read(&bounds.bus.max_jitter_ns)), (20, 800));
+        assert_eq!((read(&bounds.bus.underruns), cycle.machine.alarms().len()), (1, 0));
+        cycle.run_bus(&waker);
+        let is_reason =
+            |report: &Outbound| matches!(report, Outbound::DrivesLost(reason) if reason.contains("no period"));
+        assert!(std::iter::from_fn(|| reports.receive()).any(|report| is_reason(&report)));
+        cycle.run_bus(&waker);
+        assert!(cycle.machine.alarms().iter().any(|alarm| alarm.kind == AlarmKind::DrivesLost));
     }
 }
