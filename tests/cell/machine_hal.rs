@@ -537,7 +537,7 @@ fn linuxcnc_machine() {
     ];
     let Some(home) = Home::new(&programs) else { return };
     let shell = as_user(Path::new("bash"), &home.path);
-    tutorial::follow_in("linuxcnc_machine.md", (&home.path, &home.path.join("bin")), shell);
+    tutorial::follow_in("linuxcnc-machine.md", (&home.path, &home.path.join("bin")), shell);
 }
 
 /// A HAL that is not there, and one that does not fit the machine, are refused with the whole list.
