@@ -4,23 +4,29 @@
 
 use crate::support;
 
+use camwright_analysis::{report, rerun};
+use camwright_bag::Bag;
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
+use camwright_machine_check::{ClauseVerdict, Moving, Settings, check};
 use camwright_machine_hal::simulation_text;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineAlarms, MachineStream};
+use camwright_msgs::cdr::message_from_sample;
+use camwright_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs};
-use std::collections::BTreeSet;
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown};
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::command::Shared;
-use support::processes::Processes;
-use support::{Domain, Guarded, PATIENCE, in_ci};
+use support::processes::{Processes, fresh_bag, in_domain};
+use support::{Domain, Guarded, PATIENCE, in_ci, tutorial};
 
 const NAMESPACE: &str = "/hal_cell";
 const JOB: [&str; 5] = [
@@ -32,6 +38,25 @@ const JOB: [&str; 5] = [
 ];
 /// User without rights, whom every Linux has.
 const NOBODY: &str = "65534";
+/// A computer has one HAL.
+static HAL: Mutex<()> = Mutex::new(());
+/// Signals that a second channel of `sampler` records for the test, in its columns: number of the setpoint; commands, encoders, power of C,
+/// X and Z; run of the wheel.
+const WATCHED: [&str; 11] = [
+    "sequence",
+    "c-axis-command",
+    "x-axis-command",
+    "z-axis-command",
+    "c-axis-feedback",
+    "x-axis-feedback",
+    "z-axis-feedback",
+    "c-axis-enable",
+    "x-axis-enable",
+    "z-axis-enable",
+    "wheel-run",
+];
+/// Servo periods without setpoints after which HAL switches the drives off.
+const SILENCE_PERIODS: usize = 500;
 
 /// A command of the user of HAL.
 fn as_user(program: &Path, home: &Path) -> Command {
@@ -47,33 +72,99 @@ fn as_user(program: &Path, home: &Path) -> Command {
     command
 }
 
-/// HAL with the simulation of the shipped grinder.
-struct Hal {
-    home: PathBuf,
-    halrun: Guarded,
+/// A folder of the user of HAL, with the programs: not below the repository, which another user may not be able to read.
+struct Home {
+    path: PathBuf,
+    _alone: MutexGuard<'static, ()>,
 }
 
-impl Hal {
+impl Home {
     /// `None`, loudly, where LinuxCNC is not installed.
-    fn start() -> Option<Self> {
+    fn new(programs: &[&str]) -> Option<Self> {
         let path = std::env::var_os("PATH").unwrap_or_default();
         if !std::env::split_paths(&path).any(|folder| folder.join("halrun").is_file()) {
             assert!(!in_ci(), "halrun is not there: the tests with LinuxCNC are not optional in CI");
             eprintln!("SKIPPED, NOT PASSED: halrun is not there (linuxcnc-uspace)");
             return None;
         }
-        // Not below the repository, which another user may not be able to read.
-        let home = std::env::temp_dir().join(format!("camwright-hal-{}", std::process::id()));
-        std::fs::create_dir_all(&home).expect("a folder");
-        std::fs::set_permissions(&home, std::fs::Permissions::from_mode(0o777)).expect("our folder");
-        std::fs::copy(env!("CARGO_BIN_EXE_machine_hal"), home.join("machine_hal")).expect("the node");
+        let alone = HAL.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = std::env::temp_dir().join(format!("camwright-hal-{}", std::process::id()));
+        std::fs::create_dir_all(path.join("bin")).expect("a folder");
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o777)).expect("our folder");
+        for program in programs {
+            let name = Path::new(program).file_name().expect("a program");
+            std::fs::copy(program, path.join("bin").join(name)).expect("the program");
+        }
+        // What an earlier run has left.
+        let _nothing_was_left = as_user(Path::new("halrun"), &path).arg("-U").output();
+        Some(Self { path, _alone: alone })
+    }
+}
+
+impl Drop for Home {
+    fn drop(&mut self) {
+        let _ended = as_user(Path::new("halrun"), &self.path).arg("-U").output();
+        let _removed = std::fs::remove_dir_all(&self.path);
+    }
+}
+
+/// Values of HAL in a servo period.
+#[derive(Debug, Clone, PartialEq)]
+struct WatchedPeriod {
+    sequence: u64,
+    commands: [f64; 3],
+    encoders: [f64; 3],
+    power: [bool; 3],
+    wheel_runs: bool,
+}
+
+impl WatchedPeriod {
+    /// A line of `halsampler`.
+    fn read(line: &str) -> Self {
+        let values: Vec<f64> = line.split_whitespace().map(|word| word.parse().expect("a number")).collect();
+        assert_eq!(values.len(), WATCHED.len(), "{line:?}");
+        let is_on = |value: f64| value != 0.0;
+        Self {
+            sequence: line.split_whitespace().next().and_then(|word| word.parse().ok()).expect("a number"),
+            commands: [values[1], values[2], values[3]],
+            encoders: [values[4], values[5], values[6]],
+            power: [is_on(values[7]), is_on(values[8]), is_on(values[9])],
+            wheel_runs: is_on(values[10]),
+        }
+    }
+
+    fn is_off(&self) -> bool {
+        !self.power.contains(&true) && !self.wheel_runs
+    }
+}
+
+/// HAL with the simulation of the shipped grinder.
+struct Hal {
+    halrun: Guarded,
+    home: Home,
+}
+
+impl Hal {
+    /// `None`, loudly, where LinuxCNC is not installed. `turns` is where C stands, in turns from its origin.
+    fn start(turns: Option<&str>) -> Option<Self> {
+        let home = Home::new(&[env!("CARGO_BIN_EXE_machine_hal")])?;
         let located = locate("machines", "cam_grinder_hal", "yaml", None).expect("it is shipped");
         let file = machine_file::parse(&located.path, &located.text, &[]).expect("it is a machine");
-        let text = simulation_text(&file, file.hal.as_ref().expect("it has drives"));
-        std::fs::write(home.join("machine.hal"), text).expect("our folder");
-        // What an earlier run has left.
-        let _nothing_was_left = as_user(Path::new("halrun"), &home).arg("-U").output();
-        let mut halrun = as_user(Path::new("halrun"), &home);
+        let mut text = simulation_text(&file, file.hal.as_ref().expect("it has drives"));
+        let mut put = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from} is not in\n{text}");
+            text = text.replace(from, to);
+        };
+        put("loadrt sampler depth=10000 cfg=usfffsss", "loadrt sampler depth=10000,20000 cfg=usfffsss,uffffffbbbb");
+        let nets = WATCHED.iter().enumerate();
+        let nets: String =
+            nets.map(|(pin, signal)| format!("net camwright-{signal} => sampler.1.pin.{pin}\n")).collect();
+        put("\nstart\n", &format!("\naddf sampler.1 servo-thread\n{nets}start\n"));
+        if let Some(turns) = turns {
+            put("setp c-in-turns.offset ", &format!("setp c-in-turns.offset {turns} # not "));
+        }
+        std::fs::write(home.path.join("machine.hal"), text).expect("our folder");
+        let mut halrun = as_user(Path::new("halrun"), &home.path);
         let halrun = Guarded::start("halrun", halrun.args(["-I", "-f", "machine.hal"]));
         let hal = Self { home, halrun };
         let deadline = Instant::now() + PATIENCE;
@@ -85,9 +176,15 @@ impl Hal {
         Some(hal)
     }
 
+    /// Every servo period from now on.
+    fn watch(&self) -> Guarded {
+        let mut sampler = as_user(Path::new("stdbuf"), &self.home.path);
+        Guarded::start("halsampler", sampler.args(["-oL", "halsampler", "-c", "1"]))
+    }
+
     /// Output of `halcmd`; `None` if it fails.
     fn halcmd(&self, words: &[&str]) -> Option<String> {
-        let output = as_user(Path::new("halcmd"), &self.home).args(words).output().expect("it is installed");
+        let output = as_user(Path::new("halcmd"), &self.home.path).args(words).output().expect("it is installed");
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
@@ -96,18 +193,11 @@ impl Hal {
     }
 
     fn node(&self, domain: &Domain) -> Guarded {
-        let mut command = as_user(&self.home.join("machine_hal"), &self.home);
+        let mut command = as_user(&self.home.path.join("bin/machine_hal"), &self.home.path);
         command.env("ROS_DOMAIN_ID", domain.id().to_string());
         command.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
         command.args(["-p", "machine:=cam_grinder_hal", "-p", "state_file:=none"]);
         Guarded::start("machine_hal", &mut command)
-    }
-}
-
-impl Drop for Hal {
-    fn drop(&mut self) {
-        let _ended = as_user(Path::new("halrun"), &self.home).arg("-U").output();
-        let _removed = std::fs::remove_dir_all(&self.home);
     }
 }
 
@@ -138,11 +228,112 @@ fn reset(node: &Node) {
     }
 }
 
+/// Sends the job.
+fn send(jobs: &ActionClient<RunJob>, machine: &Guarded) -> camwright_ros::ClientGoal<RunJob> {
+    let overrides = JOB.map(String::from).into();
+    let goal = RunJobGoal { job: "eccentric".into(), overrides, ..RunJobGoal::default() };
+    let sent = jobs.send_goal(goal, drop, PATIENCE).expect("an answer");
+    assert!(sent.accepted(), "rejected{}", machine.stderr());
+    sent
+}
+
+/// The messages of a topic in a bag.
+fn messages<M: serde::de::DeserializeOwned>(bag: &Bag, topic: &str) -> Vec<M> {
+    let index = bag.topics().iter().position(|known| known.name == topic);
+    let index = index.unwrap_or_else(|| panic!("{topic} is not in the bag"));
+    let (mut all, mut found) = (bag.messages(), Vec::new());
+    while let Some(message) = all.next_message().expect("a readable bag") {
+        if message.topic == index {
+            found.push(message_from_sample(&message.data).expect("a message"));
+        }
+    }
+    found
+}
+
+/// Setpoints that were sent, tick by tick, to the bit: position, velocity and acceleration of C, X and Z.
+fn setpoints(bag: &Path) -> Vec<[[u64; 3]; 3]> {
+    let bag = Bag::open(bag).expect("a bag");
+    let mut ticks = BTreeMap::new();
+    for chunk in messages::<JointTrajectory>(&bag, &format!("{NAMESPACE}/machine/setpoints")) {
+        let stamp_ns = i64::from(chunk.header.stamp.sec) * 1_000_000_000 + i64::from(chunk.header.stamp.nanosec);
+        for (tick, point) in (0_i64..).zip(&chunk.points) {
+            let since = &point.time_from_start;
+            // Behind the setpoints of every tick follows the stop.
+            if i64::from(since.sec) * 1_000_000_000 + i64::from(since.nanosec) != tick * 1_000_000 {
+                break;
+            }
+            let axis = |axis: usize| {
+                [&point.positions, &point.velocities, &point.accelerations].map(|values| values[axis].to_bits())
+            };
+            ticks.insert(stamp_ns + tick * 1_000_000, [axis(0), axis(1), axis(2)]);
+        }
+    }
+    ticks.into_values().collect()
+}
+
+/// The same job on the simulated machine: its bag.
+fn simulated() -> PathBuf {
+    let (domain, bag) = (Domain::reserve(), fresh_bag("hal-simulated"));
+    let cell = Processes::start(&domain, NAMESPACE, &["machine:=cam_grinder_hal"], &bag);
+    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
+    let spin = node.spin_in_thread().expect("a thread");
+    jobs.wait_for_server(PATIENCE).expect("the planner");
+    let overrides = JOB.map(String::from).into();
+    let goal = RunJobGoal { job: "eccentric".into(), overrides, ..RunJobGoal::default() };
+    let sent = jobs.send_goal(goal, drop, PATIENCE).expect("an answer");
+    let (status, result) = sent.result(PATIENCE).expect("it ends");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    drop(spin);
+    cell.end()
+}
+
+/// A bag of a real machine: its drives, their timing, a replay of the interpolator, a report that states what was measured.
+fn judge_bag(bag: &Path) {
+    let verdict = rerun::rerun(bag).expect("the bag holds the inputs");
+    let text = verdict.to_text();
+    assert!(verdict.is_identical() && verdict.drives.as_deref() == Some("hal"), "{text}");
+    assert!(verdict.setpoints > 5_000 && verdict.ticks == 0, "{text}");
+    assert!(text.contains("the machine is real (hal): only the interpolator is recomputed"), "{text}");
+    let page = report::html(bag).expect("a report");
+    for words in ["Real drives (hal)", "as if wheel and part were rigid", "of 150 setpoints waited in the queue"] {
+        assert!(page.contains(words), "{words} is not in the report");
+    }
+    let diagnostics: Vec<DiagnosticArray> = messages(&Bag::open(bag).expect("a bag"), "/diagnostics");
+    let mut timing = diagnostics.iter().flat_map(|array| &array.status);
+    let timing = timing.rfind(|status| status.name == "machine_hal: drive_queue").expect("a status");
+    let keys: Vec<&str> = timing.values.iter().map(|pair| pair.key.as_str()).collect();
+    assert_eq!(keys, ["queued", "min_queued", "queue_ticks", "max_jitter_us", "underruns"]);
+}
+
+/// Beside the part, where the axes have only their own zeros, real and simulated switches differ: HAL sees an edge within a servo period.
+/// At the part, C and X go the same way to the bit.
+fn same_setpoints(real: &Path, simulated: &Path) {
+    const BESIDE_M: f64 = 0.03;
+    let (real, simulated) = (setpoints(real), setpoints(simulated));
+    let same = real.iter().zip(&simulated).take_while(|(one, other)| one == other).count();
+    assert!(same > 2_000, "up to the origin detector everything is the same, not only {same} ticks");
+    let at_the_part = |setpoints: &[[[u64; 3]; 3]]| -> Vec<[[u64; 3]; 2]> {
+        let near = setpoints.iter().filter(|[_, x, _]| f64::from_bits(x[0]) < BESIDE_M);
+        near.map(|[c, x, _]| [*c, *x]).collect()
+    };
+    let (real, simulated) = (at_the_part(&real), at_the_part(&simulated));
+    assert!(real.len() > 3_000, "{} ticks", real.len());
+    let first = real.iter().zip(&simulated).position(|(one, other)| one != other);
+    assert_eq!((first, real.len()), (None, simulated.len()), "the first setpoint that differs, and the number of them");
+}
+
 #[test]
 fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
-    let Some(hal) = Hal::start() else { return };
+    let Some(hal) = Hal::start(None) else { return };
     let domain = Domain::reserve();
     let mut machine = hal.node(&domain);
+    let bag = fresh_bag("hal");
+    let mut recorder = in_domain(env!("CARGO_BIN_EXE_run_logger"), &domain);
+    recorder.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
+    let recorder = recorder.args(["-p", &format!("bag_dir:={}", bag.display())]);
+    let mut recorder = Guarded::start("run_logger", recorder);
     let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
     let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
     let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
@@ -164,16 +355,9 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let _spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
     let _command = Shared::for_cell(&domain, NAMESPACE);
-    let send = |machine: &Guarded| {
-        let overrides = JOB.map(String::from).into();
-        let goal = RunJobGoal { job: "eccentric".into(), overrides, ..RunJobGoal::default() };
-        let sent = jobs.send_goal(goal, drop, PATIENCE).expect("an answer");
-        assert!(sent.accepted(), "rejected{}", machine.stderr());
-        sent
-    };
 
     // A whole job: the drives follow every setpoint to the count, and the form error is that of the encoders.
-    let (status, result) = send(&machine).result(PATIENCE).expect("it ends");
+    let (status, result) = send(&jobs, &machine).result(PATIENCE).expect("it ends");
     assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
     assert!(result.lobes[0].form_error_max.abs() < 1e-7, "{} m", result.lobes[0].form_error_max);
     let messages = std::mem::take(&mut *seen.lock().expect("no panic"));
@@ -187,8 +371,11 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let ticks = messages.windows(2).all(|pair| pair[0].tick <= pair[1].tick);
     assert!(ticks, "ticks only increase");
 
+    recorder.interrupt();
+    assert!(recorder.wait(PATIENCE).success(), "{}", recorder.stderr());
+
     // The emergency stop chain of HAL opens in the cut.
-    let job = send(&machine);
+    let job = send(&jobs, &machine);
     let goes_on = Instant::now() + PATIENCE;
     while !seen.lock().expect("no panic").iter().any(|message| message.actual_velocities.iter().any(|v| *v != 0.0)) {
         assert!(Instant::now() < goes_on, "nothing moves");
@@ -222,6 +409,135 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     machine.interrupt();
     assert!(machine.wait(PATIENCE).success(), "{}", machine.stderr());
     drop(cell);
+    judge_bag(&bag);
+    let simulated = simulated();
+    same_setpoints(&bag, &simulated);
+    for bag in [bag, simulated] {
+        std::fs::remove_dir_all(bag).expect("our bag");
+    }
+}
+
+/// The check of the machine contract: C turns out of its origin detector, so that an edge and a closed input are seen.
+#[test]
+fn a_machine_behind_hal_keeps_its_contract() {
+    const SEEN: [u8; 21] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 20, 21, 30, 31, 33, 40];
+    // A virtual computer pauses for longer than the queue lasts.
+    for attempt in 1.. {
+        let Some(hal) = Hal::start(Some("0.001")) else { return };
+        let domain = Domain::reserve();
+        let mut machine = hal.node(&domain);
+        let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+        let moving = Some(Moving { joint: "c_axis".into(), distance: 0.5 });
+        let settings = Settings { listen: Duration::from_secs(2), patience: PATIENCE, moving };
+        let checked = check(&args, &settings, &Shutdown::new(), &|_| {}).expect("a machine that is free");
+        machine.interrupt();
+        assert!(machine.wait(PATIENCE).success(), "{}", machine.stderr());
+        let report = checked.report;
+        let (kept, broken) = (report.clauses(ClauseVerdict::Kept), report.clauses(ClauseVerdict::Broken));
+        if attempt < 3 && !broken.is_empty() {
+            eprintln!("once more, after:\n{report}\n{}", machine.stderr());
+            continue;
+        }
+        assert_eq!((kept, broken), (SEEN.to_vec(), Vec::new()), "{report}\n{}", machine.stderr());
+        return;
+    }
+}
+
+/// HAL while a node ends in the middle of a job: the periods from the motion to the end of power.
+fn end_in_motion(hal: &Hal, signal: &str, axes: &[usize]) -> (Vec<WatchedPeriod>, Guarded) {
+    let domain = Domain::reserve();
+    let machine = hal.node(&domain);
+    let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
+    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
+    let spin = node.spin_in_thread().expect("a thread");
+    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let command = Shared::for_cell(&domain, NAMESPACE);
+    let job = send(&jobs, &machine);
+    let mut sampler = hal.watch();
+    let mut periods: Vec<WatchedPeriod> = Vec::new();
+    let mut until = |is_this: &dyn Fn(&[WatchedPeriod]) -> bool| {
+        let deadline = Instant::now() + PATIENCE;
+        while !is_this(&periods) {
+            let line = sampler.line_within(deadline.saturating_duration_since(Instant::now()));
+            let line = line.unwrap_or_else(|| panic!("{signal}: HAL has not come there{}", machine.stderr()));
+            // Periods of before this sampler was there.
+            if line.trim() != "overrun" {
+                periods.push(WatchedPeriod::read(&line));
+            }
+        }
+        std::mem::take(&mut periods)
+    };
+    let moves = |periods: &[WatchedPeriod], axis: usize| {
+        let [.., before, now] = periods else { return false };
+        before.commands[axis].to_bits() != now.commands[axis].to_bits()
+    };
+    until(&|periods| axes.iter().all(|axis| moves(periods, *axis)));
+    machine.signal(signal);
+    // Power is off, and has been for a while.
+    let periods =
+        until(&|periods| periods.len() > 300 && periods[periods.len() - 300..].iter().all(WatchedPeriod::is_off));
+    drop((job, command, spin, cell));
+    (periods, machine)
+}
+
+/// A node that is asked to end stops the axes on the path. One that dies or stands still leaves them at its last setpoint. HAL switches the
+/// drives off when nothing comes any more, and the next node starts at rest.
+#[test]
+fn drives_are_at_rest_and_off_after_the_node_has_ended_in_motion() {
+    let Some(hal) = Hal::start(None) else { return };
+    // C searches its origin, or turns while the wheel moves to the part.
+    for (signal, axes) in [("KILL", &[0][..]), ("STOP", &[0]), ("TERM", &[0, 1])] {
+        let (periods, mut machine) = end_in_motion(&hal, signal, axes);
+        // Not one setpoint is lost or repeated while they come.
+        let last_sequence = periods.last().expect("periods").sequence;
+        let silent = periods.iter().position(|period| period.sequence == last_sequence).expect("it is there");
+        for pair in periods[..=silent].windows(2) {
+            assert_eq!(pair[1].sequence, pair[0].sequence + 1, "{signal}");
+        }
+        let end = &periods[silent];
+        for period in &periods[silent..] {
+            let [held, sent] = [period, end].map(|period| period.commands.map(f64::to_bits));
+            assert_eq!(held, sent, "{signal}: the last setpoint holds");
+        }
+        let off = periods[silent..].iter().position(WatchedPeriod::is_off).expect("they go off");
+        assert!((SILENCE_PERIODS - 5..SILENCE_PERIODS + 20).contains(&off), "{signal}: off after {off} periods");
+        let rest = periods.last().expect("periods");
+        for (encoder, command) in rest.encoders.iter().zip(rest.commands) {
+            assert!((encoder - command).abs() < 1e-5, "{signal}: rests at {rest:?}");
+        }
+        if signal == "STOP" {
+            machine.signal("CONT");
+            // Threads of DDS do not survive a stop (nodes/ros/UPSTREAM.md).
+            assert_eq!(machine.wait(PATIENCE).code(), Some(70), "{}", machine.stderr());
+        } else {
+            let status = machine.wait(PATIENCE);
+            assert_eq!(status.success(), signal == "TERM", "{signal}: {status} {}", machine.stderr());
+        }
+        if signal == "TERM" {
+            // No acceleration beyond that of a stop (degrees or mm for a period, twice), and two counts.
+            for (axis, bound) in [(0, 0.0172), (1, 0.01), (2, 0.002)] {
+                let positions = periods.iter().map(|period| period.commands[axis]).collect::<Vec<_>>();
+                let largest = positions.windows(3).map(|at| (at[2] - 2.0 * at[1] + at[0]).abs()).fold(0.0, f64::max);
+                assert!(largest < 1.2 * bound + 4e-4, "axis {axis} jumps by {largest}");
+            }
+        }
+    }
+}
+
+#[test]
+fn linuxcnc_machine() {
+    let programs = [
+        env!("CARGO_BIN_EXE_camwright"),
+        env!("CARGO_BIN_EXE_machine_hal"),
+        env!("CARGO_BIN_EXE_axis_interpolator"),
+        env!("CARGO_BIN_EXE_job_planner"),
+        env!("CARGO_BIN_EXE_run_logger"),
+    ];
+    let Some(home) = Home::new(&programs) else { return };
+    let shell = as_user(Path::new("bash"), &home.path);
+    tutorial::follow_in("linuxcnc-machine.md", (&home.path, &home.path.join("bin")), shell);
 }
 
 /// A HAL that is not there, and one that does not fit the machine, are refused with the whole list.

@@ -1,4 +1,4 @@
-//! Tutorials that need no ROS installation; `tests/ros/tutorials.rs` follows the others.
+//! Tutorials that need no ROS installation; `tests/ros/tutorials.rs` and `tests/cell/machine_hal.rs` follow the others.
 
 use crate::support::{repository, tutorial};
 
@@ -8,11 +8,13 @@ fn follow(name: &str) {
 
 #[test]
 fn every_tutorial_is_followed() {
-    let sources = [include_str!("tutorials.rs"), include_str!("../ros/tutorials.rs")];
+    let sources =
+        [include_str!("tutorials.rs"), include_str!("../ros/tutorials.rs"), include_str!("../cell/machine_hal.rs")];
     for entry in std::fs::read_dir(repository().join("docs/tutorials")).expect("tutorials").flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let call = format!("follow(\"{name}\")");
-        assert!(sources.iter().any(|source| source.contains(&call)), "no test follows {name}");
+        let calls = [format!("follow(\"{name}\")"), format!("follow_in(\"{name}\"")];
+        let is_followed = calls.iter().any(|call| sources.iter().any(|source| source.contains(call)));
+        assert!(is_followed, "no test follows {name}");
     }
 }
 

@@ -7,7 +7,7 @@
 use super::{Domain, Folder, Guarded, PeerEnv, repository};
 use std::io::Write;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{ChildStdin, Command};
 use std::time::{Duration, Instant};
 
@@ -71,18 +71,12 @@ struct Shell {
 }
 
 impl Shell {
-    fn start(name: &str, folder: &Folder, domain: &Domain, env: Option<&PeerEnv>) -> Self {
-        let programs = Path::new(env!("CARGO_BIN_EXE_camwright")).parent().expect("it lies in a folder");
-        let mut path = vec![programs.to_owned()];
-        let mut shell = Command::new("bash");
-        if let Some(env) = env {
-            env.enter(&mut shell, domain);
-            path.push(env.programs());
-        }
+    /// Starts `shell` in a folder, with programs in these folders.
+    fn start(name: &str, folder: &Path, domain: &Domain, mut shell: Command, mut path: Vec<PathBuf>) -> Self {
         path.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
         shell
             .args(["--norc", "--noprofile"])
-            .current_dir(folder.path())
+            .current_dir(folder)
             // Processes in the background belong to the group of the shell.
             .process_group(0)
             .env("PATH", std::env::join_paths(path).expect("no colon in the paths of this checkout"))
@@ -122,25 +116,42 @@ impl Drop for Shell {
 
 /// Follows a tutorial in a folder of its own; with the programs and libraries of ROS 2 if `env` is given.
 pub fn follow(name: &str, env: Option<&PeerEnv>) {
+    let (folder, domain) = (Folder::new(&format!("tutorial-{name}")), Domain::reserve());
+    let programs = Path::new(env!("CARGO_BIN_EXE_camwright")).parent().expect("it lies in a folder");
+    let mut path = vec![programs.to_owned()];
+    let mut shell = Command::new("bash");
+    if let Some(env) = env {
+        env.enter(&mut shell, &domain);
+        path.push(env.programs());
+    }
+    follow_page(name, folder.path(), Shell::start(name, folder.path(), &domain, shell, path));
+}
+
+/// Follows a tutorial in this folder, with the programs of another, in this shell: as another user.
+pub fn follow_in(name: &str, (folder, programs): (&Path, &Path), shell: Command) {
+    let domain = Domain::reserve();
+    let shell = Shell::start(name, folder, &domain, shell, vec![programs.to_owned()]);
+    follow_page(name, folder, shell);
+}
+
+fn follow_page(name: &str, folder: &Path, mut shell: Shell) {
     let page = repository().join("docs/tutorials").join(name);
     let text = std::fs::read_to_string(&page).expect("a tutorial");
-    let (folder, domain) = (Folder::new(&format!("tutorial-{name}")), Domain::reserve());
-    let mut shell = Shell::start(name, &folder, &domain, env);
     let (mut commands, mut compared) = (0, 0);
     for step in steps(&text) {
         match step {
-            Step::File { name, text } => drop(folder.write(&name, &text)),
+            Step::File { name, text } => std::fs::write(folder.join(name), text).expect("a file of the page"),
             Step::Command { line, command, output } => {
                 let (code, lines) = shell.run(&command);
                 let printed = lines.join("\n");
                 let is_success = code == "0" || command.contains("|| ");
-                assert!(is_success, "{name}:{line}: {command}: exit code {code}\n{printed}\n{}", logs(&folder));
+                assert!(is_success, "{name}:{line}: {command}: exit code {code}\n{printed}\n{}", logs(folder));
                 let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
                 let is_right = output.is_empty() || is_shown(&output, &lines);
                 assert!(
                     is_right,
                     "{name}:{line}: {command} does not print what the page shows, but\n{printed}\n{}",
-                    logs(&folder)
+                    logs(folder)
                 );
                 commands += 1;
                 compared += usize::from(!output.is_empty());
@@ -151,8 +162,8 @@ pub fn follow(name: &str, env: Option<&PeerEnv>) {
 }
 
 /// Log files of processes in the background.
-fn logs(folder: &Folder) -> String {
-    let files = std::fs::read_dir(folder.path()).into_iter().flatten().flatten().map(|file| file.path());
+fn logs(folder: &Path) -> String {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|file| file.path());
     let logs = files.filter(|path| path.extension().is_some_and(|extension| extension == "log"));
     logs.map(|path| format!("--- {}\n{}", path.display(), std::fs::read_to_string(&path).unwrap_or_default())).collect()
 }

@@ -9,6 +9,8 @@ use alloc::collections::VecDeque;
 /// Ticks for which an axis must be within its window of a resting setpoint before it is clamped there. Eight outlast
 /// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
 const SETTLED_TICKS: u32 = 8;
+/// Difference of positions that are the same, after sums (counts).
+const SAME_COUNT: f64 = 1e-6;
 
 /// A setpoint of one axis (counts, s), in true coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +82,14 @@ impl RealDrive {
     /// Positions in the last two ticks, from the present zero (counts).
     fn positions(&self) -> [f64; 2] {
         self.raw.map(|raw| raw.saturating_sub(self.zero) as f64)
+    }
+
+    /// Returns whether every setpoint on its way, and the shown one, rests there (counts from the present zero).
+    fn rests_at(&self, position: f64) -> bool {
+        let raw = position + self.zero as f64;
+        let rests =
+            |sent: &SentSetpoint| sent.velocity == 0.0 && (sent.position + sent.zero as f64 - raw).abs() < SAME_COUNT;
+        rests(&self.shown) && self.sent.iter().all(rests)
     }
 
     /// Reading of the encoder, from the zero of the tick that it belongs to (counts).
@@ -188,20 +198,23 @@ impl AxisState {
         Span { from: at(index), to: at(index + 1), from_velocity: velocity, to_velocity: velocity }
     }
 
-    /// A servo step of a real axis without power: its setpoint is where it is.
+    /// A servo step of a real axis without power: its setpoint is where it is, to the window.
     fn measured_coast(&mut self, index: u32, count: u32, step_s: f64) -> Span {
         let Some(real) = &self.real else { return self.still() };
         let [before, now] = real.positions();
         let at = |index: u32| before + (now - before) * f64::from(index) / f64::from(count);
         let velocity = (now - before) / (step_s * f64::from(count));
-        let window = real.window;
-        self.target = AxisSetpoint::resting(now);
+        let (moves, rests) = ((now - self.target.position).abs() >= real.window, real.rests_at(self.target.position));
+        // Noise of the encoder does not move the setpoint.
+        if moves {
+            self.target = AxisSetpoint::resting(now);
+        }
         self.previous = self.target;
         self.gone = 0.0;
         self.servo.measure(0.0, velocity);
         if index + 1 == count {
-            self.settled_ticks = if (now - before).abs() < window { self.settled_ticks + 1 } else { 0 };
-            self.clamped = self.settled_ticks >= SETTLED_TICKS;
+            self.settled_ticks = if moves { 0 } else { self.settled_ticks.saturating_add(1) };
+            self.clamped = self.settled_ticks >= SETTLED_TICKS && rests;
             if self.clamped {
                 self.servo.clamp();
             }
@@ -573,7 +586,10 @@ impl AxisState {
             return;
         }
         let window = self.real.as_ref().map_or_else(|| self.servo.window(), |real| real.window);
-        let close = self.servo.error().abs() < window
+        // What is on its way to a real drive moves it still.
+        let is_shown = self.real.as_ref().is_none_or(|real| real.rests_at(self.target.position));
+        let close = is_shown
+            && self.servo.error().abs() < window
             && self.servo.velocity().abs() * cycle_time_s < window
             && self.servo.is_quiet();
         self.settled_ticks = if close { self.settled_ticks + 1 } else { 0 };

@@ -5,6 +5,7 @@ use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::{Input, Setpoint};
+use camwright::simulation::fault::Fault;
 use camwright::simulation::measured::{Measurement, WiredInputs};
 use camwright::simulation::tick_report::{MotionState, TickReport};
 use camwright::simulation::{Machine, MachineCommand};
@@ -23,10 +24,14 @@ struct DelayLine {
 
 impl DelayLine {
     fn new(description: &MachineDescription, counts: [i64; AXIS_COUNT]) -> Self {
+        Self::with_lag(description, counts, LAG)
+    }
+
+    fn with_lag(description: &MachineDescription, counts: [i64; AXIS_COUNT], lag: u32) -> Self {
         let at_rest = Measurement { counts, inputs: WiredInputs::default() };
-        let machine = Machine::real(description, PersistentState::new(description), (LAG, 2.0), &at_rest);
+        let machine = Machine::real(description, PersistentState::new(description), (lag, 2.0), &at_rest);
         let machine = machine.expect("the reference machine is valid");
-        Self { machine, on_the_way: vec![counts; LAG as usize].into(), counts, inputs: at_rest.inputs }
+        Self { machine, on_the_way: vec![counts; lag as usize].into(), counts, inputs: at_rest.inputs }
     }
 
     fn step(&mut self, setpoint: Option<&Setpoint>, commands: &[MachineCommand]) -> TickReport {
@@ -36,6 +41,11 @@ impl DelayLine {
         #[allow(clippy::cast_possible_truncation, reason = "positions of a machine")]
         self.on_the_way.push_back(self.machine.orders().positions.map(|position| position.round() as i64));
         report
+    }
+
+    fn step_fault(&mut self, fault: Fault) {
+        let measurement = Measurement { counts: self.counts, inputs: self.inputs };
+        self.machine.step_measured(None, &[], &[fault], &measurement);
     }
 
     fn follow(&mut self, setpoints: &[Setpoint]) -> Vec<TickReport> {
@@ -71,6 +81,43 @@ fn readings_belong_to_the_setpoint_of_their_tick() {
     assert_eq!((last.motion, plant.machine.alarms().len()), (MotionState::Standstill, 0));
     let moving = reports.iter().position(|report| report.motion == MotionState::Standstill).expect("it comes to rest");
     assert!(moving > 200, "it rests only when its encoder shows it");
+}
+
+/// The last counts of a gentle travel are within the window of an axis at rest while setpoints are still on their way.
+#[test]
+fn an_axis_rests_only_when_all_setpoints_are_shown() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::with_lag(&description, start(&description), 40);
+    let setpoints = travel(&plant.machine, Axis::X, -0.001, 200);
+    let mut reports = plant.follow(&setpoints);
+    reports.extend(plant.idle(80));
+    let end = setpoints.last().expect("setpoints").counts[X];
+    let rest =
+        reports.iter().skip(100).find(|report| report.motion == MotionState::Standstill).expect("it comes to rest");
+    assert_eq!((rest.axes[X].setpoint_counts, rest.axes[X].counts), (end, end));
+}
+
+/// Without power the setpoint is where the axis is, but does not follow the noise of the encoder.
+#[test]
+fn noise_does_not_move_the_setpoint_of_an_axis_without_power() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    plant.step_fault(Fault::EStop(true));
+    let noisy = |plant: &mut DelayLine| {
+        let stands = start(&description)[X];
+        let setpoints: Vec<i64> = (0..40)
+            .map(|tick| {
+                plant.on_the_way[0][X] = stands + tick % 2;
+                plant.step(None, &[]).axes[X].setpoint_counts
+            })
+            .collect();
+        setpoints
+    };
+    noisy(&mut plant);
+    let setpoints = noisy(&mut plant);
+    assert!(setpoints.windows(2).all(|pair| pair[0] == pair[1]), "{setpoints:?}");
+    plant.step_fault(Fault::EStop(false));
+    plant.machine.reset().expect("it rests");
 }
 
 #[test]
@@ -174,4 +221,18 @@ fn a_limit_switch_stops_the_axes() {
         plant.idle(400).into_iter().flat_map(|report| report.raised.to_vec()).map(|alarm| alarm.kind).collect();
     assert!(raised.contains(&AlarmKind::Overtravel(Axis::X)), "{raised:?}");
     assert!(plant.machine.is_at_rest());
+}
+
+/// The level of an input that is asked for belongs to its tick, whose readings come a lag later.
+#[test]
+fn a_question_is_answered_by_the_readings_of_its_tick() {
+    let description = cam_grinder();
+    let mut plant = DelayLine::new(&description, start(&description));
+    plant.inputs.origin = true;
+    plant.idle(20);
+    let asked = plant.machine.tick() + 1;
+    let mut reports = vec![plant.step(None, &[MachineCommand::Ask { input: Input::Origin }])];
+    reports.extend(plant.idle(2 * LAG));
+    let answers = reports.iter().flat_map(|report| report.latches.iter().map(|latch| (report.tick, latch.tick)));
+    assert_eq!(answers.collect::<Vec<_>>(), [(asked, asked)]);
 }

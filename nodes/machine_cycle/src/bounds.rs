@@ -1,7 +1,7 @@
 //! Values that the cyclic thread and the rest of the node share without a message.
 
 use camwright_threads::drops::DropCounter;
-use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
 /// Commands that may wait for their tick.
 pub const PENDING_COMMANDS: usize = 32;
@@ -34,4 +34,35 @@ pub struct Bounds {
     pub behind_us: AtomicI64,
     /// Longest time that the cycle was kept waiting since the start (µs).
     pub longest_pause_us: AtomicU64,
+    pub bus: BusTiming,
+}
+
+/// Timing of the bus to real drives.
+#[derive(Debug, Default)]
+pub struct BusTiming {
+    /// Setpoints that wait in its queue as a rule; 0: the machine is simulated.
+    pub queue_ticks: AtomicU64,
+    /// Setpoints in the queue: at the last servo period, and the least since that was read last.
+    pub queued: AtomicU64,
+    pub min_queued: AtomicU64,
+    /// Largest deviation of a servo period from its length since that was read last (ns).
+    pub max_jitter_ns: AtomicU64,
+    /// Number of times that the queue ran empty, since the start.
+    pub underruns: AtomicU64,
+}
+
+impl BusTiming {
+    /// Names of its status in diagnostics, and of the figures there.
+    pub const STATUS: &str = "drive_queue";
+    pub const MIN_QUEUED: &str = "min_queued";
+    pub const QUEUE_TICKS: &str = "queue_ticks";
+    pub const MAX_JITTER_US: &str = "max_jitter_us";
+    pub const UNDERRUNS: &str = "underruns";
+
+    /// Records a servo period in which the drives followed.
+    pub fn see(&self, queued: u32, jitter_ns: u32) {
+        self.queued.store(queued.into(), Ordering::Relaxed);
+        self.min_queued.fetch_min(queued.into(), Ordering::Relaxed);
+        self.max_jitter_ns.fetch_max(jitter_ns.into(), Ordering::Relaxed);
+    }
 }

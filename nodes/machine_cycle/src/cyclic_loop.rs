@@ -43,7 +43,7 @@ pub struct CyclicLoop {
     pub machine: Machine,
     pub buffer: SetpointBuffer,
     pace: Pace,
-    pacing: Pacing,
+    pub(super) pacing: Pacing,
     jitter_trials: u32,
     pub(super) cycle: Duration,
     pub inbound: Receiver<Inbound>,
@@ -61,6 +61,8 @@ pub struct CyclicLoop {
     /// Persistent state as it was last published.
     published_state: PersistentState,
     pub last_report: Option<TickReport>,
+    /// Last tick with a setpoint of a client.
+    last_setpoint_tick: u64,
     /// Result of an order for door, chuck or part, until a tick has reported it.
     pub area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
     /// Result of the last reset, until a tick has reported it.
@@ -75,7 +77,7 @@ pub struct CyclicLoop {
 
 // Requests are answered before a tick is over; the rest are the caller's handles and published values.
 camwright::snapshot!(CyclicLoop { machine, buffer, commands, faults, losing, state, job_running } on {
-    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, published_state, last_report, area_done, reset_done,
+    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, published_state, last_report, last_setpoint_tick, area_done, reset_done,
     active, keyframes, partners, bus,
 });
 
@@ -111,6 +113,7 @@ impl CyclicLoop {
             lost: None,
             state: StreamState::default(),
             last_report: None,
+            last_setpoint_tick: 0,
             area_done: None,
             reset_done: None,
             active: false,
@@ -175,7 +178,7 @@ impl CyclicLoop {
     }
 
     /// The cycle was kept waiting for so long.
-    fn note_pause(&self, pause: Duration) {
+    pub(super) fn note_pause(&self, pause: Duration) {
         let pause_us = u64::try_from(pause.as_micros()).unwrap_or(u64::MAX);
         self.bounds.longest_pause_us.fetch_max(pause_us, Ordering::Relaxed);
     }
@@ -400,6 +403,9 @@ impl CyclicLoop {
     /// Steps the machine with the setpoint, the commands and the faults of a tick.
     fn step_machine(&mut self, next: u64) -> TickReport {
         let setpoint = self.buffer.at(next);
+        if setpoint.is_some() {
+            self.last_setpoint_tick = next;
+        }
         let count = self.execute_due(next);
         let faults = self.faults.due(next);
         for fault in faults.iter() {
@@ -427,7 +433,9 @@ impl CyclicLoop {
     fn update_stream_state(&mut self, report: &TickReport) {
         let is_raised = report.raised.iter().next().is_some();
         self.state.news |= is_raised || self.last_report.is_none_or(|last| last.motion != report.motion);
-        if self.state.has_holder && self.buffer.is_spent() {
+        // Readings of real drives show the last setpoint later.
+        let is_shown = report.tick >= self.last_setpoint_tick;
+        if self.state.has_holder && self.buffer.is_spent() && is_shown {
             self.state.has_holder = false;
             self.state.news = true;
         }

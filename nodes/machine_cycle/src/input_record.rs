@@ -21,6 +21,9 @@ pub struct BeginRecord {
     pub version: String,
     pub machine_hash: String,
     pub lasting: PersistentRecord,
+    /// Bus to real drives; absent: they were simulated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drives: Option<String>,
 }
 
 /// Form of the inputs: it grows when what they say or how they are taken becomes something else, so that they cannot be taken again.
@@ -98,6 +101,11 @@ pub fn record<'a, R: Deserialize<'a>>(text: &'a str) -> Result<R, String> {
 /// Version of the program that made a BEGIN.
 pub fn version_of(begin: &MachineInput) -> Option<String> {
     record::<BeginRecord>(&begin.content).ok().map(|begun| begun.version)
+}
+
+/// Bus to the real drives of the machine that made a BEGIN; `None`: they were simulated, or the message is another.
+pub fn drives_of(begin: &MachineInput) -> Option<String> {
+    record::<BeginRecord>(&begin.content).ok().and_then(|begun| begun.drives)
 }
 
 /// Fault request of an emergency stop that is pressed or released.

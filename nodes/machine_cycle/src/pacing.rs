@@ -120,7 +120,12 @@ impl Pacing {
         let next = moment.tick.saturating_add(1);
         let is_batch = moment.rests && self.mode == PacingMode::OnTime;
         let due = if is_batch { next.next_multiple_of(REST_BATCH_TICKS) } else { next };
-        moment.system_ns.saturating_sub(self.clock.ns(due))
+        self.behind_tick_ns(due, moment.system_ns)
+    }
+
+    /// Time of the system clock since a tick was due (ns).
+    pub fn behind_tick_ns(&self, tick: u64, system_ns: i64) -> i64 {
+        system_ns.saturating_sub(self.clock.ns(tick))
     }
 
     pub fn next(&mut self, moment: &CycleTime) -> PacingStep {

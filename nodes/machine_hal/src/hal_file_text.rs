@@ -1,6 +1,9 @@
 //! Text of HAL files: the connection of a machine, and a simulation of it by components of LinuxCNC.
 
-use crate::connection::{OWN_SIGNALS, SAMPLER_COLUMNS, SAMPLER_DEPTH, STREAMER_COLUMNS, links, streamer_depth};
+use crate::connection::{
+    SAMPLER_COLUMNS, SAMPLER_DEPTH, STREAMER_COLUMNS, components, functions, links, own_parameters, own_signals,
+    streamer_depth,
+};
 use camwright::machine::description::{Axis, AxisScale, MachineDescription};
 use camwright::math::units::deg_from_rad;
 use camwright_files::hal_file::HalConfig;
@@ -22,6 +25,17 @@ fn begin(text: &mut String, hal: &HalConfig, machine: &MachineDescription) {
     line!(text, "loadrt streamer depth={} cfg={STREAMER_COLUMNS}", streamer_depth(hal));
     line!(text, "loadrt sampler depth={SAMPLER_DEPTH} cfg={SAMPLER_COLUMNS}");
     line!(text, "loadrt weighted_sum wsum_sizes=16,16");
+    line!(text, "# Drives and wheel are off while no setpoints come: before the node starts, and after it has ended.");
+    line!(text, "# HAL loads each type of component once: add the names of your own to these lines.");
+    for (kind, names) in components(hal) {
+        line!(text, "loadrt {kind} names={names}");
+    }
+}
+
+fn add_functions(text: &mut String, hal: &HalConfig, functions: &[String]) {
+    for function in functions {
+        line!(text, "addf {function} {}", hal.thread);
+    }
 }
 
 fn nets(text: &mut String, hal: &HalConfig) {
@@ -29,8 +43,11 @@ fn nets(text: &mut String, hal: &HalConfig) {
         let (from, to) = if link.is_input { (&link.ours, &link.pin) } else { (&link.pin, &link.ours) };
         line!(text, "net {} {from} => {to}", link.signal);
     }
-    for (signal, from, to) in OWN_SIGNALS {
-        line!(text, "net {signal} {from} => {to}");
+    for own in own_signals(hal) {
+        line!(text, "net {} {} => {}", own.signal, own.from, own.to.join(" "));
+    }
+    for (parameter, value) in own_parameters(hal) {
+        line!(text, "setp {parameter} {value}");
     }
 }
 
@@ -61,7 +78,8 @@ pub fn connection_text(file: &MachineConfig, hal: &HalConfig) -> String {
     line!(text, "#      loadrt lcec");
     line!(text, "#    and what lies between position and drive, for example: loadrt pid names=pid-c,pid-x,pid-z");
     line!(text);
-    line!(text, "addf streamer.0 {}", hal.thread);
+    let [before, after] = functions(hal);
+    add_functions(&mut text, hal, &before);
     line!(
         text,
         "# 2. Add the functions of the drivers here, first the reading one, last the writing one, for example:"
@@ -69,8 +87,7 @@ pub fn connection_text(file: &MachineConfig, hal: &HalConfig) -> String {
     line!(text, "#      addf hm2_7i96.0.read {}", hal.thread);
     line!(text, "#      addf pid-x.do-pid-calcs {}", hal.thread);
     line!(text, "#      addf hm2_7i96.0.write {}", hal.thread);
-    line!(text, "addf process_wsums {}", hal.thread);
-    line!(text, "addf sampler.0 {}", hal.thread);
+    add_functions(&mut text, hal, &after);
     line!(text);
     line!(text, "# 3. The pins of the machine file.");
     nets(&mut text, hal);
@@ -114,7 +131,8 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
     line!(text, "loadrt estop_latch names=chain");
     line!(text, "loadrt timedelay names=wheel-speed");
     line!(text);
-    line!(text, "addf streamer.0 {}", hal.thread);
+    let [before, after] = functions(hal);
+    add_functions(&mut text, hal, &before);
     for name in names {
         for function in ["command", "power", "powered", "drive", "encoder", "fault", "limit"] {
             line!(text, "addf {name}-{function} {}", hal.thread);
@@ -126,8 +144,7 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
     for switch in &switches {
         line!(text, "addf {switch} {}", hal.thread);
     }
-    line!(text, "addf process_wsums {}", hal.thread);
-    line!(text, "addf sampler.0 {}", hal.thread);
+    add_functions(&mut text, hal, &after);
     line!(text);
     nets(&mut text, hal);
     line!(text);

@@ -1,6 +1,6 @@
 //! Comparison of a machine file with the HAL that runs, by the output of `halcmd`.
 
-use crate::connection::{OWN_SIGNALS, SAMPLER_COLUMNS, STREAMER_COLUMNS, links};
+use crate::connection::{SAMPLER_COLUMNS, STREAMER_COLUMNS, functions, links, own_signals};
 use camwright::machine::description::MachineDescription;
 use camwright_files::hal_file::HalConfig;
 use std::collections::BTreeMap;
@@ -64,15 +64,15 @@ fn findings(hal: &HalConfig, machine: &MachineDescription, pin_text: &str, threa
     }
     match thread(thread_text, &hal.thread) {
         None => findings.push(format!("hal.thread: there is no thread {}", hal.thread)),
-        Some((period_ns, functions)) => {
+        Some((period_ns, executed)) => {
             if period_ns != u64::from(machine.cycle_time_ns) {
                 findings.push(format!(
                     "hal.thread: the period of {} is {period_ns} ns; cycle_time_us needs {}",
                     hal.thread, machine.cycle_time_ns
                 ));
             }
-            for function in ["streamer.0", "process_wsums", "sampler.0"] {
-                if !functions.iter().any(|name| name == function) {
+            for function in functions(hal).concat() {
+                if !executed.contains(&function) {
                     findings.push(format!("hal.thread: {} does not execute {function}; addf is missing", hal.thread));
                 }
             }
@@ -113,9 +113,10 @@ fn findings(hal: &HalConfig, machine: &MachineDescription, pin_text: &str, threa
             findings.push(format!("{key}: {name} is not on a signal with {}; net is missing", link.ours));
         }
     }
-    for (_, from, to) in OWN_SIGNALS {
+    for own in own_signals(hal) {
         let signal = |name: &str| pins.get(name).and_then(|pin| pin.signal.as_ref());
-        if signal(from).is_none() || signal(from) != signal(to) {
+        let from = &own.from;
+        for to in own.to.iter().filter(|to| signal(from).is_none() || signal(from) != signal(to)) {
             findings.push(format!("{from} is not on a signal with {to}; net is missing"));
         }
     }
@@ -133,11 +134,10 @@ mod tests {
         let signals: BTreeMap<String, String> = links(hal)
             .into_iter()
             .flat_map(|link| [(link.ours, link.signal.clone()), (link.pin.clone(), link.signal)])
-            .chain(
-                OWN_SIGNALS
-                    .iter()
-                    .flat_map(|(signal, from, to)| [from, to].map(|pin| ((*pin).to_owned(), (*signal).to_owned()))),
-            )
+            .chain(own_signals(hal).into_iter().flat_map(|own| {
+                let pins = own.to.into_iter().chain([own.from]);
+                pins.map(move |pin| (pin, own.signal.clone())).collect::<Vec<_>>()
+            }))
             .collect();
         let mut add = |kind: &str, direction: &str, name: &str| {
             let arrow = signals.get(name).map_or_else(String::new, |signal| format!(" ==> {signal}"));
@@ -151,15 +151,23 @@ mod tests {
                 add(kind, direction, &format!("{component}.0.pin.{index}"));
             }
         }
-        add("s32", "OUT", "streamer.0.curr-depth");
+        let with_their_own = |name: &String| !name.starts_with("streamer.0.pin") && !name.starts_with("sampler");
+        let own = own_signals(hal).into_iter().flat_map(|own| own.to.into_iter().chain([own.from]));
+        for pin in own.filter(with_their_own).filter(|name| !name.starts_with("wsum")) {
+            add("bit", "IO", &pin);
+        }
         for word in 0..2 {
             add("s32", "OUT", &format!("wsum.{word}.sum"));
             (0..16).for_each(|bit| add("bit", "IN", &format!("wsum.{word}.bit.{bit}.in")));
         }
         for link in links(hal) {
             add(link.kind.name(), if link.is_input { "IN" } else { "OUT" }, &link.pin);
+            if link.ours.ends_with("-on.out") {
+                add(link.kind.name(), "OUT", &link.ours);
+            }
         }
-        (lines.join("\n"), "1000000 YES servo-thread 12 34 streamer.0 x-drive process_wsums sampler.0\n".to_owned())
+        let executed = functions(hal).map(|functions| functions.join(" ")).join(" x-drive ");
+        (lines.join("\n"), format!("1000000 YES servo-thread 12 34 {executed}\n"))
     }
 
     #[test]
@@ -179,7 +187,14 @@ mod tests {
             (false, "float IN 0 x-command.in0", "float OUT 0 x-command.in0", "direction of x-command.in0 is OUT"),
             (false, "x-command.in0 ==> camwright", "x-command.in0 ==> other", "not on a signal with streamer.0.pin.2"),
             (false, "float OUT 0 streamer.0.pin.2", "bit OUT 0 streamer.0.pin.2", "streamer.0.pin.2 is bit"),
-            (false, "sampler.0.pin.6 ", "sampler.0.pin.7 ", "sampler.0.pin.6 is missing"),
+            (false, "sampler.0.pin.6 ", "sampler.0.pin.9 ", "sampler.0.pin.6 is missing"),
+            (
+                false,
+                "camwright-silence.q ==> camwright",
+                "camwright-silence.q ==> other",
+                "with camwright-wheel-on.in-1",
+            ),
+            (true, "camwright-silence", "other", "does not execute camwright-silence"),
             (true, "1000000", "2000000", "period of servo-thread is 2000000 ns"),
             (true, "servo-thread", "other", "there is no thread servo-thread"),
             (true, "sampler.0", "other", "does not execute sampler.0"),

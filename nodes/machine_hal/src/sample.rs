@@ -14,6 +14,8 @@ pub(crate) struct ServoSample {
     /// Number of the setpoint that the drives follow; 0 before the first.
     pub(crate) sequence: u32,
     pub(crate) queued: u32,
+    /// Deviation of this servo period from its length (ns).
+    pub(crate) jitter_ns: u32,
     pub(crate) measurement: Measurement,
     pub(crate) is_estop: bool,
     pub(crate) drive_faults: u8,
@@ -41,15 +43,12 @@ impl PinScale {
     /// Reads a line of `halsampler -t`.
     ///
     /// # Errors
-    /// A line that is none, or marks samples that were lost.
+    /// A line that is none.
     #[allow(clippy::cast_possible_truncation, reason = "positions beyond i64 saturate; words are masked")]
     pub(crate) fn read(&self, line: &str) -> Result<ServoSample, String> {
-        if line.trim() == "overrun" {
-            return Err("halsampler lost samples: this program was stopped for too long".to_owned());
-        }
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [period, sequence, queued, c, x, z, inputs, stations] = words.as_slice() else {
-            return Err(format!("halsampler printed {line:?}; 8 columns are expected"));
+        let [period, sequence, queued, c, x, z, inputs, stations, jitter] = words.as_slice() else {
+            return Err(format!("halsampler printed {line:?}; 9 columns are expected"));
         };
         let whole = |word: &str| word.parse::<i64>().map_err(|_| format!("halsampler printed {word:?} for a number"));
         let position = |index: usize, word: &str| match word.parse::<f64>() {
@@ -69,6 +68,7 @@ impl PinScale {
             period: whole(period)? as u32,
             sequence: whole(sequence)? as u32,
             queued: u32::try_from(whole(queued)?).unwrap_or(0),
+            jitter_ns: u32::try_from(whole(jitter)?).unwrap_or(0),
             measurement: Measurement { counts: [position(0, c)?, position(1, x)?, position(2, z)?], inputs: wired },
             is_estop: inputs >> ESTOP & 1 == 1,
             drive_faults: bits(FAULTS),
@@ -104,9 +104,9 @@ mod tests {
             let printed: Vec<String> =
                 words[1..4].iter().map(|word| format!("{:.6}", word.parse::<f64>().expect("a number"))).collect();
             assert_eq!(&words[4..8], ["1", "0", "1", "0"]);
-            let sample = scale.read(&format!("99 7 40 {} 1073 3", printed.join(" "))).expect("a sample");
+            let sample = scale.read(&format!("99 7 40 {} 1073 3 8500", printed.join(" "))).expect("a sample");
             assert_eq!(sample.measurement.counts, [counts; 3], "{line}");
-            assert_eq!((sample.period, sample.sequence, sample.queued), (99, 7, 40));
+            assert_eq!((sample.period, sample.sequence, sample.queued, sample.jitter_ns), (99, 7, 40, 8500));
             // 1073: emergency stop, at speed, origin, limit of X.
             let wired = sample.measurement.inputs;
             assert!(sample.is_estop && sample.drive_faults == 0 && wired.wheel_at_speed && wired.origin);
@@ -118,7 +118,7 @@ mod tests {
     fn lines_that_are_none_are_refused() {
         let (machine, hal) = grinder();
         let scale = PinScale::new(&hal, &machine);
-        for line in ["", "overrun", "1 2 3", "1 2 3 nan 0 0 0 0", "1 2 3 0 0 0 0 x", "a 2 3 0 0 0 0 0"] {
+        for line in ["", "1 2 3", "1 2 3 nan 0 0 0 0 0", "1 2 3 0 0 0 0 x 0", "a 2 3 0 0 0 0 0 0"] {
             assert!(scale.read(line).is_err(), "{line:?}");
         }
     }

@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// Samples that may wait for the cyclic thread.
 const RING: usize = 8192;
+/// Time for which the axes stand still before the start.
+const QUIET: Duration = Duration::from_millis(100);
 /// Longest wait for the first samples.
 const FIRST_SAMPLES: Duration = Duration::from_secs(5);
 
@@ -39,6 +41,24 @@ impl Drop for HalProcess {
     fn drop(&mut self) {
         let _has_ended_already = self.0.kill();
         let _status = self.0.wait();
+    }
+}
+
+/// Old samples that waited in HAL when the node started: they come faster than HAL's clock, and are not the present.
+#[derive(Debug)]
+struct Backlog {
+    since: Instant,
+    samples: u64,
+    is_over: bool,
+}
+
+impl Backlog {
+    /// A sample has come.
+    fn see(&mut self, now: Instant, quiet_periods: u64) {
+        self.samples += 1;
+        if now.duration_since(self.since) >= QUIET {
+            *self = Self { since: now, samples: 0, is_over: self.samples <= quiet_periods + quiet_periods / 2 };
+        }
     }
 }
 
@@ -99,6 +119,10 @@ impl ServoPipes {
         let (mut sender, samples) = ring(RING, waker);
         let _reader = node.supervisor().spawn("HAL samples", move || {
             for line in BufReader::new(output).lines() {
+                // The numbers of the periods show what is missing; what was lost before the start is not.
+                if line.as_ref().is_ok_and(|line| line.trim() == "overrun") {
+                    continue;
+                }
                 let sample = line.map_err(|error| error.to_string()).and_then(|line| scale.read(&line));
                 let is_last = sample.is_err();
                 // A full ring means that the cyclic thread has ended.
@@ -174,7 +198,7 @@ impl ServoPipes {
         }
     }
 
-    /// The newest sample, once the axes have stood still for a tenth of a second.
+    /// The newest sample, once the axes have stood still for a while.
     fn wait_for_rest(
         &mut self,
         window_counts: f64,
@@ -182,13 +206,15 @@ impl ServoPipes {
         waker: &Waker,
     ) -> Result<ServoSample, NodeError> {
         let refuse = |reason: String| Err(NodeError::Parameter(reason));
-        let quiet_periods = 100_000_000 / machine.cycle_time_ns;
+        let quiet_periods = u64::from(QUIET.subsec_nanos() / machine.cycle_time_ns);
         let begun = Instant::now();
+        let mut backlog = Backlog { since: begun, samples: 0, is_over: false };
         waker.adopt_current_thread();
-        let (mut first, mut quiet): (Option<ServoSample>, u32) = (None, 0);
+        let (mut first, mut quiet): (Option<ServoSample>, u64) = (None, 0);
         while begun.elapsed() < FIRST_SAMPLES {
             match self.samples.receive() {
                 Some(Ok(sample)) => {
+                    backlog.see(Instant::now(), quiet_periods);
                     let is_near = |before: &ServoSample| {
                         (0..AXIS_COUNT).all(|i| {
                             let moved = sample.measurement.counts[i].abs_diff(before.measurement.counts[i]);
@@ -197,8 +223,8 @@ impl ServoPipes {
                     };
                     quiet = if first.as_ref().is_some_and(is_near) { quiet + 1 } else { 0 };
                     first = if quiet == 0 { Some(sample) } else { first };
-                    // Old samples that waited in HAL are not the present.
-                    if quiet >= quiet_periods && self.samples.is_empty() && sample.queued == 0 {
+                    let is_quiet = quiet >= quiet_periods && sample.queued == 0;
+                    if is_quiet && backlog.is_over && self.samples.is_empty() {
                         return Ok(sample);
                     }
                 }
@@ -218,6 +244,14 @@ impl ServoPipes {
 }
 
 impl ServoBus for ServoPipes {
+    fn name(&self) -> &'static str {
+        "hal"
+    }
+
+    fn queue_ticks(&self) -> u32 {
+        self.fifo_ticks
+    }
+
     fn next_period(&mut self) -> Result<Option<BusPeriod>, String> {
         if let Some(reason) = self.failure.take() {
             return Err(reason);
@@ -231,7 +265,7 @@ impl ServoBus for ServoPipes {
         let last = self.last.replace(sample).unwrap_or(sample);
         let missing = sample.period.wrapping_sub(last.period).saturating_sub(1);
         if missing > 0 {
-            return Err(format!("{missing} samples of HAL are missing"));
+            return Err(format!("{missing} samples of HAL are missing: this program was stopped for too long"));
         }
         let is_starved = self.compare(&sample, &last);
         self.taken = Instant::now();
@@ -241,6 +275,8 @@ impl ServoBus for ServoPipes {
             drive_faults: sample.drive_faults,
             is_starved,
             is_following: self.link == QueueState::Following,
+            queued: sample.queued,
+            jitter_ns: sample.jitter_ns,
         }))
     }
 

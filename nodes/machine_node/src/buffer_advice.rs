@@ -39,12 +39,12 @@ pub(super) fn buffer_ms(machine: &MachineDescription) -> f64 {
 }
 
 /// Warning where the longest pause of the cycle asks for a longer buffer.
-pub(super) fn underrun_risk(buffer_ms: f64, longest_pause_ms: f64) -> Option<String> {
+pub(super) fn underrun_risk(node: &str, buffer_ms: f64, longest_pause_ms: f64) -> Option<String> {
     let wanted_ms = recommended_ms(longest_pause_ms);
     (wanted_ms > buffer_ms).then(|| {
         format!(
             "the computer kept the machine's cycle waiting for up to {longest_pause_ms:.1} ms, the setpoint buffer lasts {buffer_ms:.0} ms: a \
-             motion may end in alarm 80; set machine_sim:setpoint_buffer_ms:={wanted_ms:.0} (--ros-args -p), or cyclic_priority, or reduce \
+             motion may end in alarm 80; set {node}:setpoint_buffer_ms:={wanted_ms:.0} (--ros-args -p), or cyclic_priority, or reduce \
              the load of the computer"
         )
     })
@@ -59,7 +59,7 @@ impl BufferAdvice {
     pub(super) fn report(&mut self, bounds: &Bounds) -> DiagnosticStatus {
         let pause_ms = bounds.longest_pause_us.load(Ordering::Relaxed) as f64 / US_PER_MS;
         let (buffer_ms, wanted_ms) = (self.buffer_ms, recommended_ms(pause_ms));
-        let risk = underrun_risk(buffer_ms, pause_ms);
+        let risk = underrun_risk(self.node.name(), buffer_ms, pause_ms);
         self.reports = self.reports.saturating_add(1);
         let measured = format!("setpoint buffer {buffer_ms:.0} ms, longest pause of the cycle {pause_ms:.1} ms");
         if self.reports >= REPORTS && !self.is_warned {
@@ -101,9 +101,9 @@ mod tests {
 
     #[test]
     fn a_short_buffer_is_reported_with_the_value_to_set() {
-        assert_eq!(underrun_risk(100.0, 30.0), None);
-        let risk =
-            underrun_risk(100.0, 30.1).expect("two pauses of 30.1 ms and 40 ms of messages are more than 100 ms");
-        assert!(risk.contains("up to 30.1 ms") && risk.contains("setpoint_buffer_ms:=150 "), "{risk}");
+        assert_eq!(underrun_risk("machine_sim", 100.0, 30.0), None);
+        let risk = underrun_risk("machine_sim", 100.0, 30.1)
+            .expect("two pauses of 30.1 ms and 40 ms of messages are more than 100 ms");
+        assert!(risk.contains("up to 30.1 ms") && risk.contains("machine_sim:setpoint_buffer_ms:=150 "), "{risk}");
     }
 }

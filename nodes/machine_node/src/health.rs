@@ -7,7 +7,7 @@ use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::math::units::{rpm_from_rad_s, um_from_mm};
 use camwright::simulation::tick_report::TickReport;
-use camwright_machine_cycle::bounds::Bounds;
+use camwright_machine_cycle::bounds::{Bounds, BusTiming};
 use camwright_machine_cycle::pacing::Pace;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_ros::realtime::Realtime;
@@ -85,7 +85,7 @@ impl Health {
     ) -> Result<Diagnostics, NodeError> {
         bounds.min_lead_ticks.store(u64::MAX, Ordering::Relaxed);
         let (health, bounds, described) = (self.clone(), Arc::clone(bounds), machine.clone());
-        let (mut late_before, mut dropped_before, mut slips_before) = (0, 0, 0);
+        let (mut late_before, mut dropped_before, mut slips_before, mut underruns_before) = (0, 0, 0, 0);
         let mut buffer = BufferAdvice::new(node, machine);
         let report = move || {
             let mut all = vec![
@@ -97,6 +97,7 @@ impl Health {
                 all.push(clock(&bounds, &mut slips_before));
                 all.push(buffer.report(&bounds));
             }
+            all.extend(drive_queue(&bounds.bus, &mut underruns_before));
             let mut seen = health.seen();
             all.push(drives(&seen));
             all.push(wheel(&seen, &described));
@@ -173,6 +174,38 @@ fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> Diagn
     let message = format!("they arrived at least {min} of {ahead} ticks before use");
     let values = [("least_lead_ticks", min.to_string()), ("feedback_delay_ticks", ahead.to_string())];
     diagnostic_status(level, "setpoints", &message, &values)
+}
+
+/// Status of the queue to real drives and of their clock; `None`: the machine is simulated.
+fn drive_queue(bus: &BusTiming, underruns_before: &mut u64) -> Option<DiagnosticStatus> {
+    let read = |value: &AtomicU64| value.load(Ordering::Relaxed);
+    let (full, queued, underruns) = (read(&bus.queue_ticks), read(&bus.queued), read(&bus.underruns));
+    if full == 0 {
+        return None;
+    }
+    let min = bus.min_queued.swap(u64::MAX, Ordering::Relaxed);
+    let jitter_us = bus.max_jitter_ns.swap(0, Ordering::Relaxed) as f64 / US_PER_MS;
+    let underruns_now = underruns - std::mem::replace(underruns_before, underruns);
+    let (level, message) = match (underruns_now, min) {
+        (1.., _) => (
+            DiagnosticStatus::ERROR,
+            "the queue ran empty: reduce the load of the computer, or raise hal.fifo_ticks".to_owned(),
+        ),
+        (0, u64::MAX) => (DiagnosticStatus::WARN, "the drives did not follow in the last second".to_owned()),
+        (0, min) => (
+            below(min as f64 / full as f64, LATE),
+            format!("at least {min} of {full} setpoints waited, jitter of the servo period up to {jitter_us:.0} µs"),
+        ),
+    };
+    let min = if min == u64::MAX { String::new() } else { min.to_string() };
+    let values = [
+        ("queued", queued.to_string()),
+        (BusTiming::MIN_QUEUED, min),
+        (BusTiming::QUEUE_TICKS, full.to_string()),
+        (BusTiming::MAX_JITTER_US, format!("{jitter_us:.1}")),
+        (BusTiming::UNDERRUNS, underruns.to_string()),
+    ];
+    Some(diagnostic_status(level, BusTiming::STATUS, &message, &values))
 }
 
 /// Status of the drives: distance from their limits and trips.
@@ -255,6 +288,33 @@ mod tests {
         let (ok, warn, error) = (DiagnosticStatus::OK, DiagnosticStatus::WARN, DiagnosticStatus::ERROR);
         assert_eq!(levels, [ok, warn, warn, error, error]);
         assert_eq!([0.5, 0.2, 0.1, 0.05, 0.0].map(|share| below(share, LATE)), [ok, warn, warn, error, error]);
+    }
+
+    #[test]
+    fn the_queue_to_the_drives_is_reported_with_its_least_since_the_last_report() {
+        let (bus, mut before) = (BusTiming::default(), 0);
+        assert_eq!(drive_queue(&bus, &mut before), None, "simulated drives have no queue");
+        bus.queue_ticks.store(150, Ordering::Relaxed);
+        bus.min_queued.store(u64::MAX, Ordering::Relaxed);
+        let mut report = || drive_queue(&bus, &mut before).expect("a queue");
+        assert_eq!(report().level, DiagnosticStatus::WARN, "nothing follows");
+        for (queued, jitter_ns) in [(148, 2_000), (120, 85_400), (149, 3_000)] {
+            bus.see(queued, jitter_ns);
+        }
+        let status = report();
+        let values: Vec<String> = status.values.iter().map(|pair| format!("{}={}", pair.key, pair.value)).collect();
+        let wanted = ["queued=149", "min_queued=120", "queue_ticks=150", "max_jitter_us=85.4", "underruns=0"];
+        assert_eq!((status.level, values), (DiagnosticStatus::OK, wanted.map(str::to_owned).to_vec()));
+        // A fifth of the queue is near its end.
+        bus.see(30, 1_000);
+        let status = report();
+        assert_eq!(status.level, DiagnosticStatus::WARN, "{}", status.message);
+        assert!(status.message.contains("at least 30 of 150") && status.message.contains("1 µs"), "{}", status.message);
+        bus.see(0, 1_000);
+        bus.underruns.store(1, Ordering::Relaxed);
+        assert_eq!(report().level, DiagnosticStatus::ERROR);
+        bus.see(150, 1_000);
+        assert_eq!(report().level, DiagnosticStatus::OK, "an underrun is of its second");
     }
 
     #[test]

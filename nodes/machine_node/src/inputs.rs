@@ -38,10 +38,14 @@ impl InputOutlet {
         Ok(Self { publisher, machine, clock, sequence: 0, tick: 0, digest })
     }
 
-    pub(super) fn begin(&mut self, lasting: &PersistentState) -> Result<(), RosError> {
-        let (version, machine_hash) = (VERSION.to_owned(), self.machine.hash.clone());
-        let content =
-            text(&BeginRecord { format: FORMAT, version, machine_hash, lasting: PersistentRecord::from(lasting) });
+    pub(super) fn begin(&mut self, lasting: &PersistentState, drives: Option<&'static str>) -> Result<(), RosError> {
+        let content = text(&BeginRecord {
+            format: FORMAT,
+            version: VERSION.to_owned(),
+            machine_hash: self.machine.hash.clone(),
+            lasting: PersistentRecord::from(lasting),
+            drives: drives.map(str::to_owned),
+        });
         self.publish(MachineInput { kind: MachineInput::BEGIN, content, ..MachineInput::default() })
     }
 

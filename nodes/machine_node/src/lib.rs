@@ -230,7 +230,7 @@ impl MachineNode {
             resets: PendingRequests::default(),
             loads: Loads::default(),
             area: AreaRequests::default(),
-            is_simulated: bus.is_none(),
+            drives: bus.as_ref().map(|(bus, _)| bus.name()),
         };
         let cycle = setup.cycle(machine, inbound, outbound);
         let cycle = match bus {
@@ -270,7 +270,7 @@ impl MachineNode {
     #[must_use]
     pub fn underrun_risk(&self) -> Option<String> {
         let pause_us = self.bounds.longest_pause_us.load(Ordering::Relaxed);
-        buffer_advice::underrun_risk(self.buffer_ms, pause_us as f64 / buffer_advice::US_PER_MS)
+        buffer_advice::underrun_risk(self.node.name(), self.buffer_ms, pause_us as f64 / buffer_advice::US_PER_MS)
     }
 
     /// Ends the cyclic thread, then the node.
@@ -341,14 +341,15 @@ struct LoadedSetup {
     resets: PendingRequests<Trigger>,
     loads: Loads,
     area: AreaRequests,
-    is_simulated: bool,
+    /// Bus to real drives; `None`: the machine is simulated.
+    drives: Option<&'static str>,
 }
 
 impl LoadedSetup {
     fn cycle(&self, machine: Machine, inbound: Receiver<Inbound>, outbound: Sender<Outbound>) -> CyclicLoop {
         let period_s = keyframe_outlet::period_s(self.node.parameters());
         // A replay cannot compute real drives again, so it does not begin in the middle either.
-        let period_s = if self.is_simulated { period_s } else { 0.0 };
+        let period_s = if self.drives.is_none() { period_s } else { 0.0 };
         let keyframes = Keyframes::new(period_s, self.file.description.cycle_time_s(), self.pace);
         CyclicLoop::new(machine, self.pace, inbound, outbound, Arc::clone(&self.bounds), RECORDER_WINDOW)
             .with_clock(self.clock)
@@ -374,7 +375,7 @@ impl LoadedSetup {
         let drops = &self.bounds.drops;
         let scene = SceneOutlet::new(&self.node, machine, lasting.wheel_radius_mm, self.inlet.clone(), drops)?;
         let mut outlets = MachineOutlets::new(&self.node, is_fast, machine, self.clock, drops)?;
-        outlets.begin(lasting)?;
+        outlets.begin(lasting, self.drives)?;
         Ok(MachinePump::new(context, outlets, scene))
     }
 
@@ -407,7 +408,7 @@ impl LoadedSetup {
         let (node, machine) = (&self.node, &self.file.description);
         let subscriptions = subscriptions(node, machine, self.clock, &self.inlet, &self.bounds, &self.waker, desk)?;
         let mut services = services(node, &self.inlet, &self.resets, &self.loads)?;
-        if self.is_simulated {
+        if self.drives.is_none() {
             services.push(fault_service(node, machine, &self.inlet)?);
         }
         let loader_timeout = Duration::from_secs_f64(node.parameters().double(LOADER_TIMEOUT));

@@ -88,9 +88,9 @@ impl MachineOutlets {
         })
     }
 
-    /// The machine begins, with what it remembers.
-    pub(super) fn begin(&mut self, lasting: &PersistentState) -> Result<(), RosError> {
-        self.inputs.begin(lasting)
+    /// The machine begins, with what it remembers and with the bus of its real drives.
+    pub(super) fn begin(&mut self, lasting: &PersistentState, drives: Option<&'static str>) -> Result<(), RosError> {
+        self.inputs.begin(lasting, drives)
     }
 }
 

@@ -48,6 +48,9 @@ use supervision::Supervision;
 use wheel::GrindingWheel;
 use workholding::Workholding;
 
+/// Questions that can wait for the readings of a real machine: more than commands of a lag.
+const PENDING_ASKS: usize = 8;
+
 /// A simulated machine. See [`Machine::step`].
 ///
 /// Each part owns its state; the machine connects them in the order of a tick.
@@ -72,6 +75,8 @@ pub struct Machine {
     work_area: Option<WorkArea>,
     /// Ticks by which readings are older than setpoints: 0 of a simulated machine.
     lag_ticks: u32,
+    /// Questions for the level of an input whose tick the readings of a real machine have not reached.
+    pending_asks: [Option<(u64, Input)>; PENDING_ASKS],
 }
 
 impl Machine {
@@ -104,6 +109,7 @@ impl Machine {
             retract: Retract::default(),
             work_area: description.loading.map(|loading| WorkArea::new(&loading, description.cycle_time_s())),
             lag_ticks: 0,
+            pending_asks: [None; PENDING_ASKS],
             lasting,
             axes,
             description,
@@ -318,6 +324,7 @@ impl Machine {
         self.wheel.step(&self.description, &self.lasting, (self.tick, at_speed), &mut self.supervision);
         if let Some(measured) = measurement {
             self.measure(measured);
+            self.answer_shown();
         }
         let mut latches = FixedList::new();
         for latch in self.inputs.take_asked().iter() {
@@ -434,8 +441,27 @@ impl Machine {
     }
 
     fn ask(&mut self, input: Input) {
+        if self.lag_ticks > 0 {
+            let free = self.pending_asks.iter_mut().find(|place| place.is_none());
+            if let Some(place) = free {
+                *place = Some((self.tick, input));
+            }
+            return;
+        }
         let process = self.process_levels();
         self.inputs.ask(input, &self.axes, process, self.tick);
+    }
+
+    /// Answers the questions whose tick the readings of a real machine have reached.
+    fn answer_shown(&mut self) {
+        let shown = self.shown_tick();
+        for index in 0..PENDING_ASKS {
+            if let Some((tick, input)) = self.pending_asks[index].filter(|(tick, _)| *tick <= shown) {
+                let process = self.process_levels();
+                self.inputs.ask(input, &self.axes, process, tick);
+                self.pending_asks[index] = None;
+            }
+        }
     }
 
     fn process_levels(&self) -> ProcessLevels {

@@ -70,6 +70,7 @@ impl Snapshot for Machine {
             retract,
             work_area,
             lag_ticks: _,
+            pending_asks: _,
         } = self;
         fields!(codec: tick, lasting, axes);
         axis_watch.keep_beyond(codec)?;

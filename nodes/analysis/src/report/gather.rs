@@ -4,17 +4,23 @@ use super::error::ReportError;
 use camwright_bag::schema_evolution::{add_empty_lists, lists_since};
 use camwright_bag::{Bag, BagMessage, Topic};
 use camwright_files::convert::time::{TickClock, ns_from_time};
+use camwright_machine_cycle::bounds::BusTiming;
+use camwright_machine_cycle::input_record::drives_of;
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, AppliedInput, FormMap, GaugeReading, InterpolatorState, JobFilePage, JobStatus, LobeForm, MachineAlarms,
     MachineDescription, MachineStream, PartLobe, PlanPage, RecorderStatus, TurnedPage,
 };
 use camwright_msgs::cdr::message_from_sample;
+use camwright_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+
+/// Topic of the diagnostics of all nodes, without its slash.
+const DIAGNOSTICS: &str = "diagnostics";
 
 /// A message with the time at which it was recorded (ns since 1970).
 #[derive(Debug, Clone)]
@@ -45,6 +51,39 @@ pub(super) struct MessageGap {
     pub(super) missing: u64,
 }
 
+/// Timing of the bus to real drives, over all reports of the recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct DriveTiming {
+    /// Setpoints that waited: at least, and as a rule.
+    pub(super) min_queued: u64,
+    pub(super) queue_ticks: u64,
+    pub(super) max_jitter_us: f64,
+    pub(super) underruns: u64,
+}
+
+impl DriveTiming {
+    /// `None`: the status has no such figures.
+    fn from_status(status: &DiagnosticStatus) -> Option<Self> {
+        let value = |key: &str| Some(status.values.iter().find(|pair| pair.key == key)?.value.as_str());
+        Some(Self {
+            // Empty while the drives did not follow.
+            min_queued: value(BusTiming::MIN_QUEUED)?.parse().unwrap_or(u64::MAX),
+            queue_ticks: value(BusTiming::QUEUE_TICKS)?.parse().ok()?,
+            max_jitter_us: value(BusTiming::MAX_JITTER_US)?.parse().ok().filter(|us: &f64| us.is_finite())?,
+            underruns: value(BusTiming::UNDERRUNS)?.parse().ok()?,
+        })
+    }
+
+    fn and(self, later: Self) -> Self {
+        Self {
+            min_queued: self.min_queued.min(later.min_queued),
+            max_jitter_us: self.max_jitter_us.max(later.max_jitter_us),
+            underruns: self.underruns.max(later.underruns),
+            ..later
+        }
+    }
+}
+
 /// Everything that was recorded, but for what is there a thousand times a second.
 #[derive(Debug, Default)]
 pub(super) struct RecordedRun {
@@ -70,6 +109,11 @@ pub(super) struct RecordedRun {
     pub(super) gauge: Vec<TimedMessage<GaugeReading>>,
     pub(super) maps: Vec<TimedMessage<FormMap>>,
     pub(super) surface: Vec<TimedMessage<TurnedPage>>,
+    /// Bus to real drives; `None`: they were simulated.
+    pub(super) drives: Option<String>,
+    pub(super) timing: Option<DriveTiming>,
+    /// The first input of the machine was read.
+    has_begun: bool,
     pub(super) recorder: Option<RecorderStatus>,
     pub(super) gaps: Vec<MessageGap>,
     /// Messages that could not be understood, by topic, with the first reason.
@@ -90,7 +134,7 @@ impl RecordedRun {
             ..Self::default()
         };
         let names: Vec<Option<String>> =
-            bag.topics().iter().map(|t| t.name.strip_prefix(&recorded.prefix).map(str::to_owned)).collect();
+            bag.topics().iter().map(|t| recorded.name_in_cell(&t.name).map(str::to_owned)).collect();
         let mut highest: Vec<(u64, u64)> = vec![(0, 0); names.len()];
         // What a bag of a former program does not say of a message is empty.
         let since = |topic: &Topic| {
@@ -114,6 +158,12 @@ impl RecordedRun {
         Ok(recorded)
     }
 
+    /// Name of a topic without the namespace of the cell; `None`: it is another cell's.
+    fn name_in_cell<'a>(&self, topic: &'a str) -> Option<&'a str> {
+        // All cells share this one.
+        topic.strip_prefix(&self.prefix).or_else(|| topic.strip_prefix('/').filter(|name| *name == DIAGNOSTICS))
+    }
+
     fn add_message(&mut self, name: &str, message: &BagMessage) {
         let outcome = match name {
             "machine/description" => push(&mut self.machines, message),
@@ -128,6 +178,8 @@ impl RecordedRun {
             "job_planner/form_map" => push(&mut self.maps, message),
             "axis_interpolator/state" => push(&mut self.states, message),
             "axis_interpolator/inputs" => push(&mut self.inputs, message),
+            "machine/inputs" if !self.has_begun => self.begin(message),
+            DIAGNOSTICS => message_from_sample(&message.data).map(|array| self.add_diagnostics(array)),
             "run_logger/status" => message_from_sample(&message.data).map(|message| self.recorder = Some(message)),
             "machine/alarms" | "axis_interpolator/alarms" => {
                 message_from_sample(&message.data).map(|list| self.add_alarms(list))
@@ -137,6 +189,20 @@ impl RecordedRun {
         if let Err(reason) = outcome {
             let unread = self.unread.entry(format!("{}{name}", self.prefix)).or_insert((0, reason));
             unread.0 += 1;
+        }
+    }
+
+    /// Reads the first input of the machine, which names its drives.
+    fn begin(&mut self, message: &BagMessage) -> Result<(), String> {
+        self.has_begun = true;
+        self.drives = drives_of(&message_from_sample(&message.data)?);
+        Ok(())
+    }
+
+    fn add_diagnostics(&mut self, array: DiagnosticArray) {
+        let of_drives = array.status.iter().filter(|status| status.name.ends_with(BusTiming::STATUS));
+        for timing in of_drives.filter_map(DriveTiming::from_status) {
+            self.timing = Some(self.timing.map_or(timing, |before| before.and(timing)));
         }
     }
 

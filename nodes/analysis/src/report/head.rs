@@ -55,9 +55,30 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
         let _infallible = write!(out, "<p>{}</p>", escape(cause));
     }
     out.push_str("</div></div>\n");
+    drives(out, findings);
     if let Some(worst) = &verdict.worst {
         pictures(out, findings, worst);
     }
+}
+
+/// Real drives: what the form error is computed from, and how regularly they were served.
+fn drives(out: &mut String, findings: &Findings<'_>) {
+    let Some(drives) = &findings.recorded.drives else { return };
+    let _infallible = write!(
+        out,
+        "<p class=\"faint\" id=\"drives\">Real drives ({}): the form error is computed from the encoder positions, as if wheel and part were \
+         rigid. Measure the part.",
+        escape(drives)
+    );
+    if let Some(timing) = findings.recorded.timing {
+        let (full, jitter, underruns) = (timing.queue_ticks, fixed(timing.max_jitter_us, 0), timing.underruns);
+        let least = timing.min_queued.min(full);
+        let _infallible = write!(
+            out,
+            " At least {least} of {full} setpoints waited in the queue, {underruns} underruns; jitter of the servo period up to {jitter} µs."
+        );
+    }
+    out.push_str("</p>\n");
 }
 
 fn titles(out: &mut String, findings: &Findings<'_>) {

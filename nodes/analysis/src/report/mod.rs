@@ -80,7 +80,9 @@ fn html_with(path: &Path, known: Option<&AnyPrepared>) -> Result<String, ReportE
         None => None,
     };
     let described = replan::described(&story);
-    let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, described.as_ref().ok(), motion.as_ref()?, (*cut)?);
+    // The structures of real axes are in no reading.
+    let structures = described.as_ref().ok().filter(|_| recorded.drives.is_none());
+    let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, structures, motion.as_ref()?, (*cut)?);
     let lags: Vec<Option<Lag>> = cuts.iter().map(lag).collect();
     let again = replan::plan(&story, described, known);
     let split = split_of(&story, &again, motion.as_ref(), cuts.first().copied().flatten());

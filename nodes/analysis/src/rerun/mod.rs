@@ -4,7 +4,8 @@
 //! axis_interpolator/inputs, plans ─► Interpolator ─► chunks ── the same as on machine/setpoints?
 //! machine/inputs, machine/setpoints ─► machine ─► ticks ────── the same as on joint_states, machine/stream, io, gauge, and in the digests?
 //! ```
-//! Interpolator and machine are replayed separately, each from its own recorded inputs, so a difference is reported at its source.
+//! Interpolator and machine are replayed separately, each from its own recorded inputs, so a difference is reported at its source. Real
+//! drives cannot be computed again: of such a run only the interpolator is replayed.
 
 mod difference;
 mod digests;
@@ -41,6 +42,8 @@ use topics::read;
 /// Result of recomputing a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayVerdict {
+    /// Bus to the real drives of the machine, which are not recomputed; `None`: they were simulated.
+    pub drives: Option<String>,
     /// Version of the program that recorded it, if the bag says so.
     pub recorded_by: Option<String>,
     /// The tick of the keyframe that it began from; 0: from the beginning.
@@ -101,9 +104,15 @@ impl ReplayVerdict {
         let (digests, last) = self.digests;
         let from = if self.begun > 0 { format!(" after tick {}", self.begun) } else { String::new() };
         let last = if digests > 0 { format!(", last digest {last:016x}") } else { String::new() };
-        lines.push(format!("{done}: {ticks} ticks{from} ({:.3} s of machine time)", self.seconds.0));
-        lines.push(format!("compared: {setpoints} setpoints of {motions} motions, {} messages", self.compared));
-        lines.push(format!("          {} keyframes, {digests} digests{last}", self.keyframes));
+        if let Some(drives) = &self.drives {
+            let seconds = self.seconds.0;
+            lines.push(format!("{done}: {setpoints} setpoints of {motions} motions ({seconds:.3} s of machine time)"));
+            lines.push(format!("the machine is real ({drives}): only the interpolator is recomputed"));
+        } else {
+            lines.push(format!("{done}: {ticks} ticks{from} ({:.3} s of machine time)", self.seconds.0));
+            lines.push(format!("compared: {setpoints} setpoints of {motions} motions, {} messages", self.compared));
+            lines.push(format!("          {} keyframes, {digests} digests{last}", self.keyframes));
+        }
         lines.push(format!("computed in {:.3} s, {rate:.1} times as fast", self.seconds.1));
         if let Some(recorded_by) = self.recorded_by.as_ref().filter(|version| *version != VERSION) {
             lines.push(format!("recorded by camwright {recorded_by}, computed by camwright {VERSION}"));
@@ -148,6 +157,7 @@ impl RunComparison {
             "is_identical": self.verdict.is_identical(),
             "differences": differences.map(|found| json!({ "tick": found.tick, "text": found.to_string() })).collect::<Vec<_>>(),
             "changed_inputs": changed.collect::<Vec<_>>(),
+            "drives": self.verdict.drives,
             "from_tick": self.verdict.begun,
             "ticks": ticks,
             "setpoints": setpoints,
@@ -192,33 +202,37 @@ pub fn within(path: &Path, window: Window) -> Result<ReplayVerdict, RerunError> 
     let bag = Bag::open(path)?;
     let recorded = RecordedInputs::from_bag(&bag, window)?;
     let mut interpolator = InterpolatorReplay::new(&recorded);
-    let mut machine = MachineRun::new(&bag, &recorded)?;
-    let differences = compare(&bag, &recorded, &mut interpolator, &mut machine)?;
+    let drives = recorded.drives();
+    let mut machine = if drives.is_none() { Some(MachineRun::new(&bag, &recorded)?) } else { None };
+    let differences = compare(&bag, &recorded, &mut interpolator, machine.as_mut())?;
     let lost = bag.custom_data().get("camwright.lost_total").and_then(|text| text.parse().ok());
     let cycle_s = recorded.machine.cycle_time_s();
-    let seconds = (machine.ticks() as f64 * cycle_s, begun.elapsed().as_secs_f64());
+    let ticks = machine.as_ref().map_or(0, MachineRun::ticks);
+    let computed = if drives.is_none() { ticks } else { interpolator.setpoints };
+    let seconds = (computed as f64 * cycle_s, begun.elapsed().as_secs_f64());
     Ok(ReplayVerdict {
+        drives,
         recorded_by: recorded.machine_inputs.first().and_then(version_of),
         begun: recorded.start.as_ref().map_or(0, |start| start.tick),
         changed: recorded.changed(),
         differences,
-        ticks: machine.ticks(),
+        ticks,
         setpoints: interpolator.setpoints,
         motions: interpolator.motions,
-        compared: machine.compared,
-        keyframes: machine.keyframes,
-        digests: (machine.digests.len(), machine.last_digest),
+        compared: machine.as_ref().map_or(0, |machine| machine.compared),
+        keyframes: machine.as_ref().map_or(0, |machine| machine.keyframes),
+        digests: machine.as_ref().map_or((0, 0), |machine| (machine.digests.len(), machine.last_digest)),
         lost: lost.unwrap_or(0),
         seconds,
     })
 }
 
-/// Goes through the bag once; interpolator and machine each up to where they first differ.
+/// Goes through the bag once; interpolator and machine, if it was simulated, each up to where they first differ.
 fn compare(
     bag: &Bag,
     recorded: &RecordedInputs,
     interpolator: &mut InterpolatorReplay<'_>,
-    machine: &mut MachineRun<'_>,
+    mut machine: Option<&mut MachineRun<'_>>,
 ) -> Result<Vec<ReplayDifference>, RerunError> {
     let topics = &recorded.topics;
     let (mut of_interpolator, mut of_machine): (Option<ReplayDifference>, Option<ReplayDifference>) = (None, None);
@@ -234,14 +248,14 @@ fn compare(
                 of_interpolator = interpolator.chunk(&chunk).err().map(|found| *found);
             }
             // What is no chunk the machine has refused; that is among its inputs.
-            if let Ok(chunk) = chunk_from_trajectory(&chunk, &recorded.machine, recorded.clock) {
+            if let (Some(machine), Ok(chunk)) =
+                (machine.as_mut(), chunk_from_trajectory(&chunk, &recorded.machine, recorded.clock))
+            {
                 machine.sent(chunk);
             }
             continue;
         }
-        if of_machine.is_some() {
-            continue;
-        }
+        let Some(machine) = machine.as_mut().filter(|_| of_machine.is_none()) else { continue };
         let output = if at == topics.joint_states {
             let joints: JointState = read(bag, &message)?;
             recorded.clock.nearest_tick(ns_from_time(&joints.header.stamp)).map(|tick| (tick, Output::Joints(joints)))
@@ -264,7 +278,7 @@ fn compare(
             of_machine = machine.compare_output(tick, output).err().map(|found| *found);
         }
     }
-    if of_machine.is_none() {
+    if let Some(machine) = machine.filter(|_| of_machine.is_none()) {
         of_machine = machine.finish().err().map(|found| *found);
     }
     let mut differences: Vec<ReplayDifference> = of_interpolator.into_iter().chain(of_machine).collect();

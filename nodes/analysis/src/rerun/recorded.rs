@@ -89,6 +89,11 @@ impl RecordedInputs {
         let (start, keyframes) = (None, heads);
         let mut all =
             Self { topics, machine, clock, machine_inputs, interpolator_inputs, pages, keyframes, start, last_tick };
+        if let (Some(_), Some(drives)) = (window.from_tick, all.drives()) {
+            let reason =
+                format!("the machine is real ({drives}) and has no keyframes; it is computed without --from-tick");
+            return Err(RerunError::Cannot(reason));
+        }
         if let Some(tick) = window.from_tick {
             match keyframes::last_before(&all.keyframes, tick) {
                 Ok(head) => all.begin_with(head.clone()),
@@ -104,6 +109,11 @@ impl RecordedInputs {
             return Err(RerunError::Cannot(format!("there is no tick between {start} and {last}, the last one")));
         }
         Ok(all)
+    }
+
+    /// Bus to real drives; `None`: the machine was simulated.
+    pub(super) fn drives(&self) -> Option<String> {
+        self.machine_inputs.first().and_then(input_record::drives_of)
     }
 
     fn begins_before_keyframes(&self, tick: u64) -> bool {
