@@ -183,21 +183,24 @@ impl CellSnapshot {
     pub(super) fn is_complete(&self) -> bool {
         let in_execution = self.interpolator.as_ref().map(|received| &received.message.plan_hash);
         let has_plan = in_execution.is_some_and(|hash| hash.is_empty() || self.plan_in_work().is_some());
-        // A writer of latched messages may repeat older ones first.
-        let is_current = match (&self.stream, &self.interpolator) {
-            (Some(stream), Some(state)) => {
-                from_time(&stream.message.stamp) - from_time(&state.message.stamp) <= MAX_LAG_NS
-            }
-            _ => true,
-        };
         let is_machine_known =
             self.machine.is_some() && self.io.is_some() && self.machine_alarms.is_some() && !self.axes.is_empty();
         has_plan
-            && is_current
+            && self.is_current()
             && is_machine_known
             && self.lease.is_some()
             && self.job.is_some()
             && self.recorder.is_some()
+    }
+
+    /// Returns false while the interpolator's state is an old one: its writer may repeat older messages to a late reader.
+    pub(super) fn is_current(&self) -> bool {
+        match (&self.stream, &self.interpolator) {
+            (Some(stream), Some(state)) => {
+                from_time(&stream.message.stamp) - from_time(&state.message.stamp) <= MAX_LAG_NS
+            }
+            _ => true,
+        }
     }
 
     /// A page of a plan; the first one has the header.

@@ -75,7 +75,7 @@ impl StatusListener {
         self.feed.status_when(OPTIONAL_NODES.min(patience), CellSnapshot::is_complete);
         // A writer of latched messages may repeat older ones first.
         self.feed.wait_for_quiet(END_OF_HISTORY, OPTIONAL_NODES.min(patience));
-        self.feed.status_when(Duration::ZERO, |_| true)
+        self.feed.status_when(patience, CellSnapshot::is_current)
     }
 
     /// Waits up to `limit` for a message of the cell; returns the status.
