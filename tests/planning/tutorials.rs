@@ -58,6 +58,12 @@ fn a_study() {
     follow("a_study.md");
 }
 
+/// Needs the Python package index: the page installs Dask.
+#[test]
+fn a_study_on_many_computers() {
+    follow("study_on_many_computers.md");
+}
+
 #[test]
 fn recording_and_replaying() {
     follow("recording_and_replaying.md");
