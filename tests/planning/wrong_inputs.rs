@@ -41,6 +41,7 @@ impl Desk {
         folder.write("file", "a file\n");
         std::fs::create_dir_all(folder.join("folder")).expect("a folder");
         std::fs::write(folder.join("binary.yaml"), b"name: \xff\xfe\n").expect("it can be written");
+        std::fs::write(folder.join("table.yaml"), b"PK\x03\x04\x14\x00\xff").expect("it can be written");
         folder.write("broken.yaml", "schema: camwright/job/1\nlobes: [\n");
         folder.write("text.yaml", "a letter to the workshop\n");
         folder.write("newer.yaml", &eccentric.replace("camwright/job/1", "camwright/job/9"));
@@ -97,7 +98,8 @@ fn a_run_of_a_wrong_job_is_refused_before_a_node_starts() {
     run("four_lobe_camshft", &["did you mean four_lobe_camshaft?"]);
     run("missing.yaml", &["missing.yaml: not found as given"]);
     run("folder", &["folder: not found as given"]);
-    run("binary.yaml", &["binary.yaml:1: is not UTF-8"]);
+    run("binary.yaml", &["binary.yaml:1: is not UTF-8; save the file as text in UTF-8"]);
+    run("table.yaml", &["table.yaml: is a spreadsheet, not text; save its table as CSV (UTF-8)"]);
     run("broken.yaml", &["broken.yaml:"]);
     run("text.yaml", &["has no schema; expected schema: \"camwright/job/1\""]);
     run("newer.yaml", &["newer.yaml:", "version 9", "up to version 1"]);

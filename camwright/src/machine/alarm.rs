@@ -250,7 +250,7 @@ alarms! {
     /// The wheel turns faster than ordered. Value and bound: speed (rpm).
     WheelOverspeed = 107 Stop "wheel overspeed":
         "the wheel turns at {value}, allowed {bound}" in Quantity::Rpm,
-        remedy "inspect the wheel and at the drive of its spindle, then reset";
+        remedy "inspect the wheel and the drive of its spindle, then reset";
     /// A motion asks for a position of an axis whose zero is not known.
     NotHomed(Axis) = 110 Stop "not homed":
         "{axis}: its zero is not known",
@@ -282,7 +282,7 @@ alarms! {
     /// The chuck let go, or is open, while axes or wheel move.
     ChuckOpened = 152 Stop "chuck opened":
         "the chuck is open while axes or wheel move",
-        remedy "inspect the part and at the chuck, then reset";
+        remedy "inspect the part and the chuck, then reset";
     /// The door does not come to its end.
     DoorStuck = 153 Stop "door stuck":
         "the door did not reach its end position",

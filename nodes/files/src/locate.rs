@@ -130,12 +130,19 @@ pub fn locate_bytes(
     Ok(LocatedBytes { path, bytes })
 }
 
+/// First bytes of files of spreadsheet programs: xlsx and ods, xls.
+const SPREADSHEETS: [&[u8]; 2] = [b"PK\x03\x04", b"\xd0\xcf\x11\xe0"];
+
 /// Bytes as text, or the line in which they are none.
 pub(super) fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ConfigError> {
     std::str::from_utf8(bytes).map_err(|error| {
+        if SPREADSHEETS.iter().any(|begin| bytes.starts_with(begin)) {
+            let text = "is a spreadsheet, not text; save its table as CSV (UTF-8)";
+            return ConfigError::at(FileLocation::file(path), text);
+        }
         let before = bytes.get(..error.valid_up_to()).unwrap_or_default();
         let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
-        ConfigError::at(FileLocation::line(path, line), "is not UTF-8")
+        ConfigError::at(FileLocation::line(path, line), "is not UTF-8; save the file as text in UTF-8 (a table as CSV UTF-8)")
     })
 }
 

@@ -422,8 +422,14 @@ pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
         return None;
     }
     let distance = |known: &&&str| strsim::damerau_levenshtein(name, known);
-    known.iter().min_by_key(distance).filter(|known| distance(known) <= 1 + name.len() / 4).copied()
+    let near = known.iter().min_by_key(distance).filter(|known| distance(known) <= 1 + name.len() / 4);
+    // A name without its unit, such as `work_speed`.
+    let longer = || known.iter().filter(|known| name.len() >= MIN_PREFIX && known.starts_with(name));
+    near.or_else(|| longer().min_by_key(|known| known.len())).copied()
 }
+
+/// Shortest begin of a name that means the name.
+const MIN_PREFIX: usize = 4;
 
 /// The numbers that a key takes.
 #[derive(Debug, Clone, Copy, PartialEq)]

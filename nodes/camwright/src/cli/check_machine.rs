@@ -43,7 +43,7 @@ fn joint(text: &str) -> Result<Axis, String> {
 }
 
 fn distance(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    let value = super::output::number(text)?;
     if value != 0.0 && value.abs() <= 1000.0 {
         Ok(value)
     } else {
@@ -52,7 +52,7 @@ fn distance(text: &str) -> Result<f64, String> {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    let value = super::output::number(text)?;
     if (0.1..=600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s is outside 0.1 to 600 s")) }
 }
 

@@ -112,6 +112,12 @@ pub(super) fn print_verdict(level: VerdictLevel, text: &str) {
     write_line(format_args!("{}", level.paint(text)));
 }
 
+/// Parses a number of the command line.
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    let value: Result<f64, _> = text.trim().parse();
+    value.ok().filter(|value| value.is_finite()).ok_or_else(|| format!("{text:?} is not a number, for example 0.5"))
+}
+
 /// Prints `sender: message` on standard error, also with `--quiet`.
 pub(super) fn print_error(sender: &str, message: &dyn Display) {
     let _reader_is_gone = writeln!(anstream::stderr(), "{}", VerdictLevel::Bad.paint(&format!("{sender}: {message}")));

@@ -147,13 +147,7 @@ pub(super) struct JobProgress {
 impl JobProgress {
     pub(super) fn show(&self, feedback: &RunJobFeedback) {
         self.bar.set_position(self.position(feedback.percent));
-        let mut text = format!("{} {}", feedback.lobe, feedback.phase_name).trim_start().to_owned();
-        if feedback.turns > 0.0 {
-            let _infallible = write!(text, ", turn {:.1} of {:.0}", feedback.turn, feedback.turns);
-            let _infallible = write!(text, ", {:.0} um", um(feedback.stock));
-        }
-        let _infallible = write!(text, ", {:.0} s left", feedback.time_left);
-        self.bar.set_message(text);
+        self.bar.set_message(progress_text(feedback));
     }
 
     pub(super) fn suspend<R>(&self, print: impl FnOnce() -> R) -> R {
@@ -167,9 +161,29 @@ impl JobProgress {
     }
 }
 
+/// Lobe, phase, turn and time left; before the first motion the time only.
+fn progress_text(feedback: &RunJobFeedback) -> String {
+    let mut parts = vec![format!("{} {}", feedback.lobe, feedback.phase_name).trim().to_owned()];
+    parts.retain(|part| !part.is_empty());
+    if feedback.turns > 0.0 {
+        parts.push(format!("turn {:.1} of {:.0}", feedback.turn, feedback.turns));
+        parts.push(format!("{:.0} um", um(feedback.stock)));
+    }
+    parts.push(format!("{:.0} s left", feedback.time_left));
+    parts.join(", ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn progress_has_no_empty_part() {
+        let feedback = RunJobFeedback { time_left: 0.2, ..RunJobFeedback::default() };
+        assert_eq!(progress_text(&feedback), "0 s left");
+        let feedback = RunJobFeedback { lobe: "I1".into(), phase_name: "cut".into(), turn: 1.5, turns: 9.0, ..feedback };
+        assert_eq!(progress_text(&feedback), "I1 cut, turn 1.5 of 9, 0 um, 0 s left");
+    }
 
     #[test]
     fn the_parts_of_a_batch_share_the_bar_and_it_ends_full() {

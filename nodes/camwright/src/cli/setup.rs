@@ -116,7 +116,7 @@ pub(super) fn assignment(text: &str) -> Result<(Axis, f64), String> {
     let (joint, value) =
         text.split_once('=').ok_or_else(|| format!("{text:?} is not JOINT=POSITION, for example z_axis=80"))?;
     let axis = Axis::from_joint(joint).ok_or_else(|| unknown_joint(joint))?;
-    let value = value.parse::<f64>().map_err(|error| format!("{value:?}: {error}"))?;
+    let value = super::output::number(value)?;
     Ok((axis, value))
 }
 

@@ -28,7 +28,7 @@ pub(super) struct StatusArgs {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    let value = super::output::number(text)?;
     if (0.1..=3600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s is outside 0.1 to 3600 s")) }
 }
 

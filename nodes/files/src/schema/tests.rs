@@ -124,3 +124,12 @@ fn words_and_units_are_in_the_table() {
         assert!(table.contains(row), "{row}:\n{table}");
     }
 }
+
+#[test]
+fn a_name_without_its_unit_means_the_name() {
+    let known = ["work_speed_rpm", "work_speed_range_percent", "wheel_radius_mm", "x"];
+    assert_eq!(nearest("work_speed", &known), Some("work_speed_rpm"));
+    assert_eq!(nearest("wheel_radius", &known), Some("wheel_radius_mm"));
+    assert_eq!(nearest("work_sped_rpm", &known), Some("work_speed_rpm"));
+    assert_eq!((nearest("feed", &known), nearest("whe", &known)), (None, None));
+}
