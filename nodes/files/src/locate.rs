@@ -142,7 +142,10 @@ pub(super) fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, Confi
         }
         let before = bytes.get(..error.valid_up_to()).unwrap_or_default();
         let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
-        ConfigError::at(FileLocation::line(path, line), "is not UTF-8; save the file as text in UTF-8 (a table as CSV UTF-8)")
+        ConfigError::at(
+            FileLocation::line(path, line),
+            "is not UTF-8; save the file as text in UTF-8 (a table as CSV UTF-8)",
+        )
     })
 }
 

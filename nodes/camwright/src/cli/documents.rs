@@ -123,7 +123,12 @@ fn words(line: &str) -> Vec<String> {
                 quote = Some(letter);
                 word.get_or_insert_default();
             }
-            (None, '|' | '>' | ';' | '&') => break,
+            (None, '>') => {
+                // The number of what is redirected.
+                word = word.filter(|word| word.parse::<u8>().is_err());
+                break;
+            }
+            (None, '|' | ';' | '&') => break,
             (None, '#') if word.is_none() => break,
             (None, _) if letter.is_whitespace() => words.extend(word.take()),
             _ => word.get_or_insert_default().push(letter),

@@ -6,8 +6,6 @@ use camwright_files::convert::um_from_m as um;
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
 use camwright_ros::GoalStatus;
 use indicatif::{ProgressBar, ProgressDrawTarget};
-
-use std::fmt::Write as _;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -181,7 +179,8 @@ mod tests {
     fn progress_has_no_empty_part() {
         let feedback = RunJobFeedback { time_left: 0.2, ..RunJobFeedback::default() };
         assert_eq!(progress_text(&feedback), "0 s left");
-        let feedback = RunJobFeedback { lobe: "I1".into(), phase_name: "cut".into(), turn: 1.5, turns: 9.0, ..feedback };
+        let feedback =
+            RunJobFeedback { lobe: "I1".into(), phase_name: "cut".into(), turn: 1.5, turns: 9.0, ..feedback };
         assert_eq!(progress_text(&feedback), "I1 cut, turn 1.5 of 9, 0 um, 0 s left");
     }
 
