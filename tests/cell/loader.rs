@@ -427,7 +427,7 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
     loaded.state(CellState::EXECUTE);
     for (fault, alarm, remedy) in [
         ("door_forced", 150, "find out who opened the door"),
-        ("chuck_forced", 152, "inspect the part and at the chuck"),
+        ("chuck_forced", 152, "inspect the part and the chuck"),
     ] {
         loaded.fault(fault, true);
         let aborted = loaded.state(CellState::ABORTED);
