@@ -425,10 +425,9 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
     assert_eq!(loaded.state(CellState::SUSPENDED).stop_reason, "SUSPEND was commanded");
     loaded.command(CellCommandRequest::UNSUSPEND).expect("it goes on");
     loaded.state(CellState::EXECUTE);
-    for (fault, alarm, remedy) in [
-        ("door_forced", 150, "find out who opened the door"),
-        ("chuck_forced", 152, "inspect the part and the chuck"),
-    ] {
+    for (fault, alarm, remedy) in
+        [("door_forced", 150, "find out who opened the door"), ("chuck_forced", 152, "inspect the part and the chuck")]
+    {
         loaded.fault(fault, true);
         let aborted = loaded.state(CellState::ABORTED);
         assert_eq!(aborted.alarm, alarm, "{}", aborted.stop_reason);
