@@ -65,7 +65,7 @@ impl StudyFolder {
         Ok(plan.cases.into_iter().map(|case| case.hash).collect())
     }
 
-    /// Whether a case that ran alone has its files already.
+    /// Returns true if a case that ran alone has its files already.
     #[must_use]
     pub fn has_single_case(&self, hash: &str) -> bool {
         let exists = |extension: &str| self.0.join(SINGLE_CASES).join(format!("{hash}.{extension}")).exists();
