@@ -94,8 +94,8 @@ impl CellClient {
     /// Waits for the planner and, with an own recorder, until it records `recorded`.
     pub(super) fn meet(&self, recorded: Option<&[&str]>, shutdown: &Shutdown) -> Result<(), NodeError> {
         self.action.wait_for_server(MEETING)?;
-        for node in [self.machine_node(shutdown), "axis_interpolator", "job_planner"] {
-            self.wait_active(node, shutdown)?;
+        for names in [&MACHINES[..], &["axis_interpolator"], &["job_planner"]] {
+            self.wait_active(names, shutdown)?;
         }
         let Some(wanted) = recorded else { return Ok(()) };
         let wanted: Vec<String> =
@@ -126,42 +126,41 @@ impl CellClient {
         }
     }
 
-    /// The node of the cell's machine, once discovery shows one.
-    fn machine_node(&self, shutdown: &Shutdown) -> &'static str {
-        let names = MACHINES.map(|name| (name, join(self.node.namespace(), name)));
+    /// Waits until the node with one of these names is active, by itself or through a life cycle manager.
+    fn wait_active(&self, names: &[&str], shutdown: &Shutdown) -> Result<(), NodeError> {
+        let clients = names.iter().map(|name| self.node.client::<GetState>(&format!("{name}/get_state")));
+        let clients = clients.collect::<Result<Vec<_>, _>>()?;
         let deadline = Instant::now() + MEETING;
+        // A foreign manager sends no event, and several services have none in common; both are polled.
         loop {
-            let shown = self.node.discovered_nodes();
-            let found = names.iter().find(|(_, whole)| shown.contains(whole));
-            if let Some((name, _)) = found {
-                return name;
+            let is_late = Instant::now() > deadline;
+            if let Some(client) = clients.iter().find(|client| client.is_ready()) {
+                let state = client.call(&GetStateRequest::default(), MEETING)?.current_state;
+                if state.id == State::PRIMARY_STATE_ACTIVE {
+                    return Ok(());
+                }
+                if is_late {
+                    let node = client.service().trim_end_matches("/get_state");
+                    return Err(NodeError::Parameter(format!(
+                        "node {node} is {}, not active; activate it",
+                        state.label
+                    )));
+                }
+            } else if is_late {
+                return Err(NodeError::Parameter(self.absent(names)));
             }
-            // Discovery raises no event for a node, so this polls.
-            if Instant::now() > deadline || shutdown.wait_timeout(Duration::from_millis(50)) {
-                return MACHINES[0];
+            if shutdown.wait_timeout(Duration::from_millis(50)) {
+                return Err(NodeError::Parameter(INTERRUPTED.into()));
             }
         }
     }
 
-    /// Waits until a node of the cell is active, by itself or through a life cycle manager.
-    fn wait_active(&self, name: &str, shutdown: &Shutdown) -> Result<(), NodeError> {
-        let client = self.node.client::<GetState>(&format!("{name}/get_state"))?;
-        client.wait_for_service(MEETING)?;
-        let deadline = Instant::now() + MEETING;
-        loop {
-            let state = client.call(&GetStateRequest::default(), MEETING)?.current_state;
-            if state.id == State::PRIMARY_STATE_ACTIVE {
-                return Ok(());
-            }
-            if shutdown.is_requested() {
-                return Err(NodeError::Parameter(INTERRUPTED.into()));
-            }
-            if Instant::now() > deadline {
-                return Err(NodeError::Parameter(format!("node {name} is {}, not active; activate it", state.label)));
-            }
-            // A foreign manager sends no event; the state is polled.
-            let _requested = shutdown.wait_timeout(Duration::from_millis(100));
-        }
+    /// Error about a node that is not there, with the nodes that are.
+    fn absent(&self, names: &[&str]) -> String {
+        let names = names.iter().map(|name| join(self.node.namespace(), name)).collect::<Vec<_>>().join(" or ");
+        let shown = self.node.discovered_nodes().join(", ");
+        let seconds = MEETING.as_secs();
+        format!("no node {names} answers within {seconds} s; start it. Nodes that are there: {shown}")
     }
 
     /// Loads the raw part of a job and finds its phase; returns the overrides for the job.
