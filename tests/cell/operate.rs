@@ -188,6 +188,7 @@ fn motions_are_cancelled_without_a_planner() {
         });
     let (_subscription, _spin) = (subscription.expect("a subscription"), node.spin_in_thread().expect("a thread"));
     while states.recv_timeout(PATIENCE).expect("a state") != InterpolatorState::EXECUTING {}
+    answers(&call(&["override", "50%"]), 0, "override 50 %");
     answers(&call(&["cancel"]), 0, "motion cancelled, the axes come to rest");
     assert_eq!(jog.wait(PATIENCE).code(), Some(3), "it did not go the distance");
     node.shutdown();

@@ -80,7 +80,9 @@ fn a_wrong_command_line_is_refused() {
     desk.fails(&["runn", "plate_cam"], 2, &["unrecognized subcommand 'runn'", "'run'"]);
     desk.fails(&["run", "plate_cam", "--sett", "stock_mm=1"], 2, &["unexpected argument '--sett'", "'--set'"]);
     desk.fails(&["run", "plate_cam", "--parts", "many"], 2, &["invalid value 'many' for '--parts <N>'"]);
-    desk.fails(&["run", "plate_cam", "--parts", "0"], 2, &["0 is not in 1..=10000"]);
+    desk.fails(&["run", "plate_cam", "--parts", "0"], 2, &["it must be a whole number from 1 to 10000"]);
+    desk.fails(&["study", "speed_and_infeed", "--workers", "0"], 2, &["it must be a whole number from 1 to 1024"]);
+    desk.fails(&["page", "--port", "99999"], 2, &["it must be a whole number from 0 to 65535"]);
     desk.fails(&["run", "plate_cam", "--pace", "quick"], 2, &["invalid value 'quick'", "realtime, fast"]);
     desk.fails(&["run", "plate_cam", "--start-at", "A"], 2, &["--attach"]);
     desk.fails(&["init", "jobb"], 2, &["invalid value 'jobb'", "'job'"]);

@@ -24,7 +24,7 @@ use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::job::grinding::InfeedCourse;
 use crate::machine::description::{AxisScale, MotionLimits};
 use crate::math::hermite::{HermiteSpline, Knot};
-use crate::math::units::TURN_RAD;
+use crate::math::units::{TURN_RAD, um_from_mm};
 use alloc::vec::Vec;
 use thiserror::Error;
 
@@ -47,8 +47,8 @@ const MAX_TURNS: u32 = 1000;
 pub enum InfeedError {
     /// RT is not N·ΔR·n.
     #[error(
-        "total infeed {} mm is {turns:.4} turns of {blocks} blocks of {} mm; whole turns are needed: {nearest}",
-        significant(*.total_mm), significant(*.per_block_mm)
+        "total infeed {} mm is {turns:.4} turns of {blocks} blocks of {} um; whole turns are needed: {nearest}",
+        significant(*.total_mm), significant(um_from_mm(*.per_block_mm))
     )]
     NotWholeTurns {
         total_mm: f64,
@@ -61,7 +61,8 @@ pub enum InfeedError {
     },
     /// More turns than `MAX_TURNS`.
     #[error(
-        "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {max} are allowed"
+        "total infeed {total_mm} mm at {} um per block takes {turns:.0} turns; at most {max} are allowed",
+        significant(um_from_mm(*.per_block_mm))
     )]
     TooManyTurns {
         total_mm: f64,
@@ -94,18 +95,18 @@ impl core::fmt::Display for NearestInfeed {
             f,
             "{} mm, the nearest infeed per block {}",
             significant(self.total_mm.1),
-            significant(self.per_block_mm.0)
+            significant(um_from_mm(self.per_block_mm.0))
         )?;
         if let Some(above) = self.per_block_mm.1 {
-            write!(f, " or {}", significant(above))?;
+            write!(f, " or {}", significant(um_from_mm(above)))?;
         }
-        f.write_str(" mm")
+        f.write_str(" um")
     }
 }
 
-/// A number at twelve decimals of a mm without its trailing zeros: finer than any count, and readable.
+/// A number at nine decimals of a mm or a µm without its trailing zeros: finer than any count, and readable.
 fn significant(value: f64) -> f64 {
-    libm::round(value * 1e12) / 1e12
+    libm::round(value * 1e9) / 1e9
 }
 
 /// Total infeed, turns and slope: settings of a pass that are known to fit.

@@ -11,6 +11,9 @@ pub enum DescriptionError {
     /// A homing that is none, or that does not fit its axis.
     #[error("homing of {joint}: {what}")]
     Homing { joint: &'static str, what: &'static str },
+    /// A velocity (mm/s) or a position (mm) of a homing that its axis does not reach.
+    #[error("homing of {joint}: its {what} is {value}; the axis allows {low} to {high}")]
+    HomingOutside { joint: &'static str, what: &'static str, value: f64, low: f64, high: f64 },
     /// A figure must be positive.
     #[error("{what} must be positive and finite, not {value}")]
     NotPositive { what: &'static str, value: f64 },

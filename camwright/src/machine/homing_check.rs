@@ -21,6 +21,9 @@ impl Homing {
     ) -> Result<(), DescriptionError> {
         let joint = axis.axis.joint();
         let refuse = |what: &'static str| Err(DescriptionError::Homing { joint, what });
+        let outside = |what: &'static str, value: f64, (low, high): (f64, f64)| {
+            Err(DescriptionError::HomingOutside { joint, what, value, low, high })
+        };
         if !matches!(axis.scale, AxisScale::Linear { .. }) {
             return refuse("only slides have a home switch; c_axis is homed on its origin detector");
         }
@@ -35,14 +38,19 @@ impl Homing {
             );
         };
         let fastest = axis.limits.velocity;
-        if self.search_mm_s.abs() > fastest || self.latch_mm_s.abs() > fastest {
-            return refuse("its velocities are beyond that of the axis");
+        for (what, value) in [("search velocity", self.search_mm_s), ("latch velocity", self.latch_mm_s)] {
+            if value.abs() > fastest {
+                return outside(what, value, (-fastest, fastest));
+            }
         }
-        if !(self.final_mm_s > 0.0 && self.final_mm_s <= fastest) {
-            return refuse("its final velocity must be positive and not beyond that of the axis");
+        if self.final_mm_s <= 0.0 {
+            return refuse("its final velocity must be positive");
         }
-        if axis.soft_limits.is_some_and(|(low, high)| self.home_mm < low || self.home_mm > high) {
-            return refuse("its home position is beyond the soft limits");
+        if self.final_mm_s > fastest {
+            return outside("final velocity", self.final_mm_s, (0.0, fastest));
+        }
+        if let Some(range) = axis.soft_limits.filter(|(low, high)| !(*low..=*high).contains(&self.home_mm)) {
+            return outside("home position", self.home_mm, range);
         }
         if self.use_index && !(self.index_pitch_mm > 0.0 && self.index_pitch_mm.is_finite()) {
             return refuse("an index needs a positive pitch of its marks");

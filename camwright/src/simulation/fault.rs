@@ -171,8 +171,8 @@ pub enum FaultError {
         switches: String,
     },
     /// The machine has nothing that could fail so.
-    #[error("{name}: the machine has no door and no chuck (loading)")]
-    NothingThere { name: &'static str },
+    #[error("{name}: the machine has no {what}")]
+    NothingThere { name: &'static str, what: &'static str },
     /// The value is outside what the fault allows.
     #[error("{name}: value {value} is outside {low} to {high}")]
     Value { name: &'static str, value: f64, low: f64, high: f64 },
@@ -256,11 +256,16 @@ impl Fault {
             "drive_gain" => Fault::DriveGain { axis: axis()?, factor: if active { between(0.0, 1.0)? } else { 1.0 } },
             "drive_fault" => Fault::DriveFault { axis: axis()?, active },
             "lost_chunks" => Fault::LostChunks(if active { between(1.0, MAX_CHUNKS)? as u32 } else { 0 }),
+            "gauge_stuck" | "gauge_nan" if machine.gauge.is_none() => {
+                return Err(FaultError::NothingThere { name, what: "gauge" });
+            }
             "gauge_stuck" => Fault::Gauge(active.then_some(GaugeFault::Stuck)),
             "gauge_nan" => Fault::Gauge(active.then_some(GaugeFault::NotANumber)),
             "wheel_stall" => Fault::WheelStall(active),
             "wheel_overspeed" => Fault::WheelOverspeed(if active { between(1.0, 3.0)? } else { 1.0 }),
-            _ if machine.loading.is_none() => return Err(FaultError::NothingThere { name }),
+            _ if machine.loading.is_none() => {
+                return Err(FaultError::NothingThere { name, what: "door and no chuck (loading)" });
+            }
             "door_forced" => Fault::Loading(LoadingFault::DoorForced(active)),
             "door_stuck" => Fault::Loading(LoadingFault::DoorStuck(active)),
             "chuck_forced" => Fault::Loading(LoadingFault::ChuckForced(active)),
@@ -309,7 +314,10 @@ mod tests {
             }
         }
         let refused = Fault::from_name("door_forced", "", 0.0, true, &plain);
-        assert_eq!(refused, Err(FaultError::NothingThere { name: "door_forced" }));
+        assert_eq!(refused, Err(FaultError::NothingThere { name: "door_forced", what: "door and no chuck (loading)" }));
+        let refused =
+            Fault::from_name("gauge_stuck", "", 0.0, true, &MachineDescription { gauge: None, ..plain.clone() });
+        assert_eq!(refused, Err(FaultError::NothingThere { name: "gauge_stuck", what: "gauge" }));
         assert_eq!(
             Fault::from_name("stuck_input", "LS2", 1.0, true, &machine),
             Ok(Fault::StuckInput { input: Input::Station(1), level: Some(true) })

@@ -69,7 +69,7 @@ impl HomingFile {
 /// Refuses a homing that is none, or that does not fit its axis, at its place in the file.
 pub(super) fn check(document: &Document, machine: &MachineDescription) -> Result<(), ConfigError> {
     match machine.validate() {
-        Err(error @ DescriptionError::Homing { joint, .. }) => {
+        Err(error @ (DescriptionError::Homing { joint, .. } | DescriptionError::HomingOutside { joint, .. })) => {
             Err(document.error(&format!("{joint}.home"), error.to_string()))
         }
         // The functions that read the other keys report their errors.
@@ -102,7 +102,7 @@ mod tests {
                 "search and latch velocity and use_index must be",
             ),
             ("{latch_velocity_mm_s: 1, home_mm: 150}", "search and latch velocity and use_index must be"),
-            ("{home_mm: 1500}", "its home position is beyond the soft limits"),
+            ("{home_mm: 1500}", "its home position is 1500; the axis allows "),
             (
                 "{search_velocity_mm_s: 20, latch_velocity_mm_s: 1, switch_mm: 400, home_mm: 150}",
                 "without ignore_limits",

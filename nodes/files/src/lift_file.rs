@@ -283,6 +283,7 @@ fn read_table(
     source: &LiftSource,
 ) -> Result<ProfileLift, Vec<ConfigError>> {
     let format = file.format(profile.mm_per_deg());
+    lift_text::check_columns(&format).map_err(|error| profile.refuse("columns", error))?;
     let mut warnings = Vec::new();
     let base_mm;
     let (table, files) = match source {

@@ -425,6 +425,12 @@ fn columns(
     }
 }
 
+/// Checks columns that a job declares.
+pub(super) fn check_columns(format: &TextFormat) -> Result<(), String> {
+    let Some(declared) = &format.columns else { return Ok(()) };
+    understand(declared, format.angle, format.mm_per_deg).map(|_| ())
+}
+
 /// Columns by their names; `angle` is what the angles must be, `mm_per_deg` what a degree of lift is.
 fn understand(names: &[String], angle: Option<AngleUnitFile>, mm_per_deg: Option<f64>) -> Result<TableColumns, String> {
     type Found = (usize, Content, LiftForm, f64, LengthUnit);

@@ -93,6 +93,12 @@ impl Answer {
 }
 
 impl Operation {
+    /// Returns true for operations with a motion, which can take long.
+    #[must_use]
+    pub(crate) const fn lasts(&self) -> bool {
+        matches!(self, Self::Jog { .. } | Self::Home { .. })
+    }
+
     /// Returns true for operations that only stop. They need no command.
     #[must_use]
     pub fn is_stop(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Performs operations with the authority that they need.
 
-use super::holder_socket;
+use super::holder_socket::{self, HolderSocket};
 use super::operation::{Answer, Operation};
 use camwright_authority::{HeldCommand, TakeError, TakeOptions};
 use camwright_ros::{Node, RosArgs};
@@ -36,7 +36,11 @@ impl Operator {
         }
         let options = TakeOptions { patience: MEETING, interpolator: true, ..TakeOptions::new(&self.name) };
         match HeldCommand::acquire(&self.node, &options) {
-            Ok(_command) => self.ask_cell(operation, goes_on),
+            Ok(_command) => {
+                // Override, resume and others act on a motion while it lasts. Another process that serves the cell keeps its socket.
+                let _socket = operation.lasts().then(|| HolderSocket::serve(self, self.node.supervisor()).ok());
+                self.ask_cell(operation, goes_on)
+            }
             Err(TakeError::Refused(reason)) => {
                 let answer = holder_socket::ask(&self.socket, operation, goes_on);
                 answer.unwrap_or_else(|| Answer::refused(format!("the machine refuses: {reason}")))

@@ -5,6 +5,7 @@ use super::output::{VerdictLevel, print_error, print_verdict, print_warning, say
 use camwright_files::{ConfigError, FileLocation};
 use camwright_planning::{self as planning, CheckReport, Finding, Severity};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -53,10 +54,10 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
             .collect();
         let about = if counts.is_empty() { summary.clone().unwrap_or(file) } else { counts.join(", ") };
         print_verdict(level, &wrapped(&format!("{}: {about}", verdict.to_uppercase()), 2));
-        for Finding { severity, error } in &findings {
+        for (severity, text) in grouped(&findings) {
             match severity {
-                Severity::Warning => print_warning("warning", error),
-                Severity::Error => print_error("error", error),
+                Severity::Warning => print_warning("warning", &text),
+                Severity::Error => print_error("error", &text),
             }
         }
         if let Some(summary) = summary.filter(|_| !counts.is_empty()) {
@@ -86,6 +87,34 @@ fn check(args: &CheckArgs) -> Result<CheckReport, ConfigError> {
     check_parameters::check(&located).map_err(|error| refuse(error.to_string()))
 }
 
+/// Findings in their order; equal ones of a file are one, with the lines of the others.
+fn grouped(findings: &[Finding]) -> Vec<(Severity, String)> {
+    let mut groups: Vec<(&Finding, Vec<u64>)> = Vec::new();
+    let mut known = BTreeMap::new();
+    for finding in findings {
+        let Finding { severity, error } = finding;
+        let group = *known.entry((severity, &error.place.file, &error.message)).or_insert(groups.len());
+        match groups.get_mut(group) {
+            Some((_, others)) => others.extend(error.place.line),
+            None => groups.push((finding, Vec::new())),
+        }
+    }
+    groups
+        .into_iter()
+        .map(|(Finding { severity, error }, others)| (*severity, format!("{error}{}", also(&others))))
+        .collect()
+}
+
+fn also(lines: &[u64]) -> String {
+    let shown = lines.iter().take(3).map(u64::to_string).collect::<Vec<_>>().join(", ");
+    match lines.len() {
+        0 => String::new(),
+        1 => format!("; the same in line {shown}"),
+        2 | 3 => format!("; the same in lines {shown}"),
+        count => format!("; the same in lines {shown} and {} others", count - 3),
+    }
+}
+
 fn as_json(finding: &Finding) -> Value {
     let ConfigError { place: FileLocation { file, line }, message } = &finding.error;
     let file: &Path = file;
@@ -95,4 +124,28 @@ fn as_json(finding: &Finding) -> Value {
         "line": line,
         "message": message,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_findings_of_a_file_are_one_with_its_lines() {
+        let finding = |file: &str, line, message: &str| Finding {
+            severity: Severity::Error,
+            error: ConfigError::at(FileLocation::line(Path::new(file), line), message),
+        };
+        let mut findings: Vec<_> = (5..11).map(|line| finding("a.csv", line, "no angle")).collect();
+        findings.insert(2, finding("a.csv", 6, "no lift"));
+        findings.push(finding("b.csv", 5, "no angle"));
+        findings.push(finding("b.csv", 9, "no angle"));
+        let texts: Vec<_> = grouped(&findings).into_iter().map(|(_, text)| text).collect();
+        let expected = [
+            "a.csv:5: no angle; the same in lines 6, 7, 8 and 2 others",
+            "a.csv:6: no lift",
+            "b.csv:5: no angle; the same in line 9",
+        ];
+        assert_eq!(texts, expected);
+    }
 }

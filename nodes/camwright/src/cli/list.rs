@@ -19,6 +19,11 @@ const FAULT_EXAMPLES: &str = "
 now:      camwright fault drive_fault x_axis    (remove it: --clear)
 in a job: faults: [{kind: drive_fault, target: x_axis, at_s: 3}]";
 
+/// End of the list of jobs.
+const JOB_EXAMPLES: &str = "
+run one:     camwright run NAME
+NC program:  camwright post NAME    (the only way for milling jobs)";
+
 /// Maximum width of a column; a longer cell moves the cells behind it.
 const MAX_COLUMN: usize = 34;
 
@@ -72,8 +77,10 @@ pub(super) fn main(args: &ListArgs) -> ExitCode {
         say!("{:#}", table.json());
     } else {
         say!("{}", wrapped(table.text().trim_end(), 4));
-        if args.subject == Subject::Faults {
-            say!("{FAULT_EXAMPLES}");
+        match args.subject {
+            Subject::Jobs => say!("{JOB_EXAMPLES}"),
+            Subject::Faults => say!("{FAULT_EXAMPLES}"),
+            _ => {}
         }
     }
     ExitCode::SUCCESS

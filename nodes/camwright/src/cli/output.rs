@@ -5,7 +5,9 @@ use camwright_bag::progress;
 use camwright_planning::AnyPrepared;
 use clap::{Args, ColorChoice};
 use std::fmt::{Arguments, Display};
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set by `--quiet`.
@@ -118,14 +120,42 @@ pub(super) fn number(text: &str) -> Result<f64, String> {
     value.ok().filter(|value| value.is_finite()).ok_or_else(|| format!("{text:?} is not a number, for example 0.5"))
 }
 
+/// Parses a whole number of the command line within a range.
+pub(super) fn whole_number<T>(text: &str, range: RangeInclusive<T>) -> Result<T, String>
+where
+    T: FromStr + PartialOrd + Display,
+{
+    let value = text.trim().parse().ok().filter(|value| range.contains(value));
+    value.ok_or_else(|| format!("it must be a whole number from {} to {}", range.start(), range.end()))
+}
+
 /// Prints `sender: message` on standard error, also with `--quiet`.
 pub(super) fn print_error(sender: &str, message: &dyn Display) {
-    let _reader_is_gone = writeln!(anstream::stderr(), "{}", VerdictLevel::Bad.paint(&format!("{sender}: {message}")));
+    let text = for_reader(&format!("{sender}: {message}"), std::io::stderr().is_terminal());
+    let _reader_is_gone = writeln!(anstream::stderr(), "{}", VerdictLevel::Bad.paint(&text));
 }
 
 /// Prints a warning `sender: message` on standard error.
 pub(super) fn print_warning(sender: &str, message: &dyn Display) {
-    write_note(format_args!("{}", VerdictLevel::Warning.paint(&format!("{sender}: {message}"))));
+    let text = for_reader(&format!("{sender}: {message}"), std::io::stderr().is_terminal());
+    write_note(format_args!("{}", VerdictLevel::Warning.paint(&text)));
+}
+
+/// A message without the numbers that the operating system has for its errors; on a terminal in lines of 80 columns. Other readers
+/// search in it, and get it whole.
+fn for_reader(message: &str, is_terminal: bool) -> String {
+    let (mut text, mut rest) = (String::new(), message);
+    while let Some((before, behind)) = rest.split_once(" (os error ") {
+        let Some((number, after)) = behind.split_once(')') else { break };
+        let is_number = number.parse::<u32>().is_ok();
+        text.push_str(before);
+        if !is_number {
+            text.push_str(&rest[before.len()..rest.len() - after.len()]);
+        }
+        rest = after;
+    }
+    text.push_str(rest);
+    if is_terminal { wrapped(&text, 2) } else { text }
 }
 
 /// Prints the warnings about a planned job on standard error.
@@ -159,6 +189,18 @@ mod tests {
     fn a_verdict_is_coloured_up_to_its_colon() {
         assert_eq!(VerdictLevel::Good.paint("GOOD: 3 um: fine"), "\u{1b}[1m\u{1b}[32mGOOD\u{1b}[0m: 3 um: fine");
         assert_eq!(VerdictLevel::Bad.paint("BURNT"), "\u{1b}[1m\u{1b}[31mBURNT\u{1b}[0m");
+    }
+
+    #[test]
+    fn numbers_of_the_operating_system_are_left_out() {
+        let error = std::io::Error::from_raw_os_error(13);
+        assert_eq!(for_reader(&format!("a.yaml: {error}; b"), false), "a.yaml: Permission denied; b");
+        for other in ["x (os error y) z", "x (os error 13", "x (os error 2)", ""] {
+            assert_eq!(for_reader(other, false), if other.ends_with("2)") { "x" } else { other });
+        }
+        let long = "word ".repeat(40);
+        assert_eq!(for_reader(&long, false), long);
+        assert!(for_reader(&long, true).lines().all(|line| line.len() <= 80));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `camwright page`: serves the operator page of a running cell.
 
-use super::output::{note, print_error};
+use super::output::{note, print_error, whole_number};
 use camwright_operator_page::{DEFAULT_ADDRESS, OperatorPage};
 use camwright_ros::running::NodeError;
 use camwright_ros::{RosArgs, RosLayer, Shutdown};
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 #[command(after_help = super::help::PAGE)]
 pub(super) struct PageArgs {
     /// Port; 0 selects a free port.
-    #[arg(long, default_value_t = DEFAULT_ADDRESS.port())]
+    #[arg(long, default_value_t = DEFAULT_ADDRESS.port(), value_parser = port)]
     port: u16,
     /// Address to serve at; 0.0.0.0 opens the page to the network.
     #[arg(long, value_name = "ADDRESS", default_value_t = DEFAULT_ADDRESS.ip())]
@@ -21,6 +21,10 @@ pub(super) struct PageArgs {
     /// Let viewers operate the cell; the printed address contains the token.
     #[arg(long)]
     control: bool,
+}
+
+pub(super) fn port(text: &str) -> Result<u16, String> {
+    whole_number(text, 0..=u16::MAX)
 }
 
 /// Entry point.

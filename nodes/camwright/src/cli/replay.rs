@@ -1,6 +1,6 @@
 //! `camwright replay`: plays a bag to the graph, or recomputes its run.
 
-use super::output::{VerdictLevel, note, print_error, print_verdict, say, wrapped};
+use super::output::{VerdictLevel, note, print_error, print_verdict, say, whole_number, wrapped};
 use crate::player::{self, PlaybackSummary, ReplayError};
 use camwright_analysis::rerun::{self, Window};
 use camwright_ros::{RosArgs, Shutdown};
@@ -18,14 +18,18 @@ pub(super) struct ReplayCommand {
     #[allow(clippy::option_option, reason = "the flag, and its value")]
     against: Option<Option<PathBuf>>,
     /// With --against: start at the last keyframe before this tick
-    #[arg(long, value_name = "TICK", requires = "against")]
+    #[arg(long, value_name = "TICK", requires = "against", value_parser = tick)]
     from_tick: Option<u64>,
     /// With --against: stop at this tick
-    #[arg(long, value_name = "TICK", requires = "against")]
+    #[arg(long, value_name = "TICK", requires = "against", value_parser = tick)]
     to_tick: Option<u64>,
     /// With --against: print one JSON object instead of text
     #[arg(long, requires = "against")]
     json: bool,
+}
+
+fn tick(text: &str) -> Result<u64, String> {
+    whole_number(text, 0..=u64::MAX)
 }
 
 /// Exit code of a run that differs.

@@ -2,7 +2,7 @@
 
 use super::bag_room;
 use super::batch::Batch;
-use super::output::{is_quiet, note, print_error, print_warning, print_warnings};
+use super::output::{is_quiet, note, print_error, print_warning, print_warnings, whole_number};
 use super::pace::PaceArg;
 use super::run_cell::CellNodes;
 use super::run_client::{CellClient, JobEnd};
@@ -67,7 +67,7 @@ pub(super) struct RunArgs {
     #[arg(long)]
     attach: bool,
     /// Number of parts to grind.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parts)]
     pub(super) parts: u32,
     /// Discard the learned form compensation first.
     #[arg(long)]
@@ -85,7 +85,7 @@ pub(super) struct RunArgs {
     #[arg(long, conflicts_with_all = ["start_at", "parts"])]
     find_phase: bool,
     /// Serve the operator page on this port of this computer.
-    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8080")]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8080", value_parser = super::page::port)]
     page: Option<u16>,
     /// Let viewers of the page operate the cell; the printed address contains the token.
     #[arg(long, requires = "page")]
@@ -105,6 +105,10 @@ pub(super) struct RunArgs {
     /// Show the log lines of the nodes; without it only warnings and errors.
     #[arg(long, short)]
     verbose: bool,
+}
+
+fn parts(text: &str) -> Result<u32, String> {
+    whole_number(text, 1..=10_000)
 }
 
 /// Entry point.

@@ -1,6 +1,6 @@
 //! `camwright study`: runs the cases of a study without ROS on all cores.
 
-use super::output::{VerdictLevel, note, print_error, print_verdict, say, wrapped};
+use super::output::{VerdictLevel, note, print_error, print_verdict, say, whole_number, wrapped};
 use camwright_bag::progress;
 use camwright_files::study_file::{self, Study};
 use camwright_ros::Shutdown;
@@ -26,7 +26,7 @@ pub(super) struct StudyArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Cases that run at a time [default: number of processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = workers)]
     workers: Option<u16>,
     /// Set a key of the study, such as `replicates=3`; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -40,6 +40,10 @@ pub(super) struct StudyArgs {
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
+}
+
+fn workers(text: &str) -> Result<u16, String> {
+    whole_number(text, 1..=1024)
 }
 
 /// Exit code 0: a case is feasible; 1: not written; 2: rejected; 4: no case is feasible; 130: interrupted.

@@ -82,7 +82,7 @@ pub struct ReplayArgs {
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    let value: f64 = text.parse().map_err(|_| format!("{text:?} is not a number, for example 0.5"))?;
     // A billion seconds are 31 years; NaN is in no range.
     if (0.0..1e9).contains(&value) { Ok(value) } else { Err("must be a number from 0 to 1e9".into()) }
 }
