@@ -440,8 +440,8 @@ mod tests {
         let error = InfeedSchedule::new(0.35, 0.000_025, 3600, X).expect_err("3.89 turns");
         assert_eq!(
             error.to_string(),
-            "total infeed 0.35 mm is 3.8889 turns of 3600 blocks of 0.000025 mm; whole turns are needed: the nearest \
-             total infeed is 0.27 or 0.36 mm, the nearest infeed per block 0.000024305556 or 0.000032407407 mm"
+            "total infeed 0.35 mm is 3.8889 turns of 3600 blocks of 0.025 um; whole turns are needed: the nearest \
+             total infeed is 0.27 or 0.36 mm, the nearest infeed per block 0.024305556 or 0.032407407 um"
         );
         // The neighbours named do fit.
         for (total, per_block) in

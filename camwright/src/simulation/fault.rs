@@ -286,6 +286,7 @@ pub(super) const ORIGIN_TOLERANCE_RAD: f64 = TURN_RAD / 180.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::gauge::{GaugeDescription, GaugeKind};
     use crate::machine::loading::LoadingDescription;
     use crate::machine::reference::cam_grinder;
 
@@ -296,11 +297,20 @@ mod tests {
         chuck_closes_s: 0.01,
         safe_x_mm: 100.0,
     };
+    const GAUGE: GaugeDescription = GaugeDescription {
+        kind: GaugeKind::Diameter,
+        behind_wheel_rad: 1.5,
+        second_behind_wheel_rad: None,
+        resolution_mm: 1e-4,
+        noise_mm: 0.0,
+        bandwidth_rad_s: None,
+        seed: 1,
+    };
 
     #[test]
     fn every_listed_fault_can_be_set_and_others_are_refused() {
         let plain = cam_grinder();
-        let machine = MachineDescription { loading: Some(LOADING), ..plain.clone() };
+        let machine = MachineDescription { loading: Some(LOADING), gauge: Some(GAUGE), ..plain.clone() };
         for entry in FAULTS {
             let target = match entry.target {
                 JOINT => "x_axis",
@@ -315,8 +325,7 @@ mod tests {
         }
         let refused = Fault::from_name("door_forced", "", 0.0, true, &plain);
         assert_eq!(refused, Err(FaultError::NothingThere { name: "door_forced", what: "door and no chuck (loading)" }));
-        let refused =
-            Fault::from_name("gauge_stuck", "", 0.0, true, &MachineDescription { gauge: None, ..plain.clone() });
+        let refused = Fault::from_name("gauge_stuck", "", 0.0, true, &plain);
         assert_eq!(refused, Err(FaultError::NothingThere { name: "gauge_stuck", what: "gauge" }));
         assert_eq!(
             Fault::from_name("stuck_input", "LS2", 1.0, true, &machine),

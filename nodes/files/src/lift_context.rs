@@ -11,6 +11,7 @@ pub(crate) struct LiftContext<'a> {
     pub document: &'a Document,
     /// Key path of its `lift`, for example `profiles.0.lift`; empty if the document is a lift only.
     pub key: &'a str,
+    /// Name of the profile; empty where only the table is looked at.
     pub name: &'a str,
     /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
     pub follower: Option<(Follower, f64)>,
@@ -32,6 +33,7 @@ impl LiftContext<'_> {
 
     /// A refusal of the value at a key of the lift; of the lift itself where the key is empty.
     pub(super) fn refuse(&self, name: &str, message: impl std::fmt::Display) -> Vec<ConfigError> {
-        vec![self.document.error(&self.key(name), format!("profile {}: {message}", self.name))]
+        let profile = if self.name.is_empty() { String::new() } else { format!("profile {}: ", self.name) };
+        vec![self.document.error(&self.key(name), format!("{profile}{message}"))]
     }
 }

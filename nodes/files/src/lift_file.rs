@@ -327,6 +327,10 @@ fn read_table(
     })?;
     let own = base_mm.map(|base_mm| (Follower::KnifeEdge { offset_mm: 0.0 }, base_mm));
     let others = alternatives(&table, reading).map_err(|error| whole_file(&error))?;
+    if law.max_lift_mm() <= 0.0 {
+        let message = "every lift is 0: the profile is round; `lift: {round: true}` says so without a table";
+        warnings.push(ConfigError::at(FileLocation::file(&files[0]), message));
+    }
     if let Some((_, base_mm)) = profile.follower.filter(|(_, base)| law.max_lift_mm() > LIFT_PER_BASE_RADIUS * base) {
         let message = format!(
             "the largest lift is {:.3} mm on a base circle of {base_mm} mm, more than {LIFT_PER_BASE_RADIUS} times its \
@@ -403,7 +407,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     let file: LiftFile = schema::read(&document)?;
     read(
         &file,
-        LiftContext { document: &document, key: "", name: "alone", follower: None },
+        LiftContext { document: &document, key: "", name: "", follower: None },
         &mut JobFiles::from_document(&document),
     )
 }
