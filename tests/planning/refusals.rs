@@ -174,7 +174,7 @@ fn newer_schema() -> BadJob {
 
 fn infeed_of_broken_turns() -> BadJob {
     let change = |text: String| text.replace("total_mm: 0.36 ", "total_mm: 0.35 ");
-    BadJob::job("infeed", change, &["job.yaml:29", "0.35", "0.324 or 0.36 mm", "0.000009722222 or 0.000010802469 mm"])
+    BadJob::job("infeed", change, &["job.yaml:29", "0.35", "0.324 or 0.36 mm", "0.009722222 or 0.010802469 um"])
 }
 
 const ALL: [fn() -> BadJob; 12] = [

@@ -1,5 +1,6 @@
 //! Cases of a study: the points of its design, each with its replicates, random values and seeds.
 
+use super::results::as_number;
 use super::sobol;
 use camwright::math::noise::Noise;
 use camwright_files::study_file::{FactorValues, Study, StudyDesign, StudyFactor, StudySetting};
@@ -31,19 +32,28 @@ pub struct StudyCase {
 #[must_use]
 pub fn cases(study: &Study) -> Vec<StudyCase> {
     let points = points(study);
-    let mut cases = Vec::with_capacity(study.case_count as usize);
-    for (point, replicate) in (1..).zip(&points).flat_map(|point| (1..=study.replicates).map(move |r| (point, r))) {
-        let (point, values) = point;
-        let number = (point - 1) * study.replicates + replicate;
-        let settings = settings(study, values, number);
+    let numbered = (1..).zip(&points);
+    numbered.flat_map(|(point, values)| replicates(study, values, point, point)).collect()
+}
+
+/// Cases of a point that no design has. Its random values and seeds are those of the first point of a design, so that points compare.
+pub(crate) fn point_cases(study: &Study, values: &[YamlValue], point: u32) -> Vec<StudyCase> {
+    replicates(study, values, point, 1)
+}
+
+/// Cases of a point, with the random values of the point `drawn_as`.
+fn replicates(study: &Study, values: &[YamlValue], point: u32, drawn_as: u32) -> Vec<StudyCase> {
+    let number = |point: u32, replicate: u32| (point - 1) * study.replicates + replicate;
+    let case = |replicate: u32| {
+        let settings = settings(study, values, number(drawn_as, replicate));
         let hash = hash(study, &settings);
-        cases.push(StudyCase { number, point, replicate, settings, hash });
-    }
-    cases
+        StudyCase { number: number(point, replicate), point, replicate, settings, hash }
+    };
+    (1..=study.replicates).map(case).collect()
 }
 
 /// Factors that the design sets.
-fn controlled(study: &Study) -> impl Iterator<Item = &StudyFactor> {
+pub(crate) fn controlled(study: &Study) -> impl Iterator<Item = &StudyFactor> {
     study.factors.iter().filter(|factor| !factor.values.is_random())
 }
 
@@ -117,7 +127,7 @@ fn steps(factor: &StudyFactor) -> Vec<YamlValue> {
 }
 
 /// Value of a factor at a share of its range.
-fn value_at(factor: &StudyFactor, share: f64) -> YamlValue {
+pub(crate) fn value_at(factor: &StudyFactor, share: f64) -> YamlValue {
     match &factor.values {
         FactorValues::Levels(levels) => {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
@@ -128,6 +138,17 @@ fn value_at(factor: &StudyFactor, share: f64) -> YamlValue {
         FactorValues::Range { from, to, is_log: true, .. } => factor.number(from * (to / from).powf(share)),
         FactorValues::Uniform { from, .. } => factor.number(*from),
         FactorValues::Normal { mean, .. } => factor.number(*mean),
+    }
+}
+
+/// Share of the range at which a factor has a value; the middle where it has no range, or the value is no number.
+pub(crate) fn share_of(factor: &StudyFactor, value: &YamlValue) -> f64 {
+    match (&factor.values, as_number(value)) {
+        (FactorValues::Range { from, to, is_log: false, .. }, Some(value)) => (value - from) / (to - from),
+        (FactorValues::Range { from, to, is_log: true, .. }, Some(value)) if value > 0.0 => {
+            (value / from).ln() / (to / from).ln()
+        }
+        _ => 0.5,
     }
 }
 

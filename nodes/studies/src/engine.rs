@@ -51,30 +51,46 @@ pub fn run_cases(
     let mut seen: HashSet<&str> = HashSet::new();
     let open = cases.iter().filter(|case| !outcomes.contains_key(&case.hash) && seen.insert(case.hash.as_str()));
     let open: Vec<&StudyCase> = open.collect();
-    let pools = (0..settings.workers.clamp(1, open.len().max(1)))
+    let done = AtomicUsize::new(0);
+    let finished: Mutex<Vec<(String, CaseOutcome)>> = Mutex::new(Vec::new());
+    let ran = on_workers(settings.workers, &open, |case| {
+        if (settings.is_stopped)() {
+            return Ok(());
+        }
+        let outcome = run_case(study, &case.settings);
+        log.append(&case.hash, &outcome)?;
+        finished.lock().unwrap_or_else(PoisonError::into_inner).push((case.hash.clone(), outcome));
+        (settings.on_done)(done.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok(())
+    });
+    outcomes.extend(finished.into_inner().unwrap_or_else(PoisonError::into_inner));
+    ran
+}
+
+/// Works on items in their order, each worker on one thread. The first error ends the work after the items under way.
+pub(crate) fn on_workers<T: Sync>(
+    workers: usize,
+    items: &[T],
+    work: impl Fn(&T) -> Result<(), StudyError> + Sync,
+) -> Result<(), StudyError> {
+    let pools = (0..workers.clamp(1, items.len().max(1)))
         .map(|_| ThreadPoolBuilder::new().num_threads(1).build())
         .collect::<Result<Vec<_>, _>>()?;
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let finished: Mutex<Vec<(String, CaseOutcome)>> = Mutex::new(Vec::new());
+    let next = AtomicUsize::new(0);
     let failure: Mutex<Option<StudyError>> = Mutex::new(None);
     let has_failed = || failure.lock().unwrap_or_else(PoisonError::into_inner).is_some();
-    let work = || {
-        while !(settings.is_stopped)() && !has_failed() {
-            let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
-            let outcome = run_case(study, &case.settings);
-            if let Err(error) = log.append(&case.hash, &outcome) {
+    let run = || {
+        while !has_failed() {
+            let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+            if let Err(error) = work(item) {
                 failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-                return;
             }
-            finished.lock().unwrap_or_else(PoisonError::into_inner).push((case.hash.clone(), outcome));
-            (settings.on_done)(done.fetch_add(1, Ordering::Relaxed) + 1);
         }
     };
     std::thread::scope(|scope| {
         for pool in &pools {
-            scope.spawn(|| pool.install(work));
+            scope.spawn(|| pool.install(run));
         }
     });
-    outcomes.extend(finished.into_inner().unwrap_or_else(PoisonError::into_inner));
     failure.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }

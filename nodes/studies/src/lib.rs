@@ -2,6 +2,8 @@
 //!
 //! ```text
 //! study file ─► cases (plan.json) ─► workers ─► case log (cases.jsonl) ─► results.parquet, results.csv, report.html
+//!                      ▲                              │
+//!                      └───────── searches ◄──────────┘   with `--minimise`
 //! ```
 
 mod analysis;
@@ -11,6 +13,7 @@ mod cases;
 mod csv_file;
 mod engine;
 mod folder;
+mod optimise;
 mod page;
 mod results;
 mod sobol;
@@ -23,6 +26,7 @@ pub use case_run::{CaseOutcome, CaseStatus, run_case};
 pub use cases::{StudyCase, cases};
 pub use engine::{CaseOutcomes, EngineSettings, run_cases, run_single_case};
 pub use folder::StudyFolder;
+pub use optimise::{Optimised, optimise};
 pub use results::{StudyResults, StudyRow};
 
 #[cfg(test)]

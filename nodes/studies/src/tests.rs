@@ -174,3 +174,79 @@ fn parquet_holds_the_rows_of_the_csv() {
     let csv = String::from_utf8(bytes(&folder, "results.csv")).expect("UTF-8");
     assert_eq!(columns.join(","), csv.lines().next().unwrap_or_default());
 }
+
+/// Two ranges and a list; the fastest case that keeps the form error lies between the points of the design.
+const SEARCHED: &str = "schema: camwright/study/1
+name: searched
+job: eccentric
+fixed: {infeed.total_mm: 0.036, stock_mm: 0.03}
+factors:
+  work_speed_rpm: {from: 20.0, to: 120.0, steps: 2}
+  raw_part.unknown_um: {from: -1.0, to: 1.0, steps: 2}
+  infeed.spark_out_turns: [1, 2]
+design: {kind: grid}
+limits: {form_error_max_um: 4.1, burn_index: 2.0}
+";
+
+/// Searches in a folder; returns the number of cases that ran, and the cases.
+fn searched(study: &Study, folder: &Path, workers: usize, stop_after: usize) -> (usize, Vec<StudyCase>, StudyFolder) {
+    let folder = StudyFolder::create(folder).expect("a folder");
+    let (log, mut outcomes) = folder.open_log().expect("a log");
+    let done = AtomicUsize::new(0);
+    let settings = EngineSettings {
+        workers,
+        is_stopped: &|| done.load(Ordering::Relaxed) >= stop_after,
+        on_done: &|_| {
+            done.fetch_add(1, Ordering::Relaxed);
+        },
+    };
+    let optimised = optimise(study, 40, (&log, &mut outcomes), &settings).expect("it runs");
+    folder.write_plan(study, &optimised.cases).expect("a plan");
+    folder.write_results(&StudyResults::new(study, &optimised.cases, &outcomes)).expect("results");
+    (done.load(Ordering::Relaxed), optimised.cases, folder)
+}
+
+#[test]
+fn a_search_beats_the_design_and_is_the_same_with_any_number_of_workers_and_after_a_stop() {
+    let study = study(SEARCHED);
+    let root = tempfile::tempdir().expect("a folder");
+    let (ran, cases, one) = searched(&study, &root.path().join("one"), 1, usize::MAX);
+    assert_eq!(ran, cases.len(), "no case runs twice");
+    assert!(cases.len() > 16 && cases.len() <= 40, "{}", cases.len());
+    let (_, outcomes) = one.open_log().expect("a log");
+    let best = |cases: &[StudyCase]| {
+        let results = StudyResults::new(&study, cases, &outcomes);
+        results.best().map(|best| best.value)
+    };
+    let (of_design, of_all) = (best(&cases[..8]).unwrap_or(f64::INFINITY), best(&cases).expect("a feasible case"));
+    assert!(of_all < 0.95 * of_design, "{of_all} s after {of_design} s");
+    // The job file of the best case makes the part again.
+    let results = StudyResults::new(&study, &cases, &outcomes);
+    let row = &results.rows[results.best().expect("a feasible case").row];
+    let (job, _) = study.base.sources_with(&row.case.settings).expect("a job file");
+    assert_eq!(bytes(&one, "best_job.yaml"), job.as_bytes());
+    let alone = Study { base: study_of_job(&job).base, ..study.clone() };
+    assert_eq!(run_case(&alone, &[]).responses, row.outcome.responses);
+
+    let (_, _, two) = searched(&study, &root.path().join("two"), 2, usize::MAX);
+    let stopped = root.path().join("stopped");
+    let (before, ..) = searched(&study, &stopped, 2, 12);
+    let (after, _, resumed) = searched(&study, &stopped, 2, usize::MAX);
+    assert_eq!(before + after, cases.len(), "no case runs twice");
+    for name in ["plan.json", "results.parquet", "results.csv", "best_job.yaml"] {
+        assert!(bytes(&two, name) == bytes(&one, name), "{name} with 2 workers");
+        assert!(bytes(&resumed, name) == bytes(&one, name), "{name} after a stop");
+    }
+}
+
+/// A study of a job file without factors that matter.
+fn study_of_job(job: &str) -> Study {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("best_job.yaml");
+    std::fs::write(&path, job).expect("it can be written");
+    let text = format!(
+        "schema: camwright/study/1\nname: alone\njob: {}\nfactors: {{work_speed_rpm: [60.0]}}\ndesign: {{kind: grid}}\n",
+        path.display()
+    );
+    study(&text)
+}

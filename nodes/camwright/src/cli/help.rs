@@ -42,8 +42,14 @@ pub(super) const STUDY: &str = "\
 Examples:
   camwright study speed_and_infeed --out studies/first
   camwright study my_study.yaml --workers 2 --set replicates=3
+  camwright study my_study.yaml --minimise job_time_s \
+    --subject-to 'form_error_max_um<=3,burn_index<=0.9'
   camwright study my_study.yaml --plan --out shared
   camwright study my_study.yaml --case 0123456789abcdef --out shared
+
+--minimise searches from the best cases of the design, at most 4 times, with
+COBYLA, which needs no derivatives. It moves the factors with ranges; lists keep
+their values. It ends with best_job.yaml, a job file that makes the best part.
 
 Several computers: --plan writes the cases, --case runs one of them anywhere,
 and the command without both collects cases/*.json and writes the results.

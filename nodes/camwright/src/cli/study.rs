@@ -37,9 +37,41 @@ pub(super) struct StudyArgs {
     /// Run one case of plan.json into cases/HASH.parquet and .json of the folder
     #[arg(long, value_name = "HASH", conflicts_with_all = ["plan", "workers", "json"])]
     case: Option<String>,
+    /// Search for the best point from the cases of the design: minimise this result
+    #[arg(long, value_name = "RESULT", conflicts_with_all = ["plan", "case"])]
+    minimise: Option<String>,
+    /// Limits of the search, such as `form_error_max_um<=3,burn_index<=0.9`; they replace those of the study
+    #[arg(long, value_name = "LIMITS", requires = "minimise")]
+    subject_to: Option<String>,
+    /// Maximum number of cases of a search, those of the design included
+    #[arg(long, value_name = "N", requires = "minimise", default_value_t = 200, value_parser = max_cases)]
+    cases: u32,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
+}
+
+impl StudyArgs {
+    /// Keys of the study that the arguments set.
+    fn overrides(&self) -> Result<Vec<String>, String> {
+        let mut set = self.set.clone();
+        set.extend(self.minimise.iter().map(|response| format!("minimise={response}")));
+        let limits = self.subject_to.iter().flat_map(|limits| limits.split(',')).map(limit);
+        set.extend(limits.collect::<Result<Vec<_>, _>>()?);
+        Ok(set)
+    }
+}
+
+/// Override of a limit that is written as `NAME<=VALUE`.
+fn limit(text: &str) -> Result<String, String> {
+    let (name, value) = text.split_once("<=").ok_or_else(|| {
+        format!("--subject-to: {:?} is no limit; write NAME<=VALUE, for example form_error_max_um<=3", text.trim())
+    })?;
+    Ok(format!("limits.{}={}", name.trim(), value.trim()))
+}
+
+fn max_cases(text: &str) -> Result<u32, String> {
+    whole_number(text, 1..=study_file::MAX_CASES)
 }
 
 fn workers(text: &str) -> Result<u16, String> {
@@ -59,12 +91,13 @@ fn failed(code: u8, error: &dyn std::fmt::Display) -> u8 {
 }
 
 fn run(args: &StudyArgs) -> Result<u8, u8> {
-    let study = study_file::load(&args.file, &args.set).map_err(|errors| {
+    let overrides = args.overrides().map_err(|error| failed(2, &error))?;
+    let study = study_file::load(&args.file, &overrides).map_err(|errors| {
         errors.iter().for_each(|error| print_error("error", error));
         2
     })?;
     let not_written = |error: studies::StudyError| failed(1, &error);
-    let cases = studies::cases(&study);
+    let mut cases = studies::cases(&study);
     let path = args.out.clone().unwrap_or_else(|| Path::new("studies").join(&study.name));
     if let Some(hash) = &args.case {
         return run_single(&study, &cases, &path, hash);
@@ -80,12 +113,17 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
     }
     let (log, mut outcomes) = folder.open_log().map_err(not_written)?;
     folder.write_plan(&study, &cases).map_err(not_written)?;
-    let known = cases.iter().filter(|case| outcomes.contains_key(&case.hash)).count();
+    let known = match &args.minimise {
+        // Cases of a search are known only when it asks for them.
+        Some(_) => outcomes.len(),
+        None => cases.iter().filter(|case| outcomes.contains_key(&case.hash)).count(),
+    };
+    let count = if args.minimise.is_some() { args.cases.max(study.case_count) as usize } else { cases.len() };
     if known > 0 {
-        note!("resumed: {known} of {} cases were finished before", cases.len());
+        note!("resumed: {known} of {count} cases were finished before");
     }
     let shutdown = Shutdown::on_signals().map_err(|error| failed(1, &error))?;
-    let bar = progress::bar(cases.len() as u64, "{bar:24} {human_pos} of {human_len} cases, {eta} left");
+    let bar = progress::bar(count as u64, "{bar:24} {human_pos} of {human_len} cases, {eta} left");
     bar.set_position(known as u64);
     bar.reset_eta();
     let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
@@ -94,12 +132,16 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
         is_stopped: &|| shutdown.is_requested(),
         on_done: &|_| bar.inc(1),
     };
-    let ran = studies::run_cases(&study, &cases, (&log, &mut outcomes), &settings);
+    let ran = match args.minimise {
+        Some(_) => studies::optimise(&study, args.cases, (&log, &mut outcomes), &settings)
+            .map(|optimised| folder.write_plan(&study, &optimised.cases).map(|()| cases = optimised.cases)),
+        None => studies::run_cases(&study, &cases, (&log, &mut outcomes), &settings).map(Ok),
+    };
     bar.finish_and_clear();
-    ran.map_err(not_written)?;
+    ran.and_then(|written| written).map_err(not_written)?;
     let results = StudyResults::new(&study, &cases, &outcomes);
     folder.write_results(&results).map_err(not_written)?;
-    let is_interrupted = !results.is_complete();
+    let is_interrupted = !results.is_complete() || (args.minimise.is_some() && shutdown.is_requested());
     if args.json {
         say!("{:#}", results.json(&folder));
     } else {
@@ -113,6 +155,9 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
         }
         let level = if results.is_good() { VerdictLevel::Good } else { VerdictLevel::Bad };
         print_verdict(level, &wrapped(results.text(&folder).trim_end(), 9));
+        if args.minimise.is_some() && results.is_good() {
+            say!("job:     {}", folder.file("best_job.yaml").display());
+        }
         say!("report:  {}", folder.file("report.html").display());
         say!("tables:  results.parquet, results.csv in {}", path.display());
     }
