@@ -82,6 +82,14 @@ fn a_wrong_command_line_is_refused() {
     desk.fails(&["run", "plate_cam", "--parts", "many"], 2, &["invalid value 'many' for '--parts <N>'"]);
     desk.fails(&["run", "plate_cam", "--parts", "0"], 2, &["it must be a whole number from 1 to 10000"]);
     desk.fails(&["study", "speed_and_infeed", "--workers", "0"], 2, &["it must be a whole number from 1 to 1024"]);
+    let search = |limits: &str, expected: &[&str]| {
+        let words = ["study", "speed_and_infeed", "--minimise", "job_time_s", "--subject-to", limits];
+        desk.fails(&words, 2, expected);
+    };
+    search("form_error_max_um<3", &["\"form_error_max_um<3\" is no limit; write NAME<=VALUE"]);
+    search("form_eror_max_um<=3", &["form_eror_max_um is an unknown key; did you mean form_error_max_um?"]);
+    search("burn_index<=hot", &["limits.burn_index is the text \"hot\""]);
+    desk.fails(&["study", "speed_and_infeed", "--minimise", "time"], 2, &["minimise", "job_time_s"]);
     desk.fails(&["page", "--port", "99999"], 2, &["it must be a whole number from 0 to 65535"]);
     desk.fails(&["run", "plate_cam", "--pace", "quick"], 2, &["invalid value 'quick'", "realtime, fast"]);
     desk.fails(&["run", "plate_cam", "--start-at", "A"], 2, &["--attach"]);

@@ -80,15 +80,18 @@ impl CaseOutcome {
 /// Plans and simulates the job of a study with these settings. Whatever fails is part of the result.
 #[must_use]
 pub fn run_case(study: &Study, settings: &[StudySetting]) -> CaseOutcome {
-    let run = || {
+    guarded(|| {
         let job = study.base.job_with(settings).map_err(|mut errors| errors.swap_remove(0));
         match job.and_then(|job| planning::plan_any(job, None)) {
             Ok(AnyPrepared::Ground(prepared)) => ground(&prepared).unwrap_or_else(|failed| *failed),
             Ok(AnyPrepared::Turned(prepared)) => turned(&prepared).unwrap_or_else(|failed| *failed),
             Err(error) => CaseOutcome::refused(&error),
         }
-    };
-    // A defect in one case must not end the others.
+    })
+}
+
+/// Outcome of a case, also if it panics: a defect in one case must not end the others.
+fn guarded(run: impl FnOnce() -> CaseOutcome) -> CaseOutcome {
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a thread panicked");
@@ -145,4 +148,16 @@ fn turned(prepared: &PreparedTurning) -> Result<CaseOutcome, Box<CaseOutcome>> {
     outcome.set(StudyResponse::FormErrorMaxUm, Some(um_from_m(result.form_error_max.abs())));
     outcome.set(StudyResponse::JobTimeS, Some(time_s(&simulated, prepared.machine.cycle_time_s())));
     Ok(outcome)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_outcome_with_its_reason() {
+        let value = std::hint::black_box(3);
+        let outcome = guarded(|| panic!("the value is {value}"));
+        assert_eq!(outcome, CaseOutcome::failed(CaseStatus::Failed, "defect of the program: the value is 3", None));
+    }
 }

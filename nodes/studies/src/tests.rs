@@ -94,6 +94,30 @@ fn cases_that_ran_alone_give_the_same_results() {
 }
 
 #[test]
+fn an_alarm_is_a_row_with_its_number_and_the_other_cases_run() {
+    let study = study(
+        "schema: camwright/study/1
+name: alarm
+job: eccentric
+fixed: {infeed.total_mm: 0.036, stock_mm: 0.03, infeed.spark_out_turns: 1, machine.x_axis.min_following_error_mm: 0.001}
+factors: {machine.x_axis.max_following_error_mm: [0.0011, 1.0]}
+design: {kind: grid}
+",
+    );
+    let root = tempfile::tempdir().expect("a folder");
+    let (ran, folder) = run(&study, root.path(), 1, usize::MAX);
+    assert_eq!(ran, 2);
+    let (_, outcomes) = folder.open_log().expect("a log");
+    let results = StudyResults::new(&study, &cases(&study), &outcomes);
+    let [stopped, made] = &results.rows[..] else { panic!("{:?}", results.rows) };
+    assert_eq!((stopped.outcome.status, stopped.outcome.alarm), (CaseStatus::Alarm, Some(32)));
+    assert!(stopped.outcome.reason.contains("following error"), "{}", stopped.outcome.reason);
+    assert_eq!(made.outcome.status, CaseStatus::Done);
+    let csv = String::from_utf8(bytes(&folder, "results.csv")).expect("UTF-8");
+    assert!(csv.lines().nth(1).is_some_and(|row| row.contains(",alarm,") && row.contains(",32,")), "{csv}");
+}
+
+#[test]
 fn a_case_that_fails_is_a_row_with_its_reason() {
     let study = study(STUDY);
     let root = tempfile::tempdir().expect("a folder");

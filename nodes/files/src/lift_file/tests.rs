@@ -353,10 +353,10 @@ fn keys_that_contradict_each_other_are_refused() {
 #[test]
 fn a_table_that_lifts_nothing_is_a_warning_and_a_wrong_column_is_blamed_on_its_key() {
     let zero = turn(|cam, _| format!("{cam},0.000"));
-    let lift = read_one("zero", &zero, "table: t.txt, columns: [cam_angle_deg, lift_mm]").expect("a round cam");
+    let lift = read_one("zero", &zero, "{table: t.txt, columns: [cam_angle_deg, lift_mm]}").expect("a round cam");
     assert!(lift.warnings.iter().any(|warning| warning.message.contains("round: true")), "{:?}", lift.warnings);
     let table = turn(|cam, lift| format!("{cam},{lift:.3}"));
-    let refused = read_one("column", &table, "table: t.txt, columns: [cam_angle_deg, lift_inches]").unwrap_err();
+    let refused = read_one("column", &table, "{table: t.txt, columns: [cam_angle_deg, lift_inches]}").unwrap_err();
     assert!(refused[0].contains("job.yaml") && refused[0].contains("unknown column \"lift_inches\""), "{refused:?}");
 }
 
