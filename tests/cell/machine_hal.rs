@@ -4,13 +4,14 @@
 
 use crate::support;
 
-use camwright_analysis::{report, rerun};
+use camwright_analysis::report;
+use camwright_analysis::rerun::{self, Window};
 use camwright_bag::Bag;
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
 use camwright_machine_check::{ClauseVerdict, Moving, Settings, check};
 use camwright_machine_hal::simulation_text;
-use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineAlarms, MachineStream};
 use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticArray;
@@ -73,12 +74,12 @@ fn as_user(program: &Path, home: &Path) -> Command {
 }
 
 /// A folder of the user of HAL, with the programs: not below the repository, which another user may not be able to read.
-struct Home {
+struct HomeFolder {
     path: PathBuf,
     _alone: MutexGuard<'static, ()>,
 }
 
-impl Home {
+impl HomeFolder {
     /// `None`, loudly, where LinuxCNC is not installed.
     fn new(programs: &[&str]) -> Option<Self> {
         let path = std::env::var_os("PATH").unwrap_or_default();
@@ -101,7 +102,7 @@ impl Home {
     }
 }
 
-impl Drop for Home {
+impl Drop for HomeFolder {
     fn drop(&mut self) {
         let _ended = as_user(Path::new("halrun"), &self.path).arg("-U").output();
         let _removed = std::fs::remove_dir_all(&self.path);
@@ -141,21 +142,36 @@ impl WatchedPeriod {
 /// HAL with the simulation of the shipped grinder.
 struct Hal {
     halrun: Guarded,
-    home: Home,
+    home: HomeFolder,
 }
 
 impl Hal {
     /// `None`, loudly, where LinuxCNC is not installed. `turns` is where C stands, in turns from its origin.
     fn start(turns: Option<&str>) -> Option<Self> {
-        let home = Home::new(&[env!("CARGO_BIN_EXE_machine_hal")])?;
+        Self::start_with(&[], turns)
+    }
+
+    /// With these keys of the machine.
+    fn start_with(keys: &[(&str, &str)], turns: Option<&str>) -> Option<Self> {
+        let home = HomeFolder::new(&[env!("CARGO_BIN_EXE_machine_hal")])?;
         let located = locate("machines", "cam_grinder_hal", "yaml", None).expect("it is shipped");
-        let file = machine_file::parse(&located.path, &located.text, &[]).expect("it is a machine");
+        let mut machine = located.text;
+        for (from, to) in keys {
+            assert!(machine.contains(from), "{from} is not in\n{machine}");
+            machine = machine.replace(from, to);
+        }
+        let path = home.path.join("machine.yaml");
+        let file = machine_file::parse(&path, &machine, &[]).expect("it is a machine");
+        std::fs::write(path, machine).expect("our folder");
         let mut text = simulation_text(&file, file.hal.as_ref().expect("it has drives"));
         let mut put = |from: &str, to: &str| {
             assert!(text.contains(from), "{from} is not in\n{text}");
             text = text.replace(from, to);
         };
-        put("loadrt sampler depth=10000 cfg=usfffsss", "loadrt sampler depth=10000,20000 cfg=usfffsss,uffffffbbbb");
+        put(
+            "loadrt sampler depth=10000 cfg=usfffsssfff",
+            "loadrt sampler depth=10000,20000 cfg=usfffsssfff,uffffffbbbb",
+        );
         let nets = WATCHED.iter().enumerate();
         let nets: String =
             nets.map(|(pin, signal)| format!("net camwright-{signal} => sampler.1.pin.{pin}\n")).collect();
@@ -196,7 +212,7 @@ impl Hal {
         let mut command = as_user(&self.home.path.join("bin/machine_hal"), &self.home.path);
         command.env("ROS_DOMAIN_ID", domain.id().to_string());
         command.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
-        command.args(["-p", "machine:=cam_grinder_hal", "-p", "state_file:=none"]);
+        command.args(["-p", "machine:=machine.yaml", "-p", "state_file:=none"]);
         Guarded::start("machine_hal", &mut command)
     }
 }
@@ -412,6 +428,9 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     judge_bag(&bag);
     let simulated = simulated();
     same_setpoints(&bag, &simulated);
+    let compared = rerun::against(&bag, Some(&simulated), Window::default()).expect("both hold their inputs");
+    let text = compared.to_text();
+    assert!(compared.is_same() && text.starts_with("the other run cuts the same: C and X of "), "{text}");
     for bag in [bag, simulated] {
         std::fs::remove_dir_all(bag).expect("our bag");
     }
@@ -441,6 +460,63 @@ fn a_machine_behind_hal_keeps_its_contract() {
         assert_eq!((kept, broken), (SEEN.to_vec(), Vec::new()), "{report}\n{}", machine.stderr());
         return;
     }
+}
+
+/// An X axis whose encoder is zeroed by its index marks, 8 mm apart; its switch closes 14 mm from where it stands at power-up.
+const INDEXED: [(&str, &str); 2] = [
+    (
+        "  power_up_position_mm: 150.0\n",
+        "  power_up_position_mm: 150.0\n  home: {search_velocity_mm_s: 10, latch_velocity_mm_s: -3, switch_mm: 164, \
+         home_mm: 150, use_index: true, index_pitch_mm: 8}\n",
+    ),
+    (
+        "limit: x-limit.out}",
+        "limit: x-limit.out, home: x-home.out, index_enable: x-index.index-enable, index_position: x-since-mark.out}",
+    ),
+];
+
+/// The marks lie at multiples of 8 mm: whatever was before, the axis stands on the same count of its encoder at home.
+#[test]
+fn homing_at_an_index_mark_finds_the_same_zero_from_everywhere() {
+    const COUNT_MM: f64 = 1e-5;
+    let Some(hal) = Hal::start_with(&INDEXED, None) else { return };
+    let domain = Domain::reserve();
+    let machine = hal.node(&domain);
+    let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
+    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let home: ActionClient<Home> = node.action_client("axis_interpolator/home").expect("a client");
+    let moves: ActionClient<MoveTo> = node.action_client("axis_interpolator/move_to").expect("a client");
+    let spin = node.spin_in_thread().expect("a thread");
+    home.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    moves.wait_for_server(PATIENCE).expect("the interpolator");
+    let command = Shared::for_cell(&domain, NAMESPACE);
+    // Where it stands at power-up, just before a mark, just behind one, on its switch.
+    for start_m in [None, Some(0.159_99), Some(0.152_01), Some(0.171)] {
+        if let Some(start) = start_m {
+            let goal = MoveToGoal { joints: vec!["x_axis".into()], positions: vec![start], ..MoveToGoal::default() };
+            let moved = moves.send_goal(goal, drop, PATIENCE).expect("an answer").result(PATIENCE).expect("it ends").1;
+            assert!(moved.success, "{}{}", moved.message, machine.stderr());
+        }
+        let deadline = Instant::now() + PATIENCE;
+        let homing = loop {
+            let goal = HomeGoal { joints: vec!["x_axis".into()] };
+            let sent = home.send_goal(goal, drop, PATIENCE).expect("an answer");
+            if sent.accepted() {
+                break sent;
+            }
+            // Until the first message of the machine has come.
+            assert!(Instant::now() < deadline, "no homing is accepted{}", machine.stderr());
+            std::thread::sleep(Duration::from_millis(100));
+        };
+        let homed = homing.result(PATIENCE).expect("it ends").1;
+        assert!(homed.success, "from {start_m:?}: {}{}", homed.message, machine.stderr());
+        // Its encoder began to count at power-up, at the home position.
+        let stands = hal.halcmd(&["getp", "x-encoder.out"]).expect("the encoder");
+        let stands: f64 = stands.trim().parse().expect("a number");
+        assert!(stands.abs() <= COUNT_MM, "from {start_m:?} m it stands {stands} mm from home");
+    }
+    drop((command, spin, cell));
 }
 
 /// HAL while a node ends in the middle of a job: the periods from the motion to the end of power.
@@ -535,7 +611,7 @@ fn linuxcnc_machine() {
         env!("CARGO_BIN_EXE_job_planner"),
         env!("CARGO_BIN_EXE_run_logger"),
     ];
-    let Some(home) = Home::new(&programs) else { return };
+    let Some(home) = HomeFolder::new(&programs) else { return };
     let shell = as_user(Path::new("bash"), &home.path);
     tutorial::follow_in("linuxcnc-machine.md", (&home.path, &home.path.join("bin")), shell);
 }

@@ -560,6 +560,22 @@ fn injected_delays_keep_the_order_within_a_topic() {
     assert!(seen.lock().expect("not poisoned").is_sorted());
 }
 
+/// Each participant publishes its nodes once, on one topic. What came before the reader has its turn is kept.
+#[test]
+fn the_nodes_of_all_participants_are_known_to_a_node_that_spins_late() {
+    let domain = Domain::reserve();
+    let names = ["first", "second", "third", "fourth"];
+    let others = names.map(|name| node(&domain, name));
+    let late = Node::new(NodeOptions::new("late", &args(&domain, ""))).expect("a node");
+    std::thread::sleep(Duration::from_secs(1));
+    let _spin = late.spin_in_thread().expect("a thread");
+    for name in names {
+        let known = late.wait_for_node(&format!("/{name}"), PATIENCE);
+        assert!(known, "{name} is missing: {:?}", late.discovered_nodes());
+    }
+    drop(others);
+}
+
 #[test]
 fn a_node_that_is_shut_down_is_forgotten_and_refuses_further_work() {
     let domain = Domain::reserve();

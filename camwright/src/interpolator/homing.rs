@@ -105,7 +105,7 @@ impl SearchPlan<'_> {
         let (search, latch) = (homing.search_mm_s, homing.latch_mm_s);
         let Some(kind) = homing.kind() else { return };
         self.forget();
-        if matches!(kind, HomingKind::SwitchOnly | HomingKind::SwitchAndIndex) {
+        if kind.has_switch() {
             self.seek(switch, SearchSignal::OpeningIfClosed, -search, travel_mm, "back off the switch");
             self.seek(switch, SearchSignal::Closing, search, travel_mm, "search the switch");
             if homing.latches_closing() {

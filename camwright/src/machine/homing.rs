@@ -47,6 +47,14 @@ pub enum HomingKind {
     SwitchAndIndex,
 }
 
+impl HomingKind {
+    /// Returns whether an edge of a switch is searched.
+    #[must_use]
+    pub fn has_switch(self) -> bool {
+        matches!(self, Self::SwitchOnly | Self::SwitchAndIndex)
+    }
+}
+
 impl Homing {
     /// Homing sequence given by its velocities and its index; `None`: no homing.
     #[must_use]

@@ -58,7 +58,7 @@ impl Homing {
         if kind == HomingKind::IndexOnly && self.offset_mm.is_none() {
             return refuse("index only needs an offset: which mark comes first depends on where the axis stands");
         }
-        if matches!(kind, HomingKind::SwitchOnly | HomingKind::SwitchAndIndex)
+        if kind.has_switch()
             && !self.ignore_limits
             && axis.overtravel.is_some_and(|(low, high)| self.switch_mm <= low || self.switch_mm >= high)
         {

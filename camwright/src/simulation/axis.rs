@@ -232,6 +232,11 @@ impl AxisState {
         self.real.as_ref().map_or_else(|| self.true_position(), |real| 0.5 * real.positions().iter().sum::<f64>())
     }
 
+    /// Position at which a real encoder reads `raw` (counts, true).
+    pub(crate) fn position_at(&self, raw: i64) -> f64 {
+        raw.saturating_sub(self.real.as_ref().map_or(0, |real| real.zero)) as f64
+    }
+
     pub(crate) fn is_real(&self) -> bool {
         self.real.is_some()
     }

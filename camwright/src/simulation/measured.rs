@@ -55,6 +55,8 @@ pub struct Measurement {
     /// True counts of the encoders, independent of the zeros.
     pub counts: [i64; AXIS_COUNT],
     pub inputs: WiredInputs,
+    /// True count of the index mark that each encoder passed in this period.
+    pub marks: [Option<i64>; AXIS_COUNT],
 }
 
 /// Orders for the drives and the wheel after a tick.

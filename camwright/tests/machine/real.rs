@@ -2,7 +2,7 @@
 
 use super::{cam_grinder, homing_at_a_switch, travel};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::machine::description::{AXIS_COUNT, Axis, Homing, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::{Input, Setpoint};
 use camwright::simulation::fault::Fault;
@@ -20,6 +20,7 @@ struct DelayLine {
     on_the_way: VecDeque<[i64; AXIS_COUNT]>,
     counts: [i64; AXIS_COUNT],
     inputs: WiredInputs,
+    marks: [Option<i64>; AXIS_COUNT],
 }
 
 impl DelayLine {
@@ -28,15 +29,21 @@ impl DelayLine {
     }
 
     fn with_lag(description: &MachineDescription, counts: [i64; AXIS_COUNT], lag: u32) -> Self {
-        let at_rest = Measurement { counts, inputs: WiredInputs::default() };
+        let at_rest = Measurement { counts, ..Measurement::default() };
         let machine = Machine::real(description, PersistentState::new(description), (lag, 2.0), &at_rest);
         let machine = machine.expect("the reference machine is valid");
-        Self { machine, on_the_way: vec![counts; lag as usize].into(), counts, inputs: at_rest.inputs }
+        Self {
+            machine,
+            on_the_way: vec![counts; lag as usize].into(),
+            counts,
+            inputs: at_rest.inputs,
+            marks: at_rest.marks,
+        }
     }
 
     fn step(&mut self, setpoint: Option<&Setpoint>, commands: &[MachineCommand]) -> TickReport {
         self.counts = self.on_the_way.pop_front().expect("it holds the lag");
-        let measurement = Measurement { counts: self.counts, inputs: self.inputs };
+        let measurement = Measurement { counts: self.counts, inputs: self.inputs, marks: self.marks };
         let report = self.machine.step_measured(setpoint, commands, &[], &measurement);
         #[allow(clippy::cast_possible_truncation, reason = "positions of a machine")]
         self.on_the_way.push_back(self.machine.orders().positions.map(|position| position.round() as i64));
@@ -44,7 +51,7 @@ impl DelayLine {
     }
 
     fn step_fault(&mut self, fault: Fault) {
-        let measurement = Measurement { counts: self.counts, inputs: self.inputs };
+        let measurement = Measurement { counts: self.counts, inputs: self.inputs, marks: self.marks };
         self.machine.step_measured(None, &[], &[fault], &measurement);
     }
 
@@ -176,6 +183,36 @@ fn homing_moves_the_zero_and_not_the_axis() {
     assert_eq!(reports[0].axes[X].counts, reading);
     assert_eq!(reports[LAG as usize].axes[X].counts, reading - latch.counts);
     assert_eq!(plant.machine.alarms().len(), 0);
+}
+
+/// The encoder catches its index mark itself: the zero is that of the mark, to the count, before and after a homing.
+#[test]
+fn an_index_mark_is_latched_to_the_count() {
+    let mut description = cam_grinder();
+    description.axes[X].needs_homing = true;
+    description.axes[X].homing = Some(Homing { use_index: true, ..homing_at_a_switch() });
+    let start = 777_777;
+    let mut plant = DelayLine::new(&description, [0, start, 0]);
+    let mut pass = |plant: &mut DelayLine, mark: i64, distance: f64| {
+        let mut latches = Vec::new();
+        for setpoint in travel(&plant.machine, Axis::X, distance, 200) {
+            let (before, now) = (plant.counts[X], plant.on_the_way[0][X]);
+            let passed = (before < mark && mark <= now) || (now <= mark && mark < before);
+            plant.marks[X] = passed.then_some(mark);
+            latches.extend(plant.step(Some(&setpoint), &[]).latches.iter().copied());
+        }
+        plant.marks[X] = None;
+        plant.idle(40);
+        latches
+    };
+    let mark = start + 123_457;
+    let latches = pass(&mut plant, mark, 3.0);
+    let [latch] = latches.as_slice() else { panic!("{latches:?}") };
+    assert_eq!((latch.input, latch.rising, latch.counts), (Input::Index(Axis::X), true, mark - start));
+    plant.step(None, &[MachineCommand::SetHome { axis: Axis::X, counts: latch.counts }]);
+    plant.idle(LAG + 1);
+    let latches = pass(&mut plant, mark, -3.0);
+    assert_eq!(latches.iter().map(|latch| latch.counts).collect::<Vec<_>>(), [0], "the mark is the zero now");
 }
 
 #[test]

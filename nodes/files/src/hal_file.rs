@@ -2,7 +2,7 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::machine::description::{AXIS_COUNT, Axis, HomingKind, MachineDescription};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -55,10 +55,9 @@ struct HalAxisFile {
     /// Units of these pins for one mm or degree. Default: 1.
     #[schemars(range(min = -1e6, max = 1e6))]
     scale: Option<f64>,
-    /// Bit pin that switches the drive on. Default: none.
+    /// Bit pin that switches the drive on; it goes off 0.5 s after the last setpoint. Several drives on one line: join them in HAL.
     #[schemars(schema_with = "pin")]
-    #[serde(default)]
-    enable: Option<String>,
+    enable: String,
     /// Bit pin that is true while the drive reports a fault. Default: none.
     #[schemars(schema_with = "pin")]
     #[serde(default)]
@@ -71,6 +70,15 @@ struct HalAxisFile {
     #[schemars(schema_with = "pin")]
     #[serde(default)]
     limit: Option<String>,
+    /// Bit pin `index-enable` of the encoder component, which clears it at an index mark. Required with `home.use_index`.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    index_enable: Option<String>,
+    /// Float pin with the position of the encoder since its last index mark, in the units of `feedback`. Required with
+    /// `home.use_index`.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    index_position: Option<String>,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -104,10 +112,20 @@ pub struct HalAxis {
     pub feedback: String,
     /// Units of these pins for one mm or degree.
     pub scale: f64,
-    pub enable: Option<String>,
+    pub enable: String,
     pub fault: Option<String>,
     pub home: Option<String>,
     pub limit: Option<String>,
+    pub index: Option<HalIndex>,
+}
+
+/// Pins of an encoder with index marks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HalIndex {
+    /// Set by this side; cleared by the encoder at a mark.
+    pub enable: String,
+    /// Position since the last mark.
+    pub position: String,
 }
 
 /// Connection of a machine to the HAL of LinuxCNC.
@@ -140,6 +158,11 @@ impl HalFile {
             fault: file.fault.clone(),
             home: file.home.clone(),
             limit: file.limit.clone(),
+            index: file
+                .index_enable
+                .clone()
+                .zip(file.index_position.clone())
+                .map(|(enable, position)| HalIndex { enable, position }),
         };
         HalConfig {
             thread: self.thread.clone(),
@@ -178,14 +201,33 @@ impl HalFile {
                 find(&key("scale"), "0; allowed: units of the pin for one mm or degree, not 0".to_owned());
             }
             let homing = machine.axis(axis).homing;
-            if homing.is_some() && file.home.is_none() {
+            let has_switch = homing.and_then(|homing| homing.kind()).is_some_and(HomingKind::has_switch);
+            if has_switch && file.home.is_none() {
                 find(&format!("hal.{}", axis.joint()), "`home` is missing: the axis is homed at a switch".to_owned());
             }
-            if homing.is_some_and(|homing| homing.use_index) {
-                find(
-                    &format!("{}.home.use_index", axis.joint()),
-                    "true; HAL homes at the switch only: false".to_owned(),
+            let uses_index = homing.is_some_and(|homing| homing.use_index);
+            for (name, pin) in [("index_enable", &file.index_enable), ("index_position", &file.index_position)] {
+                match pin {
+                    None if uses_index => {
+                        let text = format!("`{name}` is missing: the axis is homed at an index mark");
+                        find(&format!("hal.{}", axis.joint()), text);
+                    }
+                    Some(_) if axis == Axis::C => {
+                        find(&key(name), "C is homed at the mark of `origin`; take this pin out".to_owned());
+                    }
+                    Some(_) if !uses_index => {
+                        let text = format!("not used; set {}.home.use_index, or take this pin out", axis.joint());
+                        find(&key(name), text);
+                    }
+                    None | Some(_) => {}
+                }
+            }
+            if file.index_position.as_ref() == Some(&file.feedback) {
+                let text = format!(
+                    "{}, as `feedback`; the feedback must not jump at a mark: take it from the raw counts of the encoder",
+                    file.feedback
                 );
+                find(&key("index_position"), text);
             }
         }
         for station in machine.stations.iter().filter(|station| !self.stations.contains_key(&station.switch)) {
@@ -208,5 +250,52 @@ impl HalFile {
             find(key, "not possible with `hal`: it is not read from HAL pins; take it out of the file".to_owned());
         }
         findings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{locate, machine_file};
+
+    const HOME: &str = "x_axis.home={search_velocity_mm_s: 5, latch_velocity_mm_s: -2, switch_mm: 164, home_mm: 150, \
+                        use_index: true, index_pitch_mm: 8}";
+    const SWITCH: &str = "hal.x_axis.home=x-home.out";
+    const ENABLE: &str = "hal.x_axis.index_enable=x-index.index-enable";
+    const POSITION: &str = "hal.x_axis.index_position=x-since-mark.out";
+
+    fn read(overrides: &[&str]) -> Result<machine_file::MachineConfig, String> {
+        let located = locate::locate("machines", "cam_grinder_hal", "yaml", None).expect("a shipped machine");
+        let overrides: Vec<String> = overrides.iter().map(|key| (*key).to_owned()).collect();
+        machine_file::parse(&located.path, &located.text, &overrides).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn index_marks_need_their_pins_and_are_needed_for_them() {
+        let hal = read(&[HOME, SWITCH, ENABLE, POSITION]).expect("a machine").hal.expect("drives");
+        let index = hal.axes[1].index.as_ref().expect("it has marks");
+        assert_eq!((index.enable.as_str(), index.position.as_str()), ("x-index.index-enable", "x-since-mark.out"));
+        for (overrides, expected) in [
+            (&[HOME, SWITCH][..], "hal.x_axis: `index_enable` is missing"),
+            (&[HOME, SWITCH, ENABLE], "hal.x_axis: `index_position` is missing"),
+            (&[HOME, ENABLE, POSITION], "hal.x_axis: `home` is missing"),
+            (&[ENABLE, POSITION], "hal.x_axis.index_enable: not used"),
+            (
+                &["hal.c_axis.index_enable=c.index-enable"],
+                "hal.c_axis.index_enable: C is homed at the mark of `origin`",
+            ),
+            (
+                &[HOME, SWITCH, ENABLE, "hal.x_axis.index_position=x-encoder.out"],
+                "the feedback must not jump at a mark",
+            ),
+        ] {
+            let refused = read(overrides).expect_err(expected);
+            assert!(refused.contains(expected), "{refused}");
+        }
+    }
+
+    #[test]
+    fn every_axis_has_a_gate() {
+        let refused = read(&["hal.z_axis={command: z-command.in0, feedback: z-encoder.out}"]).expect_err("no gate");
+        assert!(refused.contains("hal.z_axis.enable is missing: Bit pin that switches the drive on"), "{refused}");
     }
 }

@@ -1,9 +1,10 @@
 //! Text of HAL files: the connection of a machine, and a simulation of it by components of LinuxCNC.
 
 use crate::connection::{
-    SAMPLER_COLUMNS, SAMPLER_DEPTH, STREAMER_COLUMNS, components, functions, links, own_parameters, own_signals,
-    streamer_depth,
+    PinDirection, SAMPLER_COLUMNS, SAMPLER_DEPTH, STREAMER_COLUMNS, components, functions, links, own_parameters,
+    own_signals, streamer_depth,
 };
+use crate::simulated_references::{SimulatedReferences, simulated_references};
 use camwright::machine::description::{Axis, AxisScale, MachineDescription};
 use camwright::math::units::deg_from_rad;
 use camwright_files::hal_file::HalConfig;
@@ -40,8 +41,12 @@ fn add_functions(text: &mut String, hal: &HalConfig, functions: &[String]) {
 
 fn nets(text: &mut String, hal: &HalConfig) {
     for link in links(hal) {
-        let (from, to) = if link.is_input { (&link.ours, &link.pin) } else { (&link.pin, &link.ours) };
-        line!(text, "net {} {from} => {to}", link.signal);
+        let (from, arrow, to) = match link.direction {
+            PinDirection::In => (&link.ours, "=>", &link.pin),
+            PinDirection::Out => (&link.pin, "=>", &link.ours),
+            PinDirection::InOut => (&link.pin, "<=>", &link.ours),
+        };
+        line!(text, "net {} {from} {arrow} {to}", link.signal);
     }
     for own in own_signals(hal) {
         line!(text, "net {} {} => {}", own.signal, own.from, own.to.join(" "));
@@ -125,11 +130,23 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
     line!(text, "# Origin detector: whole turns of C are taken off.");
     line!(text, "loadrt conv_float_s32 names=c-whole");
     line!(text, "loadrt conv_s32_float names=c-turns");
-    line!(text, "loadrt scale names=c-in-turns");
+    let references = simulated_references(names, hal, machine);
+    let referencing: Vec<_> = references.iter().flat_map(SimulatedReferences::components).collect();
+    let load = |text: &mut String, kind: &str, name: Option<&str>| {
+        let of_kind = referencing.iter().filter(|of| of.0 == kind).map(|of| of.1.as_str());
+        let names: Vec<&str> = name.into_iter().chain(of_kind).collect();
+        if !names.is_empty() {
+            line!(text, "loadrt {kind} names={}", names.join(","));
+        }
+    };
+    load(&mut text, "scale", Some("c-in-turns"));
     let switches: Vec<String> = machine.stations.iter().map(|station| station.switch.to_lowercase()).collect();
     line!(text, "loadrt wcomp names=c-origin,{}", switches.join(","));
     line!(text, "loadrt estop_latch names=chain");
     line!(text, "loadrt timedelay names=wheel-speed");
+    for kind in ["comp", "ddt", "sim_spindle"] {
+        load(&mut text, kind, None);
+    }
     line!(text);
     let [before, after] = functions(hal);
     add_functions(&mut text, hal, &before);
@@ -141,8 +158,9 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
     for function in ["c-in-turns", "c-whole", "c-turns", "c-fraction", "c-origin", "chain", "wheel-speed"] {
         line!(text, "addf {function} {}", hal.thread);
     }
-    for switch in &switches {
-        line!(text, "addf {switch} {}", hal.thread);
+    add_functions(&mut text, hal, &switches);
+    for (_, function) in &referencing {
+        line!(text, "addf {function} {}", hal.thread);
     }
     add_functions(&mut text, hal, &after);
     line!(text);
@@ -165,6 +183,7 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
         line!(text, "setp {name}-drive.maxv {}", DRIVE_MARGIN * description.limits.velocity * unit.abs());
         line!(text, "setp {name}-drive.maxa {}", DRIVE_MARGIN * description.limits.acceleration * unit.abs());
     }
+    references.iter().for_each(|references| references.connect(&mut text));
     let turns_per_unit = 1.0 / (360.0 * hal.axes[Axis::C.index()].scale);
     let c = machine.axis(Axis::C);
     let start_turns = deg_from_rad(c.power_up_position) / 360.0;
@@ -201,23 +220,44 @@ pub(crate) mod tests {
     use camwright_files::machine_file;
     use std::collections::BTreeSet;
 
-    fn file() -> MachineConfig {
+    /// Keys of a grinder whose X is homed at a switch and the next index mark.
+    const HOMED: [&str; 4] = [
+        "x_axis.home={search_velocity_mm_s: 5, latch_velocity_mm_s: -2, switch_mm: 164, home_mm: 150, use_index: true, index_pitch_mm: 8}",
+        "hal.x_axis.home=x-home.out",
+        "hal.x_axis.index_enable=x-index.index-enable",
+        "hal.x_axis.index_position=x-since-mark.out",
+    ];
+
+    fn file(overrides: &[&str]) -> MachineConfig {
         let located = locate("machines", "cam_grinder_hal", "yaml", None).expect("it is shipped");
-        machine_file::parse(&located.path, &located.text, &[]).expect("it is a machine")
+        let overrides: Vec<String> = overrides.iter().map(|key| (*key).to_owned()).collect();
+        machine_file::parse(&located.path, &located.text, &overrides).expect("it is a machine")
+    }
+
+    fn with_hal(overrides: &[&str]) -> (MachineDescription, HalConfig) {
+        let file = file(overrides);
+        (file.description, file.hal.expect("it has drives"))
     }
 
     /// The shipped grinder behind HAL.
     pub(crate) fn grinder() -> (MachineDescription, HalConfig) {
-        let file = file();
-        (file.description, file.hal.expect("it has drives"))
+        with_hal(&[])
+    }
+
+    /// The same, with index marks on X.
+    pub(crate) fn grinder_with_index() -> (MachineDescription, HalConfig) {
+        with_hal(&HOMED)
     }
 
     /// Every component is loaded before it is used, every function runs once, and every signal has one writer.
     #[test]
     fn a_simulation_is_complete() {
-        let file = file();
-        let hal = file.hal.clone().expect("it has drives");
-        for text in [simulation_text(&file, &hal), connection_text(&file, &hal)] {
+        let texts = [&[][..], &HOMED].into_iter().flat_map(|overrides| {
+            let file = file(overrides);
+            let hal = file.hal.clone().expect("it has drives");
+            [simulation_text(&file, &hal), connection_text(&file, &hal)].map(|text| (hal.clone(), text))
+        });
+        for (hal, text) in texts {
             let lines = || text.lines().filter(|line| !line.starts_with('#'));
             let functions: Vec<&str> = lines().filter_map(|line| line.strip_prefix("addf ")).collect();
             assert_eq!(functions.iter().collect::<BTreeSet<_>>().len(), functions.len());

@@ -103,9 +103,9 @@ fn findings(hal: &HalConfig, machine: &MachineDescription, pin_text: &str, threa
         if pin.kind != link.kind.name() {
             findings.push(format!("{key}: {name} is {}; it must be {}", pin.kind, link.kind.name()));
         }
-        let (wrong, needed) = if link.is_input { ("OUT", "IN") } else { ("IN", "OUT") };
-        if pin.direction == wrong {
-            findings.push(format!("{key}: the direction of {name} is {wrong}; it must be {needed}"));
+        if !link.direction.is_served_by(&pin.direction) {
+            let (found, needed) = (&pin.direction, link.direction.name());
+            findings.push(format!("{key}: the direction of {name} is {found}; it must be {needed}"));
             continue;
         }
         let ours = pins.get(&link.ours).and_then(|pin| pin.signal.as_ref());
@@ -126,7 +126,7 @@ fn findings(hal: &HalConfig, machine: &MachineDescription, pin_text: &str, threa
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hal_file_text::tests::grinder;
+    use crate::hal_file_text::tests::grinder_with_index;
 
     /// Output of `halcmd -s` for a complete connection.
     fn shown(hal: &HalConfig) -> (String, String) {
@@ -154,14 +154,14 @@ mod tests {
         let with_their_own = |name: &String| !name.starts_with("streamer.0.pin") && !name.starts_with("sampler");
         let own = own_signals(hal).into_iter().flat_map(|own| own.to.into_iter().chain([own.from]));
         for pin in own.filter(with_their_own).filter(|name| !name.starts_with("wsum")) {
-            add("bit", "IO", &pin);
+            add("bit", "I/O", &pin);
         }
         for word in 0..2 {
             add("s32", "OUT", &format!("wsum.{word}.sum"));
             (0..16).for_each(|bit| add("bit", "IN", &format!("wsum.{word}.bit.{bit}.in")));
         }
         for link in links(hal) {
-            add(link.kind.name(), if link.is_input { "IN" } else { "OUT" }, &link.pin);
+            add(link.kind.name(), link.direction.name(), &link.pin);
             if link.ours.ends_with("-on.out") {
                 add(link.kind.name(), "OUT", &link.ours);
             }
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_hal_that_fits_has_no_finding_and_every_difference_has_one() {
-        let (machine, hal) = grinder();
+        let (machine, hal) = grinder_with_index();
         let (pins, threads) = shown(&hal);
         assert_eq!(findings(&hal, &machine, &pins, &threads), Vec::<String>::new());
         // Each word that is changed, and what the finding has to name.
@@ -194,6 +194,19 @@ mod tests {
                 "camwright-silence.q ==> other",
                 "with camwright-wheel-on.in-1",
             ),
+            (
+                false,
+                "bit I/O 0 x-index.index-enable",
+                "bit OUT 0 x-index.index-enable",
+                "direction of x-index.index-enable is OUT; it must be I/O",
+            ),
+            (
+                false,
+                "wsum.0.bit.13.in ==> camwright",
+                "wsum.0.bit.13.in ==> other",
+                "not on a signal with wsum.0.bit.13.in",
+            ),
+            (true, "camwright-x-axis-index", "other", "does not execute camwright-x-axis-index"),
             (true, "camwright-silence", "other", "does not execute camwright-silence"),
             (true, "1000000", "2000000", "period of servo-thread is 2000000 ns"),
             (true, "servo-thread", "other", "there is no thread servo-thread"),

@@ -13,6 +13,7 @@ mod hal_file_text;
 mod halcmd;
 mod sample;
 mod servo_pipes;
+mod simulated_references;
 
 pub use hal_file_text::{connection_text, simulation_text};
 
@@ -21,14 +22,13 @@ use camwright::simulation::Machine;
 use camwright_files::machine_file::MachineConfig;
 use camwright_machine_node::{MachineNode, OpenedPlant, Plant};
 use camwright_ros::running::NodeError;
-use camwright_ros::{Farewell, Node, NodeOptions, Parameter, RosArgs};
+use camwright_ros::{Node, Parameter};
 use camwright_threads::ring::Waker;
 use servo_pipes::ServoPipes;
-use std::ops::Deref;
 
 /// Drives, switches and spindle behind HAL.
-#[derive(Debug)]
-struct HalPlant;
+#[derive(Debug, Default)]
+pub struct HalPlant;
 
 impl Plant for HalPlant {
     fn node_name(&self) -> &'static str {
@@ -68,34 +68,4 @@ impl Plant for HalPlant {
 }
 
 /// A running `machine_hal`.
-#[derive(Debug)]
-pub struct MachineHal(MachineNode);
-
-impl MachineHal {
-    /// Name and parameters of the node.
-    #[must_use]
-    pub fn options(args: &RosArgs) -> NodeOptions {
-        MachineNode::options(args, &HalPlant)
-    }
-
-    /// Starts the node.
-    ///
-    /// # Errors
-    /// A machine file that is refused, a HAL that does not run or does not fit it, DDS that cannot start.
-    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        MachineNode::start(args, &HalPlant).map(Self)
-    }
-
-    /// Ends the cyclic thread, then the node.
-    pub fn stop(self) -> Farewell {
-        self.0.stop()
-    }
-}
-
-impl Deref for MachineHal {
-    type Target = MachineNode;
-
-    fn deref(&self) -> &MachineNode {
-        &self.0
-    }
-}
+pub type MachineHal = MachineNode<HalPlant>;

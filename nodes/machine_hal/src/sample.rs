@@ -1,6 +1,6 @@
 //! Lines of `halsampler` and `halstreamer`.
 
-use crate::connection::{AT_SPEED, ESTOP, FAULTS, HOMES, LIMITS, ORIGIN};
+use crate::connection::{AT_SPEED, ESTOP, FAULTS, HOMES, INDEXES, LIMITS, ORIGIN, SAMPLER_COLUMNS};
 use camwright::machine::description::{AXIS_COUNT, AxisScale, MachineDescription};
 use camwright::simulation::measured::{DriveOrders, Measurement, WiredInputs};
 use camwright_files::hal_file::HalConfig;
@@ -26,6 +26,8 @@ pub(crate) struct ServoSample {
 pub(crate) struct PinScale {
     /// Counts for one unit of the pin.
     counts: [f64; AXIS_COUNT],
+    /// Axes with index marks.
+    has_index: [bool; AXIS_COUNT],
 }
 
 impl PinScale {
@@ -37,7 +39,7 @@ impl PinScale {
             };
             counts_per_unit / hal.axes[i].scale
         };
-        Self { counts: core::array::from_fn(counts) }
+        Self { counts: core::array::from_fn(counts), has_index: core::array::from_fn(|i| hal.axes[i].index.is_some()) }
     }
 
     /// Reads a line of `halsampler -t`.
@@ -47,9 +49,10 @@ impl PinScale {
     #[allow(clippy::cast_possible_truncation, reason = "positions beyond i64 saturate; words are masked")]
     pub(crate) fn read(&self, line: &str) -> Result<ServoSample, String> {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [period, sequence, queued, c, x, z, inputs, stations, jitter] = words.as_slice() else {
-            return Err(format!("halsampler printed {line:?}; 9 columns are expected"));
+        let [period, sequence, queued, c, x, z, inputs, stations, jitter, since_marks @ ..] = words.as_slice() else {
+            return Err(unreadable(line));
         };
+        let since_marks: &[&str; AXIS_COUNT] = since_marks.try_into().map_err(|_| unreadable(line))?;
         let whole = |word: &str| word.parse::<i64>().map_err(|_| format!("halsampler printed {word:?} for a number"));
         let position = |index: usize, word: &str| match word.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok((value * self.counts[index]).round() as i64),
@@ -64,12 +67,17 @@ impl PinScale {
             limits: bits(LIMITS),
             wheel_at_speed: inputs >> AT_SPEED & 1 == 1,
         };
+        let counts = [position(0, c)?, position(1, x)?, position(2, z)?];
+        let mut marks = [None; AXIS_COUNT];
+        for i in (0..AXIS_COUNT).filter(|i| self.has_index[*i] && bits(INDEXES) >> i & 1 == 0) {
+            marks[i] = Some(counts[i].saturating_sub(position(i, since_marks[i])?));
+        }
         Ok(ServoSample {
             period: whole(period)? as u32,
             sequence: whole(sequence)? as u32,
             queued: u32::try_from(whole(queued)?).unwrap_or(0),
             jitter_ns: u32::try_from(whole(jitter)?).unwrap_or(0),
-            measurement: Measurement { counts: [position(0, c)?, position(1, x)?, position(2, z)?], inputs: wired },
+            measurement: Measurement { counts, inputs: wired, marks },
             is_estop: inputs >> ESTOP & 1 == 1,
             drive_faults: bits(FAULTS),
         })
@@ -87,10 +95,14 @@ impl PinScale {
     }
 }
 
+fn unreadable(line: &str) -> String {
+    format!("halsampler printed {line:?}; {} columns are expected", 1 + SAMPLER_COLUMNS.len())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hal_file_text::tests::grinder;
+    use crate::hal_file_text::tests::{grinder, grinder_with_index};
 
     #[test]
     fn a_position_returns_to_the_count_after_the_six_decimals_of_the_sampler() {
@@ -104,7 +116,7 @@ mod tests {
             let printed: Vec<String> =
                 words[1..4].iter().map(|word| format!("{:.6}", word.parse::<f64>().expect("a number"))).collect();
             assert_eq!(&words[4..8], ["1", "0", "1", "0"]);
-            let sample = scale.read(&format!("99 7 40 {} 1073 3 8500", printed.join(" "))).expect("a sample");
+            let sample = scale.read(&format!("99 7 40 {} 1073 3 8500 0 0 0", printed.join(" "))).expect("a sample");
             assert_eq!(sample.measurement.counts, [counts; 3], "{line}");
             assert_eq!((sample.period, sample.sequence, sample.queued, sample.jitter_ns), (99, 7, 40, 8500));
             // 1073: emergency stop, at speed, origin, limit of X.
@@ -114,11 +126,26 @@ mod tests {
         }
     }
 
+    /// X has index marks, with a bit of the word of inputs that is off in the period of a mark.
+    #[test]
+    fn an_index_mark_lies_where_the_encoder_began_to_count_anew() {
+        let (machine, hal) = grinder_with_index();
+        let scale = PinScale::new(&hal, &machine);
+        let marks = |line: &str| scale.read(line).expect("a sample").measurement.marks;
+        let waiting = 1 << (INDEXES + 1);
+        assert_eq!(marks(&format!("1 2 3 0 144.012340 0 {waiting} 0 0 0 0.012340 0")), [None; AXIS_COUNT]);
+        assert_eq!(marks("1 2 3 0 144.012340 0 0 0 0 7 0.012340 7"), [None, Some(14_400_000), None]);
+        assert_eq!(marks("1 2 3 0 -8.000010 0 0 0 0 0 -0.000010 0"), [None, Some(-800_000), None]);
+        let (machine, hal) = grinder();
+        let sample = PinScale::new(&hal, &machine).read("1 2 3 0 144 0 0 0 0 0 0 0").expect("a sample");
+        assert_eq!(sample.measurement.marks, [None; AXIS_COUNT]);
+    }
+
     #[test]
     fn lines_that_are_none_are_refused() {
         let (machine, hal) = grinder();
         let scale = PinScale::new(&hal, &machine);
-        for line in ["", "1 2 3", "1 2 3 nan 0 0 0 0 0", "1 2 3 0 0 0 0 x 0", "a 2 3 0 0 0 0 0 0"] {
+        for line in ["", "1 2 3", "1 2 3 nan 0 0 0 0 0 0 0 0", "1 2 3 0 0 0 0 x 0 0 0 0", "a 2 3 0 0 0 0 0 0 0 0 0"] {
             assert!(scale.read(line).is_err(), "{line:?}");
         }
     }

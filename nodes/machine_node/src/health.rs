@@ -16,6 +16,8 @@ use camwright_ros::{Diagnostics, Node, diagnostic_status};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+/// Nanoseconds of a microsecond.
+const NS_PER_US: f64 = 1000.0;
 /// Shares of a bound at which a warning and an error begin.
 const NEAR: (f64, f64) = (0.7, 0.9);
 /// Shares of the feedback delay below which setpoints come late.
@@ -184,7 +186,7 @@ fn drive_queue(bus: &BusTiming, underruns_before: &mut u64) -> Option<Diagnostic
         return None;
     }
     let min = bus.min_queued.swap(u64::MAX, Ordering::Relaxed);
-    let jitter_us = bus.max_jitter_ns.swap(0, Ordering::Relaxed) as f64 / US_PER_MS;
+    let jitter_us = bus.max_jitter_ns.swap(0, Ordering::Relaxed) as f64 / NS_PER_US;
     let underruns_now = underruns - std::mem::replace(underruns_before, underruns);
     let (level, message) = match (underruns_now, min) {
         (1.., _) => (

@@ -54,6 +54,7 @@ use loading::Loads;
 use pump::{Context, MachineOutlets, MachinePump};
 use scene_outlet::SceneOutlet;
 use std::collections::VecDeque;
+use std::marker::PhantomData;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -75,7 +76,7 @@ const REST_RATE: &str = "rest_publish_rate_hz";
 pub const PACE: &str = "pace";
 
 /// Drives and sensors of a machine.
-pub trait Plant: std::fmt::Debug + Sync {
+pub trait Plant: std::fmt::Debug + Default + Send + Sync {
     /// Name of the node.
     fn node_name(&self) -> &'static str;
 
@@ -103,9 +104,10 @@ pub struct OpenedPlant {
     pub bus: Option<(Box<dyn ServoBus>, Measurement)>,
 }
 
-/// A running machine.
+/// A running machine with the drives and sensors `P`.
 #[derive(Debug)]
-pub struct MachineNode {
+pub struct MachineNode<P> {
+    _plant: PhantomData<P>,
     node: Node,
     lifecycle: Lifecycle,
     threads: Threads,
@@ -147,7 +149,7 @@ fn pop<S: camwright_msgs::Service>(waiting: &PendingRequests<S>) -> Option<Respo
     waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
 }
 
-fn parameters(plant: &dyn Plant) -> Vec<Parameter> {
+fn parameters(plant: &impl Plant) -> Vec<Parameter> {
     let own = vec![
         Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
         Parameter::string_array("machine_overrides", &[]).describe("key=value pairs over the machine file").read_only(),
@@ -179,20 +181,20 @@ fn parameters(plant: &dyn Plant) -> Vec<Parameter> {
         .collect()
 }
 
-impl MachineNode {
+impl<P: Plant> MachineNode<P> {
     /// Name and parameters of the node.
     #[must_use]
-    pub fn options(args: &RosArgs, plant: &dyn Plant) -> NodeOptions {
-        NodeOptions::new(plant.node_name(), args).parameters(parameters(plant))
+    pub fn options(args: &RosArgs) -> NodeOptions {
+        let plant = P::default();
+        NodeOptions::new(plant.node_name(), args).parameters(parameters(&plant))
     }
 
     /// Machine and wheel with which a node with these arguments starts.
     ///
     /// # Errors
     /// A machine file or a machine state that is refused, parameters out of range.
-    pub fn machine_from_args(args: &RosArgs, plant: &dyn Plant) -> Result<MachineNow, NodeError> {
-        let LoadedMachine { file, lasting, .. } =
-            LoadedMachine::from_parameters(&Self::options(args, plant).declared()?)?;
+    pub fn machine_from_args(args: &RosArgs) -> Result<MachineNow, NodeError> {
+        let LoadedMachine { file, lasting, .. } = LoadedMachine::from_parameters(&Self::options(args).declared()?)?;
         Ok(MachineNow { description: file.description, wheel: lasting.wheel() })
     }
 
@@ -200,19 +202,19 @@ impl MachineNode {
     ///
     /// # Errors
     /// A machine file that is refused, parameters out of range, DDS that cannot start, a plant that is not there.
-    pub fn start(args: &RosArgs, plant: &dyn Plant) -> Result<Self, NodeError> {
-        let options = Self::options(args, plant);
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        let options = Self::options(args);
         // At pace fast there is no clock to keep up with, only others to be kept from working.
         let keeps_clock = !matches!(options.asked(PACE), Some(ParameterValue::String(pace)) if pace == "fast");
-        realtime::start_with_priority(options, keeps_clock, |options| Self::start_node(options, plant))
+        realtime::start_with_priority(options, keeps_clock, Self::start_node)
     }
 
-    fn start_node(options: NodeOptions, plant: &dyn Plant) -> Result<Self, NodeError> {
+    fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
         let node = Node::new(options)?;
         let desk = CommandServer::new(&node, liveness::limit(&node))?;
         let LoadedMachine { file, state_file, lasting, pace } = LoadedMachine::from_parameters(node.parameters())?;
         let (waker, pump_waker) = (Waker::default(), Waker::default());
-        let OpenedPlant { machine, bus } = plant.open(&node, &file, lasting, &waker)?;
+        let OpenedPlant { machine, bus } = P::default().open(&node, &file, lasting, &waker)?;
         let description = node.publisher("machine/description", &Qos::latched(1))?;
         description.publish(&description_message(&file, &lasting))?;
 
@@ -253,7 +255,18 @@ impl MachineNode {
         let diagnostics = health.report(&node, &file.description, &bounds, (pace, realtime))?;
         let (_spin, _endpoints, _diagnostics) = (spin, endpoints, diagnostics);
         let buffer_ms = buffer_advice::buffer_ms(&file.description);
-        Ok(Self { node, lifecycle, threads, bounds, waker, buffer_ms, _spin, _endpoints, _diagnostics })
+        Ok(Self {
+            _plant: PhantomData,
+            node,
+            lifecycle,
+            threads,
+            bounds,
+            waker,
+            buffer_ms,
+            _spin,
+            _endpoints,
+            _diagnostics,
+        })
     }
 
     #[must_use]

@@ -28,6 +28,9 @@ use super::shutdown::{EXIT_FAILED, Shutdown};
 use super::topics::ReaderRequest;
 use super::{logger_services, parameter_services, rosout, sim_time, type_description};
 
+/// Lists of nodes that a reader keeps until its node spins: one from each participant, and changes. `RustDDS` has one cache for all writers of
+/// a topic, so that of a smaller depth the list of the last participant would remain.
+const NODE_LISTS: u32 = 512;
 /// Time for discovery between a new participant and running ones, before it announces its first endpoint.
 ///
 /// Discovery's own endpoints have then met, and every announcement arrives in order as it is made. Without the pause the first ones are
@@ -217,7 +220,7 @@ impl Node {
                 name: "ros_discovery_info",
                 dds_name: "ros_discovery_info".into(),
                 dds_type: "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
-                qos: &Qos::latched(1),
+                qos: &Qos::latched(NODE_LISTS),
                 delayable: false,
             },
             move |participant: ParticipantEntities, _| graph.participant(participant),

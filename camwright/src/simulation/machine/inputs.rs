@@ -236,8 +236,9 @@ impl Inputs {
         self.wired = Some([before, now]);
     }
 
-    /// Catches the edges of wired inputs: each lies somewhere in the tick, and is taken to lie in its middle.
-    pub(super) fn sense_wired(&mut self, sensing: &mut Sensing<'_>) {
+    /// Catches the edges of wired inputs: each lies somewhere in the tick, and is taken to lie in its middle. The encoder itself has
+    /// caught the index marks.
+    pub(super) fn sense_wired(&mut self, marks: &[Option<i64>; AXIS_COUNT], sensing: &mut Sensing<'_>) {
         let Some([before, now]) = self.wired else { return };
         let homes = Axis::ALL.into_iter().map(Input::Home);
         let stations = (0..self.stations.len()).map(Input::Station);
@@ -246,6 +247,12 @@ impl Inputs {
             if let Some(rising) = is.filter(|_| was != is) {
                 let position = sensing.axes[input.axis().index()].middle_of_tick();
                 self.catch(input, rising, position, sensing);
+            }
+        }
+        for (axis, mark) in Axis::ALL.into_iter().zip(marks) {
+            if let Some(raw) = *mark {
+                let position = sensing.axes[axis.index()].position_at(raw);
+                self.catch(Input::Index(axis), true, position, sensing);
             }
         }
     }

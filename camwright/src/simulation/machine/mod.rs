@@ -346,7 +346,7 @@ impl Machine {
                 &mut Sensing { tick, axes: &self.axes, latches: &mut latches, supervision: &mut self.supervision };
             match measurement {
                 None => self.inputs.sense(&spans, key_way.as_ref(), sensing),
-                Some(_) if index == 0 => self.inputs.sense_wired(sensing),
+                Some(measured) if index == 0 => self.inputs.sense_wired(&measured.marks, sensing),
                 Some(_) => {}
             }
             if let Some(lobe) = lobe {

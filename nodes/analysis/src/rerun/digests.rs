@@ -1,11 +1,6 @@
 //! Two bags of the same job: the same digests, tick by tick of the job.
 
-use super::error::RerunError;
-use super::recorded::RecordedInputs;
-use super::window::Window;
-use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::msg::MachineInput;
-use std::path::Path;
 
 /// The digests of the jobs of a bag: how many ticks of the job are in it, and the digest.
 type Jobs = Vec<Vec<(u64, u64)>>;
@@ -38,13 +33,8 @@ impl DigestComparison {
 }
 
 /// Compares the digests of two bags.
-pub(super) fn compare(one: &Path, other: &Path) -> Result<DigestComparison, RerunError> {
-    Ok(compare_jobs(&jobs(one)?, &jobs(other)?))
-}
-
-fn jobs(path: &Path) -> Result<Jobs, RerunError> {
-    let recorded = RecordedInputs::from_bag(&Bag::open(path)?, Window::default())?;
-    Ok(jobs_of(&recorded.machine_inputs))
+pub(super) fn compare(one: &[MachineInput], other: &[MachineInput]) -> DigestComparison {
+    compare_jobs(&jobs_of(one), &jobs_of(other))
 }
 
 fn jobs_of(inputs: &[MachineInput]) -> Jobs {

@@ -7,6 +7,7 @@
 //! Interpolator and machine are replayed separately, each from its own recorded inputs, so a difference is reported at its source. Real
 //! drives cannot be computed again: of such a run only the interpolator is replayed.
 
+mod cuts;
 mod difference;
 mod digests;
 mod error;
@@ -29,6 +30,7 @@ use camwright_machine_cycle::input_record::{VERSION, version_of};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use cuts::CutComparison;
 use digests::DigestComparison;
 use machine::MachineRun;
 use motion::InterpolatorReplay;
@@ -124,19 +126,64 @@ impl ReplayVerdict {
     }
 }
 
+/// Comparison with another run.
+#[derive(Debug, Clone, PartialEq)]
+enum OtherRun {
+    /// Of simulated machines: everything, by digests.
+    Digests(DigestComparison),
+    /// One of the machines at least is real.
+    Cuts(CutComparison),
+}
+
+impl OtherRun {
+    fn compare(one: &Path, other: &Path) -> Result<Self, RerunError> {
+        let [one, other] = [one, other].map(|path| {
+            let bag = Bag::open(path)?;
+            let recorded = RecordedInputs::from_bag(&bag, Window::default())?;
+            Ok::<_, RerunError>((bag, recorded))
+        });
+        let [(bag, recorded), (other_bag, other_recorded)] = [one?, other?];
+        if recorded.drives().is_none() && other_recorded.drives().is_none() {
+            return Ok(Self::Digests(digests::compare(&recorded.machine_inputs, &other_recorded.machine_inputs)));
+        }
+        let cuts = |bag: &Bag, recorded: &RecordedInputs| {
+            let mut interpolator = InterpolatorReplay::new(recorded);
+            // What comes after a difference is missing in the cuts.
+            let _differences = compare(bag, recorded, &mut interpolator, None)?;
+            Ok::<_, RerunError>(interpolator.jobs)
+        };
+        let (ours, theirs) = (cuts(&bag, &recorded)?, cuts(&other_bag, &other_recorded)?);
+        Ok(Self::Cuts(CutComparison::new(&ours, &theirs, &recorded.machine)))
+    }
+
+    fn is_same(&self) -> bool {
+        match self {
+            Self::Digests(compared) => compared.is_same(),
+            Self::Cuts(compared) => compared.is_same(),
+        }
+    }
+
+    fn to_text(&self) -> String {
+        match self {
+            Self::Digests(compared) => compared.to_text(),
+            Self::Cuts(compared) => compared.to_text(),
+        }
+    }
+}
+
 /// Result of `camwright replay BAG --against [OTHER]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunComparison {
     pub verdict: ReplayVerdict,
     /// Comparison with the other run, if there is one.
-    other: Option<DigestComparison>,
+    other: Option<OtherRun>,
 }
 
 impl RunComparison {
     /// The computed run is the recorded one, and the other run is the same.
     #[must_use]
     pub fn is_same(&self) -> bool {
-        self.verdict.is_identical() && self.other.as_ref().is_none_or(DigestComparison::is_same)
+        self.verdict.is_identical() && self.other.as_ref().is_none_or(OtherRun::is_same)
     }
 
     /// The verdict in lines for people, that of the other run first.
@@ -182,7 +229,7 @@ impl RunComparison {
 /// See [`within`].
 pub fn against(bag: &Path, other: Option<&Path>, window: Window) -> Result<RunComparison, RerunError> {
     let verdict = within(bag, window)?;
-    Ok(RunComparison { verdict, other: other.map(|other| digests::compare(bag, other)).transpose()? })
+    Ok(RunComparison { verdict, other: other.map(|other| OtherRun::compare(bag, other)).transpose()? })
 }
 
 /// Computes the run of a bag again.

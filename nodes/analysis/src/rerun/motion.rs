@@ -1,5 +1,6 @@
 //! The interpolator again: every chunk of setpoints that was sent is computed from the inputs as they were applied.
 
+use super::cuts::JobCuts;
 use super::difference::ReplayDifference;
 use super::recorded::RecordedInputs;
 use camwright::interpolator::{AppliedInput as Applied, Interpolator, MotionRequest, TickInputs};
@@ -25,6 +26,8 @@ pub(super) struct InterpolatorReplay<'a> {
     motions_begun: usize,
     pub(super) setpoints: u64,
     pub(super) motions: u64,
+    /// Cuts of the plans that were executed.
+    pub(super) jobs: Vec<JobCuts>,
 }
 
 impl<'a> InterpolatorReplay<'a> {
@@ -39,6 +42,7 @@ impl<'a> InterpolatorReplay<'a> {
             motions_begun: 0,
             setpoints: 0,
             motions: 0,
+            jobs: Vec::new(),
         }
     }
 
@@ -104,6 +108,9 @@ impl<'a> InterpolatorReplay<'a> {
         if let Err((error, _)) = self.interpolator.start(prepared) {
             return Err(unreadable(error.to_string()));
         }
+        if let MotionRecord::Plan(hash) = &record {
+            self.jobs.push(JobCuts::of_plan(hash));
+        }
         self.motions += 1;
         self.motions_begun = place + 1;
         self.next = at + 1;
@@ -152,6 +159,9 @@ impl<'a> InterpolatorReplay<'a> {
             return Err(ReplayDifference::texts(tick, "inputs applied", old, new).into());
         }
         drop(self.interpolator.take_finished());
+        if let Some(job) = self.jobs.last_mut() {
+            job.see(&out);
+        }
         self.next_tick = Some(tick + 1);
         Ok(out.setpoint)
     }

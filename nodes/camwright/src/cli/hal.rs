@@ -1,8 +1,6 @@
 //! `camwright hal`: prints the HAL file of a machine, without ROS and without HAL.
 
-use super::output::{print_error, say};
-use camwright_files::locate::locate;
-use camwright_files::machine_file;
+use super::machine_text::print_machine_text;
 use camwright_machine_hal::{connection_text, simulation_text};
 use camwright_ros::running::NodeError;
 use clap::Args;
@@ -25,26 +23,13 @@ pub(super) struct HalArgs {
 
 /// Entry point.
 pub(super) fn main(args: &HalArgs) -> ExitCode {
-    match hal(args) {
-        Ok(text) => {
-            say!("{}", text.trim_end());
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            print_error("camwright hal", &error);
-            ExitCode::from(1)
-        }
-    }
-}
-
-fn hal(args: &HalArgs) -> Result<String, NodeError> {
-    let located = locate("machines", &args.machine, "yaml", None).map_err(NodeError::file)?;
-    let file = machine_file::parse(&located.path, &located.text, &args.set_machine).map_err(NodeError::file)?;
-    let Some(hal) = &file.hal else {
-        let name = &file.description.name;
-        return Err(NodeError::Parameter(format!(
-            "machine {name} has no section `hal`; `camwright hal cam_grinder_hal` shows one, docs/guides/linuxcnc_machine.md explains it"
-        )));
-    };
-    Ok(if args.simulate { simulation_text(&file, hal) } else { connection_text(&file, hal) })
+    print_machine_text("camwright hal", (&args.machine, &args.set_machine), |file| {
+        let Some(hal) = &file.hal else {
+            let name = &file.description.name;
+            return Err(NodeError::Parameter(format!(
+                "machine {name} has no section `hal`; `camwright hal cam_grinder_hal` shows one, docs/guides/linuxcnc_machine.md explains it"
+            )));
+        };
+        Ok(if args.simulate { simulation_text(file, hal) } else { connection_text(file, hal) })
+    })
 }

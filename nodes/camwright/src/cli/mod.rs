@@ -15,6 +15,7 @@ mod hal;
 mod help;
 mod init;
 mod list;
+mod machine_text;
 mod operate;
 mod output;
 mod pace;

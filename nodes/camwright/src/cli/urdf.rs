@@ -1,8 +1,7 @@
 //! `camwright urdf`: prints the URDF of a machine, without ROS.
 
-use super::output::{print_error, say};
-use camwright_files::locate::locate;
-use camwright_files::machine_file;
+use super::machine_text::print_machine_text;
+use camwright::machine::description::MachineDescription;
 use camwright_ros::running::NodeError;
 use camwright_scene::{self as scene, Frames, Tree};
 use clap::Args;
@@ -31,22 +30,10 @@ pub(super) struct UrdfArgs {
 
 /// Entry point.
 pub(super) fn main(args: &UrdfArgs) -> ExitCode {
-    match urdf(args) {
-        Ok(text) => {
-            say!("{}", text.trim_end());
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            print_error("camwright urdf", &error);
-            ExitCode::from(1)
-        }
-    }
+    print_machine_text("camwright urdf", (&args.machine, &args.set_machine), |file| urdf(args, &file.description))
 }
 
-fn urdf(args: &UrdfArgs) -> Result<String, NodeError> {
-    let located = locate("machines", &args.machine, "yaml", None).map_err(NodeError::file)?;
-    let machine =
-        machine_file::parse(&located.path, &located.text, &args.set_machine).map_err(NodeError::file)?.description;
+fn urdf(args: &UrdfArgs, machine: &MachineDescription) -> Result<String, NodeError> {
     let (min_mm, new_mm) = (machine.wheel.min_radius_mm, machine.wheel.new_radius_mm);
     let radius_mm = args.wheel_radius_mm.unwrap_or(new_mm);
     if !(min_mm..=new_mm).contains(&radius_mm) {
@@ -54,6 +41,6 @@ fn urdf(args: &UrdfArgs) -> Result<String, NodeError> {
         return Err(NodeError::Parameter(message));
     }
     let prefix = scene::prefix(&args.prefix, &args.namespace).map_err(NodeError::Parameter)?;
-    let frames = Frames::new(&prefix, &machine);
-    Ok(Tree::new(&machine, radius_mm, frames).urdf())
+    let frames = Frames::new(&prefix, machine);
+    Ok(Tree::new(machine, radius_mm, frames).urdf())
 }
