@@ -193,7 +193,7 @@ fn an_index_mark_is_latched_to_the_count() {
     description.axes[X].homing = Some(Homing { use_index: true, ..homing_at_a_switch() });
     let start = 777_777;
     let mut plant = DelayLine::new(&description, [0, start, 0]);
-    let mut pass = |plant: &mut DelayLine, mark: i64, distance: f64| {
+    let pass = |plant: &mut DelayLine, mark: i64, distance: f64| {
         let mut latches = Vec::new();
         for setpoint in travel(&plant.machine, Axis::X, distance, 200) {
             let (before, now) = (plant.counts[X], plant.on_the_way[0][X]);
