@@ -26,7 +26,7 @@ pub use case_run::{CaseOutcome, CaseStatus, run_case};
 pub use cases::{StudyCase, cases};
 pub use engine::{CaseOutcomes, EngineSettings, run_cases, run_single_case};
 pub use folder::StudyFolder;
-pub use optimise::{Optimised, optimise};
+pub use optimise::optimise;
 pub use results::{StudyResults, StudyRow};
 
 #[cfg(test)]

@@ -30,19 +30,11 @@ const LAST_STEP: f64 = 1e-3;
 /// Violation of a case that makes no part.
 const NO_PART: f64 = 1.0;
 
-/// Cases of an optimisation.
-#[derive(Debug)]
-pub struct Optimised {
-    /// Cases of the design, then those of the searches.
-    pub cases: Vec<StudyCase>,
-    /// Number of searches.
-    pub searches: usize,
-}
-
 /// Values of the controlled factors of a point.
 type Point = Vec<YamlValue>;
 
-/// Runs the design and searches from its best points; at most `max_cases` cases, or those of the design if they are more.
+/// Runs the design and searches from its best points; at most `max_cases` cases, or those of the design if they are more. Returns the cases
+/// of the design, then those of the searches.
 ///
 /// # Errors
 /// The log cannot be written, or no worker starts.
@@ -51,14 +43,14 @@ pub fn optimise(
     max_cases: u32,
     (log, outcomes): (&CaseLog, &mut CaseOutcomes),
     settings: &EngineSettings<'_>,
-) -> Result<Optimised, StudyError> {
+) -> Result<Vec<StudyCase>, StudyError> {
     let mut all = cases(study);
     run_cases(study, &all, (log, outcomes), settings)?;
     let starts = starts(study, &all, outcomes);
     let left = (max_cases as usize).saturating_sub(all.len()) / study.replicates as usize;
     let evaluations = left / starts.len().max(1);
     if (settings.is_stopped)() || evaluations == 0 || !has_ranges(study) {
-        return Ok(Optimised { cases: all, searches: 0 });
+        return Ok(all);
     }
     let runner = Runner::new(study, log, outcomes, settings);
     let found: Mutex<Vec<(usize, Vec<Point>)>> = Mutex::default();
@@ -80,7 +72,7 @@ pub fn optimise(
             all.extend(new);
         }
     }
-    Ok(Optimised { cases: all, searches: indexed.len() })
+    Ok(all)
 }
 
 fn has_ranges(study: &Study) -> bool {

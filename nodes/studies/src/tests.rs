@@ -224,10 +224,10 @@ fn searched(study: &Study, folder: &Path, workers: usize, stop_after: usize) -> 
             done.fetch_add(1, Ordering::Relaxed);
         },
     };
-    let optimised = optimise(study, 40, (&log, &mut outcomes), &settings).expect("it runs");
-    folder.write_plan(study, &optimised.cases).expect("a plan");
-    folder.write_results(&StudyResults::new(study, &optimised.cases, &outcomes)).expect("results");
-    (done.load(Ordering::Relaxed), optimised.cases, folder)
+    let cases = optimise(study, 40, (&log, &mut outcomes), &settings).expect("it runs");
+    folder.write_plan(study, &cases).expect("a plan");
+    folder.write_results(&StudyResults::new(study, &cases, &outcomes)).expect("results");
+    (done.load(Ordering::Relaxed), cases, folder)
 }
 
 #[test]

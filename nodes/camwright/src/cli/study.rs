@@ -133,12 +133,14 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
         on_done: &|_| bar.inc(1),
     };
     let ran = match args.minimise {
-        Some(_) => studies::optimise(&study, args.cases, (&log, &mut outcomes), &settings)
-            .map(|optimised| folder.write_plan(&study, &optimised.cases).map(|()| cases = optimised.cases)),
-        None => studies::run_cases(&study, &cases, (&log, &mut outcomes), &settings).map(Ok),
+        Some(_) => studies::optimise(&study, args.cases, (&log, &mut outcomes), &settings).and_then(|all| {
+            cases = all;
+            folder.write_plan(&study, &cases)
+        }),
+        None => studies::run_cases(&study, &cases, (&log, &mut outcomes), &settings),
     };
     bar.finish_and_clear();
-    ran.and_then(|written| written).map_err(not_written)?;
+    ran.map_err(not_written)?;
     let results = StudyResults::new(&study, &cases, &outcomes);
     folder.write_results(&results).map_err(not_written)?;
     let is_interrupted = !results.is_complete() || (args.minimise.is_some() && shutdown.is_requested());
