@@ -12,7 +12,7 @@ use camwright_files::machine_file;
 use camwright_machine_check::{ClauseVerdict, Moving, Settings, check};
 use camwright_machine_hal::simulation_text;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, RunJob, RunJobGoal};
-use camwright_msgs::camwright_msgs::msg::{MachineAlarms, MachineStream};
+use camwright_msgs::camwright_msgs::msg::{MachineAlarms, MachineStream, RecorderStatus};
 use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
@@ -287,6 +287,21 @@ fn setpoints(bag: &Path) -> Vec<[[u64; 3]; 3]> {
     ticks.into_values().collect()
 }
 
+/// Waits until the recorder has subscribed to the setpoints; what is sent before is not in its bag.
+fn wait_for_recorder(node: &Node) {
+    let topic = format!("{NAMESPACE}/machine/setpoints");
+    let (sender, statuses) = channel();
+    let _status = node
+        .subscribe("run_logger/status", &Qos::default_topic(), move |message: RecorderStatus, _| {
+            let _over = sender.send(message.topics.iter().any(|record| record.topic == topic));
+        })
+        .expect("a subscription");
+    let deadline = Instant::now() + PATIENCE;
+    while !statuses.recv_timeout(PATIENCE).expect("a status of the recorder") {
+        assert!(Instant::now() < deadline, "the recorder does not record the setpoints");
+    }
+}
+
 /// The same job on the simulated machine: its bag.
 fn simulated() -> PathBuf {
     let (domain, bag) = (Domain::reserve(), fresh_bag("hal-simulated"));
@@ -296,6 +311,7 @@ fn simulated() -> PathBuf {
     let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
     let spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).expect("the planner");
+    wait_for_recorder(&node);
     let overrides = JOB.map(String::from).into();
     let goal = RunJobGoal { job: "eccentric".into(), overrides, ..RunJobGoal::default() };
     let sent = jobs.send_goal(goal, drop, PATIENCE).expect("an answer");
@@ -371,6 +387,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let _spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
     let _command = Shared::for_cell(&domain, NAMESPACE);
+    wait_for_recorder(&node);
 
     // A whole job: the drives follow every setpoint to the count, and the form error is that of the encoders.
     let (status, result) = send(&jobs, &machine).result(PATIENCE).expect("it ends");
