@@ -275,14 +275,11 @@ mod tests {
         let index = hal.axes[1].index.as_ref().expect("it has marks");
         assert_eq!((index.enable.as_str(), index.position.as_str()), ("x-index.index-enable", "x-since-mark.out"));
         for (overrides, expected) in [
-            (&[HOME, SWITCH][..], "hal.x_axis: `index_enable` is missing"),
-            (&[HOME, SWITCH, ENABLE], "hal.x_axis: `index_position` is missing"),
-            (&[HOME, ENABLE, POSITION], "hal.x_axis: `home` is missing"),
-            (&[ENABLE, POSITION], "hal.x_axis.index_enable: not used"),
-            (
-                &["hal.c_axis.index_enable=c.index-enable"],
-                "hal.c_axis.index_enable: C is homed at the mark of `origin`",
-            ),
+            (&[HOME, SWITCH][..], "`index_enable` is missing: the axis is homed at an index mark"),
+            (&[HOME, SWITCH, ENABLE], "`index_position` is missing"),
+            (&[HOME, ENABLE, POSITION], "`home` is missing"),
+            (&[ENABLE, POSITION], "not used; set x_axis.home.use_index"),
+            (&["hal.c_axis.index_enable=c.index-enable"], "C is homed at the mark of `origin`"),
             (
                 &[HOME, SWITCH, ENABLE, "hal.x_axis.index_position=x-encoder.out"],
                 "the feedback must not jump at a mark",

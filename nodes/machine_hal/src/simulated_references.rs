@@ -63,18 +63,19 @@ impl SimulatedReferences<'_> {
         line(format!("net {name}-from-drive => {name}-slide.in"));
         line(format!("setp {name}-slide.gain {}", 1.0 / scale));
         line(format!("setp {name}-slide.offset {}", self.start_mm));
+        line(format!("net {name}-of-slide {name}-slide.out"));
         if self.has_switch() {
             let (slide, threshold, half) = if homing.search_mm_s > 0.0 {
                 ("in1", "in0", -0.5 * self.hysteresis_mm)
             } else {
                 ("in0", "in1", 0.5 * self.hysteresis_mm)
             };
-            line(format!("net {name}-of-slide {name}-slide.out => {name}-home.{slide}"));
+            line(format!("net {name}-of-slide => {name}-home.{slide}"));
             line(format!("setp {name}-home.{threshold} {}", homing.switch_mm + half));
             line(format!("setp {name}-home.hyst {}", self.hysteresis_mm));
         }
         if homing.use_index {
-            line(format!("net {name}-of-slide {name}-slide.out => {name}-speed.in"));
+            line(format!("net {name}-of-slide => {name}-speed.in"));
             line(format!("net {name}-speed-now {name}-speed.out => {name}-index.velocity-cmd"));
             line(format!("setp {name}-index.scale {}", 1.0 / homing.index_pitch_mm));
             line(format!("net {name}-pitches {name}-index.position-fb => {name}-since-mark.in"));
