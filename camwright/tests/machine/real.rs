@@ -209,10 +209,12 @@ fn an_index_mark_is_latched_to_the_count() {
     let latches = pass(&mut plant, mark, 3.0);
     let [latch] = latches.as_slice() else { panic!("{latches:?}") };
     assert_eq!((latch.input, latch.rising, latch.counts), (Input::Index(Axis::X), true, mark - start));
-    plant.step(None, &[MachineCommand::SetHome { axis: Axis::X, counts: latch.counts }]);
+    // The mark lies at 100 mm from now on, inside the soft limits.
+    let home = description.axes[X].scale.counts(100.0);
+    plant.step(None, &[MachineCommand::SetHome { axis: Axis::X, counts: latch.counts - home }]);
     plant.idle(LAG + 1);
     let latches = pass(&mut plant, mark, -3.0);
-    assert_eq!(latches.iter().map(|latch| latch.counts).collect::<Vec<_>>(), [0], "the mark is the zero now");
+    assert_eq!(latches.iter().map(|latch| latch.counts).collect::<Vec<_>>(), [home], "the same mark by the new zero");
 }
 
 #[test]
