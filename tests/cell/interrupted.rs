@@ -175,7 +175,7 @@ fn only_one_of_two_machines_publishes_the_clock() {
     };
     let clocks = || node.publisher_count("/clock").expect("a good name");
     let mut first = machine("/left");
-    until("the first machine tells the time", || clocks() == 1);
+    until("the first machine publishes its clock", || clocks() == 1);
     let mut second = machine("/right");
     let expected = "/left/machine_sim publishes /clock, so this machine does not";
     until("the second leaves it to the first", || {
@@ -186,7 +186,7 @@ fn only_one_of_two_machines_publishes_the_clock() {
     first.interrupt();
     assert!(first.wait(PATIENCE).success(), "{}", first.complaint());
     until("the second takes over", || second.stderr().contains("no other node publishes /clock"));
-    until("it tells the time", || clocks() == 1);
+    until("it publishes its clock", || clocks() == 1);
     second.interrupt();
     assert!(second.wait(PATIENCE).success(), "{}", second.complaint());
 }

@@ -187,7 +187,7 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
     let on_feedback = move |feedback| drop(sender.send(feedback));
     let goal = JogGoal { hold_to_run: -1.0, ..of("c_axis", 0.5, 0.0) };
     let turning = client.send_goal(goal, on_feedback, PATIENCE).expect("a decision");
-    while feedback.recv_timeout(PATIENCE).expect("it tells how fast it goes").velocity < 0.49 {}
+    while feedback.recv_timeout(PATIENCE).expect("feedback with its speed").velocity < 0.49 {}
     let wheel = |data| cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data });
     let refused = wheel(true);
     assert_eq!((refused.success, refused.message.as_str()), (false, "a jog of c_axis by /operator has command"));

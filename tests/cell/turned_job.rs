@@ -164,7 +164,11 @@ fn lathe() -> Cell {
 /// Begins the job and waits until its first pass cuts.
 fn cutting(cell: &Cell) -> (ClientGoal<RunJob>, mpsc::Receiver<RunJobFeedback>) {
     let (goal, feedback) = cell.client.send(JOB, &SHORT);
-    assert!(goal.accepted(), "{:?}", cell.client.status("tells why", |status| !status.message.is_empty()).message);
+    assert!(
+        goal.accepted(),
+        "{:?}",
+        cell.client.status("a status with the reason", |status| !status.message.is_empty()).message
+    );
     loop {
         let progress = feedback.recv_timeout(PATIENCE).expect("feedback");
         if progress.phase_name == "cut" && progress.turn > 1.0 {

@@ -119,7 +119,7 @@ fn a_thread_that_dies_is_reported_and_ends_its_process() {
     validate.wait_for_service(PATIENCE).expect("the planner offers it");
     let request = ValidateJobRequest { job: "eccentric".into(), ..ValidateJobRequest::default() };
     let answer = validate.call(&request, PATIENCE).expect("it is answered");
-    assert!(!answer.success && answer.message.starts_with("nobody can answer"), "{}", answer.message);
+    assert!(!answer.success && answer.message.starts_with("no answer is possible"), "{}", answer.message);
     let status = planner.wait(PATIENCE);
     assert_eq!(status.code(), Some(101), "{}", planner.complaint());
     assert!(planner.stderr().contains("thread planning was ended by a defect"), "{}", planner.stderr());

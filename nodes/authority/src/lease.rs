@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn a_holder_that_has_left_keeps_nobody_out_although_its_work_goes_on() {
+    fn a_holder_that_has_left_blocks_no_other_client_although_its_work_goes_on() {
         let (mut lease, begin) = lease();
         lease.acquire(ANNA, wanted("anna", 10.0), begin).unwrap();
         lease.check_holder(|_| false, begin);

@@ -162,7 +162,7 @@ impl BagMetadata {
         let written = file.write_all(self.to_file_text().as_bytes()).and_then(|()| file.sync_all());
         if let Err(error) = written {
             drop(file);
-            // The half-written file helps nobody; the old one stays.
+            // The half-written file is useless; the old one stays.
             drop(fs::remove_file(&beside));
             return Err(BagError::io("write", &path, error));
         }

@@ -278,7 +278,7 @@ impl Recording {
 
 impl Drop for Recording {
     fn drop(&mut self) {
-        // Nobody is left to hear of a failure; the bag's own metadata says how it ended. After `stop` there is nothing to join.
+        // No caller is left to receive an error; the metadata of the bag has it. After `stop` there is nothing to join.
         drop(self.join(RecordingOutcome::Complete));
     }
 }

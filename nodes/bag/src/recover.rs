@@ -228,7 +228,7 @@ impl BagRebuild {
     ) -> Result<(), BagError> {
         match record {
             Record::Message { header, data } => {
-                // Its channel stood in a chunk that is lost: nobody knows what the bytes mean.
+                // Its channel was in a chunk that is lost: the type of the message is unknown.
                 let Some((name, id)) = topics.find(header.channel_id, &mut self.writer)? else {
                     *self.recovery.missing.entry(topics.name(header.channel_id)).or_insert(0) += 1;
                     return Ok(());

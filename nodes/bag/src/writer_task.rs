@@ -154,7 +154,7 @@ impl WriterTask {
         count
     }
 
-    /// At the end of a recording of snapshots nobody wants what is held, but for what is latched.
+    /// At the end of a recording of snapshots, only latched messages of the buffer are written.
     fn let_go(&mut self) {
         while let Some(message) = self.ring.as_mut().and_then(Ring::take) {
             self.pass(&message);

@@ -189,7 +189,7 @@ impl CyclicLoop {
         self.withhold_credit(self.is_idle() && self.is_wheel_changing());
         if self.may_run_fast() {
             self.tick();
-            self.nobody_is_waited_for(now);
+            self.stop_waiting_for_partners(now);
             *deadline = now + FAST_IDLE_TICK;
         } else if self.is_moving() {
             // Setpoints or the recorder are behind: wait for their news.
@@ -197,7 +197,7 @@ impl CyclicLoop {
             self.wait_for_partners();
         } else if now >= *deadline {
             self.tick();
-            self.nobody_is_waited_for(now);
+            self.stop_waiting_for_partners(now);
             *deadline = now + FAST_IDLE_TICK;
         } else {
             let _woken = waker.wait(*deadline - now);
@@ -232,7 +232,7 @@ impl CyclicLoop {
                     self.bounds.worst_late_us.fetch_max(u64::try_from(late_ns / 1000).unwrap_or(0), Ordering::Relaxed);
                 }
                 self.tick();
-                self.nobody_is_waited_for(Instant::now());
+                self.stop_waiting_for_partners(Instant::now());
             }
             PacingStep::Wait(time) => {
                 let _woken = waker.wait(time);

@@ -126,7 +126,7 @@ impl CyclicLoop {
         self.withhold_credit(!period.is_following);
         self.tick();
         self.note_lag();
-        self.nobody_is_waited_for(Instant::now());
+        self.stop_waiting_for_partners(Instant::now());
         let orders = self.machine.orders();
         if let Some(state) = &mut self.bus {
             state.bus.send(&orders);

@@ -43,8 +43,8 @@ impl CyclicLoop {
         }
     }
 
-    /// A tick is executed: the machine waits for no partner.
-    pub fn nobody_is_waited_for(&mut self, now: Instant) {
+    /// Ends the wait for partners, because a tick is executed.
+    pub fn stop_waiting_for_partners(&mut self, now: Instant) {
         self.partners.sender.check(now);
         self.partners.sender.reset();
         self.partners.repeated = now;

@@ -272,7 +272,7 @@ fn home(node: &Node, axes: &[String], goes_on: &dyn Fn() -> bool) -> Result<Answ
     Ok(Answer::of_service("axis_interpolator", result.success, &result.message, &format!("homed {names}")))
 }
 
-const REJECTED: &str = "axis_interpolator rejects the goal; `camwright status` and its log show the reason";
+const REJECTED: &str = "axis_interpolator rejects the goal; its log shows the reason";
 
 fn jog(
     node: &Node,

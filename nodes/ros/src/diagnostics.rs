@@ -73,7 +73,7 @@ impl fmt::Debug for Diagnostics {
 }
 
 impl Diagnostics {
-    /// Reports at once, for a change of level that nobody should wait a second for.
+    /// Reports at once, for a change of level that is urgent.
     pub fn report_now(&self) {
         if let Some(node) = self.reporter.node.upgrade() {
             let reporter = Arc::clone(&self.reporter);

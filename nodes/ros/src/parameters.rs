@@ -512,7 +512,7 @@ mod tests {
         let known = ["work_speed_rpm".to_string(), "x".to_string()];
         let text = undeclared("work_sped_rpm", known.iter());
         assert_eq!(text, "parameter 'work_sped_rpm' is not declared; did you mean 'work_speed_rpm'?");
-        assert_eq!(undeclared("nobody", known.iter()), "parameter 'nobody' is not declared");
+        assert_eq!(undeclared("other", known.iter()), "parameter 'other' is not declared");
         let long = "x".repeat(MAX_COMPARED + 1);
         assert_eq!(undeclared(&long, [long.clone() + "y"].iter()), format!("parameter '{long}' is not declared"));
     }

@@ -82,7 +82,8 @@ pub fn join_within<T: Send + 'static>(thread: JoinHandle<T>, limit: Duration) ->
     let waiter = std::thread::Builder::new().name("join".into()).spawn(move || {
         // A panic was reported.
         let _panicked = thread.join();
-        let _nobody_waits = ended.send(());
+        // An error means that no thread waits.
+        let _unsent = ended.send(());
     });
     waiter.is_ok() && wait.recv_timeout(limit).is_ok()
 }

@@ -310,8 +310,7 @@ pub struct Responder<S: Service> {
 type Unanswered<S> = Box<dyn Fn(String) -> <S as Service>::Response + Send + Sync>;
 
 /// Text of the answer to a request that was dropped.
-const NOBODY_ANSWERS: &str =
-    "nobody can answer: the node is ending, or a defect ended one of its threads (its log and /diagnostics say which)";
+const NO_ANSWER: &str = "no answer is possible: the node is ending, or a defect ended one of its threads (its log and /diagnostics say which)";
 
 impl<S: Service> Drop for Responder<S> {
     fn drop(&mut self) {
@@ -319,7 +318,7 @@ impl<S: Service> Drop for Responder<S> {
             self.side.load.calls_refused.add_one();
             self.side.logger.debug(&format!("a call of {} was dropped without an answer", self.side.service));
             let failed = self.unanswered.take();
-            self.answer(&failed.map_or_else(S::Response::default, |failed| failed(NOBODY_ANSWERS.into())));
+            self.answer(&failed.map_or_else(S::Response::default, |failed| failed(NO_ANSWER.into())));
         }
     }
 }

@@ -71,7 +71,7 @@ pub type Enqueue = [u64; 4];
 
 fn reported_in(bag: &Bag, key: &str) -> u64 {
     let text = bag.custom_data().get(&format!("camwright.{key}"));
-    text.and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("the bag does not tell camwright.{key}"))
+    text.and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("the bag has no camwright.{key}"))
 }
 
 pub fn lost(bag: &Bag) -> ReportedLosses {

@@ -73,7 +73,7 @@ impl RequestedTrajectory {
             return Err(format!("point {index} gives efforts, the machine takes positions"));
         }
         let points: Vec<TrajectoryPoint> = message.points.iter().map(|point| core_point(point, &joints)).collect();
-        // What nobody asked to be moved is not looked at, unless a tolerance names it.
+        // Joints that the goal does not move are not checked, unless a tolerance names them.
         let of_named = |all: &[Tolerance; AXIS_COUNT]| {
             Axis::ALL.map(|axis| if joints.contains(&axis) { all[axis.index()] } else { Tolerance::default() })
         };

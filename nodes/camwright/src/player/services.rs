@@ -46,7 +46,7 @@ pub(super) fn offer(node: &Node, orders: &mpsc::Sender<PlayerCommand>) -> Result
     ])
 }
 
-/// A service whose requests become orders. A player that has ended answers nobody.
+/// A service whose requests become orders. A player that has ended answers no request.
 fn passed<S: Service>(
     node: &Node,
     name: &str,

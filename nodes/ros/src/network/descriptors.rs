@@ -106,7 +106,7 @@ impl UdpSocket {
         Ok(())
     }
 
-    /// The first octets of the oldest datagram that nobody has read.
+    /// The first octets of the oldest unread datagram.
     pub(super) fn oldest_unread(&self) -> Option<Vec<u8>> {
         let mut octets = vec![0_u8; 256];
         let flags = RecvFlags::DONTWAIT | RecvFlags::PEEK;

@@ -12,7 +12,7 @@ use super::vitals::{Vitals, is_rustdds};
 
 const PERIOD: Duration = Duration::from_millis(500);
 
-/// The oldest datagram of a socket is read within this time, or nobody reads. A busy computer delays a thread by much less.
+/// Maximum age of the oldest datagram of a socket; beyond it the reader has stopped. A busy computer delays a thread by much less.
 const STANDSTILL: Duration = Duration::from_secs(10);
 
 /// Receiver of the alarm text.
