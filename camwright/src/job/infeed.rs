@@ -83,6 +83,8 @@ pub struct NearestInfeed {
     pub total_mm: (Option<f64>, f64),
     /// ΔR below and above, at the given RT (mm).
     pub per_block_mm: (f64, Option<f64>),
+    /// N, blocks of a turn.
+    pub blocks: u32,
 }
 
 impl core::fmt::Display for NearestInfeed {
@@ -99,6 +101,11 @@ impl core::fmt::Display for NearestInfeed {
         )?;
         if let Some(above) = self.per_block_mm.1 {
             write!(f, " or {}", significant(um_from_mm(above)))?;
+        }
+        f.write_str(" um, per turn ")?;
+        write!(f, "{}", significant(um_from_mm(self.per_block_mm.0) * f64::from(self.blocks)))?;
+        if let Some(above) = self.per_block_mm.1 {
+            write!(f, " or {}", significant(um_from_mm(above) * f64::from(self.blocks)))?;
         }
         f.write_str(" um")
     }
@@ -145,6 +152,7 @@ impl InfeedSchedule {
                     total_mm / (f64::from(blocks) * high),
                     (low >= 1.0).then(|| total_mm / (f64::from(blocks) * low)),
                 ),
+                blocks,
             };
             return Err(InfeedError::NotWholeTurns { total_mm, per_block_mm, blocks, turns, nearest });
         }
@@ -441,7 +449,8 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "total infeed 0.35 mm is 3.8889 turns of 3600 blocks of 0.025 um; whole turns are needed: the nearest \
-             total infeed is 0.27 or 0.36 mm, the nearest infeed per block 0.024305556 or 0.032407407 um"
+             total infeed is 0.27 or 0.36 mm, the nearest infeed per block 0.024305556 or 0.032407407 um, per turn 87.5 or \
+             116.666666667 um"
         );
         // The neighbours named do fit.
         for (total, per_block) in

@@ -153,7 +153,7 @@ impl GrooveFile {
         let roller_radius_mm = self.roller_radius_mm.ok_or_else(|| needs("roller_radius_mm"))?;
         let outer_radius_mm = self.outer_radius_mm.ok_or_else(|| needs("outer_radius_mm"))?;
         let z_mm = self.z_mm.ok_or_else(|| needs("z_mm"))?;
-        let of = LiftContext { document, key: &key, name: &self.name, follower: None };
+        let of = LiftContext { document, key: &key, name: &self.name, follower: None, before: &[] };
         let lift = lift_file::read(file, of, files)?;
         let groove = BarrelGroove::new(&lift.law, roller_radius_mm, outer_radius_mm, outer_radius_mm - self.depth_mm)
             .map_err(|error| vec![document.error(&key, format!("groove {}: {error}", self.name))])?;

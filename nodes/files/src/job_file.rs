@@ -11,7 +11,7 @@ use super::locate::{Located, locate};
 use super::machine_file::{self, MachineConfig};
 use super::names;
 use super::nc_file::{NcFile, NcSettings};
-use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, pass_names, passes};
+use super::pass_file::{self, InfeedFile, RoughingFile, SpeedFile};
 use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
 use super::recorded_files::NamedFile;
@@ -215,10 +215,14 @@ struct LobeFile {
     station: String,
     /// Name of its profile.
     profile: String,
-    /// Phase angle (DS4 ...): from the keyway to the centre of the base circle, positive in the direction in
-    /// which the table is read.
+    /// Phase angle: from the keyway to the centre of the base circle, positive in the direction in which the table is
+    /// read. Instead of `alpha_deg`.
     #[schemars(range(min = -36000.0, max = 36000.0))]
-    phase_deg: f64,
+    phase_deg: Option<f64>,
+    /// Phase angle with the sign of JPS6156064B2 (DS4 ...): positive against the direction in which the table is read.
+    /// Instead of `phase_deg`.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
+    alpha_deg: Option<f64>,
     /// Width of the lobe.
     #[schemars(range(min = 1e-6, max = 1e4))]
     width_mm: f64,
@@ -299,9 +303,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
     let file: JobFile = schema::read(&document)?;
     let mut findings = file.raw_part.findings(&document);
-    for (key, message) in
-        profile_file::findings("profiles", &file.profiles).into_iter().chain(pass_names(&file.roughing))
-    {
+    let of_passes = pass_file::findings(&file.roughing, &file.infeed);
+    for (key, message) in profile_file::findings("profiles", &file.profiles).into_iter().chain(of_passes) {
         findings.push(document.error(&key, message));
     }
     let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
@@ -309,7 +312,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let (mut profiles, mut lifts) = (Vec::new(), Vec::new());
     let mut blocks: Option<u32> = None;
     for (index, profile) in file.profiles.iter().enumerate() {
-        match profile.read(&document, "profiles", index, &mut files) {
+        match profile.read(&document, ("profiles", index), &profiles, &mut files) {
             Ok((spec, lift)) => {
                 let table_blocks = lift.table.as_ref().and_then(|table| u32::try_from(table.blocks()).ok());
                 match (blocks, table_blocks) {
@@ -392,7 +395,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         rapid_advance_mm: file.rapid_advance_mm,
         rapid_speed_mm_s: file.rapid_speed_mm_s,
         stock_mm: file.stock_mm,
-        passes: passes(&file.roughing, &file.infeed, file.work_speed_rpm, &file.speed),
+        passes: pass_file::passes(&file.roughing, &file.infeed, file.work_speed_rpm, &file.speed, blocks_per_turn),
         retract_clearance_mm: file.retract_clearance_mm,
         hold_in_cut: match file.hold_in_cut {
             HoldFile::Retract => HoldInCut::Retract,
@@ -430,10 +433,20 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
             findings.push(document.error(&format!("lobes.{index}.profile"), message));
             continue;
         };
+        let phase_deg = match (lobe.phase_deg, lobe.alpha_deg) {
+            (Some(phase_deg), None) => phase_deg,
+            (None, Some(alpha_deg)) => -alpha_deg,
+            (phase_deg, _) => {
+                let fault = if phase_deg.is_some() { "both are given; remove one" } else { "one is needed" };
+                let message = format!("lobe {}: phase_deg or alpha_deg, its negative: {fault}", lobe.name);
+                findings.push(document.error(&format!("lobes.{index}"), message));
+                continue;
+            }
+        };
         lobes.push(LobeSpec {
             name: lobe.name.clone(),
             station: lobe.station.clone(),
-            phase_rad: rad_from_deg(lobe.phase_deg + file.part_phase_deg),
+            phase_rad: rad_from_deg(phase_deg + file.part_phase_deg),
             profile,
             width_mm: lobe.width_mm,
         });

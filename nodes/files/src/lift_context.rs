@@ -4,6 +4,7 @@ use super::ConfigError;
 use super::follower_file::mm_per_deg;
 use super::yaml::Document;
 use camwright::cam::follower::Follower;
+use camwright::job::grinding::ProfileSpec;
 
 /// The profile that a lift belongs to.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +16,8 @@ pub(crate) struct LiftContext<'a> {
     pub name: &'a str,
     /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
     pub follower: Option<(Follower, f64)>,
+    /// Profiles that stand before it in the file.
+    pub before: &'a [ProfileSpec],
 }
 
 impl LiftContext<'_> {

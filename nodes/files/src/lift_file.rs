@@ -3,7 +3,7 @@
 //! ```text
 //! table, half_table, opening_table + closing_table ─► lift_text ─► rows ─► LiftTable ─► reading ─┐
 //! segments ─────────────────────────────────────────────────────────────► MotionProgram ─────────┼─► LiftLaw
-//! eccentric, s_cam, round ───────────────────────────────────────────────► formula ──────────────┘
+//! eccentric, s_cam, conjugate_of, round ───────────────────────────────────────────────► formula ──────────────┘
 //! ```
 
 use super::contour_table::{self, Orientation};
@@ -19,7 +19,9 @@ use super::{ConfigError, FileLocation};
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::halves::{check_flank, whole_turn};
 use camwright::cam::lift::law::alternatives;
-use camwright::cam::lift::{LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftTable, TableMethod, TableReading};
+use camwright::cam::lift::{
+    LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable, TableMethod, TableReading,
+};
 use camwright::math::units::mm_from_um;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,7 +37,7 @@ const NOSE_DEG: f64 = 180.0;
 const LIFT_PER_BASE_RADIUS: f64 = 2.0;
 
 /// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, an eccentric,
-/// the arms of a brake, or none: round.
+/// the arms of a brake, the other cam of a pair, or none: round.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiftFile {
@@ -57,6 +59,12 @@ pub struct LiftFile {
     eccentric: Option<EccentricFile>,
     /// S-cam of a drum brake: two equal arms, half a turn apart, for a roller with `offset_mm`.
     s_cam: Option<SCamFile>,
+    /// Profile before this one whose follower is joined to this one, so that both cams hold it without play: the lift is the
+    /// largest lift of that profile less its lift.
+    conjugate_of: Option<String>,
+    /// Azimuth of this follower seen from the follower of `conjugate_of`. Default: 180, of oscillating followers 0 (one pivot).
+    #[schemars(range(min = -36000.0, max = 36000.0))]
+    conjugate_at_deg: Option<f64>,
     /// A journal: no lift.
     round: Option<bool>,
     /// Names of the columns of a table. Default: the header of the file.
@@ -74,6 +82,8 @@ pub struct LiftFile {
     /// Crank angle from row to row of a table without angles.
     #[schemars(range(min = 1e-6, max = 720.0))]
     step_crank_deg: Option<f64>,
+    /// The angles of a whole table count against the cam angle: lift at angle a belongs to cam angle -a. Default: false.
+    mirrored: Option<bool>,
     /// Cam angle of the file's angle 0; of a half table: of the nose. Default: 0, of half tables 180.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     zero_deg: Option<f64>,
@@ -140,11 +150,12 @@ pub(super) fn read(
         file.segments.is_some(),
         file.eccentric.is_some(),
         file.s_cam.is_some(),
+        file.conjugate_of.is_some(),
         is_round,
     ];
     if sources.iter().filter(|given| **given).count() != 1 {
         let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, s_cam, \
-                       round: true";
+                       conjugate_of, round: true";
         return Err(profile.refuse("", message));
     }
     refuse_misplaced(file, &profile)?;
@@ -180,6 +191,8 @@ fn read_formula(file: &LiftFile, profile: &LiftContext<'_>) -> Option<Result<Pro
         lift_formula::eccentric(eccentric, profile)
     } else if let Some(s_cam) = &file.s_cam {
         lift_formula::s_cam(s_cam, profile)
+    } else if let Some(name) = &file.conjugate_of {
+        lift_formula::conjugate(name, file.conjugate_at_deg, profile)
     } else if file.round == Some(true) {
         lift_formula::round(profile)
     } else {
@@ -197,20 +210,32 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
         ("decimal_comma", file.decimal_comma.is_some()),
         ("step_cam_deg", file.step_cam_deg.is_some()),
         ("step_crank_deg", file.step_crank_deg.is_some()),
+        ("mirrored", file.mirrored.is_some()),
         ("zero_deg", file.zero_deg.is_some()),
         ("resolution_mm", file.resolution_mm.is_some()),
         ("reading", file.reading.is_some()),
         ("smooth_within_um", file.smooth_within_um.is_some()),
     ];
     let mut errors = Vec::new();
-    let is_formula =
-        file.segments.is_some() || file.eccentric.is_some() || file.s_cam.is_some() || file.round == Some(true);
+    let is_formula = file.segments.is_some()
+        || file.eccentric.is_some()
+        || file.s_cam.is_some()
+        || file.conjugate_of.is_some()
+        || file.round == Some(true);
     for (key, _) in for_tables.iter().filter(|(_, given)| is_formula && *given) {
         errors.extend(profile.refuse(key, format!("{key} is about a table; this lift is a formula")));
+    }
+    if file.mirrored.is_some() && file.table.is_none() && !is_formula {
+        let message = "mirrored is about a whole table; a half table has its direction by its nose";
+        errors.extend(profile.refuse("mirrored", message));
     }
     let for_segments = [("start_deg", file.start_deg.is_some()), ("repeat", file.repeat.is_some())];
     for (key, _) in for_segments.iter().filter(|(_, given)| *given && file.segments.is_none()) {
         errors.extend(profile.refuse(key, format!("{key} is about segments; this lift has none")));
+    }
+    if file.conjugate_at_deg.is_some() && file.conjugate_of.is_none() {
+        let message = "conjugate_at_deg is about conjugate_of; this lift has none";
+        errors.extend(profile.refuse("conjugate_at_deg", message));
     }
     if file.reading == Some(ReadingFile::CubicSpline) && file.smooth_within_um.is_some() {
         let message = "a cubic spline passes through every point; remove smooth_within_um, or the cubic spline";
@@ -290,10 +315,14 @@ fn read_table(
         LiftSource::Whole(located) => {
             let mut printed = lift_text::read(located, &format)?;
             base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Orientation::Whole)?;
+            if printed.form == LiftForm::Absolute && angles_descend(&printed.rows) {
+                printed.rows.reverse();
+            }
             let declaration = file.declaration(&printed);
             let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
             let read = LiftTable::read(&printed.rows, &declaration);
             let table = places.table(read, &mut warnings)?;
+            let table = if file.mirrored == Some(true) { table.mirrored() } else { table };
             let turned = table.turned_by(file.zero_deg.unwrap_or(0.0));
             (turned.map_err(|error| profile.refuse("zero_deg", error))?, vec![located.path.clone()])
         }
@@ -340,6 +369,12 @@ fn read_table(
         warnings.extend(profile.refuse("", message));
     }
     Ok(ProfileLift { law, table: Some(table), files, others, warnings, own })
+}
+
+/// Returns true for rows from the largest angle down to the smallest. A lift stands beside its angle, so their order is free.
+fn angles_descend(rows: &[LiftRow]) -> bool {
+    let descends = |pair: &[LiftRow]| pair[0].angle_deg.zip(pair[1].angle_deg).is_some_and(|(a, b)| a > b);
+    rows.len() > 1 && rows.windows(2).all(descends)
 }
 
 /// One or two flanks made a whole turn.
@@ -407,7 +442,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     let file: LiftFile = schema::read(&document)?;
     read(
         &file,
-        LiftContext { document: &document, key: "", name: "", follower: None },
+        LiftContext { document: &document, key: "", name: "", follower: None, before: &[] },
         &mut JobFiles::from_document(&document),
     )
 }

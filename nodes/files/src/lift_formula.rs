@@ -1,6 +1,8 @@
-//! Lifts that are no table: motion laws segment by segment, what a follower does on an eccentric disc, and the arms of a brake's S-cam.
+//! Lifts that are no table: motion laws segment by segment, what a follower does on an eccentric disc, the arms of a brake's S-cam, and the
+//! second cam of a conjugate pair.
 
 use super::ConfigError;
+use super::follower_file::mm_per_deg;
 use super::lift_context::LiftContext;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment, ProgramError};
@@ -145,6 +147,30 @@ fn segment_of(error: &ProgramError) -> Option<usize> {
         | ProgramError::AccelerationJump { segment, .. } => Some(segment.max(1)),
         ProgramError::SegmentCount { .. } | ProgramError::AngleSpan { .. } | ProgramError::Misclosure { .. } => None,
     }
+}
+
+/// Second cam of a pair whose followers are joined.
+pub(super) fn conjugate(
+    name: &str,
+    at_deg: Option<f64>,
+    profile: &LiftContext<'_>,
+) -> Result<LiftLaw, Vec<ConfigError>> {
+    let Some(first) = profile.before.iter().find(|other| other.name == name) else {
+        let before: Vec<&str> = profile.before.iter().map(|other| other.name.as_str()).collect();
+        let before = if before.is_empty() { "none".to_owned() } else { before.join(", ") };
+        let message = format!("conjugate_of is {name}; profiles without errors before this one: {before}");
+        return Err(profile.refuse("conjugate_of", message));
+    };
+    let (ratio, usual_deg) = match (profile.mm_per_deg(), mm_per_deg(first.follower)) {
+        (None, None) => (1.0, 180.0),
+        (Some(second), Some(first)) => (second / first, 0.0),
+        _ => {
+            let message = format!("the followers of {name} and of this profile are joined: both slide or both swing");
+            return Err(profile.refuse("conjugate_of", message));
+        }
+    };
+    let law = first.lift.conjugate(ratio, rad_from_deg(at_deg.unwrap_or(usual_deg)));
+    law.map_err(|error| profile.refuse("conjugate_of", error))
 }
 
 /// No lift: a journal.

@@ -5,7 +5,7 @@
 //! # anything                      comment lines begin with #, //, !, % or *; # also ends a row
 //! LIFT TABLE 4711                 titles: lines before the first row
 //! cam_angle_deg;lift_mm           a header that names the columns, unless the job does
-//! 0,0;0,000                       rows: semicolon, tab, comma or blanks; decimal commas if declared
+//! 0,0;0,000                       rows: semicolon, |, tab, comma or blanks; decimal commas if declared
 //! ```
 
 use super::locate::Located;
@@ -156,7 +156,7 @@ enum Separator {
 impl Separator {
     /// The strongest one in a line; a comma is none where it is the decimal one.
     fn from_line(line: &str, decimal_comma: bool) -> Self {
-        let candidates: &[char] = if decimal_comma { &[';', '\t'] } else { &[';', '\t', ','] };
+        let candidates: &[char] = if decimal_comma { &[';', '|', '\t'] } else { &[';', '|', '\t', ','] };
         candidates.iter().find(|c| line.contains(**c)).map_or(Separator::Blanks, |c| Separator::Char(*c))
     }
 

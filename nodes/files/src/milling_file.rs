@@ -254,7 +254,7 @@ type Profiles = (Vec<ProfileSpec>, Vec<(String, ProfileLift)>);
 fn read_profiles(document: &Document, file: &MillingFile, files: &mut JobFiles) -> Result<Profiles, Vec<ConfigError>> {
     let (mut profiles, mut lifts, mut findings) = (Vec::new(), Vec::new(), Vec::new());
     for (index, profile) in file.profiles.iter().enumerate() {
-        match profile.read(document, "profiles", index, files) {
+        match profile.read(document, ("profiles", index), &profiles, files) {
             Ok((spec, lift)) => {
                 lifts.push((spec.name.clone(), lift));
                 profiles.push(spec);

@@ -16,12 +16,15 @@ const LAST_PASS: &str = "grind";
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct InfeedFile {
-    /// RT (DS1), total infeed of the pass: blocks per turn times infeed per block times whole turns.
+    /// RT (DS1), total infeed of the pass: infeed per turn times whole turns.
     #[schemars(range(min = 1e-6, max = 100.0))]
-    pub(super) total_mm: f64,
-    /// Delta R (DS3), infeed per block.
+    total_mm: f64,
+    /// Delta R (DS3), infeed per block: the infeed per turn divided by the blocks of a turn. Instead of `per_turn_um`.
     #[schemars(range(min = 1e-6, max = 1e5))]
-    pub(super) per_block_um: f64,
+    per_block_um: Option<f64>,
+    /// Infeed per turn. Instead of `per_block_um`.
+    #[schemars(range(min = 1e-6, max = 1e5))]
+    per_turn_um: Option<f64>,
     /// Turns without infeed. At least one removes the step that the infeed leaves.
     #[schemars(range(min = 1, max = MAX_SPARK_OUT_TURNS))]
     pub(super) spark_out_turns: u32,
@@ -35,6 +38,26 @@ pub(super) struct InfeedFile {
     /// Direction in which the infeed is measured; the same for all passes.
     #[serde(default)]
     along: AlongFile,
+}
+
+impl InfeedFile {
+    /// Infeed per block (µm); the infeed per turn is the same in every block.
+    fn per_block_um(&self, blocks_per_turn: u32) -> f64 {
+        self.per_block_um.or(self.per_turn_um.map(|um| um / f64::from(blocks_per_turn))).unwrap_or_default()
+    }
+
+    /// Error where not exactly one of infeed per block and per turn is given.
+    fn finding(&self) -> Option<&'static str> {
+        match (self.per_block_um, self.per_turn_um) {
+            (None, None) => {
+                Some("infeed needs per_turn_um, the infeed per turn, or per_block_um, the infeed per block")
+            }
+            (Some(_), Some(_)) => Some(
+                "infeed has both per_turn_um and per_block_um; remove one, with --set for example infeed.per_block_um=null",
+            ),
+            _ => None,
+        }
+    }
 }
 
 /// Over what the wheel comes closer.
@@ -168,11 +191,11 @@ impl RoughingFile {
     }
 }
 
-fn pass(name: &str, infeed: &InfeedFile, work_speed_rpm: f64, speed: &SpeedFile) -> PassSpec {
+fn pass((name, infeed): (&str, &InfeedFile), work_speed_rpm: f64, speed: &SpeedFile, blocks_per_turn: u32) -> PassSpec {
     PassSpec {
         name: name.into(),
         total_infeed_mm: infeed.total_mm,
-        infeed_per_block_mm: mm_from_um(infeed.per_block_um),
+        infeed_per_block_mm: mm_from_um(infeed.per_block_um(blocks_per_turn)),
         infeed_course: match infeed.course {
             CourseFile::PerAngle => InfeedCourse::PerAngle,
             CourseFile::PerTurn => InfeedCourse::PerTurn,
@@ -193,13 +216,25 @@ pub(super) fn passes(
     infeed: &InfeedFile,
     work_speed_rpm: f64,
     speed: &SpeedFile,
+    blocks_per_turn: u32,
 ) -> Vec<PassSpec> {
-    let rough = roughing.iter().map(|rough| pass(&rough.name, &rough.infeed, rough.work_speed_rpm, &rough.speed));
-    rough.chain([pass(LAST_PASS, infeed, work_speed_rpm, speed)]).collect()
+    let rough = roughing
+        .iter()
+        .map(|rough| pass((&rough.name, &rough.infeed), rough.work_speed_rpm, &rough.speed, blocks_per_turn));
+    rough.chain([pass((LAST_PASS, infeed), work_speed_rpm, speed, blocks_per_turn)]).collect()
+}
+
+/// Errors of the passes: key and message.
+pub(super) fn findings(roughing: &[RoughingFile], infeed: &InfeedFile) -> Vec<(String, String)> {
+    let key = |index: usize| format!("roughing.{index}.infeed");
+    let infeeds = roughing.iter().enumerate().map(|(index, rough)| (key(index), &rough.infeed));
+    let infeeds = infeeds.chain([("infeed".to_owned(), infeed)]);
+    let infeeds = infeeds.filter_map(|(key, infeed)| infeed.finding().map(|message| (key, message.to_owned())));
+    pass_names(roughing).into_iter().chain(infeeds).collect()
 }
 
 /// Names of passes that are not unique: key and message.
-pub(super) fn pass_names(roughing: &[RoughingFile]) -> Vec<(String, String)> {
+fn pass_names(roughing: &[RoughingFile]) -> Vec<(String, String)> {
     let is_taken =
         |index: usize, name: &str| name == LAST_PASS || roughing[..index].iter().any(|other| other.name == name);
     let taken = roughing.iter().enumerate().filter(|(index, rough)| is_taken(*index, &rough.name));

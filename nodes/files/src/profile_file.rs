@@ -30,7 +30,7 @@ pub(super) struct ProfileFile {
     /// Follower that inspects the lobes; `camwright plan` writes its readings. Default: no inspection.
     gauge: Option<FollowerFile>,
     /// Lift of the follower: exactly one of `table`, `half_table`, `opening_table` with `closing_table`,
-    /// `segments`, `eccentric`, `s_cam`, `round: true`.
+    /// `segments`, `eccentric`, `s_cam`, `conjugate_of`, `round: true`.
     lift: LiftFile,
 }
 
@@ -40,16 +40,17 @@ impl ProfileFile {
         self.gauge.as_ref().map(FollowerFile::follower)
     }
 
-    /// Converts it to a profile. `list` is the key of its list.
+    /// Converts it to a profile. `list` is the key of its list, `before` holds the profiles that stand before it there.
     pub(super) fn read(
         &self,
         document: &Document,
-        list: &str,
-        index: usize,
+        (list, index): (&str, usize),
+        before: &[ProfileSpec],
         files: &mut JobFiles,
     ) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
         let given = self.follower.as_ref().map(FollowerFile::follower).zip(self.base_radius_mm);
-        let of = LiftContext { document, key: &format!("{list}.{index}.lift"), name: &self.name, follower: given };
+        let key = format!("{list}.{index}.lift");
+        let of = LiftContext { document, key: &key, name: &self.name, follower: given, before };
         let lift = lift_file::read(&self.lift, of, files)?;
         let (follower, base_radius_mm) = self.shape(&lift, given).map_err(|(key, message)| {
             vec![document.error(&format!("{list}.{index}.{key}"), format!("profile {}: {message}", self.name))]

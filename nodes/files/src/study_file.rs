@@ -203,6 +203,17 @@ impl StudyResponse {
         }
     }
 
+    /// Unit, empty for a number.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::FormErrorMaxUm | Self::LiftErrorPvUm | Self::WavinessUm => "um",
+            Self::JobTimeS => "s",
+            Self::PowerMaxW => "W",
+            Self::BurnIndex | Self::Alarms => "",
+        }
+    }
+
     /// Position in [`StudyResponse::ALL`].
     #[must_use]
     pub const fn index(self) -> usize {

@@ -377,18 +377,19 @@ fn read_cams(
         .into_iter()
         .map(|(key, message)| document.error(&key, message))
         .collect();
-    let (mut contours, mut lifts) = (Vec::new(), Vec::new());
+    let (mut contours, mut lifts, mut specs) = (Vec::new(), Vec::new(), Vec::new());
     for (index, profile) in profiles.iter().enumerate() {
         if profile.gauge().is_some() {
             let key = format!("{PROFILES}.{index}.gauge");
             let message = format!("profile {}: gauge is for ground lobes; remove it from a turned part", profile.name);
             findings.push(document.error(&key, message));
         }
-        match profile.read(document, PROFILES, index, files) {
+        match profile.read(document, (PROFILES, index), &specs, files) {
             Ok((spec, lift)) => match Contour::from_lift(&spec.lift, &spec.follower, spec.base_radius_mm) {
                 Ok(contour) => {
                     contours.push(Some(contour));
-                    lifts.push((spec.name, lift));
+                    lifts.push((spec.name.clone(), lift));
+                    specs.push(spec);
                 }
                 Err(error) => {
                     let key = format!("{PROFILES}.{index}.{}", contour_key(&error));

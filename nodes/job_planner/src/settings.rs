@@ -24,11 +24,12 @@ const OVERRIDES: &str = "overrides";
 pub(super) const FILE_FOLDERS: &str = "file_folders";
 
 /// Keys of a job file that a parameter of the same name overrides.
-const KEYS: [&str; 23] = [
+const KEYS: [&str; 24] = [
     "rapid_advance_mm",
     "rapid_speed_mm_s",
     "infeed.total_mm",
     "infeed.per_block_um",
+    "infeed.per_turn_um",
     "infeed.spark_out_turns",
     "work_speed_rpm",
     "speed.law",

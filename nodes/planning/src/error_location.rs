@@ -123,6 +123,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
             let key = file_key(*key);
             match place {
                 Subject::Lobe(lobe) => format!("{}.{key}", lobe_key(lobe)),
+                Subject::Pass(pass) if key == PER_BLOCK => infeed_key(job, pass),
                 Subject::Pass(pass) => pass_key(job, pass, key),
                 Subject::Job => key.into(),
             }
@@ -134,7 +135,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
 fn file_key(key: JobKey) -> &'static str {
     match key {
         JobKey::TotalInfeed => "infeed.total_mm",
-        JobKey::InfeedPerBlock => "infeed.per_block_um",
+        JobKey::InfeedPerBlock => PER_BLOCK,
         JobKey::WorkSpeed => "work_speed_rpm",
         JobKey::FootprintSpeed => "speed.footprint_speed_mm_s",
         JobKey::RemovalRate => "speed.removal_rate_mm2_s",
@@ -168,6 +169,14 @@ pub(super) fn pass_key(job: &Job, pass: &str, key: &str) -> String {
         Some(index) if index + 1 < passes.len() => format!("roughing.{index}.{key}"),
         _ => key.into(),
     }
+}
+
+const PER_BLOCK: &str = "infeed.per_block_um";
+
+/// Key of a pass with its infeed per turn or per block, as the job has it.
+pub(super) fn infeed_key(job: &Job, pass: &str) -> String {
+    let per_turn = pass_key(job, pass, "infeed.per_turn_um");
+    if job.document.root.get(&per_turn).is_some() { per_turn } else { pass_key(job, pass, PER_BLOCK) }
 }
 
 /// The first key that asks for another wheel than the one that is mounted.

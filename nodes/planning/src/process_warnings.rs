@@ -66,17 +66,13 @@ fn burns(prepared: &PreparedJob, pass: usize, turns: &[(usize, LobeTurn<'_>)]) -
         SpeedLaw::ConstantTemperature { .. } => String::from(", or the reference cut of speed"),
         _ => String::from(", or use speed.law: constant_temperature"),
     };
+    let key = error_location::infeed_key(&prepared.job, pass_name);
     let message = format!(
         "lobe {name}, pass {pass_name}: the predicted burn index is {index:.2} at cam angle {cam_deg:.1} deg, above 1: the part burns; lower \
-         infeed.per_block_um to {:.0} %{remedy}",
+         {key} to {:.0} %{remedy}",
         percent(depth)
     );
-    Some(warning(
-        prepared
-            .job
-            .document
-            .error(&error_location::pass_key(&prepared.job, pass_name, "infeed.per_block_um"), message),
-    ))
+    Some(warning(prepared.job.document.error(&key, message)))
 }
 
 /// The limit of an axis that slows a pass for much of a turn.
@@ -138,7 +134,7 @@ fn coarse_tables(prepared: &PreparedJob) -> Vec<Finding> {
         let name = &job.spec.profiles[index].name;
         let message = format!(
             "profile {name}: {turns} turns with {:.3} um of infeed each are finer than the table, whose {} rows of {} mm leave {:.3} um of the \
-             form open: use a finer table, or fewer turns (infeed.per_block_um)",
+             form open: use a finer table, or fewer turns with more infeed each",
             um_from_mm(finest_mm),
             table.blocks(),
             table.resolution_mm(),
@@ -163,7 +159,9 @@ fn few_rows(prepared: &PreparedJob) -> Option<Finding> {
     let per_turn_mm = |pass: &PassSpec| f64::from(blocks) * pass.infeed_per_block_mm;
     let turns = |pass: &PassSpec| pass.total_infeed_mm / per_turn_mm(pass);
     let pass = job.spec.passes.iter().max_by(|a, b| turns(a).total_cmp(&turns(b)))?;
-    if turns(pass) < MANY_INFEED_TURNS {
+    let key = error_location::infeed_key(job, &pass.name);
+    // The rows of the table do not matter to an infeed per turn.
+    if turns(pass) < MANY_INFEED_TURNS || key.ends_with("per_turn_um") {
         return None;
     }
     let per_block_um = um_from_mm(pass.infeed_per_block_mm);
@@ -175,7 +173,6 @@ fn few_rows(prepared: &PreparedJob) -> Option<Finding> {
         turns(pass),
         pass.name
     );
-    let key = error_location::pass_key(job, &pass.name, "infeed.per_block_um");
     Some(warning(job.document.error(&key, message)))
 }
 

@@ -7,7 +7,8 @@ use crate::math::extremum::smallest_over_turn;
 use crate::math::periodic_cubic::PeriodicCubic;
 use crate::math::periodic_spline::{PeriodicSpline, Sample};
 use crate::math::tube::{TubeError, smoothest_within};
-use crate::math::units::{TURN_RAD, deg_from_rad};
+use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use thiserror::Error;
 
@@ -74,6 +75,7 @@ enum LawShape {
     Program(MotionProgram),
     EccentricFlat { eccentricity_mm: f64, nose_rad: f64 },
     EccentricRound { eccentricity_mm: f64, pitch_radius_mm: f64, nose_rad: f64 },
+    Conjugate { of: Box<LiftLaw>, ratio: f64, at_rad: f64 },
 }
 
 /// Lift over the cam angle, periodic over one turn: s (mm) and its derivatives (mm/rad, …).
@@ -200,6 +202,26 @@ impl LiftLaw {
         Self::new(LawShape::EccentricRound { eccentricity_mm, pitch_radius_mm, nose_rad }, BELOW_BASE_MM)
     }
 
+    /// Lift of the second cam of a conjugate pair, whose follower is joined to that of this law: `ratio·(h − s(φ − at))` with the largest
+    /// lift h of this law. The second follower rests on its base circle where the first has its largest lift.
+    ///
+    /// `at_rad` is the azimuth of the second follower seen from the first: π for rollers on opposite sides of a slide, 0 for two arms on one
+    /// pivot. `ratio` is the lift of the second follower per lift of the first: 1 on a slide, the ratio of the arcs on two arms.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a ratio that is not positive.
+    pub fn conjugate(&self, ratio: f64, at_rad: f64) -> Result<Self, LiftLawError> {
+        if !ratio.is_finite() || ratio <= 0.0 {
+            let (what, bound) = ("the ratio of the lifts", "finite and positive");
+            return Err(LiftLawError::BadNumber { what, value: ratio, bound });
+        }
+        if !at_rad.is_finite() {
+            let (what, bound) = ("the azimuth of the second follower (rad)", "finite");
+            return Err(LiftLawError::BadNumber { what, value: at_rad, bound });
+        }
+        Self::new(LawShape::Conjugate { of: Box::new(self.clone()), ratio, at_rad }, BELOW_BASE_MM)
+    }
+
     fn new(shape: LawShape, below_base_mm: f64) -> Result<Self, LiftLawError> {
         let mut law = Self { shape, max_lift_mm: 0.0, reading: None };
         let min = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
@@ -236,6 +258,15 @@ impl LiftLaw {
                     first: -e * sin + root1,
                     second: -e * cos + root2,
                     third: e * sin + root3,
+                }
+            }
+            LawShape::Conjugate { of, ratio, at_rad } => {
+                let first = of.sample(angle_rad - at_rad);
+                Sample {
+                    value: ratio * (of.max_lift_mm - first.value),
+                    first: -ratio * first.first,
+                    second: -ratio * first.second,
+                    third: -ratio * first.third,
                 }
             }
         }
@@ -276,6 +307,9 @@ impl LiftLaw {
             LawShape::Cubic(spline) => {
                 (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
             }
+            LawShape::Conjugate { of, at_rad, .. } => {
+                of.breaks().into_iter().map(|angle_rad| wrap_turn(angle_rad + at_rad)).collect()
+            }
             _ => Vec::new(),
         }
     }
@@ -287,6 +321,7 @@ impl LiftLaw {
         match &self.shape {
             LawShape::Spline(spline) => (2 * spline.coefficients().len()).max(MIN_STEPS),
             LawShape::Cubic(spline) => (2 * spline.knots()).max(MIN_STEPS),
+            LawShape::Conjugate { of, .. } => of.grid(),
             _ => MIN_STEPS,
         }
     }

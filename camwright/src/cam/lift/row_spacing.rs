@@ -217,6 +217,13 @@ fn whole(value: f64) -> usize {
 }
 
 impl LiftTable {
+    /// The same table with its angles against their direction: the lift at angle a is that at −a before.
+    #[must_use]
+    pub fn mirrored(mut self) -> Self {
+        self.lifts[1..].reverse();
+        self
+    }
+
     /// The same table with its angle 0 at the cam angle `zero_deg` (deg).
     ///
     /// # Errors

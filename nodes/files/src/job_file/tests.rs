@@ -56,6 +56,41 @@ fn tables_of_different_division_need_the_blocks_of_the_infeed() {
     assert!(found[0].contains("blocks_per_turn is 5; it must be 36 to 36000"), "{found:?}");
 }
 
+/// 36 µm per turn are 3600 blocks of 0.01 µm.
+#[test]
+fn the_infeed_is_set_per_block_or_per_turn() {
+    let per_block = "per_block_um: 0.01";
+    let passes = |with: &str| {
+        let located = locate("jobs", "eccentric", "yaml", None).unwrap();
+        read(&Located::new("job.yaml", located.text.replace(per_block, with)), &[]).map(|job| job.spec.passes)
+    };
+    assert_eq!(passes("per_turn_um: 36"), passes(per_block));
+    let found = findings(|text| text.replace(per_block, "per_block_um: 0.01, per_turn_um: 36"));
+    assert!(found.len() == 1 && found[0].contains("infeed has both per_turn_um and per_block_um"), "{found:?}");
+    let found = findings(|text| text.replace(per_block, "along: normal"));
+    assert!(found.len() == 1 && found[0].contains(":19: infeed needs per_turn_um, the infeed per turn"), "{found:?}");
+    let set = ["infeed.per_block_um=null", "infeed.per_turn_um=36"].map(str::to_owned);
+    assert_eq!(Ok(load("eccentric", &set).unwrap().spec.passes), passes(per_block));
+}
+
+/// DS4 to DS7 as printed in JPS6156064B2 have the other sign.
+#[test]
+fn a_phase_may_have_the_sign_of_the_patent() {
+    let with = |key: &str| {
+        let located = locate("jobs", "eccentric", "yaml", None).unwrap();
+        let text = located.text.replace("phase_deg: 0.0", key);
+        read(&Located::new("job.yaml", text), &[]).map(|job| job.spec.lobes[0].phase_rad)
+    };
+    assert_eq!(with("alpha_deg: 75.5").unwrap().to_bits(), with("phase_deg: -75.5").unwrap().to_bits());
+    for (keys, words) in
+        [("alpha_deg: 1, phase_deg: -1", "both are given; remove one"), ("width_mm: 14", "one is needed")]
+    {
+        let found = findings(|text| text.replace("phase_deg: 0.0, width_mm: 14.0", &format!("{keys}, width_mm: 14.0")));
+        let is_expected = |error: &String| error.contains(words) || error.contains("width_mm");
+        assert!(found.iter().any(is_expected), "{keys}: {found:?}");
+    }
+}
+
 #[test]
 fn a_fault_without_effect_is_reported_with_its_line() {
     let with = |fault: &str| findings(|text| format!("{text}\nfaults:\n  - {fault}\n"));
@@ -111,4 +146,59 @@ fn the_hash_follows_every_override() {
     };
     assert_eq!(hash(&[]), hash(&[]));
     assert_ne!(hash(&[]), hash(&["stock_mm=0.25"]));
+}
+
+/// Two cams on one shaft and their joined followers, read off the contours by a gauge: the followers hold the shaft without play at every
+/// angle.
+#[test]
+fn conjugate_cams_hold_their_followers_without_play() {
+    use camwright::cam::contour::Contour;
+    use camwright::cam::inspection::Inspection;
+    use camwright::math::units::TURN_RAD;
+
+    let laws = "{segments: [{law: dwell, angle_deg: 150}, {law: modified_sine, angle_deg: 90, rise_mm: 9}, \
+                {law: 4-5-6-7, angle_deg: 120, rise_mm: -9}], start_deg: 20}";
+    let profiles = |first: &str, second: &str, lift: &str| {
+        let located = locate("jobs", "eccentric", "yaml", None).unwrap();
+        let text = located.text.replace(
+            "profiles:\n",
+            &format!(
+                "profiles:\n  - {{name: first, base_radius_mm: 24, follower: {first}, lift: {laws}}}\n  \
+             - {{name: second, base_radius_mm: 20, follower: {second}, lift: {lift}}}\n"
+            ),
+        );
+        read(&Located::new("job.yaml", text), &[])
+            .map(|job| job.spec.profiles)
+            .map_err(|findings| findings.iter().map(ToString::to_string).collect::<Vec<_>>())
+    };
+    let readings = |profile: &ProfileSpec| {
+        let contour = Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm).unwrap();
+        let inspection = Inspection::new(&contour, &profile.follower).unwrap();
+        move |angle_rad: f64| inspection.read(angle_rad).unwrap().lift
+    };
+    let arm = |arm_mm: u32, pivot_mm: u32, side: &str| {
+        format!("{{kind: oscillating_roller, radius_mm: 9, arm_mm: {arm_mm}, pivot_mm: {pivot_mm}, side: {side}}}")
+    };
+    let (roller, arm_first, arm_second) =
+        ("{kind: roller, radius_mm: 10}", arm(50, 62, "ahead"), arm(40, 50, "behind"));
+    for (first, second, at_rad, ratio) in
+        [(roller, "{kind: flat}", TURN_RAD / 2.0, 1.0), (&arm_first, &arm_second, 0.0, 40.0 / 50.0)]
+    {
+        let profiles = profiles(first, second, "{conjugate_of: first}").unwrap();
+        let (of_first, of_second) = (readings(&profiles[0]), readings(&profiles[1]));
+        for step in 0..720 {
+            let angle_rad = f64::from(step) * TURN_RAD / 720.0;
+            let play_mm = of_first(angle_rad) + of_second(angle_rad + at_rad) / ratio - 9.0;
+            assert!(play_mm.abs() < 1e-8, "{first}: {play_mm} mm at {step}");
+        }
+    }
+    for (second, lift, words) in [
+        (roller, "{conjugate_of: third}", "conjugate_of is third; profiles without errors before this one: first"),
+        (&arm_second, "{conjugate_of: first}", "both slide or both swing"),
+        (roller, "{round: true, conjugate_at_deg: 0}", "conjugate_at_deg is about conjugate_of; this lift has none"),
+        (roller, "{conjugate_of: first, reading: smoothest}", "reading is about a table; this lift is a formula"),
+    ] {
+        let found = profiles(roller, second, lift).unwrap_err();
+        assert!(found.iter().any(|error| error.contains(words)), "{words}: {found:?}");
+    }
 }

@@ -54,7 +54,8 @@ impl Folder {
         let error_text = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let file: Profile =
             schema::read(&document).map_err(|errors| errors.into_iter().map(error_text).collect::<Vec<_>>())?;
-        let profile = LiftContext { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
+        let profile =
+            LiftContext { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)), before: &[] };
         read(&file.lift, profile, &mut JobFiles::from_document(profile.document))
             .map_err(|errors| errors.into_iter().map(error_text).collect())
     }
@@ -137,10 +138,32 @@ fn titles_and_comments_of_other_programs_are_passed_over() {
     let units = format!("cam_angle_deg,lift_mm\n(deg),(mm)\n{}", turn(|angle, lift| format!("{angle:.1},{lift:.3}")));
     is_the_turn(&read_one("units", &units, "{table: t.txt}").unwrap(), 1e-3);
     // The columns have no names.
-    let errors = read_one("nobody", &rows, "{table: t.txt}").unwrap_err();
+    let errors = read_one("unnamed", &rows, "{table: t.txt}").unwrap_err();
     assert!(errors[0].starts_with("t.txt:1: no header line names the columns; the job must"), "{errors:?}");
     let errors = read_one("unknown", &text, "{table: t.txt}").unwrap_err();
     assert!(errors[0].starts_with("t.txt:6: unknown column \"Angle\"; name the columns in the job"), "{errors:?}");
+}
+
+/// Rows in descending order, rows between bars, and angles that count against the cam are the same turn.
+#[test]
+fn descending_and_mirrored_rows_and_bars_are_the_same_turn() {
+    let rows = turn(|angle, lift| format!("{angle:.1} | {lift:.4}"));
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_mm]}";
+    is_the_turn(&read_one("bars", &rows, lift).unwrap(), 1e-4);
+    let descending: Vec<&str> = rows.lines().rev().collect();
+    is_the_turn(&read_one("descending", &descending.join("\n"), lift).unwrap(), 1e-4);
+    // The nose of this table stands 30 deg early; seen from the other end 30 deg late.
+    let early = turn(|angle, _| format!("{angle:.1} {:.4}", lift_mm(angle + 30.0)));
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_mm], mirrored: true, zero_deg: -30}";
+    is_the_turn(&read_one("mirrored", &early, lift).unwrap(), 1e-4);
+    is_the_turn(
+        &read_one("as_it_is", &early, "{table: t.txt, columns: [cam_angle_deg, lift_mm], zero_deg: 30}").unwrap(),
+        1e-4,
+    );
+    let errors = read_one("mirrored_half", &rows, "{half_table: t.txt, mirrored: true}").unwrap_err();
+    assert!(errors[0].contains("mirrored is about a whole table"), "{errors:?}");
+    let errors = read_one("mixed", &rows.replacen("\n5.0", "\n12.0", 1), lift).unwrap_err();
+    assert!(errors.iter().any(|error| error.contains("t.txt:3")), "rows in no order are refused: {errors:?}");
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl Folder {
         if !found.is_empty() {
             return Err(found.into_iter().map(|(_, message)| message).collect());
         }
-        let read = file.profiles[0].read(&document, "profiles", 0, &mut JobFiles::from_document(&document));
+        let read = file.profiles[0].read(&document, ("profiles", 0), &[], &mut JobFiles::from_document(&document));
         read.map_err(|errors| errors.into_iter().map(error_text).collect())
     }
 

@@ -116,9 +116,10 @@ fn a_missing_key_is_named_with_its_meaning() {
 fn words_and_units_are_in_the_table() {
     let table = table(&FileKind::Job.schema());
     for row in [
-        "| `infeed.per_block_um` | µm | 0.000001 to 100000 | required | Delta R (DS3), infeed per block. |",
+        "| `infeed.per_turn_um` | µm | 0.000001 to 100000 |  | Infeed per turn. Instead of `per_block_um`. |",
+        "| `infeed.total_mm` | mm | 0.000001 to 100 | required |",
         "| `c_between_lobes` |  | stops, turns_on | `stops` | Motion of C between two lobes. `stops`: Grinds every lobe",
-        "| `lobes[].phase_deg` | deg | -36000 to 36000 | required | Phase angle",
+        "| `lobes[].width_mm` | mm | 0.000001 to 10000 | required | Width of the lobe",
         "| `infeed.spark_out_turns` | turns | 1 to 1000, whole | required |",
     ] {
         assert!(table.contains(row), "{row}:\n{table}");
