@@ -1,17 +1,21 @@
 //! A planned job of any kind: what is to be known of it without knowing what it makes.
 
 use super::finding::Finding;
+use super::lobe_tables::LobeTable;
+use super::table::Table;
 use super::timings::{PlanningStage, Timings};
-use super::turning::{self, PreparedTurning};
-use super::{PreparedJob, findings, plan_timed};
+use super::turning::{self, PreparedTurning, tables};
+use super::{PreparedJob, findings, plan_timed, summary};
 use camwright::machine::description::MachineDescription;
-use camwright_files::ConfigError;
+use camwright::planner::PlannedLobe;
 use camwright_files::any_job::{self, AnyJob};
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::fault_file::JobFault;
 use camwright_files::milling_file::MilledJob;
 use camwright_files::recorded_files::NamedFile;
+use camwright_files::{ConfigError, FileLocation};
 use camwright_msgs::camwright_msgs::msg::PlanPage;
+use std::path::Path;
 
 /// A job, planned and ready to send.
 #[derive(Debug, Clone)]
@@ -184,6 +188,62 @@ impl AnyPrepared {
             Self::Ground(prepared) => &prepared.planned.plan.lobes,
             Self::Turned(prepared) => &prepared.planned.plan.lobes,
         }
+    }
+
+    /// Names of its tables: `<lobe>/contour` or `pass_1/insert_path`, as `camwright plan` names their CSV files.
+    #[must_use]
+    pub fn table_names(&self) -> Vec<String> {
+        match self {
+            Self::Ground(prepared) => {
+                let lobes = prepared.planned.lobes.iter().enumerate();
+                let tables = |(index, lobe): (usize, &PlannedLobe)| {
+                    let kinds = LobeTable::ALL.into_iter().filter(move |kind| kind.exists(prepared, index));
+                    let name = lobe.design.name.clone();
+                    kinds.map(move |kind| format!("{name}/{}", kind.name()))
+                };
+                lobes.flat_map(tables).collect()
+            }
+            Self::Turned(prepared) => {
+                let paths = (0..prepared.planned.passes.len()).map(tables::insert_path_name);
+                paths.chain([tables::CLEARANCE.to_owned()]).collect()
+            }
+        }
+    }
+
+    /// Computes one of its tables; none if it has no table of that name.
+    ///
+    /// # Errors
+    /// A turned surface that has no section in the rake plane.
+    pub fn table(&self, name: &str) -> Result<Option<Table>, ConfigError> {
+        match self {
+            Self::Ground(prepared) => {
+                let Some((lobe, table)) = name.rsplit_once('/') else { return Ok(None) };
+                let index = prepared.planned.lobes.iter().position(|planned| planned.design.name == lobe);
+                let kind = LobeTable::ALL.into_iter().find(|kind| kind.name() == table);
+                Ok(index.zip(kind).and_then(|(index, kind)| kind.compute(prepared, index)))
+            }
+            Self::Turned(prepared) if name == tables::CLEARANCE => {
+                tables::planned_clearance(prepared).map(|rows| Some(tables::clearance_table(&rows)))
+            }
+            Self::Turned(prepared) => {
+                let mut passes = prepared.planned.passes.iter().enumerate();
+                let pass = passes.find(|(index, _)| tables::insert_path_name(*index) == name);
+                Ok(pass.map(|(_, pass)| tables::insert_path_table(pass, prepared.job.spec.part_zero_mm)))
+            }
+        }
+    }
+
+    /// Content of `summary.json`.
+    ///
+    /// # Errors
+    /// A number that JSON cannot hold.
+    pub fn summary_json(&self) -> Result<String, ConfigError> {
+        let text = match self {
+            Self::Ground(prepared) => serde_json::to_string(&summary(prepared)),
+            Self::Turned(prepared) => serde_json::to_string(&turning::turning_summary(prepared)),
+        };
+        let place = FileLocation::file(Path::new(self.name()));
+        text.map_err(|error| ConfigError::at(place, format!("its summary is not written: {error}")))
     }
 
     /// Faults that strike in it.

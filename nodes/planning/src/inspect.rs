@@ -1,11 +1,12 @@
 //! Expected readings of an inspection gauge on the lobes of a job.
 
+use super::lobe_tables::block_deg;
+use super::table::Table;
 use camwright::cam::inspection::Inspection;
 use camwright::math::units::{deg_from_rad, rad_from_deg, wrap_turn};
 use camwright::planner::PlannedJob;
 use camwright_files::ConfigError;
 use camwright_files::job_file::Job;
-use std::io::{self, Write};
 
 /// Every lobe under the gauge of its profile; none where the profile has none.
 ///
@@ -30,20 +31,15 @@ pub fn inspections(job: &Job, planned: &PlannedJob) -> Result<Vec<Option<Inspect
 }
 
 /// The gauge's lift at every block, of an arm along its arc, and the azimuth of the contour that it touches there.
-///
-/// # Errors
-/// What cannot be written.
-pub fn write_inspection(inspection: &Inspection, blocks: u32, to: &mut dyn Write) -> io::Result<()> {
-    writeln!(to, "cam_angle_deg,lift_mm,contact_azimuth_deg")?;
-    for angle_deg in angles_deg(blocks) {
-        if let Some(reading) = inspection.read(rad_from_deg(angle_deg)) {
-            let azimuth_deg = deg_from_rad(wrap_turn(inspection.contour().azimuth(reading.contact_rad)));
-            writeln!(to, "{angle_deg},{},{azimuth_deg}", reading.lift)?;
-        }
-    }
-    Ok(())
+pub(crate) fn inspection_table(inspection: &Inspection, blocks: u32) -> Table {
+    let rows = angles_deg(blocks).filter_map(|angle_deg| {
+        let reading = inspection.read(rad_from_deg(angle_deg))?;
+        let azimuth_deg = deg_from_rad(wrap_turn(inspection.contour().azimuth(reading.contact_rad)));
+        Some([angle_deg, reading.lift, azimuth_deg])
+    });
+    Table::from_rows([("cam_angle_deg", "deg"), ("lift_mm", "mm"), ("contact_azimuth_deg", "deg")], rows)
 }
 
 fn angles_deg(blocks: u32) -> impl Iterator<Item = f64> {
-    (0..blocks).map(move |index| f64::from(index) * 360.0 / f64::from(blocks))
+    (0..blocks).map(move |index| block_deg(index, blocks))
 }

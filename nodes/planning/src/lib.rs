@@ -28,6 +28,7 @@ mod findings;
 mod inspect;
 mod journals;
 mod lifts;
+mod lobe_tables;
 mod lobes;
 mod picture_index;
 mod plots;
@@ -38,8 +39,10 @@ mod recorded;
 mod simulate;
 mod stored_stiffness;
 mod summary;
+mod table;
 mod times;
 mod timings;
+mod trace;
 mod turn;
 mod turn_curve;
 mod turn_summary;
@@ -57,7 +60,7 @@ pub use error_location::blame;
 pub use export::write;
 pub use finding::{CheckReport, Finding, Severity};
 pub use findings::check;
-pub use inspect::{inspections, write_inspection};
+pub use inspect::inspections;
 pub use journals::{
     CorrectionFailed, MeasuredContacts, PreparedCorrection, PreparedForStock, PreparedMeasuring, correct, for_stock,
     hash_of, measured_contacts, raw_lobe,
@@ -70,8 +73,13 @@ pub use simulate::with_raw_part;
 pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, simulate_outlines_on};
 pub use stored_stiffness::{StoredContacts, kept_contacts, learn_stiffness};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
+pub use table::{Column, Table};
 pub use times::{TimeCompared, compare_times};
 pub use timings::{PlanningStage, Timings};
+pub use trace::{
+    Trace, TraceError, TraceRequest, TracedContact, TracedInfeed, TracedLift, TracedRow, TracedSetpoint, TracedSpeed,
+    trace,
+};
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{

@@ -1,3 +1,4 @@
+use super::inspect::inspection_table;
 use super::*;
 use camwright::math::units::rad_from_deg;
 use camwright_files::locate::locate;
@@ -164,16 +165,13 @@ fn gauge_commands_cover_the_gauged_turns() {
     let prepared = with_gauge("{kind: roller, radius_mm: 8.5}").unwrap();
     let inspection = prepared.inspections[0].as_ref().unwrap();
     assert!(prepared.inspections[1].is_none(), "the exhaust lobes have no gauge");
-    let mut written = Vec::new();
-    write_inspection(inspection, prepared.job.spec.blocks_per_turn, &mut written).unwrap();
-    let text = String::from_utf8(written).unwrap();
-    let mut rows = text.lines();
-    assert_eq!(rows.next(), Some("cam_angle_deg,lift_mm,contact_azimuth_deg"));
-    let rows: Vec<Vec<f64>> = rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    assert_eq!(rows.len(), 3600);
-    for row in rows {
-        let lift = inspection.contour().lift().sample(rad_from_deg(row[0])).value;
-        assert!((row[1] - lift).abs() < 1e-9, "{row:?}: {lift}");
+    let table = inspection_table(inspection, prepared.job.spec.blocks_per_turn);
+    let [angles_deg, lifts_mm, _] = table.columns() else { panic!("three columns") };
+    assert_eq!((angles_deg.name, lifts_mm.name), ("cam_angle_deg", "lift_mm"));
+    assert_eq!(angles_deg.values.len(), 3600);
+    for (angle_deg, lift_mm) in angles_deg.values.iter().zip(&lifts_mm.values) {
+        let lift = inspection.contour().lift().sample(rad_from_deg(*angle_deg)).value;
+        assert!((lift_mm - lift).abs() < 1e-9, "{angle_deg}: {lift_mm}, {lift}");
     }
     assert!(inspection.overlooked().is_none());
     // The same lift under a thinner roller needs hollow flanks, and a flat gauge lies across them.

@@ -33,10 +33,16 @@ Exit codes:
 pub(super) const PLAN: &str = "\
 Example: camwright plan four_lobe_camshaft --out plan --plots
 
-Files: summary.json; per lobe contour.csv, tool_path.csv, speed_plan.csv; for a
-turned part surface.csv, clearance.csv and per pass insert_path.csv
+Files: summary.json; per lobe lift.csv, contour.csv, tool_path.csv and
+speed_plan.csv; for a turned part surface.csv, clearance.csv and per pass
+insert_path.csv
 
 Exit codes: 0 planned and written, 2 rejected or not written";
+
+pub(super) const TRACE: &str = "\
+Example: camwright trace four_lobe_camshaft --lobe I1 --c 143.2 --turn 2
+
+Exit codes: 0 traced, 2 rejected";
 
 pub(super) const STUDY: &str = "\
 Examples:

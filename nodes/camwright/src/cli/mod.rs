@@ -35,6 +35,7 @@ mod schema;
 mod setup;
 mod status;
 mod study;
+mod trace;
 mod turned_report;
 mod urdf;
 
@@ -61,6 +62,8 @@ enum CommandLine {
     Run(run::RunArgs),
     /// Plan a job without ROS and write its paths.
     Plan(plan::PlanArgs),
+    /// Show where a commanded position comes from: table rows, limits, infeed.
+    Trace(trace::TraceArgs),
     /// Run the cases of a study without ROS and find the best one.
     Study(study::StudyArgs),
     /// Write the NC program of a job and verify it.
@@ -129,6 +132,7 @@ pub fn main() -> ExitCode {
     let code = match command {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
+        CommandLine::Trace(args) => trace::main(&args),
         CommandLine::Study(args) => study::main(&args),
         CommandLine::Post(args) => post::main(&args),
         CommandLine::Init(args) => init::main(&args),

@@ -9,18 +9,15 @@
 //!
 //! With plots also the drawings of `turned_plots`, each as SVG and PNG, and `index.html` with all of them.
 
-use super::clearance_rows::{ClearanceRow, MinimumAngle, clearance_rows};
 use super::error_location;
 use super::prepared::PreparedTurning;
 use super::summary::{TurningSummary, turning_summary};
+use super::tables::{CLEARANCE, clearance_table, insert_path_name, insert_path_table, planned_clearance};
 use crate::files::Files;
 use crate::picture_index::{Picture, PictureIndex, PictureSection};
 use crate::plots::turned_plots;
-use camwright::math::units::deg_from_rad;
-use camwright::planner::{PlannedPass, TurningError};
-use camwright::toolpath::insert_path::InsertPathError;
+use camwright::planner::TurningError;
 use camwright_files::{ConfigError, grid_text};
-use std::io::{self, Write};
 use std::path::Path;
 
 /// Azimuths of `surface.csv`, and distance of its rows (mm): a spline through them is within some 0.05 µm of a surface of workshop size.
@@ -41,16 +38,13 @@ pub fn write_turning(
     let job = &prepared.job;
     let blamed = |error: TurningError| error_location::blame(job, &prepared.machine, &error);
     let summary = turning_summary(prepared).ok_or_else(|| blamed(TurningError::NotALathe))?;
-    let rows = clearance_rows(prepared).map_err(|error| {
-        let source = InsertPathError::Section(error);
-        blamed(TurningError::Path { pass: prepared.planned.passes.len(), source })
-    })?;
+    let rows = planned_clearance(prepared)?;
     let mut files = Files::new(progress);
     for (index, pass) in prepared.planned.passes.iter().enumerate() {
-        let path = out.join(format!("pass_{}", index + 1)).join("insert_path.csv");
-        files.write(&path, &|to| write_path(pass, job.spec.part_zero_mm, to))?;
+        let path = out.join(format!("{}.csv", insert_path_name(index)));
+        files.write(&path, &|to| insert_path_table(pass, job.spec.part_zero_mm).write_csv(to))?;
     }
-    files.write(&out.join("clearance.csv"), &|to| write_clearance(&rows, to))?;
+    files.write(&out.join(format!("{CLEARANCE}.csv")), &|to| clearance_table(&rows).write_csv(to))?;
     let (from_mm, to_mm) = job.spec.surface.ends_mm();
     #[allow(clippy::cast_possible_truncation, reason = "within the bounds")]
     let count = ((to_mm - from_mm) / ROW_MM).ceil().clamp(1.0, MAX_ROWS) as u32;
@@ -86,28 +80,4 @@ fn verdict(summary: &TurningSummary) -> String {
         100.0 * summary.max_limit_ratio,
         summary.plan_hash
     )
-}
-
-/// X and Z of the insert's centre with their derivatives over the turned angle; `z_axis_mm` is where the axis of the machine stands.
-fn write_path(pass: &PlannedPass, part_zero_mm: f64, to: &mut dyn Write) -> io::Result<()> {
-    writeln!(to, "turned_deg,x_mm,z_mm,x_mm_rad,x_mm_rad2,z_mm_rad,z_mm_rad2,z_axis_mm")?;
-    for (index, [x, x1, x2]) in pass.path.x().knots().iter().enumerate() {
-        let turned_rad = pass.path.x().at(index);
-        let z = pass.path.z_at(turned_rad);
-        let (turned_deg, z_axis_mm) = (deg_from_rad(turned_rad), z.value - part_zero_mm);
-        writeln!(to, "{turned_deg},{x},{},{x1},{x2},{},{},{z_axis_mm}", z.value, z.first, z.second)?;
-    }
-    Ok(())
-}
-
-fn write_clearance(rows: &[ClearanceRow], to: &mut dyn Write) -> io::Result<()> {
-    writeln!(
-        to,
-        "turned_deg,clearance_deg,clearance_z_mm,clearance_azimuth_deg,approach_deg,approach_z_mm,approach_azimuth_deg"
-    )?;
-    for ClearanceRow { turned_deg, clearance, approach } in rows {
-        let cells = |min: &MinimumAngle| format!("{},{},{}", min.angle_deg, min.z_mm, min.azimuth_deg);
-        writeln!(to, "{turned_deg},{},{}", cells(clearance), cells(approach))?;
-    }
-    Ok(())
 }

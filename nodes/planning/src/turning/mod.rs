@@ -14,6 +14,7 @@ pub(super) mod prepared;
 mod result;
 mod simulate;
 pub(super) mod summary;
+pub(super) mod tables;
 pub(super) mod walk;
 
 pub use causes::{OtherLathe, turned_causes};
