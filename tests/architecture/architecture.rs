@@ -58,7 +58,9 @@ fn only_the_ros_layer_depends_on_the_dds_client() {
     for name in ["camwright", "camwright_msgs", "camwright_threads", "camwright_files", "camwright_bag"] {
         assert!(!reached(name, &dependencies).contains("camwright_ros"), "{name} knows no ROS");
     }
-    for name in ["camwright_planning", "camwright_machine_cycle", "camwright_analysis", "camwright_studies"] {
+    for name in
+        ["camwright_planning", "camwright_machine_cycle", "camwright_analysis", "camwright_studies", "camwright_python"]
+    {
         assert!(!reached(name, &dependencies).contains("camwright_ros"), "{name} knows no ROS");
     }
 }

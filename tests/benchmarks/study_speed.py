@@ -1,7 +1,7 @@
 """Speed of `camwright study`: cases of the default job with 2, 1 and 4 workers, the first run killed in the middle and resumed.
 
     cargo build --release
-    python3 tests/benchmarks/study_speed.py target/release/camwright [--cases 1000]
+    python3 tests/benchmarks/study_speed.py target/release/camwright [--cases 1000] [--workers 2 1 4]
 
 Prints cases per second, peak memory and the hash of results.parquet of each run. Exits with 1 if the hashes differ.
 """
@@ -39,13 +39,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("camwright")
     parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--workers", type=int, nargs="+", default=[2, 1, 4])
     arguments = parser.parse_args()
     hashes = set()
-    for workers in [2, 1, 4]:
+    for workers in arguments.workers:
         with tempfile.TemporaryDirectory() as folder:
             begin = time.monotonic()
             note = ""
-            if workers == 2:
+            if workers == arguments.workers[0]:
                 killed = start(arguments.camwright, arguments.cases, workers, folder)
                 while finished(folder) < arguments.cases // 2:
                     time.sleep(0.05)  # No event reaches this process from the file of another one.

@@ -58,7 +58,7 @@ fn a_study() {
     follow("a_study.md");
 }
 
-/// Needs the Python package index: the page installs Dask.
+/// Needs the Python package index: the page installs Dask and the build system of the module.
 #[test]
 fn a_study_on_many_computers() {
     follow("study_on_many_computers.md");
@@ -67,4 +67,10 @@ fn a_study_on_many_computers() {
 #[test]
 fn recording_and_replaying() {
     follow("recording_and_replaying.md");
+}
+
+/// Needs the Python package index: the page installs the module, Jupyter and pytest.
+#[test]
+fn camwright_in_python() {
+    follow("camwright_in_python.md");
 }

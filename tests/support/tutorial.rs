@@ -82,6 +82,8 @@ impl Shell {
             .env("PATH", std::env::join_paths(path).expect("no colon in the paths of this checkout"))
             .env("ROS_DOMAIN_ID", domain.id().to_string())
             .env("XDG_STATE_HOME", folder.join("state"))
+            // maturin builds the Python module from the crates of the tests.
+            .env("CARGO", repository().join("tests/support/cargo_for_maturin.sh"))
             .env("REPOSITORY", repository());
         let mut process = Guarded::start(name, &mut shell);
         let mut stdin = process.take_stdin();

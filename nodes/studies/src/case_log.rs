@@ -101,6 +101,11 @@ pub(crate) fn line_of(case: &str, outcome: &CaseOutcome) -> std::io::Result<Vec<
     Ok(text)
 }
 
+/// Outcome in the line of a case; none if the line is damaged or of another case.
+pub(crate) fn outcome_in(line: &[u8], case: &str) -> Option<CaseOutcome> {
+    serde_json::from_slice::<LogLine>(line).ok().filter(|line| line.case == case).map(|line| line.outcome)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,13 +1,9 @@
 //! One case: planned, simulated and measured without ROS.
 
-use camwright::cam::form::Form;
-use camwright::math::units::um_from_mm;
-use camwright::planner::PlannedLobe;
-use camwright::simulation::closed_loop::Simulated;
+use super::simulated_part::{SimulatedPart, simulate_part};
 use camwright_files::ConfigError;
-use camwright_files::convert::um_from_m;
 use camwright_files::study_file::{Study, StudyResponse, StudySetting};
-use camwright_planning::{self as planning, AnyPrepared, PreparedJob, PreparedTurning, SimulationFailed};
+use camwright_planning::{self as planning, SimulationFailed};
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -58,11 +54,6 @@ impl CaseOutcome {
         Self { status, reason: reason.into(), alarm, worst_lobe: None, responses: [None; StudyResponse::ALL.len()] }
     }
 
-    fn stopped(failed: &SimulationFailed) -> Self {
-        let status = if failed.alarm.is_some() { CaseStatus::Alarm } else { CaseStatus::Failed };
-        Self::failed(status, failed.reason.clone(), failed.alarm)
-    }
-
     fn refused(error: &ConfigError) -> Self {
         Self::failed(CaseStatus::Refused, error.to_string(), None)
     }
@@ -71,9 +62,23 @@ impl CaseOutcome {
     pub const fn response(&self, response: StudyResponse) -> Option<f64> {
         self.responses[response.index()]
     }
+}
 
-    fn set(&mut self, response: StudyResponse, value: Option<f64>) {
-        self.responses[response.index()] = value.filter(|value| value.is_finite());
+impl From<Result<SimulatedPart, SimulationFailed>> for CaseOutcome {
+    fn from(simulated: Result<SimulatedPart, SimulationFailed>) -> Self {
+        match simulated {
+            Ok(part) => Self {
+                status: CaseStatus::Done,
+                reason: String::new(),
+                alarm: None,
+                worst_lobe: part.worst_lobe,
+                responses: part.responses,
+            },
+            Err(failed) => {
+                let status = if failed.alarm.is_some() { CaseStatus::Alarm } else { CaseStatus::Failed };
+                Self::failed(status, failed.reason, failed.alarm)
+            }
+        }
     }
 }
 
@@ -83,8 +88,7 @@ pub fn run_case(study: &Study, settings: &[StudySetting]) -> CaseOutcome {
     guarded(|| {
         let job = study.base.job_with(settings).map_err(|mut errors| errors.swap_remove(0));
         match job.and_then(|job| planning::plan_any(job, None)) {
-            Ok(AnyPrepared::Ground(prepared)) => ground(&prepared).unwrap_or_else(|failed| *failed),
-            Ok(AnyPrepared::Turned(prepared)) => turned(&prepared).unwrap_or_else(|failed| *failed),
+            Ok(prepared) => CaseOutcome::from(simulate_part(&prepared)),
             Err(error) => CaseOutcome::refused(&error),
         }
     })
@@ -97,57 +101,6 @@ fn guarded(run: impl FnOnce() -> CaseOutcome) -> CaseOutcome {
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a thread panicked");
         CaseOutcome::failed(CaseStatus::Failed, format!("defect of the program: {text}"), None)
     })
-}
-
-fn time_s(simulated: &Simulated, cycle_time_s: f64) -> f64 {
-    (simulated.last_tick + 1 - simulated.first_tick) as f64 * cycle_time_s
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
-    values.max_by(f64::total_cmp)
-}
-
-fn ground(prepared: &PreparedJob) -> Result<CaseOutcome, Box<CaseOutcome>> {
-    let mut warnings = 0_usize;
-    let count = |report: &camwright::simulation::tick_report::TickReport| report.raised.iter().count();
-    let simulated = planning::simulate_outlines_on(prepared, &prepared.machine, |_, report| warnings += count(report));
-    let (simulated, results, outlines_mm) = simulated.map_err(|failed| Box::new(CaseOutcome::stopped(&failed)))?;
-    let mut waviness_mm: Option<f64> = None;
-    for (lobe, radii_mm) in prepared.planned.lobes.iter().zip(&outlines_mm) {
-        let phase_rad = lobe.design.phase_on_rad(prepared.job.spec.raw_part.clamped_at_rad);
-        let form = Form::measure(radii_mm, &lobe.design.contour, phase_rad)
-            .map_err(|error| Box::new(CaseOutcome::failed(CaseStatus::Failed, error.to_string(), None)))?;
-        waviness_mm = largest(waviness_mm.into_iter().chain([form.waviness_mm()]));
-    }
-    let worst = results.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()));
-    let has_length = |lobe: &&PlannedLobe| lobe.design.contour.follower().lift_is_length();
-    let has_lift = prepared.planned.lobes.iter().any(|lobe| has_length(&lobe));
-    let has_process = prepared.machine.process.is_some();
-    let mut outcome = CaseOutcome::failed(CaseStatus::Done, "", None);
-    outcome.worst_lobe = worst.map(|lobe| lobe.name.clone());
-    outcome.set(StudyResponse::FormErrorMaxUm, worst.map(|lobe| um_from_m(lobe.form_error_max.abs())));
-    let lift = largest(results.iter().map(|lobe| um_from_m(lobe.lift_error)));
-    outcome.set(StudyResponse::LiftErrorPvUm, lift.filter(|_| has_lift));
-    outcome.set(StudyResponse::WavinessUm, waviness_mm.map(um_from_mm));
-    outcome.set(StudyResponse::JobTimeS, Some(time_s(&simulated, prepared.machine.cycle_time_s())));
-    let power = largest(results.iter().map(|lobe| lobe.power_max));
-    outcome.set(StudyResponse::PowerMaxW, power.filter(|_| has_process));
-    let burn = largest(results.iter().map(|lobe| lobe.burn_index_max));
-    outcome.set(StudyResponse::BurnIndex, burn.filter(|_| has_process));
-    outcome.set(StudyResponse::Alarms, Some(warnings as f64));
-    Ok(outcome)
-}
-
-fn turned(prepared: &PreparedTurning) -> Result<CaseOutcome, Box<CaseOutcome>> {
-    let simulated = planning::simulate_turned(prepared, &[]);
-    let (simulated, part) = simulated.map_err(|failed| Box::new(CaseOutcome::stopped(&failed)))?;
-    let form = planning::turned_form(prepared, &part)
-        .map_err(|error| Box::new(CaseOutcome::failed(CaseStatus::Failed, error.to_string(), None)))?;
-    let result = planning::turned_result(prepared, &form);
-    let mut outcome = CaseOutcome::failed(CaseStatus::Done, "", None);
-    outcome.set(StudyResponse::FormErrorMaxUm, Some(um_from_m(result.form_error_max.abs())));
-    outcome.set(StudyResponse::JobTimeS, Some(time_s(&simulated, prepared.machine.cycle_time_s())));
-    Ok(outcome)
 }
 
 #[cfg(test)]

@@ -29,15 +29,6 @@ impl std::fmt::Debug for EngineSettings<'_> {
     }
 }
 
-/// Runs one case on one thread.
-///
-/// # Errors
-/// No worker starts.
-pub fn run_single_case(study: &Study, case: &StudyCase) -> Result<CaseOutcome, StudyError> {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
-    Ok(pool.install(|| run_case(study, &case.settings)))
-}
-
 /// Runs the cases that have no outcome yet and adds theirs, in the log too. A stop ends the run after the cases under way.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Folder of a study: plan of the cases, log of finished cases, results.
 
 use super::StudyError;
-use super::case_log::{CaseLog, line_of};
+use super::case_log::{CaseLog, line_of, outcome_in};
 use super::case_run::CaseOutcome;
 use super::cases::StudyCase;
 use super::engine::CaseOutcomes;
@@ -65,11 +65,12 @@ impl StudyFolder {
         Ok(plan.cases.into_iter().map(|case| case.hash).collect())
     }
 
-    /// Returns true if a case that ran alone has its files already.
+    /// Outcome of a case that ran alone; none if it has not run or a file of it is missing or damaged.
     #[must_use]
-    pub fn has_single_case(&self, hash: &str) -> bool {
-        let exists = |extension: &str| self.0.join(SINGLE_CASES).join(format!("{hash}.{extension}")).exists();
-        exists("json") && exists("parquet")
+    pub fn single_case(&self, hash: &str) -> Option<CaseOutcome> {
+        let path = |extension: &str| self.0.join(SINGLE_CASES).join(format!("{hash}.{extension}"));
+        let line = fs::read(path("json")).ok()?;
+        outcome_in(&line, hash).filter(|_| path("parquet").exists())
     }
 
     /// Writes `cases/HASH.parquet`, the row of a case that ran alone, and `cases/HASH.json`, its line for the log.

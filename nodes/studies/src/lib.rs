@@ -16,6 +16,8 @@ mod folder;
 mod optimise;
 mod page;
 mod results;
+mod simulated_part;
+mod single_case;
 mod sobol;
 mod summary;
 mod table;
@@ -24,10 +26,12 @@ pub use analysis::{BestPoint, EffectLevel, FactorEffect, FailureReason};
 pub use case_log::CaseLog;
 pub use case_run::{CaseOutcome, CaseStatus, run_case};
 pub use cases::{StudyCase, cases};
-pub use engine::{CaseOutcomes, EngineSettings, run_cases, run_single_case};
+pub use engine::{CaseOutcomes, EngineSettings, run_cases};
 pub use folder::StudyFolder;
 pub use optimise::optimise;
 pub use results::{StudyResults, StudyRow};
+pub use simulated_part::{SimulatedForm, SimulatedLobe, SimulatedPart, simulate_part};
+pub use single_case::{SingleCase, SingleCaseError, run_single_case};
 
 #[cfg(test)]
 mod tests;

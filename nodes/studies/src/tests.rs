@@ -80,9 +80,10 @@ fn cases_that_ran_alone_give_the_same_results() {
         cases.iter().map(|case| case.hash.clone()).collect::<Vec<_>>()
     );
     for case in cases.iter().rev() {
-        let outcome = run_single_case(&study, case).expect("it runs");
-        folder.write_single_case(&study, &cases, &case.hash, &outcome).expect("its files");
-        assert!(folder.has_single_case(&case.hash));
+        let single = run_single_case(&study, &folder, &case.hash).expect("it runs");
+        assert_eq!(folder.single_case(&case.hash), Some(single.outcome.clone()));
+        let again = run_single_case(&study, &folder, &case.hash).expect("it ran");
+        assert_eq!((single.ran_before, again.ran_before, again.outcome), (false, true, single.outcome));
     }
     // A file that a killed process left.
     std::fs::write(path.join("cases/0.json"), b"{\"case\":\"0\",\"sta").expect("it can be written");

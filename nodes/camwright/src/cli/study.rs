@@ -4,7 +4,7 @@ use super::output::{VerdictLevel, note, print_error, print_verdict, say, whole_n
 use camwright_bag::progress;
 use camwright_files::study_file::{self, Study};
 use camwright_ros::Shutdown;
-use camwright_studies::{self as studies, EngineSettings, StudyCase, StudyFolder, StudyResults};
+use camwright_studies::{self as studies, EngineSettings, SingleCaseError, StudyFolder, StudyResults};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -97,11 +97,11 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
         2
     })?;
     let not_written = |error: studies::StudyError| failed(1, &error);
-    let mut cases = studies::cases(&study);
     let path = args.out.clone().unwrap_or_else(|| Path::new("studies").join(&study.name));
     if let Some(hash) = &args.case {
-        return run_single(&study, &cases, &path, hash);
+        return run_single(&study, &path, hash);
     }
+    let mut cases = studies::cases(&study);
     let folder = StudyFolder::create(&path).map_err(not_written)?;
     if args.plan {
         folder.write_plan(&study, &cases).map_err(not_written)?;
@@ -171,33 +171,16 @@ fn run(args: &StudyArgs) -> Result<u8, u8> {
 }
 
 /// Runs one case of the written plan. A case that ran before does not run again.
-fn run_single(study: &Study, cases: &[StudyCase], path: &Path, hash: &str) -> Result<u8, u8> {
-    let folder = StudyFolder::open(path);
-    let planned = folder.planned_hashes().map_err(|error| {
-        let remedy = "write the plan of the cases first: `camwright study FILE --plan --out DIR`";
-        failed(2, &format!("{error}; {remedy}"))
-    })?;
-    let case = cases.iter().find(|case| case.hash == hash);
-    let case = case.filter(|_| planned.iter().any(|planned| planned == hash)).ok_or_else(|| {
-        let plan = folder.file("plan.json");
-        let reason = match planned.iter().any(|planned| planned == hash) {
-            true => {
-                "study, job, machine or program have changed since the plan was written; write it again with --plan"
-            }
-            false => "the plan has no such case",
-        };
-        failed(2, &format!("case {hash} of {} cannot run: {reason}", plan.display()))
-    })?;
-    if folder.has_single_case(hash) {
+fn run_single(study: &Study, path: &Path, hash: &str) -> Result<u8, u8> {
+    let single = studies::run_single_case(study, &StudyFolder::open(path), hash)
+        .map_err(|error| failed(if matches!(error, SingleCaseError::Failed(_)) { 1 } else { 2 }, &error))?;
+    if single.ran_before {
         note!("case {hash} ran before");
         return Ok(0);
     }
-    let outcome = studies::run_single_case(study, case).map_err(|error| failed(1, &error))?;
-    folder.write_single_case(study, cases, hash, &outcome).map_err(|error| failed(1, &error))?;
+    let outcome = single.outcome;
     let reason = if outcome.reason.is_empty() { String::new() } else { format!(": {}", outcome.reason) };
-    say!(
-        "{}",
-        wrapped(&format!("case {} of {}, {hash}: {}{reason}", case.number, cases.len(), outcome.status.name()), 2)
-    );
+    let (number, count) = (single.case.number, single.case_count);
+    say!("{}", wrapped(&format!("case {number} of {count}, {hash}: {}{reason}", outcome.status.name()), 2));
     Ok(0)
 }

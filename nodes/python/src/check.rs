@@ -1,0 +1,72 @@
+//! `camwright.check`.
+
+use super::error::input_error;
+use super::overrides::overrides;
+use camwright_planning::{self as planning, Severity};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+
+/// Finding of a check.
+#[pyclass(frozen, get_all, module = "camwright")]
+#[derive(Debug, Clone)]
+pub(crate) struct Finding {
+    severity: String,
+    file: String,
+    line: Option<u64>,
+    message: String,
+}
+
+impl From<&planning::Finding> for Finding {
+    fn from(finding: &planning::Finding) -> Self {
+        let (place, message) = (&finding.error.place, finding.error.message.clone());
+        let file = place.file.display().to_string();
+        Self { severity: finding.severity.to_string(), file, line: place.line, message }
+    }
+}
+
+#[pymethods]
+impl Finding {
+    fn __str__(&self) -> String {
+        let line = self.line.map_or_else(String::new, |line| format!(":{line}"));
+        format!("{}: {}{line}: {}", self.severity, self.file, self.message)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Finding {}>", self.__str__())
+    }
+}
+
+/// Findings of a file.
+#[pyclass(frozen, get_all, module = "camwright")]
+#[derive(Debug)]
+pub(crate) struct CheckReport {
+    file: String,
+    is_ok: bool,
+    findings: Vec<Finding>,
+    summary: Option<String>,
+    notes: Vec<String>,
+}
+
+#[pymethods]
+impl CheckReport {
+    fn __repr__(&self) -> String {
+        let (verdict, count) = (if self.is_ok { "ok" } else { "errors" }, self.findings.len());
+        format!("<CheckReport of {}: {verdict}, {count} findings>", self.file)
+    }
+}
+
+/// Checks a job, a machine, a study or a lift table, by name or path.
+#[pyfunction]
+#[pyo3(signature = (name, *, set=None))]
+pub(crate) fn check(py: Python<'_>, name: PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<CheckReport> {
+    let (name, set) = (name.display().to_string(), overrides(set)?);
+    let report = py.detach(|| planning::check_file(&name, &set)).map_err(|error| input_error(py, error))?;
+    Ok(CheckReport {
+        file: report.file.display().to_string(),
+        is_ok: report.worst() != Some(Severity::Error),
+        findings: report.findings.iter().map(Finding::from).collect(),
+        summary: report.summary,
+        notes: report.notes,
+    })
+}

@@ -1,0 +1,5 @@
+#!/bin/sh
+# Cargo for maturin in the tests: builds the Python module together with the crate of the tests. Both then have the same features of their
+# dependencies, which the tests have compiled already.
+[ "$1" = rustc ] || exec cargo "$@"
+exec cargo build --lib -p camwright_nodes -p camwright_python --message-format json-render-diagnostics
