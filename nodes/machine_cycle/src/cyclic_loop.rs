@@ -67,6 +67,8 @@ pub struct CyclicLoop {
     pub area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
     /// Result of the last reset, until a tick has reported it.
     pub reset_done: Option<Result<(), ResetRefused>>,
+    /// Orders of the emergency stop that the next tick applies.
+    pub estop_orders: u32,
     pub active: bool,
     pub job_running: bool,
     pub keyframes: Keyframes,
@@ -77,7 +79,7 @@ pub struct CyclicLoop {
 
 // Requests are answered before a tick is over; the rest are the caller's handles and published values.
 camwright::snapshot!(CyclicLoop { machine, buffer, commands, faults, losing, state, job_running } on {
-    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, published_state, last_report, last_setpoint_tick, area_done, reset_done,
+    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, published_state, last_report, last_setpoint_tick, area_done, reset_done, estop_orders,
     active, keyframes, partners, bus,
 });
 
@@ -116,6 +118,7 @@ impl CyclicLoop {
             last_setpoint_tick: 0,
             area_done: None,
             reset_done: None,
+            estop_orders: 0,
             active: false,
             job_running: false,
             keyframes: Keyframes::default(),
@@ -386,6 +389,7 @@ impl CyclicLoop {
         }
         self.answer_area();
         self.answer_reset();
+        self.answer_estops();
         self.state.news = false;
         self.state.alarms_reset = false;
         self.write_keyframe();

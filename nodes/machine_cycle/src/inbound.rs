@@ -9,6 +9,7 @@ use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, NO_TICK};
 use camwright::simulation::MachineCommand;
 use camwright::simulation::buffer::ChunkError;
+use camwright::simulation::fault::Fault;
 use camwright::simulation::work_area::LoadingRefused;
 use camwright_files::convert::setpoints::ChunkBuffer;
 use std::sync::atomic::Ordering;
@@ -25,8 +26,13 @@ impl CyclicLoop {
                 Inbound::NoChunk(writer) => self.skip_chunk(writer),
                 Inbound::Command(writer, command) => self.apply_command(writer, command),
                 Inbound::Fault(asked) => {
+                    let is_order = matches!(asked.fault, Fault::EStop(_)) && asked.job_tick == 0;
                     self.faults.add(asked.fault, asked.job_tick);
                     self.report_applied(CyclicInput::Fault(asked));
+                    self.estop_orders += u32::from(is_order);
+                    if !self.active {
+                        self.answer_estops();
+                    }
                 }
                 Inbound::Reset => self.reset(),
                 Inbound::Lobe(mut lobe) => {
@@ -223,6 +229,13 @@ impl CyclicLoop {
     pub fn answer_reset(&mut self) {
         if let Some(outcome) = self.reset_done.take() {
             self.send(Outbound::ResetDone(outcome));
+        }
+    }
+
+    /// Answers the orders of the emergency stop once a tick has applied them: a reset behind the answer finds them.
+    pub fn answer_estops(&mut self) {
+        for _ in 0..std::mem::take(&mut self.estop_orders) {
+            self.send(Outbound::EStopDone);
         }
     }
 

@@ -108,6 +108,8 @@ pub enum CyclicInput {
 pub enum Outbound {
     Tick(TickReport, StreamState),
     ResetDone(Result<(), ResetRefused>),
+    /// An order of the emergency stop is applied, and a tick has shown it.
+    EStopDone,
     LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
     BarDone(Result<(), BarRefused>, Box<RawBar>),
     Snapshot(Box<PartSnapshot>),

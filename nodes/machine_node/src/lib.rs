@@ -57,7 +57,7 @@ use std::collections::VecDeque;
 use std::marker::PhantomData;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use work_area::{AreaRequests, CounterOutlet};
 
@@ -149,6 +149,24 @@ fn pop<S: camwright_msgs::Service>(waiting: &PendingRequests<S>) -> Option<Respo
     waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
 }
 
+/// Orders of the emergency stop that the cyclic thread has yet to apply, oldest first: pressed, and the responder.
+#[derive(Clone, Default)]
+struct EStopOrders(Arc<Mutex<VecDeque<(bool, Responder<SetBool>)>>>);
+
+impl EStopOrders {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<(bool, Responder<SetBool>)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Answers the oldest order: it is applied.
+    fn answer(&self) {
+        let Some((pressed, responder)) = self.lock().pop_front() else { return };
+        let state = if pressed { "pressed" } else { "released; a reset is needed" };
+        let message = format!("emergency stop {state} (a simulation, not a safety function)");
+        responder.send(&SetBoolResponse { success: true, message });
+    }
+}
+
 fn parameters(plant: &impl Plant) -> Vec<Parameter> {
     let own = vec![
         Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
@@ -230,6 +248,7 @@ impl<P: Plant> MachineNode<P> {
             waker,
             health: Health::default(),
             resets: PendingRequests::default(),
+            estops: EStopOrders::default(),
             loads: Loads::default(),
             area: AreaRequests::default(),
             drives: bus.as_ref().map(|(bus, _)| bus.name()),
@@ -352,6 +371,7 @@ struct LoadedSetup {
     waker: Waker,
     health: Health,
     resets: PendingRequests<Trigger>,
+    estops: EStopOrders,
     loads: Loads,
     area: AreaRequests,
     /// Bus to real drives; `None`: the machine is simulated.
@@ -414,13 +434,13 @@ impl LoadedSetup {
     ) -> impl FnMut(Outbound) + Send + use<> {
         let (file, area, health) = (self.file.clone(), self.area.clone(), self.health.clone());
         let state = StateOutlets { file, state_file, description, counters, area, health };
-        answers(&self.node, &self.inlet, &self.resets, &self.loads, state)
+        answers(&self.node, &self.inlet, (&self.resets, &self.estops), &self.loads, state)
     }
 
     fn offer_endpoints(&self, desk: &Arc<CommandServer>) -> Result<MachineEndpoints, NodeError> {
         let (node, machine) = (&self.node, &self.file.description);
         let subscriptions = subscriptions(node, machine, self.clock, &self.inlet, &self.bounds, &self.waker, desk)?;
-        let mut services = services(node, &self.inlet, &self.resets, &self.loads)?;
+        let mut services = services(node, &self.inlet, (&self.resets, &self.estops), &self.loads)?;
         if self.drives.is_none() {
             services.push(fault_service(node, machine, &self.inlet)?);
         }
@@ -546,7 +566,7 @@ fn participant(writer: camwright_ros::Guid) -> [u8; 16] {
 fn services(
     node: &Node,
     inlet: &CycleInlet,
-    resets: &PendingRequests<Trigger>,
+    (resets, estops): (&PendingRequests<Trigger>, &EStopOrders),
     loads: &Loads,
 ) -> Result<Vec<ServiceHandle>, NodeError> {
     let (way, waiting) = (inlet.clone(), Arc::clone(resets));
@@ -554,13 +574,19 @@ fn services(
         push(&waiting, responder.or_fail(|message| TriggerResponse { success: false, message }));
         way.send(Inbound::Reset);
     })?;
-    let way = inlet.clone();
-    let estop = node.service::<SetBool>("machine/estop", move |request| {
+    let (way, waiting) = (inlet.clone(), estops.clone());
+    let estop = node.service_deferred::<SetBool>("machine/estop", move |request, responder| {
+        let refusal = |message: String| SetBoolResponse { success: false, message };
         let (fault, request_of_it) = (Fault::EStop(request.data), estop_request(request.data));
         let asked = AskedFault { fault, job_tick: 0, request: request_of_it };
-        let success = way.send(Inbound::Fault(Box::new(asked)));
-        let state = if request.data { "pressed" } else { "released; a reset is needed" };
-        SetBoolResponse { success, message: format!("emergency stop {state} (a simulation, not a safety function)") }
+        // Orders are given in the order of their responders.
+        let mut orders = waiting.lock();
+        let responder = responder.or_fail(refusal);
+        if way.send(Inbound::Fault(Box::new(asked))) {
+            orders.push_back((request.data, responder));
+        } else {
+            responder.send(&refusal("the machine is ending and takes no orders".to_owned()));
+        }
     })?;
     let [lobe, bar] = loading::offer(node, inlet, loads)?;
     Ok(vec![reset, estop, lobe, bar])
@@ -626,12 +652,14 @@ impl StateOutlets {
 fn answers(
     node: &Node,
     inlet: &CycleInlet,
-    resets: &PendingRequests<Trigger>,
+    (resets, estops): (&PendingRequests<Trigger>, &EStopOrders),
     loads: &Loads,
     mut outlets: StateOutlets,
 ) -> impl FnMut(Outbound) + Send + use<> {
     let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), loads.clone());
+    let estops = estops.clone();
     move |message| match message {
+        Outbound::EStopDone => estops.answer(),
         Outbound::ResetDone(outcome) => {
             let (success, message) = match outcome {
                 Ok(()) => (true, "alarms are cleared; nothing moves before a new goal".to_owned()),
