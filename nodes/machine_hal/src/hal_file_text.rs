@@ -4,7 +4,7 @@ use crate::connection::{
     PinDirection, SAMPLER_COLUMNS, SAMPLER_DEPTH, STREAMER_COLUMNS, components, functions, links, own_parameters,
     own_signals, streamer_depth,
 };
-use crate::simulated_gauge::{SimulatedGauge, simulated_gauge};
+use crate::simulated_journal::{SimulatedJournal, simulated_journal};
 use crate::simulated_references::{SimulatedReferences, simulated_references};
 use camwright::machine::description::{Axis, AxisScale, GaugeKind, MachineDescription};
 use camwright::math::units::deg_from_rad;
@@ -140,9 +140,9 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
     line!(text);
     begin(&mut text, hal, machine);
     let references = simulated_references(names, hal, machine);
-    let gauge = simulated_gauge(hal, machine);
+    let journal = simulated_journal(hal, machine);
     let referencing = references.iter().flat_map(SimulatedReferences::components);
-    let optional: Vec<_> = referencing.chain(gauge.iter().flat_map(SimulatedGauge::components)).collect();
+    let optional: Vec<_> = referencing.chain(journal.iter().flat_map(SimulatedJournal::components)).collect();
     let load = |text: &mut String, kind: &str, names: &[&str]| {
         let of_kind = optional.iter().filter(|of| of.0 == kind).map(|of| of.1.as_str());
         let names: Vec<&str> = names.iter().copied().chain(of_kind).collect();
@@ -225,8 +225,8 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
         line!(text, "setp {switch}.min {}", station.position_mm * z.scale);
         line!(text, "setp {switch}.max {}", (station.position_mm + machine.dog_length_mm) * z.scale);
     }
-    if let Some(gauge) = gauge {
-        gauge.connect(&mut text);
+    if let Some(journal) = journal {
+        journal.connect(&mut text);
     }
     line!(text, "# The emergency stop chain is closed: ok-in to 0 opens it, a pulse of reset closes it again.");
     line!(text, "setp chain.ok-in 1");

@@ -8,7 +8,7 @@
 //! Of a deviation a turn of the part leaves λ = kg/(kg + km); both lags leave as much in the time of a turn.
 
 use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
-use camwright::math::units::TURN_RAD;
+use camwright::math::units::{TURN_RAD, um_from_mm};
 use camwright_files::hal_file::HalConfig;
 use std::fmt::Write as _;
 
@@ -23,9 +23,9 @@ const TURN_S: f64 = 1.0;
 /// Distance of the wheel at which the next raw part is there (mm).
 const AWAY_MM: f64 = 20.0;
 
-/// A gauge on a journal that is ground.
+/// A journal that is ground under a gauge.
 #[derive(Debug)]
-pub(crate) struct SimulatedGauge {
+pub(crate) struct SimulatedJournal {
     kind: GaugeKind,
     /// Angle of each gauge behind the wheel (turns).
     behind_turns: [Option<f64>; 2],
@@ -36,12 +36,12 @@ pub(crate) struct SimulatedGauge {
     gain: f64,
 }
 
-/// The gauge of a machine that has one.
-pub(crate) fn simulated_gauge(hal: &HalConfig, machine: &MachineDescription) -> Option<SimulatedGauge> {
+/// The journal under the gauge of a machine that has one.
+pub(crate) fn simulated_journal(hal: &HalConfig, machine: &MachineDescription) -> Option<SimulatedJournal> {
     let gauge = machine.gauge.filter(|_| hal.gauge.is_some())?;
     let law = machine.stations.first().and_then(|station| machine.contact_law(&station.switch, WIDTH_MM));
     let kept = law.map_or(0.0, |law| law.decay());
-    Some(SimulatedGauge {
+    Some(SimulatedJournal {
         kind: gauge.kind,
         behind_turns: [Some(gauge.behind_wheel_rad), gauge.second_behind_wheel_rad].map(|rad| Some(rad? / TURN_RAD)),
         x_scale: hal.axes[Axis::X.index()].scale,
@@ -50,7 +50,7 @@ pub(crate) fn simulated_gauge(hal: &HalConfig, machine: &MachineDescription) -> 
     })
 }
 
-impl SimulatedGauge {
+impl SimulatedJournal {
     /// Names of the components of each gauge.
     fn gauges(&self) -> impl Iterator<Item = (&'static str, f64)> {
         ["gauge", "gauge-second"].into_iter().zip(self.behind_turns).filter_map(|(name, turns)| Some((name, turns?)))
@@ -96,7 +96,7 @@ impl SimulatedGauge {
         let shape = if waves > 1.0 { "oval" } else { "eccentric" };
         line(format!(
             "# Gauge on a raw journal of radius {raw_mm} mm, {shape} by {} um; a turn takes {TURN_S} s.",
-            1e3 * WAVE_MM
+            um_from_mm(WAVE_MM)
         ));
         line(format!(
             "# The next raw journal is there when X is {AWAY_MM} mm clear. gauge-valid.in0 to 0: the gauge is lifted off."
