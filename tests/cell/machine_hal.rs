@@ -4,6 +4,7 @@
 
 use crate::support;
 
+use camwright::machine::contact_law::ContactLaw;
 use camwright_analysis::report;
 use camwright_analysis::rerun::{self, Window};
 use camwright_bag::Bag;
@@ -12,13 +13,15 @@ use camwright_files::machine_file;
 use camwright_machine_check::{ClauseVerdict, Moving, Settings, check};
 use camwright_machine_hal::simulation_text;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, RunJob, RunJobGoal};
-use camwright_msgs::camwright_msgs::msg::{MachineAlarms, MachineStream, RecorderStatus};
+use camwright_msgs::camwright_msgs::msg::{GaugeReading, MachineAlarms, MachineStream, RecorderStatus};
 use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticArray;
+use camwright_msgs::rcl_interfaces::msg::Log;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown};
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -139,6 +142,42 @@ impl WatchedPeriod {
     }
 }
 
+/// Servo periods as they come.
+struct PeriodWatch(Guarded);
+
+impl PeriodWatch {
+    /// The periods up to the one with which they are what is waited for.
+    fn until(
+        &mut self,
+        what: &str,
+        machine: &Guarded,
+        is_this: impl Fn(&[WatchedPeriod]) -> bool,
+    ) -> Vec<WatchedPeriod> {
+        let (deadline, mut periods) = (Instant::now() + PATIENCE, Vec::new());
+        while !is_this(&periods) {
+            let line = self.0.line_within(deadline.saturating_duration_since(Instant::now()));
+            let line = line.unwrap_or_else(|| panic!("{what}: HAL has not come there{}", machine.stderr()));
+            // Periods of before this sampler was there.
+            if line.trim() != "overrun" {
+                periods.push(WatchedPeriod::read(&line));
+            }
+        }
+        periods
+    }
+}
+
+/// Returns whether the command of an axis changes.
+fn moves(periods: &[WatchedPeriod], axis: usize) -> bool {
+    let [.., before, now] = periods else { return false };
+    before.commands[axis].to_bits() != now.commands[axis].to_bits()
+}
+
+/// Returns whether no command has changed for 300 periods.
+fn rests(periods: &[WatchedPeriod]) -> bool {
+    let Some(last) = periods.len().checked_sub(300).map(|from| &periods[from..]) else { return false };
+    last.iter().all(|period| period.commands.map(f64::to_bits) == last[0].commands.map(f64::to_bits))
+}
+
 /// HAL with the simulation of the shipped grinder.
 struct Hal {
     halrun: Guarded,
@@ -169,8 +208,8 @@ impl Hal {
             text = text.replace(from, to);
         };
         put(
-            "loadrt sampler depth=10000 cfg=usfffsssfff",
-            "loadrt sampler depth=10000,20000 cfg=usfffsssfff,uffffffbbbb",
+            "loadrt sampler depth=10000 cfg=usfffsssfffff",
+            "loadrt sampler depth=10000,20000 cfg=usfffsssfffff,uffffffbbbb",
         );
         let nets = WATCHED.iter().enumerate();
         let nets: String =
@@ -193,9 +232,9 @@ impl Hal {
     }
 
     /// Every servo period from now on.
-    fn watch(&self) -> Guarded {
+    fn watch(&self) -> PeriodWatch {
         let mut sampler = as_user(Path::new("stdbuf"), &self.home.path);
-        Guarded::start("halsampler", sampler.args(["-oL", "halsampler", "-c", "1"]))
+        PeriodWatch(Guarded::start("halsampler", sampler.args(["-oL", "halsampler", "-c", "1"])))
     }
 
     /// Output of `halcmd`; `None` if it fails.
@@ -536,6 +575,161 @@ fn homing_at_an_index_mark_finds_the_same_zero_from_everywhere() {
     drop((command, spin, cell));
 }
 
+/// Contact of the machine in the test of the gauge: five sixths of a runout are left after each turn.
+const SOFT: [(&str, &str); 1] = [(
+    "machine_stiffness: [{z_mm: 80.0, n_um: 45.0}, {z_mm: 150.0, n_um: 38.0}, {z_mm: 225.0, n_um: 45.0}]",
+    "machine_stiffness: [{z_mm: 80.0, n_um: 6.0}, {z_mm: 225.0, n_um: 6.0}]",
+)];
+/// A journal that is measured, ground and corrected. Behind HAL no drive reports the force of a push.
+const GAUGED: [&str; 6] = [
+    "machine=cam_grinder_hal",
+    "roughing=[{name: rough, infeed: {total_mm: 0.27, per_block_um: 0.005, spark_out_turns: 1}, work_speed_rpm: 60}]",
+    "identification=null",
+    "runout_correction.stiffness=nominal",
+    "measure_stock.margin_um=60",
+    "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}]",
+];
+
+/// The journal in HAL (mm): the parameters of its components, followed tick by tick with the positions of the bag.
+struct PlantedJournal {
+    lowest_mm: f64,
+    radius_mm: f64,
+    wave_mm: f64,
+}
+
+impl PlantedJournal {
+    const RAW_MM: f64 = 20.12;
+    const WAVE_MM: f64 = 0.1;
+    /// Angle of the contact behind the wheel.
+    const BEHIND_RAD: f64 = FRAC_PI_2;
+
+    fn raw() -> Self {
+        Self { lowest_mm: f64::INFINITY, radius_mm: Self::RAW_MM, wave_mm: Self::WAVE_MM }
+    }
+
+    fn law() -> ContactLaw {
+        ContactLaw::new(6_000.0, 30_000.0, 16.0).expect("a law")
+    }
+
+    /// Its reading in the next tick (mm).
+    fn read(&mut self, c_rad: f64, x_mm: f64) -> f64 {
+        self.lowest_mm = self.lowest_mm.min(x_mm);
+        if self.lowest_mm < Self::RAW_MM {
+            let gain = 1.0 - Self::law().decay().powf(1e-3);
+            self.radius_mm += gain * (self.lowest_mm - self.radius_mm);
+            self.wave_mm -= gain * self.wave_mm;
+        }
+        self.radius_mm + self.wave_mm * (c_rad - Self::BEHIND_RAD).cos()
+    }
+
+    /// Runout of the ground journal (mm) from its readings over the angle of C: each phase as it left the wheel before it was withdrawn,
+    /// and after that by the law of the contact.
+    fn runout_mm(readings: &[(f64, f64, f64)]) -> f64 {
+        const WITHDRAWN_RAD: f64 = 0.7 * TAU;
+        let at = |c_rad: f64| readings[readings.partition_point(|(at, ..)| *at < c_rad).min(readings.len() - 1)];
+        let (rest_rad, law) = (readings[readings.len() - 1].0, Self::law());
+        // A phase that leaves the wheel at an angle is under the gauge later; the components know no force below which nothing is cut.
+        let left_mm = |c_rad: f64| at(c_rad + Self::BEHIND_RAD).2 + law.threshold_n() / law.machine_n_mm();
+        let radii = (1..=720).map(|step| {
+            let c_rad = rest_rad - TAU + TAU * f64::from(step) / 720.0;
+            match c_rad <= rest_rad - WITHDRAWN_RAD {
+                true => left_mm(c_rad),
+                false => law.radius_after_mm(left_mm(c_rad - TAU), at(c_rad).1),
+            }
+        });
+        let (low, high) = radii.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mm| (low.min(mm), high.max(mm)));
+        high - low
+    }
+}
+
+/// HAL refuses a machine whose gauge is on a pin that is not there, or of another type.
+fn refuse_gauge(hal: &Hal, domain: &Domain) {
+    let path = hal.home.path.join("machine.yaml");
+    let machine = std::fs::read_to_string(&path).expect("the machine");
+    let wrong =
+        machine.replace("gauge-reading.out", "gauge-reading.position").replace("gauge-valid.out", "gauge-wave.out");
+    std::fs::write(hal.home.path.join("wrong.yaml"), wrong).expect("our folder");
+    let mut node = as_user(&hal.home.path.join("bin/machine_hal"), &hal.home.path);
+    node.env("ROS_DOMAIN_ID", domain.id().to_string());
+    let output = node.args(["--ros-args", "-p", "machine:=wrong.yaml", "-p", "state_file:=none"]).output();
+    let output = output.expect("the node starts");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    for finding in [
+        "hal.gauge.reading: there is no pin gauge-reading.position",
+        "hal.gauge.valid: gauge-wave.out is float; it must be bit",
+    ] {
+        assert!(text.contains(finding), "{finding} is not in\n{text}");
+    }
+}
+
+/// A gauge of HAL measures the stock, then the runout of a journal, which the planner corrects: both are those that HAL was given.
+#[test]
+fn a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one() {
+    let Some(hal) = Hal::start_with(&SOFT, None) else { return };
+    let domain = Domain::reserve();
+    refuse_gauge(&hal, &domain);
+    hal.set("gauge-to-wave.in1", &PlantedJournal::WAVE_MM.to_string());
+    let machine = hal.node(&domain);
+    let bag = fresh_bag("hal-gauge");
+    let mut recorder = in_domain(env!("CARGO_BIN_EXE_run_logger"), &domain);
+    recorder.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
+    let recorder = recorder.args(["-p", &format!("bag_dir:={}", bag.display())]);
+    let mut recorder = Guarded::start("run_logger", recorder);
+    let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
+    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
+    let spin = node.spin_in_thread().expect("a thread");
+    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let command = Shared::for_cell(&domain, NAMESPACE);
+    wait_for_recorder(&node);
+    let goal = RunJobGoal {
+        job: "journal_runout".into(),
+        overrides: GAUGED.map(String::from).into(),
+        ..RunJobGoal::default()
+    };
+    let job = jobs.send_goal(goal, drop, PATIENCE).expect("an answer");
+    let (status, result) = job.result(3 * PATIENCE).expect("it ends");
+    assert_eq!(status, GoalStatus::Succeeded, "{}{}", result.message, machine.stderr());
+    recorder.interrupt();
+    assert!(recorder.wait(PATIENCE).success(), "{}", recorder.stderr());
+    drop((command, spin, cell));
+
+    let opened = Bag::open(&bag).expect("a bag");
+    let readings: Vec<GaugeReading> = messages(&opened, &format!("{NAMESPACE}/machine/gauge"));
+    let times: Vec<_> = readings.chunk_by(|one, next| next.tick == one.tick + 1).collect();
+    let [under_gauge, cut, correction] = times.as_slice() else { panic!("{} times", times.len()) };
+    assert!(under_gauge.len() > 900 && cut.len() > 10_000 && correction.len() > 1_000, "a reading in every tick");
+    let is_ours =
+        |reading: &GaugeReading| reading.lobe == "J1" && reading.kind == GaugeReading::RADIUS && !reading.pushing;
+    assert!(readings.iter().all(is_ours));
+    // Each reading belongs to the encoders of its own servo period; an edge of the origin is seen within one.
+    let mut planted = PlantedJournal::raw();
+    let mut followed = Vec::new();
+    for reading in under_gauge.iter().chain(*cut) {
+        let (c_rad, x_mm, mm) = (reading.spindle_angle, 1e3 * reading.wheel_position, 1e3 * reading.reading);
+        let expected_mm = planted.read(c_rad, x_mm);
+        assert!((mm - expected_mm).abs() < 2e-4, "tick {}: {mm} mm instead of {expected_mm}", reading.tick);
+        followed.push((c_rad, x_mm, expected_mm));
+    }
+    let (low, high) = under_gauge.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), reading| {
+        (low.min(1e3 * reading.reading), high.max(1e3 * reading.reading))
+    });
+    let eccentric_mm = 0.5 * (high - low);
+    assert!((eccentric_mm - PlantedJournal::WAVE_MM).abs() < 1e-5, "eccentric by {eccentric_mm} mm");
+    let logs: Vec<Log> = messages(&opened, "/rosout");
+    let stock = "lobe J1: 220.0 um of stock by the gauge";
+    assert!(logs.iter().any(|log| log.msg.starts_with(stock)), "{stock}: nobody logged it");
+    let (measured_mm, planted_mm) =
+        (1e3 * result.lobes[0].runout_before, PlantedJournal::runout_mm(&followed[under_gauge.len()..]));
+    eprintln!("runout {measured_mm:.6} mm measured, {planted_mm:.6} mm planted");
+    assert!((measured_mm - planted_mm).abs() < 0.01 * planted_mm, "{measured_mm} mm, planted {planted_mm} mm");
+    let verdict = rerun::rerun(&bag).expect("the bag holds the inputs");
+    assert!(verdict.is_identical() && verdict.motions > 2, "{}", verdict.to_text());
+    std::fs::remove_dir_all(bag).expect("our bag");
+}
+
 /// HAL while a node ends in the middle of a job: the periods from the motion to the end of power.
 fn end_in_motion(hal: &Hal, signal: &str, axes: &[usize]) -> (Vec<WatchedPeriod>, Guarded) {
     let domain = Domain::reserve();
@@ -548,29 +742,14 @@ fn end_in_motion(hal: &Hal, signal: &str, axes: &[usize]) -> (Vec<WatchedPeriod>
     jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
     let command = Shared::for_cell(&domain, NAMESPACE);
     let job = send(&jobs, &machine);
-    let mut sampler = hal.watch();
-    let mut periods: Vec<WatchedPeriod> = Vec::new();
-    let mut until = |is_this: &dyn Fn(&[WatchedPeriod]) -> bool| {
-        let deadline = Instant::now() + PATIENCE;
-        while !is_this(&periods) {
-            let line = sampler.line_within(deadline.saturating_duration_since(Instant::now()));
-            let line = line.unwrap_or_else(|| panic!("{signal}: HAL has not come there{}", machine.stderr()));
-            // Periods of before this sampler was there.
-            if line.trim() != "overrun" {
-                periods.push(WatchedPeriod::read(&line));
-            }
-        }
-        std::mem::take(&mut periods)
-    };
-    let moves = |periods: &[WatchedPeriod], axis: usize| {
-        let [.., before, now] = periods else { return false };
-        before.commands[axis].to_bits() != now.commands[axis].to_bits()
-    };
-    until(&|periods| axes.iter().all(|axis| moves(periods, *axis)));
+    let mut watch = hal.watch();
+    watch.until(signal, &machine, |periods| axes.iter().all(|axis| moves(periods, *axis)));
     machine.signal(signal);
     // Power is off, and has been for a while.
-    let periods =
-        until(&|periods| periods.len() > 300 && periods[periods.len() - 300..].iter().all(WatchedPeriod::is_off));
+    let is_off = |periods: &[WatchedPeriod]| {
+        periods.len() > 300 && periods[periods.len() - 300..].iter().all(WatchedPeriod::is_off)
+    };
+    let periods = watch.until(signal, &machine, is_off);
     drop((job, command, spin, cell));
     (periods, machine)
 }
@@ -617,6 +796,95 @@ fn drives_are_at_rest_and_off_after_the_node_has_ended_in_motion() {
             }
         }
     }
+}
+
+/// Id of a program that the node has started.
+fn program_of(machine: &Guarded, name: &str) -> String {
+    let folders = std::fs::read_dir("/proc").expect("Linux").flatten();
+    let ids = folders.filter_map(|folder| folder.file_name().into_string().ok());
+    let is_it = |id: &String| {
+        let text = |file: &str| std::fs::read_to_string(format!("/proc/{id}/{file}")).unwrap_or_default();
+        let parent = format!("PPid:\t{}\n", machine.id());
+        text("comm").trim_end() == name && text("status").contains(&parent)
+    };
+    ids.filter(|id| id.bytes().all(|octet| octet.is_ascii_digit())).find(is_it).expect("the program")
+}
+
+fn signal(id: &str, signal: &str) {
+    let sent = Command::new("kill").args([&format!("-{signal}"), id]).status().expect("kill is installed");
+    assert!(sent.success(), "cannot signal {id}");
+}
+
+/// A process beside the node that dies, or stands still for 2 s: the axes rest, with the alarm for it.
+#[test]
+fn what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm() {
+    let Some(hal) = Hal::start(None) else { return };
+    let domain = Domain::reserve();
+    let machine = hal.node(&domain);
+    let mut sender = in_domain(env!("CARGO_BIN_EXE_axis_interpolator"), &domain);
+    let sender = Guarded::start("axis_interpolator", sender.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]));
+    let cell = Processes::start_some(&domain, NAMESPACE, &["job_planner"]);
+    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let (into, alarms) = channel();
+    let _alarms = node
+        .subscribe("machine/alarms", &Qos::latched(1), move |message: MachineAlarms, _| {
+            let _over = into.send(message.alarms.iter().map(|alarm| alarm.number).collect::<BTreeSet<u16>>());
+        })
+        .expect("a subscription");
+    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
+    let spin = node.spin_in_thread().expect("a thread");
+    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let command = Shared::for_cell(&domain, NAMESPACE);
+    let mut watch = hal.watch();
+    let at_rest = |what: &str, periods: &[WatchedPeriod]| {
+        let rest = periods.last().expect("periods");
+        for (encoder, command) in rest.encoders.iter().zip(rest.commands) {
+            assert!((encoder - command).abs() < 1e-4, "{what}: rests at {rest:?}");
+        }
+    };
+    let is_off = |periods: &[WatchedPeriod]| periods.last().is_some_and(WatchedPeriod::is_off);
+
+    // The queue of HAL runs empty. What was sent before reaches the drives when the program goes on: the path has no gap.
+    let job = send(&jobs, &machine);
+    watch.until("motion", &machine, |periods| moves(periods, 0));
+    let streamer = program_of(&machine, "halstreamer");
+    signal(&streamer, "STOP");
+    let periods = watch.until("an empty queue", &machine, |periods| periods.len() >= 2000);
+    assert!(rests(&periods) && is_off(&periods), "{:?}", periods.last());
+    at_rest("an empty queue", &periods);
+    wait_for_alarms(&alarms, |numbers| numbers.contains(&80));
+    signal(&streamer, "CONT");
+    let stood_at = periods.last().expect("periods").sequence;
+    let follows = |periods: &[WatchedPeriod]| periods.last().is_some_and(|period| period.sequence > stood_at + 300);
+    at_rest("what was sent", &watch.until("what was sent", &machine, |periods| follows(periods) && rests(periods)));
+    assert_eq!(job.result(PATIENCE).expect("it ends").0, GoalStatus::Aborted);
+    reset(&node);
+    wait_for_alarms(&alarms, BTreeSet::is_empty);
+    at_rest("after a reset", &watch.until("a reset", &machine, rests));
+
+    // The sender is silent: the machine follows the stop of its last chunk.
+    let job = send(&jobs, &machine);
+    watch.until("motion", &machine, |periods| moves(periods, 0));
+    sender.signal("KILL");
+    let periods = watch.until("a silent sender", &machine, rests);
+    at_rest("a silent sender", &periods);
+    // No acceleration beyond that of a stop (degrees or mm for a period, twice), and two counts.
+    for (axis, bound) in [(0, 0.0172), (1, 0.01), (2, 0.002)] {
+        let positions = periods.iter().map(|period| period.commands[axis]).collect::<Vec<_>>();
+        let largest = positions.windows(3).map(|at| (at[2] - 2.0 * at[1] + at[0]).abs()).fold(0.0, f64::max);
+        assert!(largest < 1.2 * bound + 4e-4, "axis {axis} jumps by {largest}");
+    }
+    wait_for_alarms(&alarms, |numbers| numbers.contains(&80));
+    assert_eq!(job.result(PATIENCE).expect("it ends").0, GoalStatus::Aborted);
+    reset(&node);
+    wait_for_alarms(&alarms, BTreeSet::is_empty);
+
+    // Nobody reads the samples any more: where the axes are is unknown, and they lose their power.
+    signal(&program_of(&machine, "halsampler"), "KILL");
+    wait_for_alarms(&alarms, |numbers| numbers.contains(&166));
+    at_rest("no samples", &watch.until("no samples", &machine, |periods| rests(periods) && is_off(periods)));
+    drop((sender, command, spin, cell));
 }
 
 #[test]

@@ -50,13 +50,15 @@ impl WiredInputs {
 }
 
 /// Readings of one servo period.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measurement {
     /// True counts of the encoders, independent of the zeros.
     pub counts: [i64; AXIS_COUNT],
     pub inputs: WiredInputs,
     /// True count of the index mark that each encoder passed in this period.
     pub marks: [Option<i64>; AXIS_COUNT],
+    /// Reading of the gauge, and of a second one (mm); `None` where a gauge does not measure.
+    pub gauge_mm: [Option<f64>; 2],
 }
 
 /// Orders for the drives and the wheel after a tick.
@@ -72,7 +74,7 @@ pub struct DriveOrders {
 }
 
 /// The description as supervision needs it for real drives: they follow as they do, and what the simulation would add (lag, deflection,
-/// growth, unbalance, wear) is in the readings already or unknown.
+/// growth, unbalance, wear) is in the readings already or unknown. The gauge remains: its readings are supervised.
 pub(super) fn without_simulated_effects(description: &MachineDescription) -> MachineDescription {
     let mut real = description.clone();
     for axis in &mut real.axes {
@@ -80,7 +82,6 @@ pub(super) fn without_simulated_effects(description: &MachineDescription) -> Mac
     }
     real.contact = None;
     real.thermal = None;
-    real.gauge = None;
     real.gap_detector = None;
     real.key_way_probe = None;
     real.loading = None;

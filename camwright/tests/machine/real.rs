@@ -2,7 +2,7 @@
 
 use super::{cam_grinder, homing_at_a_switch, travel};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{AXIS_COUNT, Axis, Homing, MachineDescription};
+use camwright::machine::description::{AXIS_COUNT, Axis, GaugeDescription, GaugeKind, Homing, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::{Input, Setpoint};
 use camwright::simulation::fault::Fault;
@@ -21,6 +21,7 @@ struct DelayLine {
     counts: [i64; AXIS_COUNT],
     inputs: WiredInputs,
     marks: [Option<i64>; AXIS_COUNT],
+    gauge_mm: [Option<f64>; 2],
 }
 
 impl DelayLine {
@@ -38,20 +39,24 @@ impl DelayLine {
             counts,
             inputs: at_rest.inputs,
             marks: at_rest.marks,
+            gauge_mm: at_rest.gauge_mm,
         }
+    }
+
+    fn measurement(&self) -> Measurement {
+        Measurement { counts: self.counts, inputs: self.inputs, marks: self.marks, gauge_mm: self.gauge_mm }
     }
 
     fn step(&mut self, setpoint: Option<&Setpoint>, commands: &[MachineCommand]) -> TickReport {
         self.counts = self.on_the_way.pop_front().expect("it holds the lag");
-        let measurement = Measurement { counts: self.counts, inputs: self.inputs, marks: self.marks };
-        let report = self.machine.step_measured(setpoint, commands, &[], &measurement);
+        let report = self.machine.step_measured(setpoint, commands, &[], &self.measurement());
         #[allow(clippy::cast_possible_truncation, reason = "positions of a machine")]
         self.on_the_way.push_back(self.machine.orders().positions.map(|position| position.round() as i64));
         report
     }
 
     fn step_fault(&mut self, fault: Fault) {
-        let measurement = Measurement { counts: self.counts, inputs: self.inputs, marks: self.marks };
+        let measurement = self.measurement();
         self.machine.step_measured(None, &[], &[fault], &measurement);
     }
 
@@ -274,4 +279,80 @@ fn a_question_is_answered_by_the_readings_of_its_tick() {
     reports.extend(plant.idle(2 * LAG));
     let answers = reports.iter().flat_map(|report| report.latches.iter().map(|latch| (report.tick, latch.tick)));
     assert_eq!(answers.collect::<Vec<_>>(), [(asked, asked)]);
+}
+
+/// The readings of a real gauge reach the report of their own tick, of a lobe in front of the wheel while C turns, to the bit.
+#[test]
+fn a_gauge_is_read_while_a_lobe_turns_in_front_of_the_wheel() {
+    let mut description = cam_grinder();
+    description.gauge = Some(GaugeDescription {
+        kind: GaugeKind::Radius,
+        behind_wheel_rad: 1.5,
+        second_behind_wheel_rad: Some(4.5),
+        resolution_mm: 0.0,
+        noise_mm: 0.0,
+        bandwidth_rad_s: None,
+        seed: 0,
+    });
+    let mut counts = start(&description);
+    let z = Axis::Z as usize;
+    counts[z] = description.axes[z].scale.counts(description.stations[0].position_mm);
+    let read = |description: &MachineDescription, has_lobe: bool| {
+        let mut plant = DelayLine::new(description, counts);
+        if has_lobe {
+            plant.machine.load_lobe("J1", "LS1", 20.0, vec![20.0; 720]).expect("a lobe");
+        }
+        let setpoints = travel(&plant.machine, Axis::C, 3.0, 300);
+        let mut reports = Vec::new();
+        for (k, setpoint) in (0_u32..).zip(setpoints.iter().map(Some).chain([None; 40])) {
+            let mm = 20.0 + 1e-3 * f64::from(k);
+            // The second gauge does not measure in every tick.
+            plant.gauge_mm = [Some(mm), (k % 2 == 0).then_some(-mm)];
+            reports.push((k, plant.step(setpoint, &[])));
+        }
+        (plant, reports)
+    };
+    let (plant, reports) = read(&description, true);
+    let (turning, resting): (Vec<_>, Vec<_>) =
+        reports.iter().partition(|(_, report)| report.motion == MotionState::Running && report.gauge_mm[0].is_some());
+    assert!(turning.len() > 280 && resting.iter().all(|(_, report)| report.gauge_mm == [None; 2]));
+    for (k, report) in turning {
+        let mm = 20.0 + 1e-3 * f64::from(k);
+        assert_eq!(report.gauge_mm, [Some(mm), (k % 2 == 0).then_some(-mm)], "tick {}", report.tick);
+        assert_eq!((report.tick, report.lobe), (u64::from(k) + 1, Some(0)));
+    }
+    assert_eq!(plant.machine.alarms().len(), 0);
+    let none = |(_, reports): (DelayLine, Vec<(u32, TickReport)>)| {
+        reports.iter().all(|(_, report)| report.gauge_mm == [None; 2])
+    };
+    assert!(none(read(&description, false)), "no lobe is in front of the wheel");
+    description.gauge = None;
+    assert!(none(read(&description, true)), "there is no gauge");
+}
+
+#[test]
+fn a_gauge_that_gives_no_number_is_an_alarm() {
+    let mut description = cam_grinder();
+    description.gauge = Some(GaugeDescription {
+        kind: GaugeKind::Diameter,
+        behind_wheel_rad: 1.5,
+        second_behind_wheel_rad: None,
+        resolution_mm: 0.0,
+        noise_mm: 0.0,
+        bandwidth_rad_s: None,
+        seed: 0,
+    });
+    let mut counts = start(&description);
+    let z = Axis::Z as usize;
+    counts[z] = description.axes[z].scale.counts(description.stations[0].position_mm);
+    let mut plant = DelayLine::new(&description, counts);
+    plant.machine.load_lobe("J1", "LS1", 20.0, vec![20.0; 720]).expect("a lobe");
+    let setpoints = travel(&plant.machine, Axis::C, 3.0, 300);
+    plant.gauge_mm = [Some(40.0), None];
+    plant.follow(&setpoints[..100]);
+    assert_eq!(plant.machine.alarms().len(), 0);
+    plant.gauge_mm = [Some(f64::NAN), None];
+    let reports = plant.follow(&setpoints[100..110]);
+    let raised: Vec<_> = reports.iter().flat_map(|report| report.raised.to_vec()).map(|alarm| alarm.kind).collect();
+    assert_eq!(raised, [AlarmKind::GaugeInvalid]);
 }

@@ -41,6 +41,24 @@ pub(super) struct HalFile {
     /// Bit pin of the limit switch of every station, by the name of the switch.
     #[serde(default)]
     stations: BTreeMap<String, String>,
+    /// In-process gauge. Required with the machine's `gauge`. Default: none.
+    gauge: Option<HalGaugeFile>,
+}
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct HalGaugeFile {
+    /// Float pin with the reading (mm): the diameter or the radius, as `gauge.kind` says.
+    #[schemars(schema_with = "pin")]
+    reading: String,
+    /// Float pin with the reading of the second gauge (mm). Required with `gauge.second_behind_wheel_deg`.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    second_reading: Option<String>,
+    /// Bit pin that is true while the gauge, or both, measure; what is read otherwise is dropped. Default: they always measure.
+    #[schemars(schema_with = "pin")]
+    #[serde(default)]
+    valid: Option<String>,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -128,6 +146,17 @@ pub struct HalIndex {
     pub position: String,
 }
 
+/// Pins of an in-process gauge.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HalGauge {
+    /// Reading (mm), in HAL as here.
+    pub reading: String,
+    /// Reading of a second gauge (mm).
+    pub second_reading: Option<String>,
+    /// True while they measure; `None`: always.
+    pub valid: Option<String>,
+}
+
 /// Connection of a machine to the HAL of LinuxCNC.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalConfig {
@@ -146,6 +175,7 @@ pub struct HalConfig {
     pub origin: String,
     /// Limit switches in the order of the stations: name and pin.
     pub stations: Vec<(String, String)>,
+    pub gauge: Option<HalGauge>,
 }
 
 impl HalFile {
@@ -180,6 +210,11 @@ impl HalFile {
                 .filter_map(|station| self.stations.get_key_value(&station.switch))
                 .map(|(name, pin)| (name.clone(), pin.clone()))
                 .collect(),
+            gauge: self.gauge.as_ref().map(|gauge| HalGauge {
+                reading: gauge.reading.clone(),
+                second_reading: gauge.second_reading.clone(),
+                valid: gauge.valid.clone(),
+            }),
         }
     }
 
@@ -240,8 +275,24 @@ impl HalFile {
         if machine.stations.len() > MAX_STATIONS {
             find("stations", format!("{} stations; HAL takes at most {MAX_STATIONS}", machine.stations.len()));
         }
+        match (&self.gauge, &machine.gauge) {
+            (None, Some(_)) => find("gauge", "`hal.gauge` is missing: name the pin of its reading there".to_owned()),
+            (Some(_), None) => {
+                find("hal.gauge", "not used; describe the gauge under `gauge`, or take these pins out".to_owned());
+            }
+            (Some(pins), Some(gauge)) => match (&pins.second_reading, gauge.second_behind_wheel_rad) {
+                (None, Some(_)) => {
+                    find("hal.gauge", "`second_reading` is missing: the machine has a second gauge".to_owned());
+                }
+                (Some(_), None) => find(
+                    "hal.gauge.second_reading",
+                    "not used; set gauge.second_behind_wheel_deg, or take this pin out".to_owned(),
+                ),
+                _ => {}
+            },
+            (None, None) => {}
+        }
         let unread = [
-            ("gauge", machine.gauge.is_some()),
             ("gap_detector", machine.gap_detector.is_some()),
             ("key_way_probe", machine.key_way_probe.is_some()),
             ("loading", machine.loading.is_some()),
@@ -288,6 +339,47 @@ mod tests {
             let refused = read(overrides).expect_err(expected);
             assert!(refused.contains(expected), "{refused}");
         }
+    }
+
+    const GAUGE: &str = "gauge={kind: diameter, behind_wheel_deg: 270, resolution_um: 0.1, noise_um: 0.2}";
+    const SECOND: &str = "gauge.second_behind_wheel_deg=210";
+    const PINS: &str = "hal.gauge={reading: gauge.position, valid: gauge.ok}";
+    const NO_GAUGE: &str = "gauge=null";
+    const NO_PINS: &str = "hal.gauge=null";
+
+    #[test]
+    fn a_gauge_needs_its_pins_and_is_needed_for_them() {
+        let hal = read(&[GAUGE, PINS]).expect("a machine").hal.expect("drives");
+        let pins = hal.gauge.expect("a gauge");
+        assert_eq!((pins.reading.as_str(), pins.valid.as_deref()), ("gauge.position", Some("gauge.ok")));
+        let without = read(&[NO_GAUGE, NO_PINS]).expect("a machine without a gauge");
+        assert!(without.description.gauge.is_none() && without.hal.expect("drives").gauge.is_none());
+        let both = read(&[GAUGE, SECOND, PINS, "hal.gauge.second_reading=gauge.other"]).expect("two gauges");
+        assert_eq!(both.hal.expect("drives").gauge.expect("gauges").second_reading.as_deref(), Some("gauge.other"));
+        for (overrides, expected) in [
+            (&[GAUGE, NO_PINS][..], "`hal.gauge` is missing: name the pin of its reading there"),
+            (&[NO_GAUGE, PINS], "not used; describe the gauge under `gauge`, or take these pins out"),
+            (&[GAUGE, SECOND, PINS], "`second_reading` is missing: the machine has a second gauge"),
+            (&[GAUGE, PINS, "hal.gauge.second_reading=gauge.other"], "not used; set gauge.second_behind_wheel_deg"),
+            (&[GAUGE, "hal.gauge={valid: gauge.ok}"], "hal.gauge.reading is missing: Float pin with the reading"),
+            (&[GAUGE, "hal.gauge={reading: 2.position}"], "hal.gauge.reading"),
+        ] {
+            let refused = read(overrides).expect_err(expected);
+            assert!(refused.contains(expected), "{refused}");
+        }
+    }
+
+    /// A refusal names the line of the file.
+    #[test]
+    fn a_gauge_without_pins_is_refused_at_its_line() {
+        let located = locate::locate("machines", "cam_grinder_hal", "yaml", None).expect("a shipped machine");
+        let pins = located.text.lines().find(|line| line.starts_with("  gauge: {reading")).expect("its pins");
+        let text = located.text.replace(pins, "");
+        // A section is where its first key is.
+        let line = 2 + text.lines().position(|line| line.starts_with("gauge:")).expect("its gauge");
+        let refused = machine_file::parse(&located.path, &text, &[]).expect_err("no pins").to_string();
+        assert!(refused.contains(&format!("cam_grinder_hal.yaml:{line}: ")), "{refused}");
+        assert!(refused.contains("`hal.gauge` is missing"), "{refused}");
     }
 
     #[test]

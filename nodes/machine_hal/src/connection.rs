@@ -1,13 +1,15 @@
 //! Signals between the pins of a machine and the columns of `streamer` and `sampler`.
 
 use camwright::machine::description::{AXIS_COUNT, Axis};
-use camwright_files::hal_file::{HalConfig, HalIndex};
+use camwright_files::hal_file::{HalConfig, HalGauge, HalIndex};
 
 /// Columns of the streamer: sequence number; C, X, Z; drive of C, X, Z on; wheel runs; speed of the wheel.
 pub(crate) const STREAMER_COLUMNS: &str = "ufffbbbbf";
 /// Columns of the sampler: sequence number; queued setpoints; C, X, Z; inputs of the machine; switches of the stations; error of the
-/// period (ns); C, X, Z since their index marks.
-pub(crate) const SAMPLER_COLUMNS: &str = "usfffsssfff";
+/// period (ns); C, X, Z since their index marks; readings of the gauge and of a second one.
+pub(crate) const SAMPLER_COLUMNS: &str = "usfffsssfffff";
+/// Column of the sampler with the reading of the gauge.
+const READING: usize = 11;
 /// Samples that wait for this program: ten seconds at 1 kHz.
 pub(crate) const SAMPLER_DEPTH: u32 = 10_000;
 /// Time without setpoints after which HAL switches drives and wheel off (s): longer than any stop, and than a pause of the computer.
@@ -28,6 +30,8 @@ pub(crate) const HOMES: u32 = 6;
 pub(crate) const LIMITS: u32 = 9;
 /// On while an encoder waits for its index mark; off in the period in which it has passed one.
 pub(crate) const INDEXES: u32 = 12;
+/// On while the gauge measures.
+pub(crate) const GAUGE: u32 = 15;
 
 /// Setpoints that the queue of HAL can hold: twice what waits in it, so that it is never full.
 pub(crate) fn streamer_depth(hal: &HalConfig) -> u32 {
@@ -131,6 +135,19 @@ pub(crate) fn links(hal: &HalConfig) -> Vec<PinLink> {
     link("hal.origin".to_owned(), &hal.origin, PinType::Bit, PinDirection::Out, wired(ORIGIN));
     for (index, (switch, pin)) in hal.stations.iter().enumerate() {
         link(format!("hal.stations.{switch}"), pin, PinType::Bit, PinDirection::Out, format!("wsum.1.bit.{index}.in"));
+    }
+    if let Some(HalGauge { reading, second_reading, valid }) = &hal.gauge {
+        let mut float = |key: &str, pin: &str, column: usize| {
+            let ours = format!("sampler.0.pin.{column}");
+            link(format!("hal.gauge.{key}"), pin, PinType::Float, PinDirection::Out, ours);
+        };
+        float("reading", reading, READING);
+        if let Some(pin) = second_reading {
+            float("second_reading", pin, READING + 1);
+        }
+        if let Some(pin) = valid {
+            link("hal.gauge.valid".to_owned(), pin, PinType::Bit, PinDirection::Out, wired(GAUGE));
+        }
     }
     links
 }

@@ -4,8 +4,9 @@ use crate::connection::{
     PinDirection, SAMPLER_COLUMNS, SAMPLER_DEPTH, STREAMER_COLUMNS, components, functions, links, own_parameters,
     own_signals, streamer_depth,
 };
+use crate::simulated_journal::{SimulatedJournal, simulated_journal};
 use crate::simulated_references::{SimulatedReferences, simulated_references};
-use camwright::machine::description::{Axis, AxisScale, MachineDescription};
+use camwright::machine::description::{Axis, AxisScale, GaugeKind, MachineDescription};
 use camwright::math::units::deg_from_rad;
 use camwright_files::hal_file::HalConfig;
 use camwright_files::machine_file::MachineConfig;
@@ -98,6 +99,25 @@ pub fn connection_text(file: &MachineConfig, hal: &HalConfig) -> String {
     nets(&mut text, hal);
     line!(text);
     line!(text, "# 4. Scales, gains and limits of your drives (setp ...).");
+    if let Some(gauge) = &hal.gauge {
+        let quantity = match machine.gauge.map(|gauge| gauge.kind) {
+            Some(GaugeKind::Radius) => "the radius, from the axis of C",
+            _ => "the diameter",
+        };
+        line!(text, "#    The gauge: {} is {quantity} (mm). A component `scale` sets its zero:", gauge.reading);
+        line!(
+            text,
+            "#      loadrt scale names=gauge-mm            (its output is the pin `reading` of the machine file)"
+        );
+        line!(text, "#      addf gauge-mm {}              (behind the reading function of the driver)", hal.thread);
+        line!(
+            text,
+            "#      net gauge-raw hm2_7i96.0.encoder.03.position => gauge-mm.in   (Mesa: a probe with encoder signals)"
+        );
+        line!(text, "#      net gauge-raw lcec.0.gauge.ain-0-val => gauge-mm.in           (EtherCAT: an analog input)");
+        line!(text, "#      setp gauge-mm.gain 1.0                 (mm for a unit of the driver)");
+        line!(text, "#      setp gauge-mm.offset 20.0              (size of the master at which the driver shows 0)");
+    }
     line!(text);
     line!(text, "start");
     text
@@ -119,33 +139,35 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
     line!(text, "# Start it as the user of the node machine_hal, never as root: halrun -I -f FILE.hal");
     line!(text);
     begin(&mut text, hal, machine);
-    line!(text, "# A drive follows its command within limits of speed and acceleration.");
-    line!(text, "loadrt limit3 names={}", each("drive"));
-    line!(text, "# Encoder and command count from where the axis stands at the start.");
-    line!(text, "loadrt sum2 names={},{},c-fraction", each("command"), each("encoder"));
-    line!(text, "# Faults and limit switches: set in0 to 1.");
-    line!(text, "loadrt or2 names={},{},{}", each("fault"), each("limit"), each("power"));
-    line!(text, "# A drive without power stays where it is.");
-    line!(text, "loadrt mux2 names={}", each("powered"));
-    line!(text, "# Origin detector: whole turns of C are taken off.");
-    line!(text, "loadrt conv_float_s32 names=c-whole");
-    line!(text, "loadrt conv_s32_float names=c-turns");
     let references = simulated_references(names, hal, machine);
-    let referencing: Vec<_> = references.iter().flat_map(SimulatedReferences::components).collect();
-    let load = |text: &mut String, kind: &str, name: Option<&str>| {
-        let of_kind = referencing.iter().filter(|of| of.0 == kind).map(|of| of.1.as_str());
-        let names: Vec<&str> = name.into_iter().chain(of_kind).collect();
+    let journal = simulated_journal(hal, machine);
+    let referencing = references.iter().flat_map(SimulatedReferences::components);
+    let optional: Vec<_> = referencing.chain(journal.iter().flat_map(SimulatedJournal::components)).collect();
+    let load = |text: &mut String, kind: &str, names: &[&str]| {
+        let of_kind = optional.iter().filter(|of| of.0 == kind).map(|of| of.1.as_str());
+        let names: Vec<&str> = names.iter().copied().chain(of_kind).collect();
         if !names.is_empty() {
             line!(text, "loadrt {kind} names={}", names.join(","));
         }
     };
-    load(&mut text, "scale", Some("c-in-turns"));
+    line!(text, "# A drive follows its command within limits of speed and acceleration.");
+    line!(text, "loadrt limit3 names={}", each("drive"));
+    line!(text, "# Encoder and command count from where the axis stands at the start.");
+    load(&mut text, "sum2", &[&each("command"), &each("encoder"), "c-fraction"]);
+    line!(text, "# Faults and limit switches: set in0 to 1.");
+    load(&mut text, "or2", &[&each("fault"), &each("limit"), &each("power")]);
+    line!(text, "# A drive without power stays where it is.");
+    load(&mut text, "mux2", &[&each("powered")]);
+    line!(text, "# Origin detector: whole turns of C are taken off.");
+    line!(text, "loadrt conv_float_s32 names=c-whole");
+    line!(text, "loadrt conv_s32_float names=c-turns");
+    load(&mut text, "scale", &["c-in-turns"]);
     let switches: Vec<String> = machine.stations.iter().map(|station| station.switch.to_lowercase()).collect();
     line!(text, "loadrt wcomp names=c-origin,{}", switches.join(","));
     line!(text, "loadrt estop_latch names=chain");
     line!(text, "loadrt timedelay names=wheel-speed");
-    for kind in ["comp", "ddt", "sim_spindle"] {
-        load(&mut text, kind, None);
+    for kind in ["comp", "ddt", "sim_spindle", "minmax", "lowpass", "clarkeinv"] {
+        load(&mut text, kind, &[]);
     }
     line!(text);
     let [before, after] = functions(hal);
@@ -159,7 +181,7 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
         line!(text, "addf {function} {}", hal.thread);
     }
     add_functions(&mut text, hal, &switches);
-    for (_, function) in &referencing {
+    for (_, function) in &optional {
         line!(text, "addf {function} {}", hal.thread);
     }
     add_functions(&mut text, hal, &after);
@@ -203,6 +225,9 @@ pub fn simulation_text(file: &MachineConfig, hal: &HalConfig) -> String {
         line!(text, "setp {switch}.min {}", station.position_mm * z.scale);
         line!(text, "setp {switch}.max {}", (station.position_mm + machine.dog_length_mm) * z.scale);
     }
+    if let Some(journal) = journal {
+        journal.connect(&mut text);
+    }
     line!(text, "# The emergency stop chain is closed: ok-in to 0 opens it, a pulse of reset closes it again.");
     line!(text, "setp chain.ok-in 1");
     line!(text, "setp chain.reset 1");
@@ -228,13 +253,17 @@ pub(crate) mod tests {
         "hal.x_axis.index_position=x-since-mark.out",
     ];
 
+    const TWO_READINGS: &str =
+        "hal.gauge={reading: gauge-reading.out, second_reading: gauge-second-reading.out, valid: gauge-valid.out}";
+
     fn file(overrides: &[&str]) -> MachineConfig {
         let located = locate("machines", "cam_grinder_hal", "yaml", None).expect("it is shipped");
         let overrides: Vec<String> = overrides.iter().map(|key| (*key).to_owned()).collect();
         machine_file::parse(&located.path, &located.text, &overrides).expect("it is a machine")
     }
 
-    fn with_hal(overrides: &[&str]) -> (MachineDescription, HalConfig) {
+    /// The shipped grinder behind HAL, with these keys.
+    pub(crate) fn with_hal(overrides: &[&str]) -> (MachineDescription, HalConfig) {
         let file = file(overrides);
         (file.description, file.hal.expect("it has drives"))
     }
@@ -252,7 +281,9 @@ pub(crate) mod tests {
     /// Every component is loaded before it is used, every function runs once, and every signal has one writer.
     #[test]
     fn a_simulation_is_complete() {
-        let texts = [&[][..], &HOMED].into_iter().flat_map(|overrides| {
+        let two = ["gauge.kind=diameter", "gauge.second_behind_wheel_deg=210", TWO_READINGS];
+        let none = ["gauge=null", "hal.gauge=null"];
+        let texts = [&[][..], &HOMED, &two, &none].into_iter().flat_map(|overrides| {
             let file = file(overrides);
             let hal = file.hal.clone().expect("it has drives");
             [simulation_text(&file, &hal), connection_text(&file, &hal)].map(|text| (hal.clone(), text))

@@ -13,6 +13,7 @@ mod hal_file_text;
 mod halcmd;
 mod sample;
 mod servo_pipes;
+mod simulated_journal;
 mod simulated_references;
 
 pub use hal_file_text::{connection_text, simulation_text};

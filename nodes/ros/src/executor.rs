@@ -223,9 +223,11 @@ impl Executor {
         }
     }
 
+    /// Runs what is due now. What comes due meanwhile has its turn after readers, jobs and the end: a callback that takes longer than its
+    /// period would otherwise be the only one for ever.
     fn run_timed(&self) {
+        let now = Instant::now();
         loop {
-            let now = Instant::now();
             let mut queue = self.queue();
             if queue.timed.peek().is_none_or(|timed| timed.due > now) {
                 return;
@@ -347,6 +349,37 @@ mod tests {
         );
         assert!(executor.spin(&shutdown));
         assert_eq!(receiver.try_iter().collect::<Vec<i32>>(), (0..100).collect::<Vec<_>>());
+    }
+
+    /// As where a publisher waits for room in each of its calls.
+    #[test]
+    fn a_callback_that_takes_longer_than_its_period_leaves_jobs_and_the_end_their_turn() {
+        const PERIOD: Duration = Duration::from_millis(1);
+        let executor = Executor::new().expect("a poll");
+        let shutdown = Shutdown::new();
+        let (began, begins) = mpsc::channel();
+        let _timer = executor.every(
+            PERIOD,
+            Box::new(move || {
+                let _nobody_waits_any_more = began.send(());
+                let end = Instant::now() + 3 * PERIOD;
+                while Instant::now() < end {
+                    std::hint::spin_loop();
+                }
+            }),
+        );
+        let (ended, end) = mpsc::channel();
+        std::thread::spawn({
+            let (executor, shutdown) = (Arc::clone(&executor), shutdown.clone());
+            move || ended.send(executor.spin(&shutdown))
+        });
+        let patience = Duration::from_secs(5);
+        begins.recv_timeout(patience).expect("the timer runs");
+        let (sender, receiver) = mpsc::channel();
+        executor.post(Box::new(move || sender.send(()).expect("the receiver lives")));
+        receiver.recv_timeout(patience).expect("the job has its turn");
+        shutdown.request();
+        assert_eq!(end.recv_timeout(patience), Ok(true), "the executor ends");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::{EXIT_FAILED, Node, NodeLock, RosError, Shutdown};
 use camwright_threads::supervised;
 use std::io::Write as _;
+use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use thiserror::Error;
@@ -61,12 +62,21 @@ pub const COMING_TO_REST: Duration = Duration::from_millis(800);
 /// Maximum time from a signal to the end of a node that writes to a slow disk.
 pub const CLOSING: Duration = Duration::from_secs(10);
 
+/// Present step of the end of the node.
+static ENDING_STEP: Mutex<&str> = Mutex::new("stopping its work");
+
+/// Names the present step of the end of a node, for the report of a node that does not end in time.
+pub fn ending_step(step: &'static str) {
+    *ENDING_STEP.lock().unwrap_or_else(PoisonError::into_inner) = step;
+}
+
 /// Ends the process if the node does not end in time.
 fn end_within(name: &str, limit: Duration) {
     let name = name.to_owned();
     let watch = move || {
         std::thread::sleep(limit);
-        eprintln!("{name}: it did not end within {} s and is ended now", limit.as_secs_f64());
+        let step = *ENDING_STEP.lock().unwrap_or_else(PoisonError::into_inner);
+        eprintln!("{name}: it did not end within {} s and is ended now, while {step}", limit.as_secs_f64());
         let died = supervised::died().then_some(i32::from(supervised::EXIT_CODE));
         let failed = Shutdown::has_failed().then_some(i32::from(EXIT_FAILED));
         std::process::exit(died.or(failed).unwrap_or(1));

@@ -30,7 +30,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 };
 
 use camwright_bag::{Counts, DurationSummary};
-use camwright_ros::running::{NodeError, autostart};
+use camwright_ros::running::{NodeError, autostart, ending_step};
 use camwright_ros::{
     Diagnostics, Farewell, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs,
     ServiceHandle, SpinThread, TimerHandle, Transition, WriterWindow, diagnostic_status,
@@ -353,7 +353,9 @@ impl RunLogger {
     /// Same as [`RunLogger::stop`], but waits for the end of the node only when the farewell is dropped.
     pub fn close(self) -> (ExitCode, Farewell) {
         // What could not be closed has been logged, and a node that was shut down before has nothing to close.
+        ending_step("closing the bag");
         drop(self.lifecycle.trigger(Transition::Shutdown));
+        ending_step("leaving the graph");
         let farewell = self.shared.node.leave();
         (ExitCode::from(u8::from(self.shared.has_failed.load(Ordering::Acquire))), farewell)
     }

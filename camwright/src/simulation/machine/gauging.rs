@@ -54,22 +54,26 @@ impl Gauging {
         self.gauge_watch.fault = fault;
     }
 
-    /// Readings at the end of a tick of the lobe under the gauge, if one is. The part deflects by `deflection`.
+    /// Readings at the end of a tick of the lobe under the gauge, if one is. The part deflects by `deflection`. `measured_mm` are the
+    /// readings of a real gauge, which take the place of simulated ones.
     pub(super) fn read(
         &mut self,
         lobe: Option<&Lobe>,
         headstock: &AxisState,
         rotation_sense: f64,
         deflection: Deflection,
+        measured_mm: Option<[Option<f64>; 2]>,
     ) -> [Option<f64>; 2] {
         let Some(gauge) = &mut self.gauge else { return [None; 2] };
         let Some(lobe) = lobe else {
             gauge.rest();
             return [None; 2];
         };
-        let turn = libm::round(TURN_RAD * headstock.counts_per_unit);
-        let line_rad = line_rad(headstock.true_position(), turn, rotation_sense);
-        let readings_mm = gauge.read(lobe, line_rad, rotation_sense, deflection);
+        let readings_mm = measured_mm.unwrap_or_else(|| {
+            let turn = libm::round(TURN_RAD * headstock.counts_per_unit);
+            let line_rad = line_rad(headstock.true_position(), turn, rotation_sense);
+            gauge.read(lobe, line_rad, rotation_sense, deflection)
+        });
         let GaugeWatch { fault, last, .. } = &self.gauge_watch;
         core::array::from_fn(|i| match (fault, readings_mm[i]) {
             (Some(GaugeFault::NotANumber), Some(_)) => Some(f64::NAN),

@@ -384,7 +384,7 @@ impl Machine {
         let process = self.process_levels();
         self.inputs.watch_switches(&self.axes, process, self.tick, &mut self.supervision);
         self.wheel.watch_contact(removal, self.contact.pushes(), self.tick, &mut self.supervision);
-        let gauge_mm = self.gauge(lobe, removal);
+        let gauge_mm = self.gauge(lobe, removal, measurement.map(|measured| measured.gauge_mm));
         self.end_of_retreat();
         self.react();
         self.report(setpoint.is_some(), latches, (lobe, removal, turned), gauge_mm)
@@ -512,14 +512,20 @@ impl Machine {
         self.contact.grind(self.workholding.lobe_mut(lobe), law, &sweep)
     }
 
-    /// Readings of the gauge at the end of a tick, while C turns.
-    fn gauge(&mut self, lobe: Option<usize>, removal: Removal) -> [Option<f64>; 2] {
+    /// Readings of the gauge at the end of a tick, while C turns; `measured_mm` are those of a real one.
+    fn gauge(
+        &mut self,
+        lobe: Option<usize>,
+        removal: Removal,
+        measured_mm: Option<[Option<f64>; 2]>,
+    ) -> [Option<f64>; 2] {
         let headstock = &self.axes[Axis::C.index()];
         let lobe = lobe.map(|lobe| &self.workholding.lobes()[lobe]);
         let read = lobe.filter(|_| !headstock.is_at_rest() || self.contact.is_push_allowed());
         let sense = f64::from(self.description.rotation_sense);
         let share = self.description.contact.as_ref().map_or(0.0, |contact| contact.part_share);
-        let readings_mm = self.gauging.read(read, headstock, sense, self.contact.part_deflection(share));
+        let deflection = self.contact.part_deflection(share);
+        let readings_mm = self.gauging.read(read, headstock, sense, deflection, measured_mm);
         let round_mm = lobe.map_or(f64::INFINITY, |lobe| TURN_RAD * lobe.reach_mm());
         let cut = (round_mm, removal.area_mm2);
         self.gauging.watch(readings_mm, cut, headstock, &self.description, |kind, value, bound| {
