@@ -7,7 +7,7 @@ use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::MachineAlarms;
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
-use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_planning::{FORM_TOLERANCE_MM, PreparedJob, lobe_result, prepare};
 use camwright_ros::{GoalStatus, Qos};
 use cell::{Cell, PATIENCE};
@@ -42,6 +42,23 @@ fn reset(cell: &Cell) {
         assert!(Instant::now() < end, "{}", answer.message);
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// A reset behind the answer of the emergency stop finds it pressed or released, as it was ordered.
+#[test]
+fn an_answered_emergency_stop_is_applied() {
+    let cell = Cell::start(&[]);
+    let estop = |data: bool| assert!(cell.client.call::<SetBool>("machine/estop", &SetBoolRequest { data }).success);
+    let reset = || cell.client.call::<Trigger>("machine/reset", &TriggerRequest::default());
+    for round in 0..30 {
+        estop(true);
+        let refused = reset();
+        assert!(!refused.success && refused.message.contains("emergency stop is pressed"), "{round}: {refused:?}");
+        estop(false);
+        let answer = reset();
+        assert!(answer.success, "{round}: {answer:?}");
+    }
+    cell.stop();
 }
 
 #[test]

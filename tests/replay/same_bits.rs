@@ -151,12 +151,17 @@ fn assert_same(name: &str, reference: &Samples, other: &Samples) {
     }
 }
 
+/// Runs at pace realtime mostly wait, so they go beside the others.
 #[test]
 fn pace_processes_and_delays_change_no_bit() {
-    let reference = in_one_process("fast", "fast", None);
-    assert_same("again", &reference, &in_one_process("again", "fast", None));
-    assert_same("delayed", &reference, &in_one_process("delayed", "fast", Some("20261121:8")));
-    assert_same("realtime", &reference, &in_one_process("realtime", "realtime", None));
-    assert_same("four processes", &reference, &in_four_processes("four", "fast"));
-    assert_same("four processes, realtime", &reference, &in_four_processes("four-realtime", "realtime"));
+    std::thread::scope(|scope| {
+        let realtime = scope.spawn(|| in_one_process("realtime", "realtime", None));
+        let four_realtime = scope.spawn(|| in_four_processes("four-realtime", "realtime"));
+        let reference = in_one_process("fast", "fast", None);
+        assert_same("again", &reference, &in_one_process("again", "fast", None));
+        assert_same("delayed", &reference, &in_one_process("delayed", "fast", Some("20261121:8")));
+        assert_same("four processes", &reference, &in_four_processes("four", "fast"));
+        assert_same("realtime", &reference, &realtime.join().expect("the run ends"));
+        assert_same("four processes, realtime", &reference, &four_realtime.join().expect("the run ends"));
+    });
 }

@@ -149,12 +149,15 @@ fn pop<S: camwright_msgs::Service>(waiting: &PendingRequests<S>) -> Option<Respo
     waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
 }
 
-/// Orders of the emergency stop that the cyclic thread has yet to apply, oldest first: pressed, and the responder.
+/// Order of the emergency stop: pressed, and the responder.
+type EStopOrder = (bool, Responder<SetBool>);
+
+/// Orders of the emergency stop that the cyclic thread has yet to apply, oldest first.
 #[derive(Clone, Default)]
-struct EStopOrders(Arc<Mutex<VecDeque<(bool, Responder<SetBool>)>>>);
+struct EStopOrders(Arc<Mutex<VecDeque<EStopOrder>>>);
 
 impl EStopOrders {
-    fn lock(&self) -> MutexGuard<'_, VecDeque<(bool, Responder<SetBool>)>> {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<EStopOrder>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -8,9 +8,9 @@ use camwright_studies::{self as studies, SingleCaseError, StudyFolder};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-fn load(py: Python<'_>, file: &PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<Study> {
+fn load(py: Python<'_>, file: &Path, set: Option<&Bound<'_, PyDict>>) -> PyResult<Study> {
     let (name, set) = (file.display().to_string(), overrides(set)?);
     py.detach(|| study_file::load(&name, &set)).map_err(|errors| input_errors(py, &errors))
 }

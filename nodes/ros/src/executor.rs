@@ -224,7 +224,7 @@ impl Executor {
     }
 
     /// Runs what is due now. What comes due meanwhile has its turn after readers, jobs and the end: a callback that takes longer than its
-    /// period would otherwise be the only one for ever.
+    /// period would otherwise be the only one that runs.
     fn run_timed(&self) {
         let now = Instant::now();
         loop {
@@ -361,7 +361,8 @@ mod tests {
         let _timer = executor.every(
             PERIOD,
             Box::new(move || {
-                let _nobody_waits_any_more = began.send(());
+                // An error means that the test waits no longer.
+                let _unsent = began.send(());
                 let end = Instant::now() + 3 * PERIOD;
                 while Instant::now() < end {
                     std::hint::spin_loop();

@@ -13,7 +13,7 @@ pub(super) struct TraceArgs {
     /// Lobe of the job
     #[arg(long, value_name = "LOBE")]
     lobe: String,
-    /// Angle of c_axis in degrees
+    /// Angle of the headstock in degrees
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = angle)]
     c: f64,
     /// Pass over the lobe [default: the last one]
