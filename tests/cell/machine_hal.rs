@@ -26,7 +26,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::command::Shared;
 use support::processes::{Processes, fresh_bag, in_domain};
@@ -42,6 +42,9 @@ const JOB: [&str; 5] = [
 ];
 /// User without rights, whom every Linux has.
 const NOBODY: &str = "65534";
+/// A computer has one HAL. A test that waits for it keeps a thread of the test program, so that little else runs beside HAL: without a real-time
+/// kernel its timing suffers from load.
+static HAL: Mutex<()> = Mutex::new(());
 /// Signals that a second channel of `sampler` records for the test, in its columns: number of the setpoint; commands, encoders, power of C,
 /// X and Z; run of the wheel.
 const WATCHED: [&str; 11] = [
@@ -77,6 +80,7 @@ fn as_user(program: &Path, home: &Path) -> Command {
 /// A folder of the user of HAL, with the programs: not below the repository, which another user may not be able to read.
 struct HomeFolder {
     path: PathBuf,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl HomeFolder {
@@ -88,6 +92,7 @@ impl HomeFolder {
             eprintln!("SKIPPED, NOT PASSED: halrun is not there (linuxcnc-uspace)");
             return None;
         }
+        let alone = HAL.lock().unwrap_or_else(PoisonError::into_inner);
         let path = std::env::temp_dir().join(format!("camwright-hal-{}", std::process::id()));
         std::fs::create_dir_all(path.join("bin")).expect("a folder");
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o777)).expect("our folder");
@@ -97,7 +102,7 @@ impl HomeFolder {
         }
         // What an earlier run has left.
         let _nothing_was_left = as_user(Path::new("halrun"), &path).arg("-U").output();
-        Some(Self { path })
+        Some(Self { path, _alone: alone })
     }
 }
 
@@ -391,6 +396,7 @@ fn same_setpoints(real: &Path, simulated: &Path) {
     assert_eq!((first, real.len()), (None, simulated.len()), "the first setpoint that differs, and the number of them");
 }
 
+#[test]
 fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let Some(hal) = Hal::start(None) else { return };
     let domain = Domain::reserve();
@@ -488,6 +494,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
 }
 
 /// The check of the machine contract: C turns out of its origin detector, so that an edge and a closed input are seen.
+#[test]
 fn a_machine_behind_hal_keeps_its_contract() {
     const SEEN: [u8; 21] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 20, 21, 30, 31, 33, 40];
     // A virtual computer pauses for longer than the queue lasts.
@@ -526,6 +533,7 @@ const INDEXED: [(&str, &str); 2] = [
 ];
 
 /// The marks lie at multiples of 8 mm: whatever was before, the axis stands on the same count of its encoder at home.
+#[test]
 fn homing_at_an_index_mark_finds_the_same_zero_from_everywhere() {
     const COUNT_MM: f64 = 1e-5;
     let Some(hal) = Hal::start_with(&INDEXED, None) else { return };
@@ -657,6 +665,7 @@ fn refuse_gauge(hal: &Hal, domain: &Domain) {
 }
 
 /// A gauge of HAL measures the stock, then the runout of a journal, which the planner corrects: both are those that HAL was given.
+#[test]
 fn a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one() {
     let Some(hal) = Hal::start_with(&SOFT, None) else { return };
     let domain = Domain::reserve();
@@ -748,6 +757,7 @@ fn end_in_motion(hal: &Hal, signal: &str, axes: &[usize]) -> (Vec<WatchedPeriod>
 
 /// A node that is asked to end stops the axes on the path. One that dies or stands still leaves them at its last setpoint. HAL switches the
 /// drives off when nothing comes any more, and the next node starts at rest.
+#[test]
 fn drives_are_at_rest_and_off_after_the_node_has_ended_in_motion() {
     let Some(hal) = Hal::start(None) else { return };
     // C searches its origin, or turns while the wheel moves to the part.
@@ -807,6 +817,7 @@ fn signal(id: &str, signal: &str) {
 }
 
 /// A process beside the node that dies, or stands still for 2 s: the axes rest, with the alarm for it.
+#[test]
 fn what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm() {
     let Some(hal) = Hal::start(None) else { return };
     let domain = Domain::reserve();
@@ -877,6 +888,7 @@ fn what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm() {
     drop((sender, command, spin, cell));
 }
 
+#[test]
 fn linuxcnc_machine() {
     let programs = [
         env!("CARGO_BIN_EXE_camwright"),
@@ -888,46 +900,6 @@ fn linuxcnc_machine() {
     let Some(home) = HomeFolder::new(&programs) else { return };
     let shell = as_user(Path::new("bash"), &home.path);
     tutorial::follow_in("linuxcnc-machine.md", (&home.path, &home.path.join("bin")), shell);
-}
-
-/// Name of the variable that selects one of the tests over HAL.
-const ONLY: &str = "CAMWRIGHT_HAL_TEST";
-
-/// The tests over HAL. HAL has one user on a computer, so they run one after the other, on one thread of the test program; the other threads
-/// run other tests meanwhile.
-#[test]
-fn over_hal() {
-    let tests: [(&str, fn()); 7] = [
-        (
-            "a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm",
-            a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm,
-        ),
-        ("a_machine_behind_hal_keeps_its_contract", a_machine_behind_hal_keeps_its_contract),
-        (
-            "homing_at_an_index_mark_finds_the_same_zero_from_everywhere",
-            homing_at_an_index_mark_finds_the_same_zero_from_everywhere,
-        ),
-        (
-            "a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one",
-            a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one,
-        ),
-        (
-            "drives_are_at_rest_and_off_after_the_node_has_ended_in_motion",
-            drives_are_at_rest_and_off_after_the_node_has_ended_in_motion,
-        ),
-        (
-            "what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm",
-            what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm,
-        ),
-        ("linuxcnc_machine", linuxcnc_machine),
-    ];
-    let only = std::env::var(ONLY).ok();
-    let mut selected =
-        tests.into_iter().filter(|(name, _)| only.as_ref().is_none_or(|only| name.contains(only))).peekable();
-    assert!(selected.peek().is_some(), "{ONLY} selects none of {:?}", tests.map(|(name, _)| name));
-    let failed: Vec<&str> =
-        selected.filter(|(_, test)| std::panic::catch_unwind(*test).is_err()).map(|(name, _)| name).collect();
-    assert!(failed.is_empty(), "failed: {failed:?}; one alone: {ONLY}=NAME");
 }
 
 /// A HAL that is not there, and one that does not fit the machine, are refused with the whole list.
