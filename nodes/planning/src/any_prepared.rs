@@ -2,7 +2,7 @@
 
 use super::finding::Finding;
 use super::lobe_tables::LobeTable;
-use super::table::Table;
+use super::table::NumberTable;
 use super::timings::{PlanningStage, Timings};
 use super::turning::{self, PreparedTurning, tables};
 use super::{PreparedJob, findings, plan_timed, summary};
@@ -214,7 +214,7 @@ impl AnyPrepared {
     ///
     /// # Errors
     /// A turned surface that has no section in the rake plane.
-    pub fn table(&self, name: &str) -> Result<Option<Table>, ConfigError> {
+    pub fn table(&self, name: &str) -> Result<Option<NumberTable>, ConfigError> {
         match self {
             Self::Ground(prepared) => {
                 let Some((lobe, table)) = name.rsplit_once('/') else { return Ok(None) };

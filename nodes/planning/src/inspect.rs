@@ -1,7 +1,7 @@
 //! Expected readings of an inspection gauge on the lobes of a job.
 
 use super::lobe_tables::block_deg;
-use super::table::Table;
+use super::table::NumberTable;
 use camwright::cam::inspection::Inspection;
 use camwright::math::units::{deg_from_rad, rad_from_deg, wrap_turn};
 use camwright::planner::PlannedJob;
@@ -31,13 +31,13 @@ pub fn inspections(job: &Job, planned: &PlannedJob) -> Result<Vec<Option<Inspect
 }
 
 /// The gauge's lift at every block, of an arm along its arc, and the azimuth of the contour that it touches there.
-pub(crate) fn inspection_table(inspection: &Inspection, blocks: u32) -> Table {
+pub(crate) fn inspection_table(inspection: &Inspection, blocks: u32) -> NumberTable {
     let rows = angles_deg(blocks).filter_map(|angle_deg| {
         let reading = inspection.read(rad_from_deg(angle_deg))?;
         let azimuth_deg = deg_from_rad(wrap_turn(inspection.contour().azimuth(reading.contact_rad)));
         Some([angle_deg, reading.lift, azimuth_deg])
     });
-    Table::from_rows([("cam_angle_deg", "deg"), ("lift_mm", "mm"), ("contact_azimuth_deg", "deg")], rows)
+    NumberTable::from_rows([("cam_angle_deg", "deg"), ("lift_mm", "mm"), ("contact_azimuth_deg", "deg")], rows)
 }
 
 fn angles_deg(blocks: u32) -> impl Iterator<Item = f64> {

@@ -73,12 +73,12 @@ pub use simulate::with_raw_part;
 pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, simulate_outlines_on};
 pub use stored_stiffness::{StoredContacts, kept_contacts, learn_stiffness};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
-pub use table::{Column, Table};
+pub use table::{NumberColumn, NumberTable};
 pub use times::{TimeCompared, compare_times};
 pub use timings::{PlanningStage, Timings};
 pub use trace::{
-    Trace, TraceError, TraceRequest, TracedContact, TracedInfeed, TracedLift, TracedRow, TracedSetpoint, TracedSpeed,
-    trace,
+    PositionTrace, TraceError, TraceRequest, TracedContact, TracedInfeed, TracedLift, TracedRow, TracedSetpoint,
+    TracedSpeed, trace,
 };
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};

@@ -3,7 +3,7 @@
 use super::PreparedJob;
 use super::cut_table::pass_rows;
 use super::inspect::inspection_table;
-use super::table::Table;
+use super::table::NumberTable;
 use camwright::math::units::{deg_from_rad, rad_from_deg, wrap_turn};
 use camwright::planner::PlannedLobe;
 
@@ -38,7 +38,7 @@ impl LobeTable {
     }
 
     /// Computes the table of a lobe, if the lobe has it.
-    pub(crate) fn compute(self, prepared: &PreparedJob, index: usize) -> Option<Table> {
+    pub(crate) fn compute(self, prepared: &PreparedJob, index: usize) -> Option<NumberTable> {
         let lobe = prepared.planned.lobes.get(index)?;
         Some(match self {
             Self::Lift => lift(prepared, lobe),
@@ -58,7 +58,7 @@ pub(super) fn block_deg(index: u32, blocks: u32) -> f64 {
 }
 
 /// Lift law with its derivatives; of an oscillating follower along the arc of its arm.
-fn lift(prepared: &PreparedJob, lobe: &PlannedLobe) -> Table {
+fn lift(prepared: &PreparedJob, lobe: &PlannedLobe) -> NumberTable {
     let (contour, blocks) = (&lobe.design.contour, prepared.job.spec.blocks_per_turn);
     let rows = (0..blocks).map(|index| {
         let cam_angle_deg = block_deg(index, blocks);
@@ -72,10 +72,10 @@ fn lift(prepared: &PreparedJob, lobe: &PlannedLobe) -> Table {
         ("lift_mm_rad2", "mm/rad²"),
         ("lift_mm_rad3", "mm/rad³"),
     ];
-    Table::from_rows(columns, rows)
+    NumberTable::from_rows(columns, rows)
 }
 
-fn contour(prepared: &PreparedJob, lobe: &PlannedLobe) -> Table {
+fn contour(prepared: &PreparedJob, lobe: &PlannedLobe) -> NumberTable {
     let (contour, blocks) = (&lobe.design.contour, prepared.job.spec.blocks_per_turn);
     let rows = (0..blocks).map(|index| {
         let azimuth_deg = block_deg(index, blocks);
@@ -85,12 +85,12 @@ fn contour(prepared: &PreparedJob, lobe: &PlannedLobe) -> Table {
         [azimuth_deg, radius_mm, normal_deg, contour.curvature(cam_angle)]
     });
     let columns = [("azimuth_deg", "deg"), ("radius_mm", "mm"), ("normal_deg", "deg"), ("curvature_1_mm", "1/mm")];
-    Table::from_rows(columns, rows)
+    NumberTable::from_rows(columns, rows)
 }
 
 /// `x_mm` is the distance of the wheel's centre from the spindle axis, the X(θ) of the literature; `x_axis_mm` is where the
 /// axis of this machine stands then: the wheel's cutting point, one wheel radius nearer.
-fn tool_path(prepared: &PreparedJob, lobe: &PlannedLobe) -> Table {
+fn tool_path(prepared: &PreparedJob, lobe: &PlannedLobe) -> NumberTable {
     let blocks = prepared.job.spec.blocks_per_turn;
     let sense = f64::from(prepared.machine.rotation_sense);
     let rows = (0..blocks).map(|index| {
@@ -108,10 +108,10 @@ fn tool_path(prepared: &PreparedJob, lobe: &PlannedLobe) -> Table {
         ("wheel_line_deg", "deg"),
         ("x_axis_mm", "mm"),
     ];
-    Table::from_rows(columns, rows)
+    NumberTable::from_rows(columns, rows)
 }
 
-fn speed_plan(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe) -> Table {
+fn speed_plan(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe) -> NumberTable {
     let rows = (0..lobe.passes.len()).flat_map(|pass| {
         pass_rows(prepared, index, lobe, pass).map(move |row| {
             let ([c1, c2, c3], [x1, x2, x3]) = (row.c, row.x);
@@ -130,5 +130,5 @@ fn speed_plan(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe) -> Table
         ("removal_mm2_s", "mm²/s"),
         ("pass", ""),
     ];
-    Table::from_rows(columns, rows)
+    NumberTable::from_rows(columns, rows)
 }

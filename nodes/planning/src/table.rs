@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 /// Column of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Column {
+pub struct NumberColumn {
     /// Name, which ends in the unit.
     pub name: &'static str,
     /// Unit, empty for a number.
@@ -14,16 +14,16 @@ pub struct Column {
 
 /// Columns of equal length.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table(Vec<Column>);
+pub struct NumberTable(Vec<NumberColumn>);
 
-impl Table {
+impl NumberTable {
     /// Creates a table from the names and units of its columns, and its rows.
     #[must_use]
     pub fn from_rows<const N: usize>(
         columns: [(&'static str, &'static str); N],
         rows: impl IntoIterator<Item = [f64; N]>,
     ) -> Self {
-        let mut columns = columns.map(|(name, unit)| Column { name, unit, values: Vec::new() });
+        let mut columns = columns.map(|(name, unit)| NumberColumn { name, unit, values: Vec::new() });
         for row in rows {
             for (column, value) in columns.iter_mut().zip(row) {
                 column.values.push(value);
@@ -33,13 +33,13 @@ impl Table {
     }
 
     #[must_use]
-    pub fn columns(&self) -> &[Column] {
+    pub fn columns(&self) -> &[NumberColumn] {
         &self.0
     }
 
     /// Columns without the table.
     #[must_use]
-    pub fn into_columns(self) -> Vec<Column> {
+    pub fn into_columns(self) -> Vec<NumberColumn> {
         self.0
     }
 
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_table_is_written_with_header_and_exact_numbers() {
-        let table = Table::from_rows([("c_deg", "deg"), ("pass", "")], [[0.1, 1.0], [1.0 / 3.0, 2.0]]);
+        let table = NumberTable::from_rows([("c_deg", "deg"), ("pass", "")], [[0.1, 1.0], [1.0 / 3.0, 2.0]]);
         let mut text = Vec::new();
         table.write_csv(&mut text).unwrap();
         assert_eq!(String::from_utf8(text).unwrap(), "c_deg,pass\n0.1,1\n0.3333333333333333,2\n");

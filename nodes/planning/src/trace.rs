@@ -40,7 +40,7 @@ pub enum TraceError {
 
 /// Causes of one commanded position.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trace {
+pub struct PositionTrace {
     pub job: String,
     pub lobe: String,
     pub pass: String,
@@ -135,7 +135,7 @@ pub struct TracedSetpoint {
 ///
 /// # Errors
 /// A lobe, pass or turn that the job does not have; a turned part.
-pub fn trace(prepared: &AnyPrepared, request: &TraceRequest) -> Result<Trace, TraceError> {
+pub fn trace(prepared: &AnyPrepared, request: &TraceRequest) -> Result<PositionTrace, TraceError> {
     let prepared = match prepared {
         AnyPrepared::Ground(prepared) => prepared,
         AnyPrepared::Turned(turned) => return Err(TraceError::Turned { job: turned.job.spec.name.clone() }),
@@ -161,7 +161,7 @@ fn trace_lobe(
     prepared: &PreparedJob,
     (index, pass): (usize, usize),
     request: &TraceRequest,
-) -> Result<Trace, TraceError> {
+) -> Result<PositionTrace, TraceError> {
     let plan = &prepared.planned.plan;
     let lobe = &prepared.planned.lobes[index];
     let pass_name = prepared.job.spec.passes[pass].name.clone();
@@ -204,7 +204,7 @@ fn trace_lobe(
     let offset_mm = motion.offset_over_angle(angle_rad).value;
     let before_mm = (angle_rad >= TURN_RAD).then(|| motion.offset_over_angle(angle_rad - TURN_RAD).value);
 
-    Ok(Trace {
+    Ok(PositionTrace {
         job: prepared.job.spec.name.clone(),
         lobe: request.lobe.clone(),
         pass: pass_name,
@@ -285,7 +285,7 @@ fn follower_text(follower: &Follower, base_radius_mm: f64) -> String {
     format!("{kind}; base radius {base_radius_mm} mm")
 }
 
-impl fmt::Display for Trace {
+impl fmt::Display for PositionTrace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (lift, contact, speed, infeed) = (&self.lift, &self.contact, &self.speed, &self.infeed);
         writeln!(

@@ -8,16 +8,16 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 
 /// Finding of a check.
-#[pyclass(frozen, get_all, module = "camwright")]
+#[pyclass(name = "Finding", frozen, get_all, module = "camwright")]
 #[derive(Debug, Clone)]
-pub(crate) struct Finding {
+pub(crate) struct PyFinding {
     severity: String,
     file: String,
     line: Option<u64>,
     message: String,
 }
 
-impl From<&planning::Finding> for Finding {
+impl From<&planning::Finding> for PyFinding {
     fn from(finding: &planning::Finding) -> Self {
         let (place, message) = (&finding.error.place, finding.error.message.clone());
         let file = place.file.display().to_string();
@@ -26,7 +26,7 @@ impl From<&planning::Finding> for Finding {
 }
 
 #[pymethods]
-impl Finding {
+impl PyFinding {
     fn __str__(&self) -> String {
         let line = self.line.map_or_else(String::new, |line| format!(":{line}"));
         format!("{}: {}{line}: {}", self.severity, self.file, self.message)
@@ -38,18 +38,18 @@ impl Finding {
 }
 
 /// Findings of a file.
-#[pyclass(frozen, get_all, module = "camwright")]
+#[pyclass(name = "CheckReport", frozen, get_all, module = "camwright")]
 #[derive(Debug)]
-pub(crate) struct CheckReport {
+pub(crate) struct PyCheckReport {
     file: String,
     is_ok: bool,
-    findings: Vec<Finding>,
+    findings: Vec<PyFinding>,
     summary: Option<String>,
     notes: Vec<String>,
 }
 
 #[pymethods]
-impl CheckReport {
+impl PyCheckReport {
     fn __repr__(&self) -> String {
         let (verdict, count) = (if self.is_ok { "ok" } else { "errors" }, self.findings.len());
         format!("<CheckReport of {}: {verdict}, {count} findings>", self.file)
@@ -59,13 +59,13 @@ impl CheckReport {
 /// Checks a job, a machine, a study or a lift table, by name or path.
 #[pyfunction]
 #[pyo3(signature = (name, *, set=None))]
-pub(crate) fn check(py: Python<'_>, name: PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<CheckReport> {
+pub(crate) fn check(py: Python<'_>, name: PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<PyCheckReport> {
     let (name, set) = (name.display().to_string(), overrides(set)?);
     let report = py.detach(|| planning::check_file(&name, &set)).map_err(|error| input_error(py, error))?;
-    Ok(CheckReport {
+    Ok(PyCheckReport {
         file: report.file.display().to_string(),
         is_ok: report.worst() != Some(Severity::Error),
-        findings: report.findings.iter().map(Finding::from).collect(),
+        findings: report.findings.iter().map(PyFinding::from).collect(),
         summary: report.summary,
         notes: report.notes,
     })

@@ -13,17 +13,17 @@ mod table;
 #[pyo3::pymodule(name = "camwright")]
 mod module {
     #[pymodule_export]
-    use super::check::{CheckReport, Finding, check};
+    use super::check::{PyCheckReport, PyFinding, check};
     #[pymodule_export]
     use super::error::{InputError, SimulationError};
     #[pymodule_export]
-    use super::plan::{Plan, plan};
+    use super::plan::{PyPlan, plan};
     #[pymodule_export]
-    use super::simulation::{Simulation, simulate};
+    use super::simulation::{PySimulation, simulate};
     #[pymodule_export]
     use super::study::{plan_study, run_case};
     #[pymodule_export]
-    use super::table::Table;
+    use super::table::PyTable;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "the name that Python expects")]

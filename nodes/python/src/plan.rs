@@ -1,10 +1,10 @@
 //! `camwright.plan`.
 
-use super::check::Finding;
+use super::check::PyFinding;
 use super::error::input_error;
 use super::overrides::overrides;
-use super::simulation::Simulation;
-use super::table::Table;
+use super::simulation::PySimulation;
+use super::table::PyTable;
 use camwright_planning::{self as planning, AnyPrepared};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -12,11 +12,11 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 
 /// Planned job.
-#[pyclass(frozen, module = "camwright")]
+#[pyclass(name = "Plan", frozen, module = "camwright")]
 #[derive(Debug)]
-pub(crate) struct Plan(AnyPrepared);
+pub(crate) struct PyPlan(AnyPrepared);
 
-impl Plan {
+impl PyPlan {
     /// Finds, reads and plans a job.
     pub(crate) fn new(py: Python<'_>, job: PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (job, set) = (job.display().to_string(), overrides(set)?);
@@ -30,7 +30,7 @@ impl Plan {
 }
 
 #[pymethods]
-impl Plan {
+impl PyPlan {
     #[getter]
     fn job(&self) -> &str {
         self.0.name()
@@ -67,8 +67,8 @@ impl Plan {
     }
 
     #[getter]
-    fn warnings(&self, py: Python<'_>) -> Vec<Finding> {
-        py.detach(|| self.0.warnings().iter().map(Finding::from).collect())
+    fn warnings(&self, py: Python<'_>) -> Vec<PyFinding> {
+        py.detach(|| self.0.warnings().iter().map(PyFinding::from).collect())
     }
 
     #[getter]
@@ -82,9 +82,9 @@ impl Plan {
         self.0.table_names()
     }
 
-    fn table(&self, py: Python<'_>, name: &str) -> PyResult<Table> {
+    fn table(&self, py: Python<'_>, name: &str) -> PyResult<PyTable> {
         match py.detach(|| self.0.table(name)).map_err(|error| input_error(py, error))? {
-            Some(table) => Table::new(py, table),
+            Some(table) => PyTable::new(py, table),
             None => {
                 let names = self.0.table_names().join(", ");
                 Err(PyKeyError::new_err(format!("{} has no table {name:?}; there are {names}", self.0.name())))
@@ -106,8 +106,8 @@ impl Plan {
         written.map(|()| files).map_err(|error| input_error(py, error))
     }
 
-    fn simulate(&self, py: Python<'_>) -> PyResult<Simulation> {
-        Simulation::new(py, self)
+    fn simulate(&self, py: Python<'_>) -> PyResult<PySimulation> {
+        PySimulation::new(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -118,6 +118,6 @@ impl Plan {
 /// Plans a job, by name or path.
 #[pyfunction]
 #[pyo3(signature = (job, *, set=None))]
-pub(crate) fn plan(py: Python<'_>, job: PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<Plan> {
-    Plan::new(py, job, set)
+pub(crate) fn plan(py: Python<'_>, job: PathBuf, set: Option<&Bound<'_, PyDict>>) -> PyResult<PyPlan> {
+    PyPlan::new(py, job, set)
 }

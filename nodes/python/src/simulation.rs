@@ -1,8 +1,8 @@
 //! `camwright.simulate`.
 
 use super::error::simulation_error;
-use super::plan::Plan;
-use super::table::Table;
+use super::plan::PyPlan;
+use super::table::PyTable;
 use camwright_files::study_file::StudyResponse;
 use camwright_studies::{SimulatedPart, simulate_part};
 use pyo3::exceptions::{PyKeyError, PyTypeError};
@@ -11,16 +11,16 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 
 /// Part that the simulated machine made.
-#[pyclass(frozen, module = "camwright")]
+#[pyclass(name = "Simulation", frozen, module = "camwright")]
 #[derive(Debug)]
-pub(crate) struct Simulation {
+pub(crate) struct PySimulation {
     #[pyo3(get)]
     job: String,
     part: SimulatedPart,
 }
 
-impl Simulation {
-    pub(crate) fn new(py: Python<'_>, plan: &Plan) -> PyResult<Self> {
+impl PySimulation {
+    pub(crate) fn new(py: Python<'_>, plan: &PyPlan) -> PyResult<Self> {
         let prepared = plan.prepared();
         let part = py.detach(|| simulate_part(prepared)).map_err(|failed| simulation_error(py, &failed))?;
         Ok(Self { job: prepared.name().to_owned(), part })
@@ -40,7 +40,7 @@ pub(crate) fn results_dict<'py>(
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     #[getter]
     fn results<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         results_dict(py, &self.part.responses)
@@ -74,7 +74,7 @@ impl Simulation {
     }
 
     #[pyo3(signature = (lobe=None))]
-    fn form(&self, py: Python<'_>, lobe: Option<&str>) -> PyResult<Table> {
+    fn form(&self, py: Python<'_>, lobe: Option<&str>) -> PyResult<PyTable> {
         let table = py.detach(|| self.part.form_table(lobe));
         table.map_or_else(
             || {
@@ -86,7 +86,7 @@ impl Simulation {
                 };
                 Err(PyKeyError::new_err(message))
             },
-            |table| Table::new(py, table),
+            |table| PyTable::new(py, table),
         )
     }
 
@@ -106,12 +106,12 @@ pub(crate) fn simulate(
     py: Python<'_>,
     job: &Bound<'_, PyAny>,
     set: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Simulation> {
-    match job.cast::<Plan>() {
+) -> PyResult<PySimulation> {
+    match job.cast::<PyPlan>() {
         Ok(_) if set.is_some() => {
             Err(PyTypeError::new_err("a plan is complete; set keys where you plan: camwright.plan(job, set={...})"))
         }
-        Ok(plan) => Simulation::new(py, plan.get()),
-        Err(_) => Simulation::new(py, &Plan::new(py, job.extract::<PathBuf>()?, set)?),
+        Ok(plan) => PySimulation::new(py, plan.get()),
+        Err(_) => PySimulation::new(py, &PyPlan::new(py, job.extract::<PathBuf>()?, set)?),
     }
 }

@@ -7,16 +7,16 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 
 /// Columns of equal length by name, with their units.
-#[pyclass(frozen, mapping, module = "camwright")]
+#[pyclass(name = "Table", frozen, mapping, module = "camwright")]
 #[derive(Debug)]
-pub(crate) struct Table {
+pub(crate) struct PyTable {
     columns: Py<PyDict>,
     #[pyo3(get)]
     units: Py<PyDict>,
 }
 
-impl Table {
-    pub(crate) fn new(py: Python<'_>, table: planning::Table) -> PyResult<Self> {
+impl PyTable {
+    pub(crate) fn new(py: Python<'_>, table: planning::NumberTable) -> PyResult<Self> {
         let (columns, units) = (PyDict::new(py), PyDict::new(py));
         for column in table.into_columns() {
             units.set_item(column.name, column.unit)?;
@@ -27,7 +27,7 @@ impl Table {
 }
 
 #[pymethods]
-impl Table {
+impl PyTable {
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let columns = self.columns.bind(py);
         columns.get_item(name)?.ok_or_else(|| {

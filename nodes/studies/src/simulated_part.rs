@@ -9,7 +9,7 @@ use camwright::simulation::turned_part::FormMap;
 use camwright_files::convert::um_from_m;
 use camwright_files::study_file::StudyResponse;
 use camwright_msgs::camwright_msgs::msg::LobeResult;
-use camwright_planning::{self as planning, AnyPrepared, PreparedJob, PreparedTurning, SimulationFailed, Table};
+use camwright_planning::{self as planning, AnyPrepared, NumberTable, PreparedJob, PreparedTurning, SimulationFailed};
 use std::fmt::Display;
 
 /// Part that the simulated machine made.
@@ -39,14 +39,14 @@ impl SimulatedPart {
     /// Form error of a lobe over the azimuth of the part, or that of a turned surface, all azimuths of its first position along z first.
     /// Returns none for a lobe that the part does not have, and for a part with lobes where none is named.
     #[must_use]
-    pub fn form_table(&self, lobe: Option<&str>) -> Option<Table> {
+    pub fn form_table(&self, lobe: Option<&str>) -> Option<NumberTable> {
         match (&self.form, lobe) {
             (SimulatedForm::Lobes(lobes), Some(name)) => {
                 let deviations_mm = &lobes.iter().find(|lobe| lobe.result.name == name)?.form.deviations_mm;
                 let count = deviations_mm.len();
                 let rows = deviations_mm.iter().enumerate();
                 let rows = rows.map(|(index, deviation_mm)| [azimuth_deg(index, count), um_from_mm(*deviation_mm)]);
-                Some(Table::from_rows([("azimuth_deg", "deg"), ("form_error_um", "um")], rows))
+                Some(NumberTable::from_rows([("azimuth_deg", "deg"), ("form_error_um", "um")], rows))
             }
             (SimulatedForm::Surface(map), None) => {
                 let count = map.azimuths();
@@ -54,7 +54,7 @@ impl SimulatedPart {
                     let z_mm = map.places_mm()[index / count];
                     [z_mm, azimuth_deg(index % count, count), um_from_mm(*deviation_mm)]
                 });
-                Some(Table::from_rows([("z_mm", "mm"), ("azimuth_deg", "deg"), ("form_error_um", "um")], rows))
+                Some(NumberTable::from_rows([("z_mm", "mm"), ("azimuth_deg", "deg"), ("form_error_um", "um")], rows))
             }
             _ => None,
         }

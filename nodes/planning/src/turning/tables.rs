@@ -3,7 +3,7 @@
 use super::clearance_rows::{ClearanceRow, clearance_rows};
 use super::error_location;
 use super::prepared::PreparedTurning;
-use crate::table::Table;
+use crate::table::NumberTable;
 use camwright::math::units::deg_from_rad;
 use camwright::planner::{PlannedPass, TurningError};
 use camwright::toolpath::insert_path::InsertPathError;
@@ -18,7 +18,7 @@ pub(crate) fn insert_path_name(pass: usize) -> String {
 }
 
 /// X and Z of the insert's centre with their derivatives over the turned angle; `z_axis_mm` is where the axis of the machine stands.
-pub(crate) fn insert_path_table(pass: &PlannedPass, part_zero_mm: f64) -> Table {
+pub(crate) fn insert_path_table(pass: &PlannedPass, part_zero_mm: f64) -> NumberTable {
     let rows = pass.path.x().knots().iter().enumerate().map(|(index, [x, x1, x2])| {
         let turned_rad = pass.path.x().at(index);
         let z = pass.path.z_at(turned_rad);
@@ -34,10 +34,10 @@ pub(crate) fn insert_path_table(pass: &PlannedPass, part_zero_mm: f64) -> Table 
         ("z_mm_rad2", "mm/rad²"),
         ("z_axis_mm", "mm"),
     ];
-    Table::from_rows(columns, rows)
+    NumberTable::from_rows(columns, rows)
 }
 
-pub(crate) fn clearance_table(rows: &[ClearanceRow]) -> Table {
+pub(crate) fn clearance_table(rows: &[ClearanceRow]) -> NumberTable {
     let columns = [
         ("turned_deg", "deg"),
         ("clearance_deg", "deg"),
@@ -51,7 +51,7 @@ pub(crate) fn clearance_table(rows: &[ClearanceRow]) -> Table {
         let (a, b) = (row.clearance, row.approach);
         [row.turned_deg, a.angle_deg, a.z_mm, a.azimuth_deg, b.angle_deg, b.z_mm, b.azimuth_deg]
     };
-    Table::from_rows(columns, rows.iter().map(row))
+    NumberTable::from_rows(columns, rows.iter().map(row))
 }
 
 /// Clearances of a planned part.
