@@ -10,8 +10,17 @@ fn follow(name: &str) {
 fn every_tutorial_is_followed() {
     let sources =
         [include_str!("tutorials.rs"), include_str!("../ros/tutorials.rs"), include_str!("../cell/machine_hal.rs")];
-    for entry in std::fs::read_dir(repository().join("docs/tutorials")).expect("tutorials").flatten() {
+    let folder = repository().join("docs/tutorials");
+    for entry in std::fs::read_dir(&folder).expect("tutorials").flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
+        if name.ends_with(".ipynb") {
+            let page = std::fs::read_to_string(folder.join("camwright_in_python.md")).expect("a page");
+            assert!(
+                page.contains(&format!("jupyter nbconvert --log-level ERROR --to html --execute {name}")),
+                "{name}"
+            );
+            continue;
+        }
         let calls = [format!("follow(\"{name}\")"), format!("follow_in(\"{name}\"")];
         let is_followed = calls.iter().any(|call| sources.iter().any(|source| source.contains(call)));
         assert!(is_followed, "no test follows {name}");
