@@ -184,7 +184,7 @@ fn trace_lobe(
 
     let cycle_s = prepared.machine.cycle_time_s();
     let since_start_s = motion.time_of(angle_rad) - motion.start_s();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "time since the begin of a cut")]
+    #[allow(clippy::cast_possible_truncation, reason = "time since the begin of a cut")]
     let tick = (since_start_s / cycle_s).ceil().max(0.0) as u64;
     let at_tick = motion.at(motion.start_s() + tick as f64 * cycle_s);
     let c_counts = cut.start_counts + c_scale.counts(at_tick.c.value);
@@ -249,7 +249,7 @@ fn lift_at(prepared: &PreparedJob, index: usize, cam_angle_rad: f64) -> TracedLi
     let contour = &prepared.planned.lobes[index].design.contour;
     let lift = contour.lift();
     let rows = prepared.job.lifts[profile].table.iter().flat_map(|table| {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a block within one turn")]
+        #[allow(clippy::cast_possible_truncation, reason = "a block within one turn")]
         let block = (cam_angle_rad / table.block_rad()).floor().max(0.0) as usize;
         [block, block + 1].map(|block| {
             let row = block % table.blocks();
