@@ -281,14 +281,13 @@ fn a_question_is_answered_by_the_readings_of_its_tick() {
     assert_eq!(answers.collect::<Vec<_>>(), [(asked, asked)]);
 }
 
-/// The readings of a real gauge reach the report of their own tick, of a lobe in front of the wheel while C turns, to the bit.
-#[test]
-fn a_gauge_is_read_while_a_lobe_turns_in_front_of_the_wheel() {
+/// A grinder with an exact gauge, and its counts with the first station in front of the wheel.
+fn gauged(kind: GaugeKind, second_behind_wheel_rad: Option<f64>) -> (MachineDescription, [i64; AXIS_COUNT]) {
     let mut description = cam_grinder();
     description.gauge = Some(GaugeDescription {
-        kind: GaugeKind::Radius,
+        kind,
         behind_wheel_rad: 1.5,
-        second_behind_wheel_rad: Some(4.5),
+        second_behind_wheel_rad,
         resolution_mm: 0.0,
         noise_mm: 0.0,
         bandwidth_rad_s: None,
@@ -297,6 +296,13 @@ fn a_gauge_is_read_while_a_lobe_turns_in_front_of_the_wheel() {
     let mut counts = start(&description);
     let z = Axis::Z as usize;
     counts[z] = description.axes[z].scale.counts(description.stations[0].position_mm);
+    (description, counts)
+}
+
+/// The readings of a real gauge reach the report of their own tick, of a lobe in front of the wheel while C turns, to the bit.
+#[test]
+fn a_gauge_is_read_while_a_lobe_turns_in_front_of_the_wheel() {
+    let (mut description, counts) = gauged(GaugeKind::Radius, Some(4.5));
     let read = |description: &MachineDescription, has_lobe: bool| {
         let mut plant = DelayLine::new(description, counts);
         if has_lobe {
@@ -332,19 +338,7 @@ fn a_gauge_is_read_while_a_lobe_turns_in_front_of_the_wheel() {
 
 #[test]
 fn a_gauge_that_gives_no_number_is_an_alarm() {
-    let mut description = cam_grinder();
-    description.gauge = Some(GaugeDescription {
-        kind: GaugeKind::Diameter,
-        behind_wheel_rad: 1.5,
-        second_behind_wheel_rad: None,
-        resolution_mm: 0.0,
-        noise_mm: 0.0,
-        bandwidth_rad_s: None,
-        seed: 0,
-    });
-    let mut counts = start(&description);
-    let z = Axis::Z as usize;
-    counts[z] = description.axes[z].scale.counts(description.stations[0].position_mm);
+    let (description, counts) = gauged(GaugeKind::Diameter, None);
     let mut plant = DelayLine::new(&description, counts);
     plant.machine.load_lobe("J1", "LS1", 20.0, vec![20.0; 720]).expect("a lobe");
     let setpoints = travel(&plant.machine, Axis::C, 3.0, 300);
