@@ -1,6 +1,6 @@
 //! M30: what alarms say.
 
-use super::observed::Observed;
+use super::observed::{Observed, alarm_numbers, sorted};
 use super::report::ClauseReport;
 use camwright::machine::alarm::AlarmKind;
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
@@ -51,13 +51,11 @@ fn agree(observed: &Observed, report: &mut ClauseReport) {
 
 /// Every word of the stream from this word on alarms to the next has its numbers.
 fn check_against_stream(observed: &Observed, message: &MachineAlarms, until: Option<u64>, report: &mut ClauseReport) {
-    let mut numbers: Vec<u16> = message.alarms.iter().map(|alarm| alarm.number).collect();
-    numbers.sort_unstable();
+    let numbers = alarm_numbers(message);
     let during = |tick: u64| tick >= message.tick && until.is_none_or(|until| tick < until);
     // A tick is repeated to acknowledge a command, then with the changes of the next tick.
     for news in observed.streams.iter().filter(|news| news.tick > message.tick && during(news.tick)) {
-        let mut others = news.alarms.clone();
-        others.sort_unstable();
+        let others = sorted(news.alarms.clone());
         if others != numbers {
             let tick = news.tick;
             return report.broken(

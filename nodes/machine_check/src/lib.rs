@@ -117,8 +117,8 @@ fn listen(
     let target = match &settings.moving {
         None => None,
         Some(moving) => {
-            // What alarms say is latched, on its way since the first message of the stream.
-            let _alarms = ears.wait(DISCOVERY, |observed| (!observed.alarms.is_empty()).then_some(()));
+            // The texts of alarms come on a topic of their own, which may be later than the stream.
+            let _texts = ears.wait(DISCOVERY, |observed| observed.alarms_agree().then_some(()));
             let free = motion::obstacle(ears).map_or(Ok(()), Err);
             let target =
                 free.and_then(|()| ears.read(|observed| motion::target(&description, &facts, observed, moving)));

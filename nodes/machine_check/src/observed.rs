@@ -72,6 +72,23 @@ impl Observed {
     pub(super) fn last(&self) -> Option<&MachineStream> {
         self.streams.last()
     }
+
+    /// Whether `machine/alarms` names the alarms of the last message of the stream.
+    pub(super) fn alarms_agree(&self) -> bool {
+        let (Some(stream), Some(alarms)) = (self.streams.last(), self.alarms.last()) else { return false };
+        sorted(stream.alarms.clone()) == alarm_numbers(alarms)
+    }
+}
+
+/// Numbers of the alarms of a message, in ascending order.
+pub(super) fn alarm_numbers(message: &MachineAlarms) -> Vec<u16> {
+    sorted(message.alarms.iter().map(|alarm| alarm.number).collect())
+}
+
+/// Numbers of alarms in ascending order.
+pub(super) fn sorted(mut numbers: Vec<u16>) -> Vec<u16> {
+    numbers.sort_unstable();
+    numbers
 }
 
 /// Content of the description, in integers.
