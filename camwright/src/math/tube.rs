@@ -1,10 +1,10 @@
 //! The smoothest periodic quintic spline that passes within a given distance of every point.
 //!
-//! Among all periodic functions with |s(θᵢ) − yᵢ| ≤ δ, the one with the least ∫ s‴² dθ is a quintic spline with its knots
+//! Among all periodic functions with |s(θᵢ) − yᵢ| ≤ δwᵢ, δ the largest distance, the one with the least ∫ s‴² dθ is a quintic spline with its knots
 //! at the points, so nothing is lost by looking for it among those splines. In units of δ and of the knot spacing:
 //!
 //! ```text
-//!   minimise ½ cᵀHc  subject to  −1 ≤ Bc − y ≤ 1,
+//!   minimise ½ cᵀHc  subject to  −w ≤ Bc − y ≤ w,
 //!   B = cyclic band (1, 26, 66, 26, 1)/120,   H = D₃ᵀ B D₃,   D₃ = third differences
 //! ```
 //!
@@ -46,9 +46,13 @@ const MAX_ITERATIONS: usize = 100;
 pub enum TubeError {
     #[error("{count} points, at least {MIN_POINTS} are needed")]
     TooFewPoints { count: usize },
-    /// The half width is not a positive number.
-    #[error("half width {half_width} is not a positive number")]
-    BadHalfWidth { half_width: f64 },
+    /// A half width is not a positive number.
+    #[error("half width {half_width} of point {index} is not a positive number")]
+    BadHalfWidth {
+        /// Index of the point.
+        index: usize,
+        half_width: f64,
+    },
     /// A point is not finite.
     #[error("point {index} is not a finite number")]
     NotFinite { index: usize },
@@ -74,34 +78,34 @@ pub enum TubeError {
 pub struct TubeSpline {
     /// The spline; its n coefficients belong to the n points.
     pub spline: PeriodicSpline,
-    /// Largest distance from a point, by evaluation of the spline.
-    pub max_deviation: f64,
     /// The energy ∫ s‴² is at most this fraction above the least possible.
     pub relative_gap: f64,
     /// Steps of the interior point method.
     pub iterations: usize,
 }
 
-/// The smoothest periodic quintic spline within `half_width` of `values`, which stand at the angles i·2π/n.
+/// The smoothest periodic quintic spline within `half_widths` of `values`, which stand at the angles i·2π/n; one width for each value.
 ///
 /// # Errors
-/// Too few points, numbers that are not finite, a half width that is not positive, or a result that evaluation of the
+/// Too few points, numbers that are not finite, half widths that are not positive, or a result that evaluation of the
 /// spline itself does not confirm.
-pub fn smoothest_within(values: &[f64], half_width: f64) -> Result<TubeSpline, TubeError> {
+pub fn smoothest_within(values: &[f64], half_widths: &[f64]) -> Result<TubeSpline, TubeError> {
     let n = values.len();
     if n < MIN_POINTS {
         return Err(TubeError::TooFewPoints { count: n });
     }
-    if !half_width.is_finite() || half_width <= 0.0 {
-        return Err(TubeError::BadHalfWidth { half_width });
+    let is_width = |width: &f64| width.is_finite() && *width > 0.0;
+    if let Some(index) = (0..n).find(|index| !half_widths.get(*index).is_some_and(is_width)) {
+        return Err(TubeError::BadHalfWidth { index, half_width: half_widths.get(index).copied().unwrap_or(f64::NAN) });
     }
     if let Some(index) = values.iter().position(|value| !value.is_finite()) {
         return Err(TubeError::NotFinite { index });
     }
     // Around the first value, so that a dwell there keeps its digits.
     let level = values[0];
-    let y: Vec<f64> = values.iter().map(|value| (value - level) / half_width).collect();
-    let mut tube = Tube::start(y)?;
+    let largest = half_widths.iter().copied().fold(0.0, f64::max);
+    let y: Vec<f64> = values.iter().map(|value| (value - level) / largest).collect();
+    let mut tube = Tube::start(y, half_widths.iter().map(|width| width / largest).collect())?;
     let points = n as f64;
     let cubed = libm::pow(crate::math::units::TURN_RAD / points, 3.0);
     let negligible = NEGLIGIBLE * points * cubed * cubed;
@@ -115,10 +119,10 @@ pub fn smoothest_within(values: &[f64], half_width: f64) -> Result<TubeSpline, T
     if relative_gap.is_nan() || relative_gap > WORST_GAP {
         return Err(TubeError::NotSmoothest { relative_gap, max: WORST_GAP });
     }
-    let coefficients = tube.c.iter().map(|c| level + half_width * c).collect();
+    let coefficients = tube.c.iter().map(|c| level + largest * c).collect();
     let spline = PeriodicSpline::from_coefficients(coefficients).map_err(from_spline_error)?;
-    let max_deviation = verify(&spline, values, half_width)?;
-    Ok(TubeSpline { spline, max_deviation, relative_gap, iterations })
+    verify(&spline, values, half_widths)?;
+    Ok(TubeSpline { spline, relative_gap, iterations })
 }
 
 fn from_spline_error(error: PeriodicSplineError) -> TubeError {
@@ -129,23 +133,22 @@ fn from_spline_error(error: PeriodicSplineError) -> TubeError {
 }
 
 /// Evaluates the spline itself at every point; the solver's own slacks are not asked.
-fn verify(spline: &PeriodicSpline, values: &[f64], half_width: f64) -> Result<f64, TubeError> {
-    let mut largest = 0.0_f64;
-    for (index, value) in values.iter().enumerate() {
+fn verify(spline: &PeriodicSpline, values: &[f64], half_widths: &[f64]) -> Result<(), TubeError> {
+    for (index, (value, &half_width)) in values.iter().zip(half_widths).enumerate() {
         let angle = index as f64 * crate::math::units::TURN_RAD / values.len() as f64;
         let deviation = (spline.sample(angle).value - value).abs();
         // The angle itself is rounded: on a steep flank that alone moves the value by some 1e-14 of its size.
         if deviation.is_nan() || deviation > half_width * (1.0 + 1e-9) + 1e-13 * value.abs() {
             return Err(TubeError::OutsideTube { index, deviation, half_width });
         }
-        largest = largest.max(deviation);
     }
-    Ok(largest)
+    Ok(())
 }
 
-/// State of the interior point method. `r` = Bc − y is the deviation; the slacks are 1 − r and 1 + r.
+/// State of the interior point method. `r` = Bc − y is the deviation; the slacks are w − r and w + r.
 struct Tube {
     y: Vec<f64>,
+    w: Vec<f64>,
     c: Vec<f64>,
     r: Vec<f64>,
     upper: Vec<f64>,
@@ -160,9 +163,9 @@ struct NewtonStep {
 }
 
 impl Tube {
-    /// A smoothing spline of uniform weight w inside the tube: it satisfies Hc + wBᵀr = 0, so the multipliers
-    /// w(1 ± r)/2 are dual feasible, positive, and both products with their slacks are w(1 − r²)/2: centred, for free.
-    fn start(y: Vec<f64>) -> Result<Self, TubeError> {
+    /// A smoothing spline of uniform weight p inside the tube: it satisfies Hc + pBᵀr = 0, so the multipliers
+    /// p(w ± r)/2 are dual feasible, positive, and both products with their slacks are p(w² − r²)/2: centred, for free.
+    fn start(y: Vec<f64>, w: Vec<f64>) -> Result<Self, TubeError> {
         let n = y.len();
         let through = PeriodicSpline::interpolate(&y).map_err(from_spline_error)?;
         let curvature = apply_energy(through.coefficients());
@@ -181,7 +184,7 @@ impl Tube {
             let weights = vec![weight; n];
             let Some(factor) = normal_matrix(&weights) else { break };
             factor.solve(&mut right);
-            let inside = apply_basis(&right).iter().zip(&y).all(|(s, y)| (s - y).abs() < 0.9);
+            let inside = apply_basis(&right).iter().zip(&y).zip(&w).all(|((s, y), w)| (s - y).abs() < 0.9 * w);
             if inside {
                 (c, used, found) = (right, weight, true);
                 weight *= 0.1;
@@ -192,9 +195,9 @@ impl Tube {
             }
         }
         let r: Vec<f64> = apply_basis(&c).iter().zip(&y).map(|(s, y)| s - y).collect();
-        let upper = r.iter().map(|r| 0.5 * used * (1.0 + r)).collect();
-        let lower = r.iter().map(|r| 0.5 * used * (1.0 - r)).collect();
-        Ok(Self { y, c, r, upper, lower })
+        let upper = r.iter().zip(&w).map(|(r, w)| 0.5 * used * (w + r)).collect();
+        let lower = r.iter().zip(&w).map(|(r, w)| 0.5 * used * (w - r)).collect();
+        Ok(Self { y, w, c, r, upper, lower })
     }
 
     fn energy(&self) -> f64 {
@@ -204,7 +207,9 @@ impl Tube {
 
     /// Complementarity gap: how much the energy can still fall.
     fn gap(&self) -> f64 {
-        (0..self.r.len()).map(|i| (1.0 - self.r[i]) * self.upper[i] + (1.0 + self.r[i]) * self.lower[i]).sum()
+        (0..self.r.len())
+            .map(|i| (self.w[i] - self.r[i]) * self.upper[i] + (self.w[i] + self.r[i]) * self.lower[i])
+            .sum()
     }
 
     /// One predictor-corrector step (Mehrotra). `false`: no further progress in this arithmetic.
@@ -213,7 +218,7 @@ impl Tube {
         let pairs = 2.0 * n as f64;
         let mu = self.gap() / pairs;
         let weights: Vec<f64> =
-            (0..n).map(|i| self.upper[i] / (1.0 - self.r[i]) + self.lower[i] / (1.0 + self.r[i])).collect();
+            (0..n).map(|i| self.upper[i] / (self.w[i] - self.r[i]) + self.lower[i] / (self.w[i] + self.r[i])).collect();
         let Some(factor) = normal_matrix(&weights) else { return false };
         let stationarity = self.stationarity();
         let zero = vec![0.0; n];
@@ -222,8 +227,8 @@ impl Tube {
         let mu_affine = (0..n)
             .map(|i| {
                 let r = self.r[i] + reach * affine.r[i];
-                (1.0 - r) * (self.upper[i] + reach * affine.upper[i])
-                    + (1.0 + r) * (self.lower[i] + reach * affine.lower[i])
+                (self.w[i] - r) * (self.upper[i] + reach * affine.upper[i])
+                    + (self.w[i] + r) * (self.lower[i] + reach * affine.lower[i])
             })
             .sum::<f64>()
             / pairs;
@@ -243,7 +248,7 @@ impl Tube {
         }
         // From c, not by accumulation, so that the slacks are those of the spline that is returned.
         let r: Vec<f64> = apply_basis(&self.c).iter().zip(&self.y).map(|(s, y)| s - y).collect();
-        if r.iter().any(|r| r.is_nan() || r.abs() >= 1.0) {
+        if r.iter().zip(&self.w).any(|(r, w)| r.is_nan() || r.abs() >= *w) {
             for i in 0..n {
                 self.c[i] -= reach * full.c[i];
             }
@@ -270,9 +275,9 @@ impl Tube {
     ) -> NewtonStep {
         let n = self.r.len();
         let push_upper: Vec<f64> =
-            (0..n).map(|i| (target + second_upper[i]) / (1.0 - self.r[i]) - self.upper[i]).collect();
+            (0..n).map(|i| (target + second_upper[i]) / (self.w[i] - self.r[i]) - self.upper[i]).collect();
         let push_lower: Vec<f64> =
-            (0..n).map(|i| (target + second_lower[i]) / (1.0 + self.r[i]) - self.lower[i]).collect();
+            (0..n).map(|i| (target + second_lower[i]) / (self.w[i] + self.r[i]) - self.lower[i]).collect();
         let push: Vec<f64> = push_upper.iter().zip(&push_lower).map(|(u, l)| u - l).collect();
         let wanted: Vec<f64> = apply_basis(&push).iter().zip(stationarity).map(|(p, s)| -s - p).collect();
         let mut c = wanted.clone();
@@ -284,8 +289,8 @@ impl Tube {
         factor.solve(&mut rest);
         c.iter_mut().zip(&rest).for_each(|(c, r)| *c += r);
         let r = apply_basis(&c);
-        let upper = (0..n).map(|i| push_upper[i] + self.upper[i] / (1.0 - self.r[i]) * r[i]).collect();
-        let lower = (0..n).map(|i| push_lower[i] - self.lower[i] / (1.0 + self.r[i]) * r[i]).collect();
+        let upper = (0..n).map(|i| push_upper[i] + self.upper[i] / (self.w[i] - self.r[i]) * r[i]).collect();
+        let lower = (0..n).map(|i| push_lower[i] - self.lower[i] / (self.w[i] + self.r[i]) * r[i]).collect();
         NewtonStep { c, r, upper, lower }
     }
 
@@ -298,8 +303,8 @@ impl Tube {
             }
         };
         for i in 0..self.r.len() {
-            shorten(1.0 - self.r[i], -direction.r[i]);
-            shorten(1.0 + self.r[i], direction.r[i]);
+            shorten(self.w[i] - self.r[i], -direction.r[i]);
+            shorten(self.w[i] + self.r[i], direction.r[i]);
             shorten(self.upper[i], direction.upper[i]);
             shorten(self.lower[i], direction.lower[i]);
         }
@@ -364,18 +369,23 @@ mod tests {
         for (n, digit) in [(360, 1e-3), (361, 1e-2), (3600, 1e-3), (40, 1e-4), (11, 1e-2)] {
             let values = rounded_bump(n, digit);
             let half = 0.5 * digit;
-            let tube = smoothest_within(&values, half).unwrap();
-            let c: Vec<f64> = tube.spline.coefficients().iter().map(|c| c / half).collect();
-            let push: Vec<f64> = apply_energy(&c).iter().map(|h| -h).collect();
-            let multipliers = PeriodicSpline::interpolate(&push).unwrap().coefficients().to_vec();
-            let third = third_differences(&c);
-            let energy = 0.5 * third.iter().zip(apply_basis(&third)).map(|(a, b)| a * b).sum::<f64>();
-            let slack: f64 = (apply_basis(&c).iter().zip(&values).zip(&multipliers))
-                .map(|((s, y), m)| m.abs() - m * (s - y / half))
-                .sum();
-            // Sixth differences of coefficients of some 1e4 leave this much noise in the multipliers.
-            let noise = n as f64 * 1e-15 * c.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-            assert!(slack.abs() < 1e-4 * energy + noise, "n = {n}: {slack} of {energy}");
+            // One width, and widths of a quarter to the whole of it.
+            let same = vec![half; n];
+            let several: Vec<f64> = (0..n).map(|i| half * [1.0, 0.5, 0.25, 0.75][i / 3 % 4]).collect();
+            for widths in [same, several] {
+                let tube = smoothest_within(&values, &widths).unwrap();
+                let c: Vec<f64> = tube.spline.coefficients().iter().map(|c| c / half).collect();
+                let push: Vec<f64> = apply_energy(&c).iter().map(|h| -h).collect();
+                let multipliers = PeriodicSpline::interpolate(&push).unwrap().coefficients().to_vec();
+                let third = third_differences(&c);
+                let energy = 0.5 * third.iter().zip(apply_basis(&third)).map(|(a, b)| a * b).sum::<f64>();
+                let slack: f64 = (apply_basis(&c).iter().zip(&values).zip(&multipliers).zip(&widths))
+                    .map(|(((s, y), m), width)| m.abs() * width / half - m * (s - y / half))
+                    .sum();
+                // Sixth differences of coefficients of some 1e4 leave this much noise in the multipliers.
+                let noise = n as f64 * 1e-15 * c.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                assert!(slack.abs() < 1e-4 * energy + noise, "n = {n}: {slack} of {energy}");
+            }
         }
     }
 
@@ -383,7 +393,7 @@ mod tests {
     #[test]
     fn wide_tube_holds_a_constant() {
         let values: Vec<f64> = (0..72).map(|i| libm::sin(f64::from(i) * 0.7)).collect();
-        let tube = smoothest_within(&values, 1.5).unwrap();
+        let tube = smoothest_within(&values, &[1.5; 72]).unwrap();
         for i in 0..100 {
             let sample = tube.spline.sample(f64::from(i) * 0.1);
             assert!(sample.third.abs() < 1e-6, "{sample:?}");
@@ -392,10 +402,13 @@ mod tests {
 
     #[test]
     fn what_has_no_tube_is_refused() {
-        assert_eq!(smoothest_within(&[0.0; 10], 1.0), Err(TubeError::TooFewPoints { count: 10 }));
-        assert_eq!(smoothest_within(&[0.0; 20], 0.0), Err(TubeError::BadHalfWidth { half_width: 0.0 }));
+        assert_eq!(smoothest_within(&[0.0; 10], &[1.0; 10]), Err(TubeError::TooFewPoints { count: 10 }));
+        let mut widths = [1.0; 20];
+        widths[3] = 0.0;
+        assert_eq!(smoothest_within(&[0.0; 20], &widths), Err(TubeError::BadHalfWidth { index: 3, half_width: 0.0 }));
+        assert!(matches!(smoothest_within(&[0.0; 20], &[1.0; 19]), Err(TubeError::BadHalfWidth { index: 19, .. })));
         let mut values = [0.0; 20];
         values[7] = f64::NAN;
-        assert_eq!(smoothest_within(&values, 1.0), Err(TubeError::NotFinite { index: 7 }));
+        assert_eq!(smoothest_within(&values, &[1.0; 20]), Err(TubeError::NotFinite { index: 7 }));
     }
 }

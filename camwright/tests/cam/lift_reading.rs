@@ -83,6 +83,35 @@ fn smoothing_stays_within_its_tolerance_and_lowers_the_jerk() {
     assert!(jerks[0] > 50.0 * truth && jerks[3] < 1.2 * truth, "{jerks:?}, truly {truth}");
 }
 
+/// A tolerance of 0.2 mm, 200 times the noise: the flanks use it, the base circle keeps its place within a digit, between the rows too.
+#[test]
+fn smoothing_keeps_the_base_circle() {
+    let mut random = SplitMix64(78);
+    let law = lobe(MotionLaw::Polynomial4567, 8.0, 62.0);
+    let mut rows = printed_rows(&law, 720, 1e-3);
+    for row in &mut rows {
+        row.value_mm = ((row.value_mm + random.within(-0.001, 0.001)) * 1e3).round() / 1e3;
+    }
+    let declaration = LiftDeclaration { smooth_within_mm: 0.2, ..absolute(1e-3) };
+    let (table, _) = LiftTable::read(&rows, &declaration).unwrap();
+    let smooth = LiftLaw::read_table(&table, TableMethod::SmoothWithin { tolerance_mm: 0.2 }).unwrap();
+    let mut lowest = f64::INFINITY;
+    for i in 0..7200 {
+        let angle = f64::from(i) * TURN_RAD / 7200.0;
+        let value = smooth.sample(angle).value;
+        lowest = lowest.min(value);
+        // Flanks and nose of the lobe lie within 62° of 180°; the ramp needs a little more.
+        if (angle - TURN_RAD / 2.0).abs() > rad_from_deg(66.0) {
+            assert!(value < 0.005, "{value} mm at {angle} rad");
+        }
+    }
+    assert!(lowest > -0.001, "{lowest}");
+    let reading = smooth.reading().unwrap();
+    assert!(reading.max_deviation_mm > 0.05 && reading.max_deviation_mm <= 0.2 * (1.0 + 1e-9), "{reading:?}");
+    let noisy = LiftLaw::from_table(&table).unwrap().peak_jerk_mm_rad3();
+    assert!(reading.peak_jerk_mm_rad3 < 0.2 * noisy, "{reading:?}, {noisy}");
+}
+
 #[test]
 fn a_tolerance_below_half_a_digit_is_refused() {
     let table = printed(&lobe(MotionLaw::Cycloidal, 6.0, 70.0), 360, 1e-3);

@@ -113,8 +113,10 @@ impl LiftLaw {
     /// If evaluation of the result at every point does not confirm it; a smoothing tolerance below half a digit.
     pub fn read_table(table: &LiftTable, reading: TableMethod) -> Result<Self, LiftLawError> {
         let half_digit_mm = 0.5 * table.resolution_mm();
-        let within_mm = match reading {
-            TableMethod::Smoothest => half_digit_mm,
+        let (points, within_mm) = match reading {
+            TableMethod::Smoothest => {
+                (table.lifts_mm().into_iter().map(|lift| (lift, half_digit_mm)).unzip(), half_digit_mm)
+            }
             TableMethod::CubicSpline => {
                 let spline = PeriodicCubic::interpolate(table.lifts_mm()).ok_or(TubeError::NotFinite { index: 0 })?;
                 let mut law = Self::new(LawShape::Cubic(spline), f64::INFINITY)?;
@@ -122,16 +124,16 @@ impl LiftLaw {
                 return Ok(law);
             }
             TableMethod::SmoothWithin { tolerance_mm } if tolerance_mm.is_finite() && tolerance_mm >= half_digit_mm => {
-                tolerance_mm
+                (smoothing_tubes(table, tolerance_mm), tolerance_mm)
             }
             TableMethod::SmoothWithin { tolerance_mm } => {
                 return Err(LiftLawError::ToleranceTooSmall { tolerance_mm, half_digit_mm });
             }
         };
-        let tube = smoothest_within(&table.lifts_mm(), within_mm)?;
+        let (values, half_widths): (Vec<f64>, Vec<f64>) = points;
+        let tube = smoothest_within(&values, &half_widths)?;
         let mut law = Self::new(LawShape::Spline(tube.spline), f64::INFINITY)?;
         law.reading = Some(TableReading {
-            max_deviation_mm: tube.max_deviation,
             relative_gap: tube.relative_gap,
             iterations: tube.iterations,
             ..TableReading::measure(&law, table, reading, within_mm)
@@ -364,6 +366,24 @@ impl TableReading {
             iterations: 0,
         }
     }
+}
+
+/// Centre and half width of what smoothing within a tolerance allows at each point (mm). The base circle keeps its place: a point on it
+/// moves by half a digit, one below it moves up to it, and none of the others falls more than half a digit below.
+fn smoothing_tubes(table: &LiftTable, tolerance_mm: f64) -> (Vec<f64>, Vec<f64>) {
+    let half = 0.5 * table.resolution_mm();
+    let tube = |lift: f64| {
+        let (low, high) = if lift > half {
+            ((lift - tolerance_mm).max(-half), lift + tolerance_mm)
+        } else if lift >= -half {
+            (lift - half, lift + half)
+        } else {
+            let high = (lift + tolerance_mm).min(half);
+            ((-half).min(high - 0.1 * half), high)
+        };
+        (0.5 * (low + high), 0.5 * (high - low))
+    };
+    table.lifts_mm().into_iter().map(tube).unzip()
 }
 
 /// The table read in the ways that were not chosen, to compare their jerk.
