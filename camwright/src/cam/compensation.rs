@@ -104,12 +104,20 @@ impl FormCurve {
     /// No radii, or one that is not a positive number.
     pub fn measure(radii_mm: &[f64], contour: &Contour, phase_rad: f64, harmonics: u32) -> Result<Self, FormError> {
         let deviations = Form::measure(radii_mm, contour, phase_rad)?.deviations_mm;
+        let samples: Vec<f64> = (0..SAMPLES)
+            .map(|i| f64::from(i) * TURN_RAD / f64::from(SAMPLES))
+            .map(|cam_angle| between(&deviations, contour.azimuth(cam_angle) + phase_rad))
+            .collect();
+        Ok(Self::of_samples(&samples, harmonics))
+    }
+
+    /// Mean and harmonics of deviations at [`SAMPLES`] equal cam angles (mm).
+    pub(super) fn of_samples(deviations_mm: &[f64], harmonics: u32) -> Self {
         let waves = harmonics.min(MAX_HARMONICS) as usize;
         let mut sums = alloc::vec![[0.0; 2]; waves];
         let mut mean = 0.0;
-        for i in 0..SAMPLES {
+        for (i, deviation) in (0_u32..).zip(deviations_mm) {
             let cam_angle = f64::from(i) * TURN_RAD / f64::from(SAMPLES);
-            let deviation = between(&deviations, contour.azimuth(cam_angle) + phase_rad);
             mean += deviation;
             let (step_sin, step_cos) = libm::sincos(cam_angle);
             let (mut sin, mut cos) = (0.0, 1.0);
@@ -121,7 +129,7 @@ impl FormCurve {
         }
         let count = f64::from(SAMPLES);
         let waves_mm = sums.iter().map(|[a, b]| [2.0 * a / count, 2.0 * b / count]).collect();
-        Ok(Self { mean_mm: mean / count, waves_mm })
+        Self { mean_mm: mean / count, waves_mm }
     }
 
     /// Its mean over the turn (mm).
@@ -214,7 +222,7 @@ impl FormCurve {
 }
 
 /// Cam angles at which a measured deviation is read: twenty to a wave of the highest harmonic.
-const SAMPLES: u32 = 3600;
+pub(super) const SAMPLES: u32 = 3600;
 
 /// A curve over equal azimuths of a turn, read linearly between them.
 #[allow(clippy::cast_possible_truncation, reason = "a few thousand azimuths")]
