@@ -28,6 +28,11 @@ pub(super) fn make_lifts(
     match content {
         Content::Lift => return Ok(None),
         Content::Radius => {}
+        Content::Deviation => {
+            let path = files[0].0;
+            let message = "holds deviations, as a report does; a lift, a radius or points are needed";
+            return Err(vec![ConfigError::at(FileLocation::file(path), message)]);
+        }
         Content::Points => {
             for (path, printed) in files.iter_mut() {
                 lay_out(path, printed, turn)?;
@@ -73,7 +78,7 @@ fn lay_out(path: &Path, printed: &mut Printed, turn: Orientation) -> Result<(), 
         points.extend(mirrored);
     }
     let rows = rows_of(&points);
-    let mut rows = rows.map_err(|findings| TableFiles { files: vec![(path, printed)] }.errors(findings))?;
+    let mut rows = rows.map_err(|findings| TableFiles::of_whole(path, printed).errors(findings))?;
     if turn == Orientation::Half {
         rows.truncate(rows.len() / 2 + 1);
     }

@@ -10,7 +10,8 @@ use super::contour_table::{self, Orientation};
 use super::job_files::JobFiles;
 use super::lift_context::LiftContext;
 use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
-use super::lift_text::{self, AngleUnitFile, Printed, TextFormat};
+use super::lift_preset::LiftPreset;
+use super::lift_text::{self, AngleUnitFile, Content, Printed, TextFormat};
 use super::locate::Located;
 use super::schema;
 use super::table_files::TableFiles;
@@ -19,16 +20,20 @@ use super::{ConfigError, FileLocation};
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::halves::{check_flank, whole_turn};
 use camwright::cam::lift::law::alternatives;
+use camwright::cam::lift::uneven::{evenly_spaced, with_base_circle};
 use camwright::cam::lift::{
     LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable, TableMethod, TableReading,
 };
 use camwright::math::units::mm_from_um;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Finest resolution a table is read to where the job declares none (mm): all the digits of a double say no more.
 const FINEST_RESOLUTION_MM: f64 = 1e-9;
+
+/// The same of a table at uneven angles (mm): the spline between its rows is not better than that.
+const UNEVEN_RESOLUTION_MM: f64 = 1e-4;
 
 /// Default position of the nose of a half table (cam deg): opposite the centre of the base circle.
 const NOSE_DEG: f64 = 180.0;
@@ -67,7 +72,9 @@ pub struct LiftFile {
     conjugate_at_deg: Option<f64>,
     /// A journal: no lift.
     round: Option<bool>,
-    /// Names of the columns of a table. Default: the header of the file.
+    /// Format of a control or program that wrote the table. Default: none.
+    preset: Option<LiftPreset>,
+    /// Names of the columns of a table. Default: the header of the file, or those of the preset.
     #[schemars(length(min = 1, max = 20))]
     columns: Option<Vec<String>>,
     /// Meaning of a column of angles. Default: cam, or as named by the columns.
@@ -76,6 +83,14 @@ pub struct LiftFile {
     header_lines: Option<usize>,
     /// Numbers have a decimal comma; columns are then separated by semicolons, tabs or blanks. Default: false.
     decimal_comma: Option<bool>,
+    /// Lift of the largest value in a column `lift_share`.
+    #[schemars(range(min = 1e-3, max = 1000.0))]
+    scale_mm: Option<f64>,
+    /// The rows of a whole table stand at uneven angles: a periodic cubic spline through them gives the rows at even angles.
+    /// Default: false, or as the preset has it.
+    uneven: Option<bool>,
+    /// A whole table holds the lift event only: the rest of the turn is the base circle. Default: false, or as the preset has it.
+    event_only: Option<bool>,
     /// Cam angle from row to row of a table without angles. Default: the rows divide the turn.
     #[schemars(range(min = 1e-6, max = 360.0))]
     step_cam_deg: Option<f64>,
@@ -87,7 +102,8 @@ pub struct LiftFile {
     /// Cam angle of the file's angle 0; of a half table: of the nose. Default: 0, of half tables 180.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     zero_deg: Option<f64>,
-    /// Resolution of the figures; the lift law stays within half of it. Default: the last printed digit.
+    /// Resolution of the figures; the lift law stays within half of it. Default: the last printed digit, of uneven tables at
+    /// least 0.0001.
     #[schemars(range(min = 1e-9, max = 1.0))]
     resolution_mm: Option<f64>,
     /// Curve through the table. Default: smoothest.
@@ -204,12 +220,16 @@ fn read_formula(file: &LiftFile, profile: &LiftContext<'_>) -> Option<Result<Pro
 /// Keys that mean nothing for the source that is given.
 fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Vec<ConfigError>> {
     let for_tables = [
+        ("preset", file.preset.is_some()),
         ("columns", file.columns.is_some()),
         ("angle", file.angle.is_some()),
         ("header_lines", file.header_lines.is_some()),
         ("decimal_comma", file.decimal_comma.is_some()),
         ("step_cam_deg", file.step_cam_deg.is_some()),
         ("step_crank_deg", file.step_crank_deg.is_some()),
+        ("scale_mm", file.scale_mm.is_some()),
+        ("uneven", file.uneven.is_some()),
+        ("event_only", file.event_only.is_some()),
         ("mirrored", file.mirrored.is_some()),
         ("zero_deg", file.zero_deg.is_some()),
         ("resolution_mm", file.resolution_mm.is_some()),
@@ -225,9 +245,15 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
     for (key, _) in for_tables.iter().filter(|(_, given)| is_formula && *given) {
         errors.extend(profile.refuse(key, format!("{key} is about a table; this lift is a formula")));
     }
-    if file.mirrored.is_some() && file.table.is_none() && !is_formula {
-        let message = "mirrored is about a whole table; a half table has its direction by its nose";
-        errors.extend(profile.refuse("mirrored", message));
+    let for_whole_tables = [
+        ("mirrored", file.mirrored.is_some(), "a half table has its direction by its nose"),
+        ("uneven", file.uneven.is_some(), "the rows of a half table stand at even angles"),
+        ("event_only", file.event_only.is_some(), "a half table ends on the base circle"),
+        ("preset", file.preset.is_some(), "declare the columns of a half table"),
+    ];
+    let is_half = file.table.is_none() && !is_formula;
+    for (key, _, why) in for_whole_tables.iter().filter(|(_, given, _)| *given && is_half) {
+        errors.extend(profile.refuse(key, format!("{key} is about a whole table; {why}")));
     }
     let for_segments = [("start_deg", file.start_deg.is_some()), ("repeat", file.repeat.is_some())];
     for (key, _) in for_segments.iter().filter(|(_, given)| *given && file.segments.is_none()) {
@@ -279,14 +305,25 @@ impl LiftFile {
             decimal_comma: self.decimal_comma.unwrap_or(false),
             step_deg: self.step_cam_deg.or(self.step_crank_deg),
             mm_per_deg,
+            preset: self.preset,
+            scale_mm: self.scale_mm,
         }
     }
 
+    fn is_uneven(&self) -> bool {
+        self.uneven.unwrap_or(self.preset.is_some_and(LiftPreset::uneven))
+    }
+
+    fn is_event_only(&self) -> bool {
+        self.event_only.unwrap_or(self.preset.is_some_and(LiftPreset::event_only))
+    }
+
     fn declaration(&self, printed: &Printed) -> LiftDeclaration {
+        let finest_mm = if self.is_uneven() { UNEVEN_RESOLUTION_MM } else { FINEST_RESOLUTION_MM };
         LiftDeclaration {
             form: printed.form,
             angle_unit: printed.angle.core(),
-            resolution_mm: self.resolution_mm.unwrap_or(printed.last_digit_mm.max(FINEST_RESOLUTION_MM)),
+            resolution_mm: self.resolution_mm.unwrap_or(printed.last_digit_mm.max(finest_mm)),
             unit: printed.unit,
             smooth_within_mm: self.smooth_within_um.map_or(0.0, mm_from_um),
             blocks: None,
@@ -318,18 +355,12 @@ fn read_table(
             if printed.form == LiftForm::Absolute && angles_descend(&printed.rows) {
                 printed.rows.reverse();
             }
-            let declaration = file.declaration(&printed);
-            let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
-            let read = LiftTable::read(&printed.rows, &declaration);
-            let table = places.table(read, &mut warnings)?;
-            let table = if file.mirrored == Some(true) { table.mirrored() } else { table };
-            let turned = table.turned_by(file.zero_deg.unwrap_or(0.0));
-            (turned.map_err(|error| profile.refuse("zero_deg", error))?, vec![located.path.clone()])
+            (whole_table(file, profile, &located.path, printed, &mut warnings)?, vec![located.path.clone()])
         }
         LiftSource::Half(located) => {
             let mut printed = lift_text::read(located, &format)?;
             base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Orientation::Half)?;
-            let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
+            let places = TableFiles::of_flanks(vec![(located.path.as_path(), &printed)]);
             (flanks(file, profile, &places, &mut warnings)?, vec![located.path.clone()])
         }
         LiftSource::Halves { closing, opening } => {
@@ -343,7 +374,7 @@ fn read_table(
             let files = &mut [(closing.path.as_path(), &mut first), (opening.path.as_path(), &mut second)];
             base_mm = contour_table::make_lifts(files, Orientation::Half)?;
             let places =
-                TableFiles { files: vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)] };
+                TableFiles::of_flanks(vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)]);
             (flanks(file, profile, &places, &mut warnings)?, vec![closing.path.clone(), opening.path.clone()])
         }
     };
@@ -371,6 +402,55 @@ fn read_table(
     Ok(ProfileLift { law, table: Some(table), files, others, warnings, own })
 }
 
+/// One table with a whole turn, or with the lift event of one.
+fn whole_table(
+    file: &LiftFile,
+    profile: &LiftContext<'_>,
+    path: &Path,
+    mut printed: Printed,
+    warnings: &mut Vec<ConfigError>,
+) -> Result<LiftTable, Vec<ConfigError>> {
+    let declaration = file.declaration(&printed);
+    let is_lift = printed.content == Content::Lift && printed.form == LiftForm::Absolute;
+    for (key, given) in [("event_only", file.is_event_only()), ("uneven", file.is_uneven())] {
+        if given && !is_lift {
+            return Err(profile.refuse(key, format!("{key} is about a table of lifts; this one holds something else")));
+        }
+        if given && !printed.findings.is_empty() {
+            return Err(TableFiles::of_whole(path, &printed).errors(Vec::new()));
+        }
+    }
+    if file.is_event_only() {
+        let rows = with_base_circle(&printed.rows, &declaration);
+        printed.rows = rows.map_err(|findings| TableFiles::of_whole(path, &printed).errors(findings))?;
+    }
+    let zero_deg = file.zero_deg.unwrap_or(0.0);
+    if !file.is_uneven() {
+        let files = TableFiles::of_whole(path, &printed);
+        let table = files.table(LiftTable::read(&printed.rows, &declaration), warnings)?;
+        let table = if file.mirrored == Some(true) { table.mirrored() } else { table };
+        return table.turned_by(zero_deg).map_err(|error| profile.refuse("zero_deg", error));
+    }
+    // Between even angles every zero is as good as another: the rows are placed before the spline.
+    let per_cam_deg = declaration.angle_unit.turn_deg() / 360.0;
+    let sense = if file.mirrored == Some(true) { -1.0 } else { 1.0 };
+    for row in &mut printed.rows {
+        row.angle_deg = row.angle_deg.map(|angle| sense * angle + zero_deg * per_cam_deg);
+    }
+    if sense < 0.0 {
+        printed.rows.reverse();
+    }
+    let rows = evenly_spaced(&printed.rows, &declaration);
+    let mut rows = rows.map_err(|findings| TableFiles::of_whole(path, &printed).errors(findings))?;
+    // What the spline says beyond two digits more than the rows have is nothing; without it the table has a last digit.
+    let step = 0.01 * printed.last_digit_mm;
+    for row in &mut rows {
+        row.value_mm = step * (row.value_mm / step).round();
+    }
+    printed.rows = rows;
+    TableFiles::of_whole(path, &printed).table(LiftTable::read(&printed.rows, &declaration), warnings)
+}
+
 /// Returns true for rows from the largest angle down to the smallest. A lift stands beside its angle, so their order is free.
 fn angles_descend(rows: &[LiftRow]) -> bool {
     let descends = |pair: &[LiftRow]| pair[0].angle_deg.zip(pair[1].angle_deg).is_some_and(|(a, b)| a > b);
@@ -395,7 +475,7 @@ fn flanks(
             let message = "a half table without angles needs its step declared: step_cam_deg or step_crank_deg";
             return Err(vec![ConfigError::at(FileLocation::file(path), message)]);
         }
-        let alone = TableFiles { files: vec![(path, printed)] };
+        let alone = TableFiles::of_flanks(vec![(path, printed)]);
         let (findings, doubts) = check_flank(&printed.rows, &file.declaration(printed));
         if findings.is_empty() {
             warnings.extend(doubts.iter().map(|doubt| alone.doubt(doubt)));
@@ -434,7 +514,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     }
     // What the header says its angles are is what they are, where no job declares them.
     let header = located.text.lines().map(str::trim).find(|line| line.contains(AngleUnitFile::Crank.column()));
-    if header.is_some_and(|line| !line.starts_with('#')) && !gives("angle") && !gives("columns") {
+    if header.is_some_and(|line| !line.starts_with('#')) && !gives("angle") && !gives("columns") && !gives("preset") {
         keys.push("angle=crank".into());
     }
     keys.extend(overrides.iter().cloned());

@@ -8,12 +8,14 @@
 //! 0,0;0,000                       rows: semicolon, |, tab, comma or blanks; decimal commas if declared
 //! ```
 
+use super::lift_preset::LiftPreset;
 use super::locate::Located;
 use super::{ConfigError, FileLocation};
 use camwright::cam::lift::points::ContourPoint;
 use camwright::cam::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::Path;
 
 /// Declared unit of the angles of a table.
@@ -61,6 +63,10 @@ pub struct TextFormat {
     pub step_deg: Option<f64>,
     /// Arc of a degree of the arm (mm), for an oscillating follower.
     pub mm_per_deg: Option<f64>,
+    /// Format of a control or program.
+    pub preset: Option<LiftPreset>,
+    /// Lift of the largest value in a column `lift_share` (mm).
+    pub scale_mm: Option<f64>,
 }
 
 /// Content of a table.
@@ -72,6 +78,8 @@ pub enum Content {
     Radius,
     /// Points of the contour.
     Points,
+    /// Deviations from the contour, as reports of measuring machines have them.
+    Deviation,
 }
 
 /// The text of a table as numbers.
@@ -98,13 +106,38 @@ pub struct Printed {
     pub doubts: Vec<ConfigError>,
 }
 
+/// Scale of printed angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum AngleScale {
+    /// Degrees per printed unit.
+    Degrees(f64),
+    /// Shares of the largest angle, which is one turn.
+    Share,
+}
+
+/// Scale of printed lifts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum LiftScale {
+    /// Millimetres per printed unit.
+    Millimetres(f64),
+    /// Degrees of a follower's arm.
+    ArmDegrees,
+    /// Shares of the largest lift, which the job declares.
+    Share,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum TableColumn {
-    Angle(AngleUnitFile),
-    /// Lifts or increments; what a unit is in mm, none for degrees of an arm.
+    Angle {
+        unit: AngleUnitFile,
+        scale: AngleScale,
+    },
+    /// Type of a segment of a KAS profile: only splines are read.
+    KasSegment,
+    /// Lifts or increments.
     Value {
         form: LiftForm,
-        mm_per_unit: Option<f64>,
+        scale: LiftScale,
         unit: LengthUnit,
     },
     /// Radii of the contour.
@@ -112,19 +145,35 @@ enum TableColumn {
     /// The first coordinate of its points, towards azimuth 0.
     X(LengthUnit),
     Y(LengthUnit),
+    /// Deviations along the normal (mm per printed unit).
+    Deviation(f64, LengthUnit),
     Ignored,
 }
 
-const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, lift_inch, lift_deg, increment_mm, \
+const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, cam_angle_rad, crank_angle_rad, turn_share, lift_mm, lift_um, \
+                     lift_inch, lift_deg, lift_1e-4_mm, lift_share, kas_segment, increment_mm, \
                      increment_um, increment_inch, increment_deg, azimuth_deg, radius_mm, radius_inch, x_mm, y_mm, x_inch, y_inch";
 
+const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
+
 fn column(name: &str) -> Option<TableColumn> {
-    let value = |form, mm_per_unit, unit| Some(TableColumn::Value { form, mm_per_unit: Some(mm_per_unit), unit });
-    let degrees = |form| Some(TableColumn::Value { form, mm_per_unit: None, unit: LengthUnit::Millimetre });
+    let value = |form, mm, unit| Some(TableColumn::Value { form, scale: LiftScale::Millimetres(mm), unit });
+    let scaled = |form, scale| Some(TableColumn::Value { form, scale, unit: LengthUnit::Millimetre });
+    let degrees = |form| scaled(form, LiftScale::ArmDegrees);
+    let angle = |unit, deg| Some(TableColumn::Angle { unit, scale: AngleScale::Degrees(deg) });
     match name {
         "block" | "-" => Some(TableColumn::Ignored),
-        "cam_angle_deg" | "azimuth_deg" => Some(TableColumn::Angle(AngleUnitFile::Cam)),
-        "crank_angle_deg" => Some(TableColumn::Angle(AngleUnitFile::Crank)),
+        "cam_angle_deg" | "azimuth_deg" => angle(AngleUnitFile::Cam, 1.0),
+        "crank_angle_deg" => angle(AngleUnitFile::Crank, 1.0),
+        "cam_angle_rad" => angle(AngleUnitFile::Cam, DEG_PER_RAD),
+        "crank_angle_rad" => angle(AngleUnitFile::Crank, DEG_PER_RAD),
+        "turn_share" => Some(TableColumn::Angle { unit: AngleUnitFile::Cam, scale: AngleScale::Share }),
+        "lift_share" => scaled(LiftForm::Absolute, LiftScale::Share),
+        "kas_segment" => Some(TableColumn::KasSegment),
+        "lift_1e-4_mm" => value(LiftForm::Absolute, 1e-4, LengthUnit::Millimetre),
+        "deviation_um" => Some(TableColumn::Deviation(1e-3, LengthUnit::Millimetre)),
+        "deviation_mm" => Some(TableColumn::Deviation(1.0, LengthUnit::Millimetre)),
+        "deviation_inch" => Some(TableColumn::Deviation(LengthUnit::Inch.mm(), LengthUnit::Inch)),
         "radius_mm" => Some(TableColumn::Radius(LengthUnit::Millimetre)),
         "radius_inch" => Some(TableColumn::Radius(LengthUnit::Inch)),
         "x_mm" => Some(TableColumn::X(LengthUnit::Millimetre)),
@@ -169,10 +218,21 @@ impl Separator {
     }
 }
 
+#[derive(Debug, Clone, Copy)]
+struct AngleColumn {
+    index: usize,
+    unit: AngleUnitFile,
+    scale: AngleScale,
+}
+
 /// Columns with what they mean.
 struct TableColumns {
-    angle: Option<(usize, AngleUnitFile)>,
+    angle: Option<AngleColumn>,
     value: usize,
+    /// The values are shares of the largest.
+    is_share: bool,
+    /// Column of the types of segments of a KAS profile.
+    kas_segment: Option<usize>,
     /// For points: column of y; `value` is x.
     second: Option<usize>,
     content: Content,
@@ -191,7 +251,9 @@ pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<Confi
     let path = &located.path;
     let text = located.text.trim_start_matches('\u{feff}');
     let lines = text.lines().count();
-    let SortedLines { titles, mut comments, body } = sorted(path, text, format.header_lines.unwrap_or(0).min(lines))?;
+    let framed = format.preset.map(|preset| preset.rows(path, text)).transpose()?.unwrap_or(0..lines);
+    let skipped = format.header_lines.unwrap_or(0).min(lines).max(framed.start);
+    let SortedLines { titles, mut comments, body } = sorted(path, text, skipped..framed.end)?;
     let at = |number: u64, message: String| vec![ConfigError::at(FileLocation::line(path, number), message)];
     let Some(&(first_row, first_text)) = body.first() else {
         return Err(match titles.last() {
@@ -211,7 +273,7 @@ pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<Confi
         ));
     }
     comments.extend(titles.iter().filter(|(number, _)| header != Some(*number)));
-    let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnitFile::Cam), |(_, angle)| angle);
+    let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnitFile::Cam), |column| column.unit);
     if columns.angle.is_some() && format.step_deg.is_some() {
         let message = "the table has a column of angles, and the job declares a step as if it had none";
         return Err(at(header.unwrap_or(first_row), message.into()));
@@ -230,10 +292,29 @@ pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<Confi
         last_digit_mm: columns.mm_per_unit,
         lines,
         findings: Vec::new(),
-        doubts: doubts(path, &comments, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
+        doubts: doubts(path, &comments, columns.unit, columns.angle.map(|column| column.unit).or(format.angle)),
     };
     read_rows(&mut printed, path, &body, &columns, separator, format);
+    scale_shares(&mut printed, &columns, format);
     Ok(printed)
+}
+
+/// Scales shares of the largest angle and of the largest lift.
+fn scale_shares(printed: &mut Printed, columns: &TableColumns, format: &TextFormat) {
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+    if columns.angle.is_some_and(|column| column.scale == AngleScale::Share) {
+        let turn = largest(&mut printed.rows.iter().filter_map(|row| row.angle_deg));
+        for row in &mut printed.rows {
+            row.angle_deg = row.angle_deg.map(|share| share * (360.0 / turn));
+        }
+    }
+    if let Some(scale_mm) = format.scale_mm.filter(|_| columns.is_share) {
+        let mm_per_share = scale_mm / largest(&mut printed.rows.iter().map(|row| row.value_mm));
+        for row in &mut printed.rows {
+            row.value_mm *= mm_per_share;
+        }
+        printed.last_digit_mm *= mm_per_share;
+    }
 }
 
 /// Cells with a decimal comma, each with its line.
@@ -255,9 +336,11 @@ impl Example<'_> {
     /// The key `lift` of a job for this table. Columns that a header names keep their names.
     fn declaration(&self, header: &[String]) -> String {
         let is_value = |name: &str| {
-            column(name).is_some_and(|known| !matches!(known, TableColumn::Angle(_) | TableColumn::Ignored))
+            column(name).is_some_and(|known| {
+                !matches!(known, TableColumn::Angle { .. } | TableColumn::Ignored | TableColumn::KasSegment)
+            })
         };
-        let is_angle = |name: &str| matches!(column(name), Some(TableColumn::Angle(_)));
+        let is_angle = |name: &str| matches!(column(name), Some(TableColumn::Angle { .. }));
         let is_inch = |name: &&String| ["inch", "zoll"].iter().any(|word| name.to_lowercase().contains(word));
         let mut needs_angle = self.cells > 1 && !header.iter().any(|name| is_angle(name));
         let mut needs_value = !header.iter().any(|name| is_value(name));
@@ -291,11 +374,11 @@ struct SortedLines<'a> {
     body: Vec<(u64, &'a str)>,
 }
 
-fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<SortedLines<'a>, Vec<ConfigError>> {
+fn sorted<'a>(path: &Path, text: &'a str, rows: Range<usize>) -> Result<SortedLines<'a>, Vec<ConfigError>> {
     let mut titles: Vec<(u64, &str)> = Vec::new();
-    let mut comments: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(skipped).collect();
+    let mut comments: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(rows.start).collect();
     let mut body: Vec<(u64, &str)> = Vec::new();
-    for (number, line) in (1_u64..).zip(text.lines()).skip(skipped) {
+    for (number, line) in (1_u64..).zip(text.lines()).take(rows.end).skip(rows.start) {
         let content = line.split('#').next().unwrap_or("").trim();
         if content.is_empty() || content.starts_with("//") || content.starts_with(['!', '%', '*']) {
             comments.push((number, line));
@@ -333,8 +416,12 @@ fn read_rows(
             }),
             None => f64::NAN,
         };
-        let (mut angle_deg, mut value) = (columns.angle.map(|(index, _)| number_of(index)), number_of(columns.value));
+        let (mut angle_deg, mut value) =
+            (columns.angle.map(|column| number_of(column.index)), number_of(columns.value));
         let second = columns.second.map(&mut number_of);
+        if let Some(kind) = columns.kas_segment.and_then(|index| cells.get(index)).filter(|kind| **kind != "SPLINE") {
+            refuse(format!("segment {kind}: of a KAS profile only segments SPLINE are read"));
+        }
         if cells.len() != columns.count {
             refuse(format!("{} columns, the header has {}", cells.len(), columns.count));
             (angle_deg, value) = (angle_deg.map(|_| f64::NAN), f64::NAN);
@@ -349,6 +436,9 @@ fn read_rows(
             continue;
         }
         let stepped = || format.step_deg.map(|step| index as f64 * step);
+        if let Some(AngleColumn { scale: AngleScale::Degrees(deg), .. }) = columns.angle {
+            angle_deg = angle_deg.map(|angle| angle * deg);
+        }
         printed.rows.push(LiftRow {
             line,
             angle_deg: angle_deg.or_else(stepped),
@@ -376,15 +466,20 @@ fn columns(
     let is_value = |name: &String| {
         matches!(
             column(name),
-            Some(TableColumn::Value { .. } | TableColumn::Radius(_) | TableColumn::X(_) | TableColumn::Y(_))
+            Some(
+                TableColumn::Value { .. }
+                    | TableColumn::Radius(_)
+                    | TableColumn::X(_)
+                    | TableColumn::Y(_)
+                    | TableColumn::Deviation(..)
+            )
         )
     };
     let header = titles.iter().rev().find(|(_, text)| names(text).iter().any(is_value));
     let refuse = |number, message: String| vec![ConfigError::at(FileLocation::line(path, number), message)];
-    let declared_angle = || format.angle.unwrap_or(AngleUnitFile::Cam);
-    if let Some(declared) = &format.columns {
-        let columns =
-            understand(declared, format.angle, format.mm_per_deg).map_err(|message| refuse(first_row, message))?;
+    let preset = || format.preset.map(|preset| preset.columns(example.cells));
+    if let Some(declared) = &format.columns.clone().or_else(preset) {
+        let columns = understand(declared, None, format).map_err(|message| refuse(first_row, message))?;
         // A header that the file has all the same must not say something else.
         for (number, text) in titles {
             for (index, name) in names(text).into_iter().enumerate() {
@@ -400,8 +495,8 @@ fn columns(
     }
     match (header, titles.last()) {
         (Some((number, text)), _) => {
-            let columns = understand(&names(text), Some(declared_angle()), format.mm_per_deg)
-                .map_err(|error| refuse(*number, error))?;
+            let columns =
+                understand(&names(text), Some(AngleUnitFile::Cam), format).map_err(|error| refuse(*number, error))?;
             Ok((columns, Some(*number)))
         }
         (None, Some((number, text))) => {
@@ -428,15 +523,21 @@ fn columns(
 /// Checks columns that a job declares.
 pub(super) fn check_columns(format: &TextFormat) -> Result<(), String> {
     let Some(declared) = &format.columns else { return Ok(()) };
-    understand(declared, format.angle, format.mm_per_deg).map(|_| ())
+    understand(declared, None, format).map(|_| ())
 }
 
-/// Columns by their names; `angle` is what the angles must be, `mm_per_deg` what a degree of lift is.
-fn understand(names: &[String], angle: Option<AngleUnitFile>, mm_per_deg: Option<f64>) -> Result<TableColumns, String> {
+/// Columns by their names; `default_angle` is what the angles must be where the job does not declare it.
+fn understand(
+    names: &[String],
+    default_angle: Option<AngleUnitFile>,
+    format: &TextFormat,
+) -> Result<TableColumns, String> {
     type Found = (usize, Content, LiftForm, f64, LengthUnit);
     let mut found: Option<Found> = None;
+    let mut is_share = false;
+    let mut kas_segment = None;
     let mut second: Option<(usize, LengthUnit)> = None;
-    let mut angles: Option<(usize, AngleUnitFile)> = None;
+    let mut angles: Option<AngleColumn> = None;
     for (index, name) in names.iter().enumerate() {
         let mut take = |new: Found| match found.replace(new) {
             None => Ok(()),
@@ -450,25 +551,34 @@ fn understand(names: &[String], angle: Option<AngleUnitFile>, mm_per_deg: Option
         let contour = |content, unit: LengthUnit| (index, content, LiftForm::Absolute, unit.mm(), unit);
         match column(name) {
             Some(TableColumn::Ignored) => {}
-            Some(TableColumn::Angle(unit)) => match angle {
+            Some(TableColumn::KasSegment) => kas_segment = Some(index),
+            Some(TableColumn::Angle { unit, scale }) => match format.angle.or(default_angle) {
                 Some(declared) if declared != unit => {
                     return Err(format!("column {name}, but the job declares {}", declared.column()));
                 }
                 _ if angles.is_some() => return Err("two columns of angles; one is needed".into()),
-                _ => angles = Some((index, unit)),
+                _ => angles = Some(AngleColumn { index, unit, scale }),
             },
+            Some(TableColumn::Deviation(mm, unit)) => {
+                take((index, Content::Deviation, LiftForm::Absolute, mm, unit))?;
+            }
             Some(TableColumn::Radius(unit)) => take(contour(Content::Radius, unit))?,
             Some(TableColumn::X(unit)) => take(contour(Content::Points, unit))?,
             Some(TableColumn::Y(_)) if second.is_some() => return Err("two columns of y; one is needed".into()),
             Some(TableColumn::Y(unit)) => second = Some((index, unit)),
-            Some(TableColumn::Value { form, mm_per_unit, unit }) => match mm_per_unit.or(mm_per_deg) {
-                Some(mm_per_unit) => take((index, Content::Lift, form, mm_per_unit, unit))?,
-                None => {
-                    return Err(format!(
-                        "column {name} holds the angle of an arm, and no follower that swings is given"
-                    ));
-                }
-            },
+            Some(TableColumn::Value { form, scale, unit }) => {
+                let mm_per_unit = match scale {
+                    LiftScale::Millimetres(mm) => mm,
+                    LiftScale::ArmDegrees => format.mm_per_deg.ok_or_else(|| {
+                        format!("column {name} holds the angle of an arm, and no follower that swings is given")
+                    })?,
+                    LiftScale::Share => format.scale_mm.map(|_| 1.0).ok_or_else(|| {
+                        format!("column {name} holds shares of the largest lift; `scale_mm` must say how large that is")
+                    })?,
+                };
+                is_share = scale == LiftScale::Share;
+                take((index, Content::Lift, form, mm_per_unit, unit))?;
+            }
             None => return Err(format!("unknown column {name:?}; known are {KNOWN}")),
         }
     }
@@ -482,11 +592,17 @@ fn understand(names: &[String], angle: Option<AngleUnitFile>, mm_per_deg: Option
         (Content::Points, Some(_)) if angles.is_some() => {
             return Err("a column of angles beside x and y, which say the azimuth themselves".into());
         }
-        (Content::Lift | Content::Radius, Some(_)) => return Err("a column of y needs one of x".into()),
+        (Content::Lift | Content::Radius | Content::Deviation, Some(_)) => {
+            return Err("a column of y needs one of x".into());
+        }
         _ => {}
     }
+    if format.scale_mm.is_some() && !is_share {
+        return Err("scale_mm is about a column lift_share; the table has none".into());
+    }
     let second = second.map(|(index, _)| index);
-    Ok(TableColumns { angle: angles, value, second, content, form, mm_per_unit, unit, count: names.len() })
+    let count = names.len();
+    Ok(TableColumns { angle: angles, value, is_share, kas_segment, second, content, form, mm_per_unit, unit, count })
 }
 
 fn begins_with_number(line: &str) -> bool {

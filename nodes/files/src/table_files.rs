@@ -8,9 +8,21 @@ use std::path::Path;
 /// The files of a table, the second one's lines counted on from the first one's.
 pub(super) struct TableFiles<'a> {
     pub(super) files: Vec<(&'a Path, &'a Printed)>,
+    /// One file holds the whole turn.
+    is_whole: bool,
 }
 
-impl TableFiles<'_> {
+impl<'a> TableFiles<'a> {
+    /// A file with a whole turn.
+    pub(super) fn of_whole(path: &'a Path, printed: &'a Printed) -> Self {
+        Self { files: vec![(path, printed)], is_whole: true }
+    }
+
+    /// Files with a flank each.
+    pub(super) fn of_flanks(files: Vec<(&'a Path, &'a Printed)>) -> Self {
+        Self { files, is_whole: false }
+    }
+
     fn place(&self, line: Option<usize>) -> FileLocation {
         let (first, printed) = self.files[0];
         match (line, self.files.get(1)) {
@@ -38,7 +50,13 @@ impl TableFiles<'_> {
     /// Findings of the text and of the core, row by row; a cell without a number is reported once, by the text.
     pub(super) fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
         let known: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
-        let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
+        let core = findings.iter().map(|finding| {
+            let text = format!(
+                "{finding}{}",
+                remedy(finding, self.is_whole).map_or(String::new(), |remedy| format!("; {remedy}"))
+            );
+            (finding, self.error(finding.line(), &text))
+        });
         let new = core.filter(|(finding, error)| {
             !(matches!(finding, LiftError::NotFinite { .. }) && known.iter().any(|old| old.place == error.place))
         });
@@ -48,7 +66,10 @@ impl TableFiles<'_> {
             (file, error.place.line)
         };
         errors.sort_by_key(order);
-        errors.dedup();
+        // One finding for each row: the first, because the others may only follow from it.
+        errors.dedup_by(|later, earlier| {
+            later == earlier || (later.place == earlier.place && later.place.line.is_some())
+        });
         errors
     }
 
@@ -67,5 +88,28 @@ impl TableFiles<'_> {
         }
         warnings.extend(doubts.iter().map(|doubt| self.doubt(doubt)));
         Ok(table)
+    }
+}
+
+/// The key of a job that makes a table acceptable if it is right as it is.
+fn remedy(finding: &LiftError, is_whole: bool) -> Option<&'static str> {
+    match finding {
+        LiftError::UnevenAngle { .. } | LiftError::MissingBlock { .. } if !is_whole => None,
+        LiftError::UnevenAngle { .. } => Some("`uneven: true` reads rows at uneven angles"),
+        LiftError::MissingBlock { .. } => {
+            Some("`event_only: true` if only the base circle is missing, `uneven: true` if the angles are uneven")
+        }
+        LiftError::RowGap { .. } => Some("`event_only: true` if only the base circle is missing"),
+        LiftError::BelowBase { .. } | LiftError::FlankEndsHigh { .. } => {
+            Some("`smooth_within_um` or a coarser `resolution_mm` allows more")
+        }
+        LiftError::Outlier { .. } | LiftError::Step { .. } | LiftError::Misclosure { .. } => {
+            Some("a coarser `resolution_mm` allows more, `smooth_within_um` does not")
+        }
+        LiftError::CrankDegrees { .. } => Some("declare crank degrees"),
+        LiftError::CamDegrees { .. } => {
+            Some("declare cam degrees, or `event_only: true` if only the base circle is missing")
+        }
+        _ => None,
     }
 }

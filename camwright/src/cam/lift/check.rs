@@ -93,7 +93,7 @@ pub(super) fn bad_resolution(declaration: &LiftDeclaration) -> Option<LiftError>
     (!good).then_some(LiftError::BadResolution { resolution_mm, min_mm, max_mm })
 }
 
-fn unusable_number(row: &LiftRow) -> Option<LiftError> {
+pub(super) fn unusable_number(row: &LiftRow) -> Option<LiftError> {
     let not_finite = |what, value| LiftError::NotFinite { line: row.line, what, value };
     match row.angle_deg {
         Some(angle) if !angle.is_finite() => Some(not_finite("the angle", angle)),

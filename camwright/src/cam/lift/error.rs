@@ -290,6 +290,20 @@ pub enum LiftError {
         /// Line of the previous row.
         previous_line: usize,
     },
+    /// Rows at uneven angles that are far apart.
+    #[error(
+        "line {line}: the row lies {gap_deg:.4} deg beyond that in line {previous_line}, at most {max_deg} deg are read over"
+    )]
+    RowGap {
+        /// Line of the file.
+        line: usize,
+        /// Angle between the two (deg).
+        gap_deg: f64,
+        /// Allowed (deg).
+        max_deg: f64,
+        /// Line of the previous row.
+        previous_line: usize,
+    },
     /// Points that go round more often than once, or not at all.
     #[error(
         "line {line}: up to here and back to the first the points go {covered_deg:.4} deg round the axis; it must be 360 deg"
@@ -352,6 +366,7 @@ impl LiftError {
             | Self::PointOnAxis { line }
             | Self::AzimuthTurnsBack { line, .. }
             | Self::PointGap { line, .. }
+            | Self::RowGap { line, .. }
             | Self::NotOnceRound { line, .. } => Some(line),
         }
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! rows ─► division ─► check ─► LiftTable ─► reading ─► LiftLaw ◄─ program (motion laws), formula
 //! half tables ─┤        ├─ outliers
-//! points ──────┘        └─ doubt
+//! points, uneven rows ──┘  └─ warning
 //! ```
 
 mod check;
@@ -17,6 +17,7 @@ pub mod program;
 pub mod reading;
 mod row_spacing;
 pub mod table;
+pub mod uneven;
 mod warning;
 
 pub use declaration::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow};

@@ -22,7 +22,7 @@ pub struct ContourPoint {
 }
 
 /// Largest azimuth between two points (deg): what lies between is guessed beyond it.
-const MAX_GAP_DEG: f64 = 30.0;
+pub(super) const MAX_GAP_DEG: f64 = 30.0;
 
 /// Largest radius (mm), as of a lift.
 const LARGEST_MM: f64 = 1000.0;
@@ -54,20 +54,25 @@ pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> 
     if !unusable.is_empty() {
         return Err(unusable);
     }
-    let polar = unwrapped(points)?;
-    let found: Vec<(f64, f64)> = polar.iter().map(|(azimuth, radius, _)| (*azimuth, *radius)).collect();
+    resampled(&unwrapped(points)?)
+}
+
+/// Rows at even angles (cam deg) from the periodic cubic spline through angles (rad, rising, less than a turn), values and lines; twice as
+/// many at least, each with the line of the row before it.
+pub(super) fn resampled(known: &[(f64, f64, usize)]) -> Result<Vec<LiftRow>, Vec<LiftError>> {
+    let found: Vec<(f64, f64)> = known.iter().map(|(angle, value, _)| (*angle, *value)).collect();
     let Some(spline) = UnevenCubic::interpolate(&found) else {
-        // Azimuths rise and are finite by now; what is left is a division finer than numbers.
-        return Err([LiftError::TooManyRows { count: points.len(), max: LiftTable::MAX_BLOCKS }].into());
+        // Angles rise and are finite by now; what is left is a division finer than numbers.
+        return Err([LiftError::TooManyRows { count: known.len(), max: LiftTable::MAX_BLOCKS }].into());
     };
-    let blocks = DIVISIONS.into_iter().find(|blocks| *blocks >= 2 * points.len()).unwrap_or(LiftTable::MAX_BLOCKS);
-    let first_rad = polar[0].0;
+    let blocks = DIVISIONS.into_iter().find(|blocks| *blocks >= 2 * known.len()).unwrap_or(LiftTable::MAX_BLOCKS);
+    let first_rad = known[0].0;
     let row = |block: usize| {
         let angle_deg = 360.0 * block as f64 / blocks as f64;
         let angle = rad_from_deg(angle_deg);
         let round = first_rad + crate::math::units::wrap_turn(angle - first_rad);
-        let before = polar.partition_point(|(azimuth, _, _)| *azimuth <= round).max(1) - 1;
-        LiftRow { line: polar[before].2, angle_deg: Some(angle_deg), value_mm: spline.value(angle) }
+        let before = known.partition_point(|(azimuth, _, _)| *azimuth <= round).max(1) - 1;
+        LiftRow { line: known[before].2, angle_deg: Some(angle_deg), value_mm: spline.value(angle) }
     };
     Ok((0..blocks).map(row).collect())
 }

@@ -177,7 +177,7 @@ fn one_column_needs_its_step_and_keeps_it() {
         errors,
         [
             "t.txt:72: the table covers 360.00 deg where one turn of the cam is 720 deg of the crank: these are cam degrees, \
-          declared are crank degrees"
+             declared are crank degrees; declare cam degrees, or `event_only: true` if only the base circle is missing"
         ]
     );
     let errors = read_one("double", &rows, "{table: t.txt, columns: [lift_mm], step_cam_deg: 10}").unwrap_err();
@@ -458,4 +458,141 @@ fn degrees_of_an_arm_become_its_arc() {
     assert!((lift.law.max_lift_mm() - 6.0 * mm_per_deg).abs() < 1e-12);
     let errors = folder.read(segments).unwrap_err();
     assert!(errors.len() == 2 && errors[0].contains("rise_deg is the angle of an arm"), "{errors:?}");
+}
+
+/// The law within `bound_mm` of [`wide_lobe_mm`], whatever division the table has.
+fn is_the_lobe(lift: &ProfileLift, bound_mm: f64) {
+    for k in 0..360 {
+        let angle_deg = f64::from(k);
+        let off = lift.law.sample(angle_deg.to_radians()).value - wide_lobe_mm(angle_deg);
+        assert!(off.abs() <= bound_mm, "{angle_deg} deg: {off} mm");
+    }
+    assert_eq!(lift.warnings, []);
+}
+
+/// A smooth lobe without corners between its rows: 5 mm high over ±90° about 180°.
+fn wide_lobe_mm(angle_deg: f64) -> f64 {
+    let x = (angle_deg - 180.0) / 90.0;
+    if x.abs() < 1.0 { 5.0 * (1.0 - x * x).powi(5) } else { 0.0 }
+}
+
+/// Angles of 0 to 360 that lie up to 0.3 of a degree off even ones.
+fn uneven_deg() -> Vec<f64> {
+    let off = |k: u32| if k == 0 || k == 360 { 0.0 } else { 0.3 * (2.3 * f64::from(k)).sin() };
+    (0..=360).map(|k| ((f64::from(k) + off(k)) * 1e4).round() / 1e4).collect()
+}
+
+#[test]
+fn a_kas_profile_is_read_by_its_largest_values() {
+    // 1000 is one turn; 800 is the largest lift of 5 mm.
+    let row = |angle: &f64| format!("{:.6};{:.5};SPLINE\n", angle / 0.36, wide_lobe_mm(*angle) * 160.0);
+    let rows: String = uneven_deg().iter().map(row).collect();
+    let text = format!("CYCLIC;YES;\nTABLE_BEGIN;;\n{rows}TABLE_END;;\n");
+    let lift = "{table: t.txt, preset: kas, scale_mm: 5}";
+    is_the_lobe(&read_one("kas", &text, lift).unwrap(), 6e-5);
+    assert_eq!(
+        read_one("kas-no-scale", &text, "{table: t.txt, preset: kas}").unwrap_err(),
+        ["t.txt:3: column lift_share holds shares of the largest lift; `scale_mm` must say how large that is"]
+    );
+    let cut = text.replace("TABLE_END;;\n", "");
+    assert_eq!(
+        read_one("kas-cut", &cut, lift).unwrap_err(),
+        [
+            "t.txt: no line TABLE_END: `preset: kas` needs the rows between TABLE_BEGIN and TABLE_END; is the file complete?"
+        ]
+    );
+    let line = text.replacen("SPLINE", "LINE", 1);
+    assert_eq!(
+        read_one("kas-line", &line, lift).unwrap_err(),
+        ["t.txt:3: segment LINE: of a KAS profile only segments SPLINE are read"]
+    );
+}
+
+#[test]
+fn a_cam_table_of_the_isg_kernel_is_read_in_its_unit() {
+    let rows: String = (0..720).map(|k| format!("{:.0} # {k}\n", wide_lobe_mm(f64::from(k) * 0.5) * 1e4)).collect();
+    let head = "Tablename = lobe # name\nTable-ID = 7\nFunctiontype = 2\nLines = 720\nBegintable # begin\n";
+    let text = format!("{head}{rows}EndTable # end\n");
+    let lift = read_one("isg", &text, "{table: t.txt, preset: isg}").unwrap();
+    let table = lift.table.as_ref().expect("a table");
+    assert!((table.blocks(), table.digit_mm()) == (720, 1e-4));
+    is_the_lobe(&lift, 1e-4);
+    assert_eq!(
+        read_one("isg-short", &text.replace("Lines = 720", "Lines = 721"), "{table: t.txt, preset: isg}").unwrap_err(),
+        ["t.txt:4: Lines = 721, but 720 rows follow; is the file complete?"]
+    );
+    let sections = text.replace("Functiontype = 2", "Functiontype = 5");
+    assert_eq!(
+        read_one("isg-sections", &sections, "{table: t.txt, preset: isg}").unwrap_err(),
+        [
+            "t.txt:3: Functiontype = 5: only interpolation points at even angles are read (0, 1 or 2), not sections of motion"
+        ]
+    );
+}
+
+#[test]
+fn points_of_a_codesys_cam_are_read_with_and_without_their_derivatives() {
+    let row = |angle: &f64, more: &str| format!("{angle:.4}\t{:.6}{more}\n", wide_lobe_mm(*angle));
+    for (name, more) in [("codesys2", ""), ("codesys4", "\t0.1\t-0.2")] {
+        let rows: String = uneven_deg().iter().map(|angle| row(angle, more)).collect();
+        is_the_lobe(&read_one(name, &rows, "{table: t.txt, preset: codesys}").unwrap(), 6e-5);
+    }
+}
+
+#[test]
+fn the_lift_event_of_an_engine_gets_its_base_circle() {
+    // From 180° to 540° of the crank, that is 90° to 270° of the cam.
+    let rows: String =
+        (0..=360).map(|k| format!("{},{:.4}\n", 180 + k, wide_lobe_mm(90.0 + f64::from(k) * 0.5))).collect();
+    let lift = read_one("engine", &rows, "{table: t.txt, preset: engine}").unwrap();
+    assert_eq!(lift.table.as_ref().expect("a table").blocks(), 720);
+    is_the_lobe(&lift, 1e-4);
+    // With its nose at the angle 0, and the base circle where the job puts it.
+    let rows: String =
+        (0..=360).map(|k| format!("{},{:.4}\n", k - 180, wide_lobe_mm(90.0 + f64::from(k) * 0.5))).collect();
+    is_the_lobe(&read_one("engine-nose", &rows, "{table: t.txt, preset: engine, zero_deg: 180}").unwrap(), 1e-4);
+    assert_eq!(
+        read_one("engine-whole", &rows, "{table: t.txt, preset: engine, event_only: false}").unwrap_err(),
+        [
+            "t.txt:361: the table covers 361.00 deg where one turn of the cam is 720 deg of the crank: these are cam degrees, \
+             declared are crank degrees; declare cam degrees, or `event_only: true` if only the base circle is missing"
+        ]
+    );
+    let cut: String = rows.lines().skip(100).map(|line| format!("{line}\n")).collect();
+    let errors = read_one("engine-cut", &cut, "{table: t.txt, preset: engine, zero_deg: 180}").unwrap_err();
+    assert!(matches!(&errors[..], [only] if only.starts_with("t.txt:1: the flank ends at a lift of ")), "{errors:?}");
+}
+
+/// u;s from 0 to 1, as cam designers hand over normalised laws, and angles in radians.
+#[test]
+fn a_normalised_table_is_scaled_and_radians_are_read() {
+    let rows: String = (0..=720)
+        .map(|k| format!("{:.8};{:.7}\n", f64::from(k) / 720.0, wide_lobe_mm(f64::from(k) * 0.5) / 5.0))
+        .collect();
+    let lift = "{table: t.txt, columns: [turn_share, lift_share], scale_mm: 5}";
+    is_the_lobe(&read_one("shares", &rows, lift).unwrap(), 1e-6);
+    let errors = read_one("scale", &rows, "{table: t.txt, columns: [turn_share, lift_mm], scale_mm: 5}").unwrap_err();
+    assert!(errors[0].ends_with("scale_mm is about a column lift_share; the table has none"), "{errors:?}");
+    let rows: String = (0..720)
+        .map(|k| format!("{:.8};{:.6}\n", (f64::from(k) * 0.5).to_radians(), wide_lobe_mm(f64::from(k) * 0.5)))
+        .collect();
+    is_the_lobe(&read_one("rad", &rows, "{table: t.txt, columns: [cam_angle_rad, lift_mm]}").unwrap(), 2e-6);
+}
+
+/// Mirrored and turned tables at uneven angles keep their rows exactly, whatever the zero.
+#[test]
+fn uneven_rows_are_mirrored_and_turned_before_they_are_read() {
+    let row = |angle: &f64| format!("{angle:.4};{:.6}\n", wide_lobe_mm(180.0 - (*angle - 77.7 - 180.0)));
+    let rows: String = uneven_deg().iter().take(360).map(row).collect();
+    let columns = "columns: [cam_angle_deg, lift_mm]";
+    // The lobe of the table has its nose at 257.7°; against its direction, and turned by 77.7° + 360°, it is at 180°.
+    let lift = format!("{{table: t.txt, {columns}, uneven: true, mirrored: true, zero_deg: 437.7}}");
+    is_the_lobe(&read_one("turned", &rows, &lift).unwrap(), 6e-5);
+    let errors = read_one("even", &rows, &format!("{{table: t.txt, {columns}}}")).unwrap_err();
+    assert!(errors[0].ends_with("; `uneven: true` reads rows at uneven angles"), "{errors:?}");
+    let half = read_one("half", "0;5\n1;4\n2;0\n", "{half_table: t.txt, uneven: true}").unwrap_err();
+    assert_eq!(
+        half,
+        ["job.yaml:1: profile p: uneven is about a whole table; the rows of a half table stand at even angles"]
+    );
 }
