@@ -8,6 +8,7 @@ mod changed_bag;
 mod support;
 
 mod file_mutations;
+mod learn;
 mod parameter_file;
 mod plan_command;
 mod refusals;

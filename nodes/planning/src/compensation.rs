@@ -2,12 +2,16 @@
 
 use super::{PreparedJob, simulate_outlines_on};
 use crate::{self as planning, SimulationFailed};
-use camwright::cam::compensation::{CompensationSpec, FormCurve, Learned, LearnedError, LobeLearning};
+use camwright::cam::compensation::{
+    CompensationSpec, FormCurve, Learned, LearnedError, LobeLearning, MAX_CORRECTION_MM,
+};
+use camwright::cam::gauge_report::{Alignment, GaugeReport, GaugeReportError};
 use camwright::machine::description::MachineDescription;
-use camwright::math::units::um_from_mm;
+use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright::planner::{LobeDesign, designs};
 use camwright_files::compensation_file::CurveFile;
 use camwright_files::convert::machine_now::MachineNow;
+use camwright_files::gauge_report_file::ReportTable;
 use camwright_files::job_file::{self, Job};
 use camwright_msgs::camwright_msgs::msg::LobeResult;
 use serde::{Deserialize, Serialize};
@@ -180,6 +184,114 @@ impl LearnedJob {
     }
 }
 
+/// Report of a measuring machine on a lobe of a job.
+#[derive(Debug, Clone)]
+pub struct LobeReport {
+    /// Name of the lobe.
+    pub lobe: String,
+    /// Name of the report in errors.
+    pub file: String,
+    pub table: ReportTable,
+}
+
+/// Correction of the next part from reports.
+#[derive(Debug, Clone)]
+pub struct ReportedCorrections {
+    /// Override of the job with the corrections of all its lobes.
+    pub override_text: String,
+    /// What was learned of each report.
+    pub lobes: Vec<ReportedLobe>,
+}
+
+/// Use of the report of one lobe.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ReportedLobe {
+    pub lobe: String,
+    pub values: usize,
+    /// Largest deviation in size, as reported and after the alignment (µm).
+    pub largest_um: f64,
+    pub aligned_largest_um: f64,
+    /// Root mean square of the harmonics that are learned (µm).
+    pub error_rms_um: f64,
+    pub size_um: f64,
+    pub eccentricity_um: f64,
+    /// Azimuth of the eccentricity in the frame of the lobe (deg).
+    pub eccentricity_at_deg: f64,
+    /// Rotation (deg); none where it cannot be separated from the eccentricity.
+    pub phase_deg: Option<f64>,
+    /// Largest correction of the next part (µm).
+    pub correction_um: f64,
+    /// The bounds of the job made the correction smaller.
+    pub is_bounded: bool,
+}
+
+/// Learns the correction of the next part from reports on a part that was ground with the corrections of this job. Lobes without a report
+/// keep their correction.
+///
+/// # Errors
+/// A lobe that the job does not have or that has two reports; a report that cannot be the lobe.
+pub fn learn_reports(
+    prepared: &PreparedJob,
+    reports: &[LobeReport],
+    alignment: Alignment,
+) -> Result<ReportedCorrections, String> {
+    let kept = prepared.job.spec.compensation.as_ref();
+    let spec = kept.map_or_else(CompensationSpec::default, |compensation| compensation.spec);
+    let mut learned = kept.map_or_else(Vec::new, |compensation| compensation.learned.clone());
+    let mut lobes: Vec<ReportedLobe> = Vec::new();
+    for LobeReport { lobe, file, table } in reports {
+        let designs = || prepared.planned.lobes.iter().map(|planned| &planned.design);
+        let Some(design) = designs().find(|design| design.name == *lobe) else {
+            let known: Vec<&str> = designs().map(|design| design.name.as_str()).collect();
+            return Err(format!("lobe is {lobe:?}; lobes of {}: {}", prepared.job.spec.name, known.join(", ")));
+        };
+        if lobes.iter().any(|reported| reported.lobe == *lobe) {
+            return Err(format!("lobe {lobe} has two reports; one is needed"));
+        }
+        let refuse = |error: GaugeReportError| format!("{file}: lobe {lobe}: {error}{}", remedy(&error));
+        let report = GaugeReport::new(table.kind, &table.values, &design.contour, design.phase_rad, spec.harmonics)
+            .map_err(refuse)?;
+        let aligned = report.without(alignment);
+        let error = aligned.curve(spec.harmonics, MAX_CORRECTION_MM).map_err(refuse)?;
+        let used = curve_of_lobe(&learned, lobe);
+        let mut learning = LobeLearning { correction: used, ..LobeLearning::new(&spec) };
+        let step = learning.learn(&spec, &error);
+        let mounting = report.mounting();
+        let eccentricity = mounting.eccentricity_mm;
+        lobes.push(ReportedLobe {
+            lobe: lobe.clone(),
+            values: table.values.len(),
+            largest_um: um_from_mm(report.largest_mm()),
+            aligned_largest_um: um_from_mm(aligned.largest_mm()),
+            error_rms_um: um_from_mm(error.rms_mm()),
+            size_um: um_from_mm(mounting.size_mm),
+            eccentricity_um: um_from_mm(eccentricity.norm()),
+            eccentricity_at_deg: deg_from_rad(eccentricity.y.atan2(eccentricity.x)),
+            phase_deg: mounting.phase_rad.map(deg_from_rad),
+            correction_um: um_from_mm(learning.correction.largest().0),
+            is_bounded: step == Learned::Bounded,
+        });
+        learned.retain(|learned| learned.lobe != *lobe);
+        learned.push(LearnedError { lobe: lobe.clone(), correction: learning.correction });
+    }
+    let lobes_text: Vec<String> = (learned.iter())
+        .map(|learned| format!("{{lobe: {}, {}}}", learned.lobe, CurveFile::from_curve(&learned.correction).flow()))
+        .collect();
+    Ok(ReportedCorrections { override_text: format!("form_compensation.learned=[{}]", lobes_text.join(", ")), lobes })
+}
+
+/// What to do about a report that cannot be used.
+fn remedy(error: &GaugeReportError) -> &'static str {
+    match error {
+        GaugeReportError::Gap { .. } => "; set form_compensation.harmonics, or measure more values",
+        GaugeReportError::Mirrored { .. } => "; use --mirrored",
+        GaugeReportError::TooLarge { .. } => {
+            "; if the mounting of the part in the gauge caused that: --align eccentricity,phase"
+        }
+        _ => "",
+    }
+}
+
 fn curve_of_lobe(learned: &[LearnedError], name: &str) -> FormCurve {
     learned.iter().find(|learned| learned.lobe == name).map(|learned| learned.correction.clone()).unwrap_or_default()
 }
@@ -299,6 +411,42 @@ mod tests {
         eprintln!("largest form error of each part: {worst_um:?} um");
         // Twice the largest deviation bounds peak to valley.
         assert!(worst_um.len() == 4 && 2.0 * worst_um[3] <= 2.0 && worst_um[3] < worst_um[0], "{worst_um:?}");
+    }
+
+    /// Radii of the simulated part as a measuring machine reports them, the part mounted 15 µm off centre: the next part, corrected by the
+    /// reports, has less than half the form error (gain 0.7).
+    #[test]
+    fn reports_of_a_measured_part_correct_the_next_one() {
+        use camwright::cam::gauge_report::{ReportKind, ReportedValue};
+        let ground = |set: &[String]| {
+            let prepared = prepare("four_lobe_camshaft", set, None).unwrap();
+            let description = prepared.machine.clone();
+            let (_, results, outlines) = simulate_outlines_on(&prepared, &description, |_, _| {}).unwrap();
+            let worst = results.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs()))).fold(0.0, f64::max);
+            (prepared, outlines, worst)
+        };
+        let set = short(&[]);
+        let (prepared, outlines, before_um) = ground(&set);
+        let value = |(index, count): (usize, usize), radius_mm: f64| {
+            let azimuth = index as f64 * std::f64::consts::TAU / count as f64;
+            let (x, y) = (radius_mm * azimuth.cos() + 0.012, radius_mm * azimuth.sin() - 0.009);
+            ReportedValue { line: index + 1, angle_rad: y.atan2(x), value_mm: x.hypot(y) }
+        };
+        let reports: Vec<LobeReport> = (prepared.planned.lobes.iter().zip(&outlines))
+            .map(|(lobe, radii)| {
+                let values = (0..radii.len()).step_by(4).map(|i| value((i, radii.len()), radii[i])).collect();
+                let table = ReportTable { kind: ReportKind::Radius, values };
+                LobeReport { lobe: lobe.design.name.clone(), file: "report".into(), table }
+            })
+            .collect();
+        let alignment = Alignment { eccentricity: true, ..Alignment::default() };
+        let learned = learn_reports(&prepared, &reports, alignment).unwrap();
+        for lobe in &learned.lobes {
+            assert!((lobe.eccentricity_um - 15.0).abs() < 3.0 && lobe.aligned_largest_um < 1.5 * before_um, "{lobe:?}");
+        }
+        let (_, _, after_um) = ground(&[set, vec![learned.override_text]].concat());
+        eprintln!("form error {before_um} um, after the report {after_um} um");
+        assert!(after_um < 0.5 * before_um, "{before_um} {after_um}");
     }
 
     /// A learned correction survives its file and the job: the same corrections, the same plan, wherever it is planned.

@@ -49,11 +49,14 @@ mod turn_summary;
 mod turning;
 
 pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any, prepare_any_timed};
+pub use camwright::cam::gauge_report::Alignment;
 pub use camwright_files::convert::machine_now::MachineNow;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
 pub use causes::{Causes, EffectRemoved, OtherMachine, causes};
 pub use check_file::check_file;
-pub use compensation::{LearnedJob, simulate_learned, with_learned};
+pub use compensation::{
+    LearnedJob, LobeReport, ReportedCorrections, ReportedLobe, learn_reports, simulate_learned, with_learned,
+};
 pub use deflection::{FORM_TOLERANCE_MM, LobeDeflection};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use error_location::blame;

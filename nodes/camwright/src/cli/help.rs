@@ -44,6 +44,24 @@ Example: camwright trace four_lobe_camshaft --lobe I1 --c 143.2 --turn 2
 
 Exit codes: 0 traced, 2 rejected";
 
+pub(super) const LEARN: &str = "\
+Examples:
+  camwright learn four_lobe_camshaft --report I1=gauge_I1.csv \
+    --report E1=gauge_E1.csv --align eccentricity --out second_part.yaml
+  camwright learn second_part.yaml --report I1=gauge_I1b.csv \
+    --columns cam_angle_deg,deviation_um --out third_part.yaml
+
+A report is a table of text: deviation_um, deviation_mm or deviation_inch over
+cam_angle_deg (along the normal, positive where material is left); lift_mm or
+lift_inch over cam_angle_deg or crank_angle_deg (for the follower of the job);
+or radius_mm over azimuth_deg from the keyway, or x_mm and y_mm. Lifts say
+nothing about the size.
+
+Without --align, size, eccentricity and phase count as errors of the part and
+are corrected with the form.
+
+Exit codes: 0 written, 2 rejected or not written";
+
 pub(super) const STUDY: &str = "\
 Examples:
   camwright study speed_and_infeed --out studies/first

@@ -77,6 +77,17 @@ pub(super) fn main(args: &InitArgs) -> ExitCode {
     }
 }
 
+/// Writes a file that must not exist yet.
+pub(super) fn write_new(path: &Path, text: &str) -> Result<(), String> {
+    let shown = path.display();
+    let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => format!("{shown} exists and is not overwritten; remove it or name another file"),
+        ErrorKind::NotFound => format!("{shown} cannot be written: its folder does not exist; create the folder first"),
+        _ => format!("{shown} cannot be written: {error}; name a file in a folder that you can write to"),
+    })?;
+    file.write_all(text.as_bytes()).map_err(|error| format!("{shown} cannot be written: {error}"))
+}
+
 fn init(args: &InitArgs) -> Result<(), String> {
     let path = args.file.clone().unwrap_or_else(|| args.kind.default_file());
     let is_printed = args.print || path == Path::new("-");
@@ -88,12 +99,7 @@ fn init(args: &InitArgs) -> Result<(), String> {
         return Ok(());
     }
     let shown = path.display().to_string();
-    let mut file = OpenOptions::new().write(true).create_new(true).open(&path).map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => format!("{shown} exists and is not overwritten; remove it or name another file"),
-        ErrorKind::NotFound => format!("{shown} cannot be written: its folder does not exist; create the folder first"),
-        _ => format!("{shown} cannot be written: {error}; name a file in a folder that you can write to"),
-    })?;
-    file.write_all(text.as_bytes()).map_err(|error| format!("{shown} cannot be written: {error}"))?;
+    write_new(&path, &text)?;
     say!("written: {shown}");
     say!("next:    camwright check {shown}");
     say!("         {}", args.kind.next(&shown));

@@ -14,6 +14,7 @@ mod drives;
 mod hal;
 mod help;
 mod init;
+mod learn;
 mod list;
 mod machine_text;
 mod operate;
@@ -64,6 +65,8 @@ enum CommandLine {
     Plan(plan::PlanArgs),
     /// Show where a commanded position comes from: table rows, limits, infeed.
     Trace(trace::TraceArgs),
+    /// Correct the next part by the reports of a measuring machine.
+    Learn(learn::LearnArgs),
     /// Run the cases of a study without ROS and find the best one.
     Study(study::StudyArgs),
     /// Write the NC program of a job and verify it.
@@ -133,6 +136,7 @@ pub fn main() -> ExitCode {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Trace(args) => trace::main(&args),
+        CommandLine::Learn(args) => learn::main(&args),
         CommandLine::Study(args) => study::main(&args),
         CommandLine::Post(args) => post::main(&args),
         CommandLine::Init(args) => init::main(&args),
