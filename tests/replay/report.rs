@@ -118,6 +118,28 @@ fn worst(report: &Value) -> (String, f64, f64) {
     (name, error(lobe), lobe["form_error_max_deg"].as_f64().expect("an angle"))
 }
 
+/// The inspection has a row of figures for every lobe: no lift error of a zone is larger than the form error allows.
+fn inspected(html: &str, report: &Value) {
+    let section = html.split("id=\"inspection\"").nth(1).and_then(|rest| rest.split("</table>").next());
+    let rows: Vec<&str> = section.expect("a table of the inspection").split("<tr>").skip(2).collect();
+    let lobes = report["lobes"].as_array().expect("lobes");
+    assert_eq!(rows.len(), lobes.len(), "{rows:?}");
+    for (row, lobe) in rows.iter().zip(lobes) {
+        let cells: Vec<String> = row
+            .split("<td")
+            .skip(1)
+            .map(|cell| cell.split(['>', '<']).nth(1).unwrap_or("").replace('−', "-"))
+            .collect();
+        let number = |cell: usize| cells[cell].parse::<f64>().unwrap_or_else(|_| panic!("{cells:?} at {cell}"));
+        assert_eq!(cells[0], lobe["name"], "{cells:?}");
+        // Twice the largest form error bounds size and runout of the base circle.
+        let bound_um = 2.0 * lobe["form_error_max_um"].as_f64().expect("a number").abs();
+        assert!(number(1).abs() <= bound_um, "{cells:?}, bound {bound_um}");
+        assert!(cells[4] == "–" || number(4) <= bound_um, "{cells:?}, bound {bound_um}");
+        assert_eq!(cells[9].matches('(').count(), 3, "{cells:?}");
+    }
+}
+
 fn grinding(name: &str, job: &str, set: &[&str], verdict: &str, cause: &[&str], holds: &[&str]) {
     let folder = Folder::new(&format!("report-{name}"));
     let (report, bag) = run(&folder, job, set);
@@ -125,6 +147,7 @@ fn grinding(name: &str, job: &str, set: &[&str], verdict: &str, cause: &[&str], 
     for section in holds {
         assert!(html.contains(section), "{name}: {section}");
     }
+    inspected(&html, &report);
     assert!(!html.contains("not recorded"), "{name}: everything that is drawn was recorded");
     assert!(html.contains("yes, to the same plan"), "{name}: planned again to the plan that was driven");
     let (lobe, error_um, deg) = worst(&report);

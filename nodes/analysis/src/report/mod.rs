@@ -18,6 +18,7 @@ mod findings;
 mod gather;
 mod gauging;
 mod head;
+mod inspection;
 mod job_timeline;
 mod judge;
 mod lag;
