@@ -19,7 +19,7 @@ use camwright_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use camwright_msgs::rcl_interfaces::msg::Log;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown};
+use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown, Subscription};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::os::unix::fs::PermissionsExt as _;
@@ -327,6 +327,25 @@ fn setpoints(bag: &Path) -> Vec<[[u64; 3]; 3]> {
     ticks.into_values().collect()
 }
 
+/// Recorder with a new bag, interpolator and planner beside the machine.
+fn recorded_cell(domain: &Domain, bag: &Path) -> (Guarded, Processes) {
+    let mut recorder = in_domain(env!("CARGO_BIN_EXE_run_logger"), domain);
+    recorder.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
+    let recorder = Guarded::start("run_logger", recorder.args(["-p", &format!("bag_dir:={}", bag.display())]));
+    (recorder, Processes::start_some(domain, NAMESPACE, &["axis_interpolator", "job_planner"]))
+}
+
+/// Numbers of the active alarms, whenever they change.
+fn subscribe_to_alarms(node: &Node) -> (Subscription, Receiver<BTreeSet<u16>>) {
+    let (sender, alarms) = channel();
+    let subscription = node
+        .subscribe("machine/alarms", &Qos::latched(1), move |message: MachineAlarms, _| {
+            let _over = sender.send(message.alarms.iter().map(|alarm| alarm.number).collect());
+        })
+        .expect("a subscription");
+    (subscription, alarms)
+}
+
 /// Waits until the recorder has subscribed to the setpoints; what is sent before is not in its bag.
 fn wait_for_recorder(node: &Node) {
     let topic = format!("{NAMESPACE}/machine/setpoints");
@@ -402,11 +421,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let domain = Domain::reserve();
     let mut machine = hal.node(&domain);
     let bag = fresh_bag("hal");
-    let mut recorder = in_domain(env!("CARGO_BIN_EXE_run_logger"), &domain);
-    recorder.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
-    let recorder = recorder.args(["-p", &format!("bag_dir:={}", bag.display())]);
-    let mut recorder = Guarded::start("run_logger", recorder);
-    let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
+    let (mut recorder, cell) = recorded_cell(&domain, &bag);
     let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
     let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
     let seen: Arc<Mutex<Vec<MachineStream>>> = Arc::default();
@@ -417,12 +432,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
             into.lock().expect("no panic").push(message);
         })
         .expect("a subscription");
-    let (sender, alarms) = channel();
-    let _alarms = node
-        .subscribe("machine/alarms", &Qos::latched(1), move |message: MachineAlarms, _| {
-            let _over = sender.send(message.alarms.iter().map(|alarm| alarm.number).collect::<BTreeSet<u16>>());
-        })
-        .expect("a subscription");
+    let (_alarms, alarms) = subscribe_to_alarms(&node);
     let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
     let _spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
@@ -673,11 +683,7 @@ fn a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one() {
     hal.set("gauge-to-wave.in1", &PlantedJournal::WAVE_MM.to_string());
     let machine = hal.node(&domain);
     let bag = fresh_bag("hal-gauge");
-    let mut recorder = in_domain(env!("CARGO_BIN_EXE_run_logger"), &domain);
-    recorder.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
-    let recorder = recorder.args(["-p", &format!("bag_dir:={}", bag.display())]);
-    let mut recorder = Guarded::start("run_logger", recorder);
-    let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
+    let (mut recorder, cell) = recorded_cell(&domain, &bag);
     let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
     let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
     let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
@@ -827,12 +833,7 @@ fn what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm() {
     let cell = Processes::start_some(&domain, NAMESPACE, &["job_planner"]);
     let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
     let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
-    let (into, alarms) = channel();
-    let _alarms = node
-        .subscribe("machine/alarms", &Qos::latched(1), move |message: MachineAlarms, _| {
-            let _over = into.send(message.alarms.iter().map(|alarm| alarm.number).collect::<BTreeSet<u16>>());
-        })
-        .expect("a subscription");
+    let (_alarms, alarms) = subscribe_to_alarms(&node);
     let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
     let spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));

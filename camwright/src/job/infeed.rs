@@ -93,21 +93,17 @@ impl core::fmt::Display for NearestInfeed {
         if let Some(below) = self.total_mm.0 {
             write!(f, "{} or ", significant(below))?;
         }
-        write!(
-            f,
-            "{} mm, the nearest infeed per block {}",
-            significant(self.total_mm.1),
-            significant(um_from_mm(self.per_block_mm.0))
-        )?;
-        if let Some(above) = self.per_block_mm.1 {
-            write!(f, " or {}", significant(um_from_mm(above)))?;
-        }
-        f.write_str(" um, per turn ")?;
-        write!(f, "{}", significant(um_from_mm(self.per_block_mm.0) * f64::from(self.blocks)))?;
-        if let Some(above) = self.per_block_mm.1 {
-            write!(f, " or {}", significant(um_from_mm(above) * f64::from(self.blocks)))?;
-        }
-        f.write_str(" um")
+        let below_or_above = |f: &mut core::fmt::Formatter<'_>, um: &dyn Fn(f64) -> f64| {
+            write!(f, "{}", significant(um(self.per_block_mm.0)))?;
+            match self.per_block_mm.1 {
+                Some(above) => write!(f, " or {} um", significant(um(above))),
+                None => f.write_str(" um"),
+            }
+        };
+        write!(f, "{} mm, the nearest infeed per block ", significant(self.total_mm.1))?;
+        below_or_above(f, &um_from_mm)?;
+        f.write_str(", per turn ")?;
+        below_or_above(f, &|per_block_mm| um_from_mm(per_block_mm) * f64::from(self.blocks))
     }
 }
 

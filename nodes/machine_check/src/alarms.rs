@@ -34,7 +34,7 @@ pub(super) fn judge(observed: &Observed, report: &mut ClauseReport) {
         report.kept_unless_broken(
             30,
             before,
-            format!("{} words on alarms, each with number, text and remedy", reported.len()),
+            format!("{} alarms reported, each with number, text and remedy", reported.len()),
         );
     }
 }
@@ -49,7 +49,7 @@ fn agree(observed: &Observed, report: &mut ClauseReport) {
     }
 }
 
-/// Every word of the stream from this word on alarms to the next has its numbers.
+/// Checks the stream from this message of alarms to the next one: it has the same numbers.
 fn check_against_stream(observed: &Observed, message: &MachineAlarms, until: Option<u64>, report: &mut ClauseReport) {
     let numbers = alarm_numbers(message);
     let during = |tick: u64| tick >= message.tick && until.is_none_or(|until| tick < until);

@@ -115,7 +115,7 @@ pub(super) fn endpoints(node: &Node, report: &mut ClauseReport) {
         let ends = named.iter().flat_map(machines).filter(|end| !is_own(&end.guid));
         let ends: Vec<EndpointInfo> = ends.collect();
         if ends.is_empty() {
-            report.broken(9, format!("nobody {} {name}", if *is_published { "publishes" } else { "subscribes to" }));
+            report.broken(9, format!("no node {} {name}", if *is_published { "publishes" } else { "subscribes to" }));
         }
         // Others may listen to setpoints, as a recorder does; the machine's word comes from one.
         if *is_published && ends.len() > 1 {

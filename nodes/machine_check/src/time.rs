@@ -64,7 +64,7 @@ fn stamps(observed: &Observed, facts: &DescriptionFacts, epoch_ns: i64, report: 
     for moves in [true, false] {
         if usual(&steps, moves) == Some(1) {
             for TickStep { from, ticks, .. } in steps.iter().filter(|step| step.moves == moves && step.ticks > 1) {
-                report.broken(2, format!("{} ticks are left out after tick {from} (joint_states)", ticks - 1));
+                report.broken(2, format!("{} ticks are missing after tick {from} (joint_states)", ticks - 1));
             }
         }
     }
@@ -220,7 +220,7 @@ fn pace(observed: &Observed, facts: &DescriptionFacts, publishes_clock: bool, re
         if publishes_clock {
             report.kept(41, "pace fast, with /clock");
         } else {
-            report.broken(41, "the machine runs at pace fast, and nobody publishes /clock");
+            report.broken(41, "the machine runs at pace fast, and no node publishes /clock");
         }
         return;
     }

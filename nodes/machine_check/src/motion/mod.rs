@@ -259,10 +259,10 @@ fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut
     for message in
         during.iter().filter(|message| message.tick >= first && message.tick < last && message.holder.is_empty())
     {
-        report.broken(14, format!("tick {}: nobody has command, between the first chunk and the last", message.tick));
+        report.broken(14, format!("tick {}: no client has command between the first chunk and the last", message.tick));
     }
     if !left {
-        report.broken(14, format!("somebody has command still, the last setpoint was of tick {last}"));
+        report.broken(14, format!("a client still has command; the last setpoint was of tick {last}"));
     }
     let holder = during.iter().find(|message| !message.holder.is_empty()).map_or("", |message| &message.holder);
     report.kept_unless_broken(14, before, format!("{holder} had command from its first chunk to its last"));

@@ -77,7 +77,7 @@ impl<'a> TestMotion<'a> {
             ("machine/commands", hand.commands.wait_matched(1, PATIENCE)),
         ] {
             if !met {
-                return Err(EarlyEnd::Stuck(9, format!("nobody subscribes to {topic}")));
+                return Err(EarlyEnd::Stuck(9, format!("no node subscribes to {topic}")));
             }
         }
         hand.reset.wait_for_service(PATIENCE)?;
