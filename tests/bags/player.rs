@@ -10,6 +10,7 @@ use camwright_bag::qos::{Durability, Reliability};
 use camwright_bag::{BagWriter, QosProfile, RecordingOutcome, Topic, WriterOptions};
 use camwright_msgs::Service;
 use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::rosbag2_interfaces::msg::ReadSplitEvent;
 use camwright_msgs::rosbag2_interfaces::srv::{
     Burst, BurstRequest, GetRate, GetRateRequest, IsPaused, IsPausedRequest, Pause, PauseRequest, Play, PlayNext,
@@ -206,5 +207,70 @@ fn a_player_that_stays_plays_the_span_it_is_asked_for_and_pauses_and_stops() {
     while show.text() != "9" {}
     assert!(show.pages.lock().expect("nobody panics with it").is_empty(), "the pages were not chosen");
     assert!(show.end().messages >= 6);
+    std::fs::remove_dir_all(directory).expect("it is ours");
+}
+
+/// A bag of a cell is not played onto a live cell: nothing is published, and the error names the node, the topics and what to do. In another
+/// namespace, or when it is asked for, it is played.
+#[test]
+fn a_bag_is_not_played_onto_a_live_cell() {
+    let domain = Domain::reserve();
+    let directory = directory("player-live-cell");
+    let bag = directory.join("run");
+    let info = camwright_msgs::by_type_name("std_msgs/msg/String").expect("it is ours");
+    let mut writer = BagWriter::create(&bag, &WriterOptions::default()).expect("the directory is free");
+    for name in ["/machine/setpoints", "/machine/commands", "/texts"] {
+        let topic = writer.add_topic(&Topic {
+            name: name.into(),
+            type_name: info.type_name.into(),
+            type_hash: info.type_hash.into(),
+            definition: info.schema.into(),
+            offered_qos: vec![QosProfile::discovered(Reliability::Reliable, Durability::Volatile)],
+        });
+        let (topic, t) = (topic.expect("it is open"), BEGIN * 1_000_000_000);
+        writer.write(topic, t, t, &[0, 1, 0, 0, 2, 0, 0, 0, b'1', 0]).expect("it is open");
+    }
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
+
+    let node = Node::new(NodeOptions::new("machine_sim", &args(&domain, &[]))).expect("it joins");
+    let _spinning = node.spin_in_thread().expect("there are threads");
+    let _stream = node.publisher::<MachineStream>("machine/stream", &Qos::default_topic()).expect("a publisher");
+    let (sender, received) = mpsc::channel();
+    let subscriptions = ["machine/setpoints", "texts"].map(|topic| {
+        let sender = sender.clone();
+        let on_message = move |_: Text, _: &_| {
+            let _is_over = sender.send(topic);
+        };
+        node.subscribe(topic, &Qos::default_topic(), on_message).expect("a subscription")
+    });
+    let output = |words: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_camwright"));
+        command.env("ROS_DOMAIN_ID", domain.id().to_string()).arg("replay").arg(&bag).args(words);
+        let output = command.output().expect("it runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).replace('\n', " "))
+    };
+    let (code, errors) = output(&["--wait", "30"]);
+    assert_eq!(code, Some(2), "{errors}");
+    for words in [
+        "/machine_sim belongs to a live cell",
+        "(/machine/setpoints, /machine/commands)",
+        "ROS_DOMAIN_ID",
+        "--onto-live-cell",
+    ] {
+        assert!(errors.contains(words), "{words}: {errors}");
+    }
+    assert!(received.try_recv().is_err(), "nothing is played");
+    let (code, errors) = output(&["--wait", "30", "--exclude", "/machine/*"]);
+    assert_eq!((code, received.recv_timeout(PATIENCE)), (Some(0), Ok("texts")), "{errors}");
+    let rename = |topic: &str| format!("/machine/{topic}:=/old/machine/{topic}");
+    let (setpoints, commands) = (rename("setpoints"), rename("commands"));
+    let (code, errors) = output(&["--wait", "30", "--ros-args", "-r", &setpoints, "-r", &commands]);
+    assert_eq!((code, received.recv_timeout(PATIENCE)), (Some(0), Ok("texts")), "{errors}");
+    assert!(received.try_recv().is_err(), "the setpoints have another name");
+    let (code, errors) = output(&["--wait", "30", "--onto-live-cell"]);
+    let mut both = [0; 2].map(|_| received.recv_timeout(PATIENCE).expect("both are played"));
+    both.sort_unstable();
+    assert_eq!((code, both), (Some(0), ["machine/setpoints", "texts"]), "{errors}");
+    drop(subscriptions);
     std::fs::remove_dir_all(directory).expect("it is ours");
 }

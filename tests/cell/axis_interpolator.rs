@@ -3,20 +3,25 @@
 use crate::cell;
 use crate::watched;
 
-use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
-use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home, HomeFeedback, HomeGoal};
-use camwright_msgs::camwright_msgs::msg::{InterpolatorState, MachineAlarms, PlanSegment};
+use camwright_msgs::Action;
+use camwright_msgs::builtin_interfaces::msg::{Duration as RosDuration, Time};
+use camwright_msgs::camwright_msgs::action::{
+    ExecutePlan, ExecutePlanGoal, Home, HomeFeedback, HomeGoal, Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal,
+    RunJob, RunJobGoal,
+};
+use camwright_msgs::camwright_msgs::msg::{InterpolatorState, MachineAlarms, MachineStream, PlanSegment};
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
 };
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::control_msgs::msg::JointTolerance;
 use camwright_msgs::sensor_msgs::msg::JointState;
-use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_ros::{GoalStatus, Publisher, Qos};
+use camwright_ros::{GoalStatus, Node, Publisher, Qos};
 use cell::{Cell, PATIENCE};
 use std::sync::mpsc;
+use std::time::Instant;
 use watched::{LogLines, Watched};
 
 /// From rest to rest, one joint to one place in a time.
@@ -202,5 +207,117 @@ fn an_interpolator_alarm_is_reported_and_cleared_by_the_next_motion() {
     let (status, result) = homed();
     assert_eq!((status, result.alarm), (GoalStatus::Succeeded, 0), "{}", result.message);
     alarms.until("no alarm is left", |list| list.alarms.is_empty());
+    cell.stop();
+}
+
+/// While an alarm waits for its reset no goal is accepted, and after the reset goals are accepted again. The same holds for a job that does
+/// not exist. Every refusal has its reason in the log; that of a job is in the status of the planner too.
+#[test]
+fn goals_are_rejected_while_an_alarm_needs_a_reset() {
+    let cell = Cell::start(&[]);
+    let state = Watched::<InterpolatorState>::new(&cell, "axis_interpolator/state", &Qos::latched(1));
+    let log = LogLines::subscribe(&cell);
+    let (job, _) = cell.client.send("no_such_job", &[]);
+    assert!(!job.accepted(), "there is no such job");
+    cell.client.status("names the job", |status| status.message.contains("no_such_job"));
+    let estop = |data: bool| assert!(cell.client.call::<SetBool>("machine/estop", &SetBoolRequest { data }).success);
+    estop(true);
+    state.until("an alarm is a fault until its reset", |state| state.state == InterpolatorState::FAULT);
+
+    let node = &cell.client.node;
+    let reason = "alarm 1 needs a reset: ";
+    let move_to = MoveToGoal { joints: vec!["z_axis".into()], positions: vec![0.05], ..MoveToGoal::default() };
+    is_rejected::<MoveTo>(node, &log, "axis_interpolator/move_to", move_to, reason);
+    is_rejected::<Home>(node, &log, "axis_interpolator/home", HomeGoal::default(), reason);
+    let jog = JogGoal { joint: "z_axis".into(), velocity: 0.01, distance: 0.001, ..JogGoal::default() };
+    is_rejected::<Jog>(node, &log, "axis_interpolator/jog", jog, reason);
+    let probe = ProbeGoal { joint: "z_axis".into(), input: "LS1".into(), target: 0.1, ..ProbeGoal::default() };
+    is_rejected::<Probe>(node, &log, "axis_interpolator/probe", probe, reason);
+    let plan = ExecutePlanGoal { plan_hash: "0123456789abcdef".into(), client: "somebody".into() };
+    is_rejected::<ExecutePlan>(node, &log, "axis_interpolator/execute_plan", plan, reason);
+    let follow = "axis_interpolator/follow_joint_trajectory";
+    is_rejected::<FollowJointTrajectory>(node, &log, follow, goal(to("z_axis", 0.05, 2)), reason);
+    let run = RunJobGoal { job: "eccentric".into(), ..RunJobGoal::default() };
+    is_rejected::<RunJob>(node, &log, "job_planner/run_job", run, reason);
+    let wheel = cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data: true });
+    assert!(!wheel.success && wheel.message.starts_with(reason), "{}", wheel.message);
+
+    estop(false);
+    let deadline = Instant::now() + PATIENCE;
+    while !cell.client.call::<Trigger>("machine/reset", &TriggerRequest::default()).success {
+        assert!(Instant::now() < deadline, "the machine cannot be reset");
+    }
+    state.until("the interpolator has heard of the reset", |state| state.state == InterpolatorState::IDLE);
+    let client = node.action_client::<FollowJointTrajectory>(follow).expect("a client");
+    client.wait_for_server(PATIENCE).expect("follow_joint_trajectory");
+    let moved = client.send_goal(goal(to("z_axis", 0.05, 2)), drop, PATIENCE).expect("a decision");
+    assert!(moved.accepted());
+    assert_eq!(moved.result(PATIENCE).expect("a result").0, GoalStatus::Succeeded);
+    cell.stop();
+}
+
+fn is_rejected<A: Action>(node: &Node, log: &LogLines, action: &str, goal: A::Goal, reason: &str) {
+    let client = node.action_client::<A>(action).expect("a client");
+    client.wait_for_server(PATIENCE).expect("the action");
+    assert!(!client.send_goal(goal, drop, PATIENCE).expect("a decision").accepted(), "{action}");
+    log.line(&[&format!("{action} rejected: "), reason]);
+}
+
+/// The state comes every 50 ms of machine time in a motion, whatever the cycle time, and twice a second at rest with the machine's last tick.
+/// Its stamp is the time of its tick.
+#[test]
+fn the_state_has_its_period_and_the_stamp_of_its_tick() {
+    const CYCLE_NS: i64 = 2_000_000;
+    let cell = Cell::start(&["cycle_time_us=2000"]);
+    let node = &cell.client.node;
+    let stream = Watched::<MachineStream>::new(&cell, "machine/stream", &Qos::default_topic());
+    let (sender, states) = mpsc::channel();
+    let on_message = move |state: InterpolatorState, _: &_| drop(sender.send(state));
+    let _states = node
+        .subscribe("axis_interpolator/state", &Qos::latched(1).keep_last(1000), on_message)
+        .expect("a subscription");
+    let ns = |stamp: &Time| i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec);
+    let epoch_ns = ns(&stream.until("the machine's time", |_| true).epoch);
+    let next = || {
+        let state = states.recv_timeout(PATIENCE).expect("a state");
+        let tick = i64::try_from(state.tick).expect("not that long");
+        assert_eq!(ns(&state.stamp), epoch_ns + tick * CYCLE_NS, "{state:?}");
+        state
+    };
+    let follow = "axis_interpolator/follow_joint_trajectory";
+    let client = node.action_client::<FollowJointTrajectory>(follow).expect("a client");
+    client.wait_for_server(PATIENCE).expect("follow_joint_trajectory");
+    let moved = client.send_goal(goal(to("z_axis", 0.05, 2)), drop, PATIENCE).expect("a decision");
+    assert!(moved.accepted());
+    let mut last = next();
+    while last.state != InterpolatorState::EXECUTING {
+        last = next();
+    }
+    let mut count = 0;
+    loop {
+        let state = next();
+        if state.state != InterpolatorState::EXECUTING {
+            last = state;
+            break;
+        }
+        let ticks = state.tick - last.tick;
+        assert!((1..=25).contains(&ticks), "{ticks} ticks of 2 ms between two states");
+        (count, last) = (count + 1, state);
+    }
+    assert!(count >= 39, "{count} states in a motion of 2 s");
+    // At rest: those that follow each other without a change.
+    let deadline = Instant::now() + PATIENCE;
+    let mut repetitions = 0;
+    while repetitions < 2 {
+        assert!(Instant::now() < deadline, "the state is not repeated at rest: {last:?}");
+        let state = next();
+        let is_same = |a: &InterpolatorState, b: &InterpolatorState| {
+            InterpolatorState { stamp: Time::default(), tick: 0, ..a.clone() }
+                == InterpolatorState { stamp: Time::default(), tick: 0, ..b.clone() }
+        };
+        repetitions +=
+            u32::from(state.state == InterpolatorState::IDLE && is_same(&state, &last) && state.tick > last.tick);
+        last = state;
+    }
     cell.stop();
 }

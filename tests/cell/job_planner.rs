@@ -1,16 +1,21 @@
 //! The job planner among the nodes it works with: jobs run, refused, cancelled, previewed.
+#![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 
 use crate::cell;
 
+use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
-use camwright_msgs::camwright_msgs::msg::JobStatus;
+use camwright_msgs::camwright_msgs::msg::{CellState, JobStatus};
 use camwright_msgs::camwright_msgs::srv::{
-    ListJobs, ListJobsRequest, LoadJob, LoadJobRequest, PreviewJob, PreviewJobRequest, ValidateJob, ValidateJobRequest,
+    CellCommand, CellCommandRequest, ListJobs, ListJobsRequest, LoadJob, LoadJobRequest, PreviewJob, PreviewJobRequest,
+    ValidateJob, ValidateJobRequest, ValidateJobResponse,
 };
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_planning as planning;
-use camwright_ros::{CancelOutcome, GoalStatus, ParameterValue, Transition};
+use camwright_ros::{CancelOutcome, GoalStatus, ParameterValue, Qos, Transition};
 use cell::{Cell, PATIENCE};
+use std::sync::mpsc;
+use std::time::Instant;
 
 /// One lobe, with the mounted wheel, in few turns.
 const SHORT: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
@@ -243,5 +248,93 @@ fn every_switch_of_the_patent_is_a_parameter() {
     node.parameters().set("phases_deg", ParameterValue::DoubleArray(phases.into())).expect("a setting");
     let lobes = phases.iter().enumerate().map(|(lobe, phase)| format!("lobes.{lobe}.phase_deg={phase:?}")).collect();
     is_as_in_the_file("phases_deg", lobes);
+    cell.stop();
+}
+
+/// With `use_sim_time` the times of the cell's states are those of the machine, however fast it runs. A repeated message keeps the time of
+/// its change, and its times go on.
+#[test]
+fn the_times_of_the_cell_are_ros_time() {
+    let cell = Cell::start_with(&[], |args| {
+        args.with_parameter(Some("job_planner"), "use_sim_time", ParameterValue::Bool(true))
+    });
+    let (sender, states) = mpsc::channel();
+    let on_message = move |state: CellState, _: &_| drop(sender.send(state));
+    let qos = Qos::latched(1).keep_last(1000);
+    let _states = cell.client.node.subscribe("job_planner/cell_state", &qos, on_message).expect("a subscription");
+    let next = || states.recv_timeout(PATIENCE).expect("the state of the cell, once a second");
+    let (goal, _) = cell.client.send("eccentric", &SHORT);
+    assert!(goal.accepted());
+    let begun = Instant::now();
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    let real_s = begun.elapsed().as_secs_f64();
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    let mut end = next();
+    while end.state != CellState::COMPLETE {
+        end = next();
+    }
+    let executed_s = end.accumulated[usize::from(CellState::EXECUTE)];
+    println!("{executed_s:.2} s in EXECUTE, {:.2} s of machine time, {real_s:.2} s of this computer", result.duration);
+    let bounds = 0.95 * result.duration..1.1 * result.duration + 2.0;
+    assert!(bounds.contains(&executed_s), "{executed_s} s in EXECUTE, {} s of machine time", result.duration);
+    let all: f64 = end.accumulated[1..].iter().sum();
+    assert!((all - end.accumulated[0]).abs() < 1e-6, "{:?}", end.accumulated);
+
+    let ns = |stamp: &Time| i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec);
+    let mut first = next();
+    // The parts of the job are counted after its end: a change, too.
+    loop {
+        let repeated = next();
+        let plain = |state: &CellState| CellState {
+            stamp: Time::default(),
+            time_in_state: 0.0,
+            accumulated: [0.0; 18],
+            ..state.clone()
+        };
+        if plain(&repeated) != plain(&first) {
+            assert!(ns(&repeated.stamp) >= ns(&first.stamp), "{repeated:?} after {first:?}");
+            first = repeated;
+            continue;
+        }
+        assert_eq!(repeated.stamp, first.stamp, "the time of the change");
+        assert!(repeated.time_in_state >= first.time_in_state, "{} s", repeated.time_in_state);
+        break;
+    }
+    let reset = CellCommandRequest { command: CellCommandRequest::RESET, ..CellCommandRequest::default() };
+    let answer = cell.client.call::<CellCommand>("job_planner/cell_command", &reset);
+    assert!(answer.success, "{}", answer.message);
+    let mut idle = next();
+    while idle.state != CellState::IDLE {
+        idle = next();
+    }
+    assert!(ns(&idle.stamp) > ns(&first.stamp), "{idle:?} after {first:?}");
+    cell.stop();
+}
+
+/// The list of jobs is answered while the planning thread works on a validation.
+#[test]
+fn the_list_of_jobs_does_not_wait_for_validations() {
+    let cell = Cell::start(&[]);
+    let client = cell.client.node.client::<ValidateJob>("job_planner/validate_job").expect("a client");
+    client.wait_for_service(PATIENCE).expect("the service");
+    let lister = cell.client.node.client::<ListJobs>("job_planner/list_jobs").expect("a client");
+    lister.wait_for_service(PATIENCE).expect("the service");
+    let (sender, answers) = mpsc::channel();
+    // The second one begins when the first one is answered, and takes many times as long as a list.
+    for (job, set) in [("plate_cam", None), ("rough_and_finish", Some("infeed.spark_out_turns=900"))] {
+        let sender = sender.clone();
+        let answered = move |answer: ValidateJobResponse| drop(sender.send((job, answer, Instant::now())));
+        let request = ValidateJobRequest { job: job.into(), overrides: set.map(str::to_owned).into_iter().collect() };
+        client.call_with(&request, answered).expect("sent");
+    }
+    let (first, answer, begun) = answers.recv_timeout(PATIENCE).expect("an answer");
+    assert!(first == "plate_cam" && answer.success, "{first}: {}", answer.message);
+    let list = lister.call(&ListJobsRequest::default(), PATIENCE).expect("an answer");
+    let listed = Instant::now();
+    assert!(list.jobs.iter().any(|job| job == "four_lobe_camshaft"), "{:?}", list.jobs);
+    let (second, answer, validated) = answers.recv_timeout(PATIENCE).expect("an answer");
+    assert!(second == "rough_and_finish" && answer.success, "{second}: {}", answer.message);
+    println!("listed {:?}, validated {:?} after the first validation", listed - begun, validated - begun);
+    assert!(listed < validated, "the list came {:?} after the validation", listed - validated);
     cell.stop();
 }

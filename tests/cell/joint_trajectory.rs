@@ -1,5 +1,6 @@
 //! Joint trajectories of other clients, as the joint trajectory controller of `ros2_control` serves them: refusals with reasons, tolerances,
 //! stamps, replacement, cancel, deactivation, scaling, and progress topics.
+#![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 
 use crate::cell;
 use crate::support;
@@ -248,6 +249,87 @@ fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
 }
 
 /// A new goal takes the place of the one before while the axes move; one that cannot be followed from there has no effect.
+/// The goal in the guide, as a user of the `ros2` command line types it.
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TypedGoal {
+    trajectory: TypedTrajectory,
+    path_tolerance: Vec<TypedTolerance>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TypedTrajectory {
+    joint_names: Vec<String>,
+    points: Vec<TypedPoint>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TypedPoint {
+    positions: Vec<f64>,
+    time_from_start: TypedDuration,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TypedDuration {
+    sec: i32,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TypedTolerance {
+    name: String,
+    position: f64,
+}
+
+impl From<TypedGoal> for FollowJointTrajectoryGoal {
+    fn from(typed: TypedGoal) -> Self {
+        let point = |point: TypedPoint| JointTrajectoryPoint {
+            positions: point.positions,
+            time_from_start: RosDuration { sec: point.time_from_start.sec, nanosec: 0 },
+            ..JointTrajectoryPoint::default()
+        };
+        let points = typed.trajectory.points.into_iter().map(point).collect();
+        let trajectory =
+            JointTrajectory { joint_names: typed.trajectory.joint_names, points, ..JointTrajectory::default() };
+        let tolerances = typed.path_tolerance.into_iter().map(|of| tolerance(&of.name, of.position, 0.0)).collect();
+        FollowJointTrajectoryGoal { path_tolerance: tolerances, ..goal(trajectory) }
+    }
+}
+
+/// The example of the guide succeeds within its own tolerance, and ends as the guide says with the smaller one.
+#[test]
+fn the_example_of_the_guide_keeps_its_tolerance() {
+    let guide = std::fs::read_to_string(support::repository().join("docs/guides/cell.md")).expect("the guide");
+    let command = guide.split("ros2 action send_goal --feedback /axis_interpolator/follow_joint_trajectory").nth(1);
+    let text = command.and_then(|command| command.split('"').nth(1)).expect("a goal in quotes");
+    let example: TypedGoal = serde_saphyr::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"));
+    let example = FollowJointTrajectoryGoal::from(example);
+    assert!(example.path_tolerance[0].position > 0.0, "{text}");
+    let cell = Cell::start(&[]);
+    let follower = Follower::new(&cell);
+    let (sender, feedback) = mpsc::channel();
+    let send = move |feedback: FollowJointTrajectoryFeedback| {
+        let _is_over = sender.send(feedback.error.positions[0].abs());
+    };
+    let moved = follower.client.send_goal(example.clone(), send, PATIENCE).expect("a decision");
+    assert!(moved.accepted());
+    let (status, code, text) = result(&moved);
+    let largest = feedback.try_iter().fold(0.0, f64::max);
+    println!("largest error {:.1} um of {:.1} um", 1e6 * largest, 1e6 * example.path_tolerance[0].position);
+    assert_eq!((status, code), (GoalStatus::Succeeded, Codes::SUCCESSFUL), "{text}");
+    let back = goal(to("z_axis", 0.0, 2.0));
+    assert_eq!(result(&follower.send(back)).0, GoalStatus::Succeeded);
+    let narrow =
+        FollowJointTrajectoryGoal { path_tolerance: vec![tolerance("z_axis", 0.000_01, 0.0)], ..example.clone() };
+    let (status, code, text) = result(&follower.send(narrow));
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::PATH_TOLERANCE_VIOLATED), "{text}");
+    assert!(text.contains("z_axis: position error") && text.contains("exceeds 0.010000 mm by"), "{text}");
+    cell.stop();
+}
+
 #[test]
 fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     let cell = Cell::start(&[]);

@@ -40,7 +40,9 @@ fn a_cell_is_operated_from_the_command_line() {
     answers(&call(&["wheel", "on"]), 0, "wheel at speed");
     answers(&call(&["wheel", "off"]), 0, "wheel stopped");
     answers(&call(&["jog", "z_axis=0.5", "--speed", "10"]), 0, "z_axis at ");
-    answers(&call(&["jog", "z_axis=5000", "--speed", "10"]), 3, "axis_interpolator refuses: ");
+    answers(&call(&["jog", "z_axis=5000", "--speed", "10"]), 3, "axis_interpolator refuses: the target of z_axis is ");
+    // The node logs the same reason again only after a time.
+    answers(&call(&["jog", "z_axis=5000", "--speed", "10"]), 3, "axis_interpolator refuses: the target of z_axis is ");
     answers(&call(&["load"]), 3, "the machine has no door and no chuck");
 
     let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
@@ -82,7 +84,7 @@ fn a_part_is_loaded_and_unloaded_by_hand() {
         |args: RosArgs| args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into()));
     let (cell, runtime) = (Cell::start_with(&[door], realtime), Folder::new("operate-load"));
     let call = |words: &[&str]| camwright(cell.domain(), runtime.path(), words);
-    answers(&call(&["home"]), 3, "axis_interpolator refuses: not started: nothing may start: the chuck is not closed");
+    answers(&call(&["home"]), 3, "axis_interpolator refuses: nothing may start: the chuck is not closed");
     answers(&call(&["load"]), 0, "part loaded");
     answers(&call(&["home", "z_axis"]), 0, "homed z_axis");
     answers(&call(&["load"]), 3, "there is a part in the chuck already");

@@ -1,7 +1,9 @@
 //! Set-up work over DDS: jog, find the part's phase and grind by it, touch off, dress, dry run; and what is refused, with its reason.
 
 use crate::cell;
+use crate::watched;
 
+use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{
     Jog, JogFeedback, JogGoal, JogResult, MoveTo, MoveToGoal, MoveToResult, Probe, ProbeGoal, RunJobGoal, RunJobResult,
 };
@@ -12,6 +14,7 @@ use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
 use camwright_ros::{GoalStatus, ParameterValue, Qos};
 use cell::{Cell, PATIENCE};
+use watched::LogLines;
 
 const MACHINE: [&str; 3] = [
     "gap_detector={holds_ms: 20}",
@@ -23,8 +26,16 @@ fn move_to(cell: &Cell, goal: MoveToGoal) -> (GoalStatus, MoveToResult) {
     let client = cell.client.node.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
     client.wait_for_server(PATIENCE).expect("move_to");
     let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
-    assert!(sent.accepted(), "a goal that cannot be is accepted, to say why");
+    assert!(sent.accepted(), "the log has the reason");
     sent.result(PATIENCE).expect("a result")
+}
+
+/// Sends a goal that can be judged without a motion: it is rejected, and the log has the reason.
+fn is_rejected<A: Action>(cell: &Cell, log: &LogLines, action: &str, goal: A::Goal, words: &str) {
+    let client = cell.client.node.action_client::<A>(action).expect("a client");
+    client.wait_for_server(PATIENCE).expect("the action");
+    assert!(!client.send_goal(goal, drop, PATIENCE).expect("a decision").accepted(), "{words}");
+    log.line(&[&format!("{action} rejected: "), words]);
 }
 
 fn load(cell: &Cell, overrides: &[&str]) {
@@ -56,15 +67,18 @@ fn a_machine_is_set_up_over_ros() {
     assert_eq!((status, moved.success), (GoalStatus::Succeeded, true), "{}", moved.message);
     let (_, moved) = move_to(&cell, to("z_axis", -0.012_5, true));
     assert!((moved.positions[2] - 0.037_5).abs() < 1e-12 && moved.joints[2] == "z_axis", "{moved:?}");
+    let log = LogLines::subscribe(&cell);
     for (goal, words) in [
         (to("x_axis", 0.2, false), "the target of x_axis is 200.0000 mm, the soft limit is 180 mm"),
-        (to("c_axis", 1.0, false), "c_axis is not homed"),
         (to("y_axis", 1.0, false), "there is no joint \"y_axis\""),
+        (MoveToGoal { positions: Vec::new(), ..to("z_axis", 0.0, false) }, "1 joints and 0 positions"),
     ] {
-        let (status, refused) = move_to(&cell, goal);
-        assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));
-        assert!(refused.message.contains(words), "{}", refused.message);
+        is_rejected::<MoveTo>(&cell, &log, "axis_interpolator/move_to", goal, words);
     }
+    // The engine decides whether a zero is known, at the start of the motion.
+    let (status, refused) = move_to(&cell, to("c_axis", 1.0, false));
+    assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));
+    assert!(refused.message.contains("c_axis is not homed"), "{}", refused.message);
     let client = cell.client.node.action_client::<Probe>("axis_interpolator/probe").expect("a client");
     client.wait_for_server(PATIENCE).expect("probe");
     let probe = |goal: ProbeGoal| {
@@ -79,9 +93,9 @@ fn a_machine_is_set_up_over_ros() {
     let (status, found) = probe(of("z_axis", "LS1", 0.1));
     assert_eq!(status, GoalStatus::Succeeded, "{}", found.message);
     assert!((found.position - 0.08).abs() < 2e-6, "the switch stands at 80 mm: {}", found.position);
-    let (status, feedback) = probe(of("z_axis", "origin", 0.0));
-    assert_eq!(status, GoalStatus::Aborted);
-    assert!(feedback.message.contains("origin catches the position of c_axis, not of z_axis"), "{}", feedback.message);
+    let (action, other_axis) = ("axis_interpolator/probe", "origin catches the position of c_axis, not of z_axis");
+    is_rejected::<Probe>(&cell, &log, action, of("z_axis", "origin", 0.0), other_axis);
+    is_rejected::<Probe>(&cell, &log, action, of("z_axis", "LS9", 0.0), "there is no input \"LS9\"");
 
     // A part that is clamped 3 degrees askew is ground by the phase that is found.
     let short = ["wheel_radius_mm=60", "infeed.per_block_um=0.02", "raw_part.clamped_at_deg=3"];
@@ -129,7 +143,7 @@ fn jog(cell: &Cell, goal: JogGoal, feedback: impl FnMut(JogFeedback) + Send + 's
     let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
     client.wait_for_server(PATIENCE).expect("jog");
     let sent = client.send_goal(goal, feedback, PATIENCE).expect("a decision");
-    assert!(sent.accepted(), "a goal that cannot be is accepted, to say why");
+    assert!(sent.accepted(), "the log has the reason");
     sent.result(PATIENCE).expect("a result")
 }
 
@@ -164,6 +178,7 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
     // Of 20 mm/s: one second, two periods of feedback, a delay, and its stop; what a busy machine adds is not more than as much again.
     assert!(way > 0.01 + 0.018 && way < 0.01 + 0.05, "{way} m");
 
+    let log = LogLines::subscribe(&cell);
     for (goal, words) in [
         (of("y_axis", 0.01, 0.001), "there is no joint \"y_axis\""),
         (of("z_axis", 9.0, 0.001), "z_axis cannot move at 9000.000 mm/s; the speed must be above 0 and at most "),
@@ -175,9 +190,7 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
         (JogGoal { hold_to_run: -1.0, ..of("z_axis", 0.01, 0.0) }, "z_axis does not move without being held"),
         (of("c_axis", 10.0, 1.0), "the zero of c_axis is unknown, so its maximum speed is its search speed "),
     ] {
-        let (status, refused) = jog(&cell, goal, drop);
-        assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));
-        assert!(refused.message.contains(words), "{}", refused.message);
+        is_rejected::<Jog>(&cell, &log, "axis_interpolator/jog", goal, words);
     }
 
     // The part spindle turns until it is cancelled; other clients have no command meanwhile, and their refusal names the holder.

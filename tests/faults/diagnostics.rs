@@ -12,7 +12,7 @@ use camwright_msgs::lifecycle_msgs::msg::{Transition, TransitionEvent};
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_ros::{Node, NodeOptions, ParameterValue, Qos, RosArgs, Subscription};
+use camwright_ros::{GoalStatus, Node, NodeOptions, ParameterValue, Qos, RosArgs, Subscription};
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -200,6 +200,38 @@ fn every_node_publishes_diagnostics_and_levels_follow_events() {
         assert!(Instant::now() < deadline, "the machine cannot be reset");
     }
     diagnostics.until("all is well again", |last| last["machine_sim"].level == DiagnosticStatus::OK);
+    cell.stop();
+}
+
+/// A job without a fault raises no ERROR, although the table needs nearly the whole force of its drive to speed up.
+#[test]
+fn a_healthy_job_holds_no_error_in_its_diagnostics() {
+    let cell = Cell::start(&[]);
+    let mut diagnostics = DiagnosticsListener::subscribe(&cell);
+    diagnostics.until("every node", |last| {
+        ["machine_sim: drives", "axis_interpolator", "job_planner"].iter().all(|name| last.contains_key(*name))
+    });
+    let short = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
+    let (job, _) = cell.client.send("eccentric", &short);
+    assert!(job.accepted());
+    let (sender, ended) = mpsc::channel();
+    job.result_with(move |status, result| drop(sender.send((status, result)))).expect("a result will come");
+    let (mut force_percent, mut outcome, mut after) = (0.0_f64, None, 0);
+    // Two more reports of the machine cover the end of the job.
+    while after < 2 {
+        let array = diagnostics.arrays.recv_timeout(PATIENCE).expect("a report every second");
+        after += u32::from(outcome.is_some() && array.status.iter().any(|status| status.name == "machine_sim: drives"));
+        for status in array.status {
+            assert!(status.level < DiagnosticStatus::ERROR, "{}: {}", status.name, status.message);
+            let forces = status.values.iter().filter(|pair| pair.key.ends_with("_force_percent"));
+            force_percent = forces.filter_map(|pair| pair.value.parse().ok()).fold(force_percent, f64::max);
+        }
+        outcome = outcome.or_else(|| ended.try_recv().ok());
+    }
+    let (status, result) = outcome.expect("the loop ends after it");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    println!("largest force in the job: {force_percent} % of its drive");
+    assert!(force_percent >= 90.0, "the job has no motion that needs a whole drive: {force_percent} %");
     cell.stop();
 }
 

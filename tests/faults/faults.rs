@@ -2,10 +2,11 @@
 
 use crate::cell;
 
+use camwright::machine::alarm::AlarmKind;
 use camwright::motion::plan::SegmentKind;
 use camwright_files::convert::mm_from_m;
-use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJobGoal};
-use camwright_msgs::camwright_msgs::msg::MachineAlarms;
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJobFeedback, RunJobGoal};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineAlarms};
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_planning::{FORM_TOLERANCE_MM, PreparedJob, lobe_result, prepare};
@@ -119,6 +120,17 @@ fn a_job_goes_on_at_the_lobe_where_a_fault_stopped_it() {
     let (goal, _feedback) = cell.client.send("four_lobe_camshaft", &[SHORT[0], SHORT[1], &fault]);
     let (status, result) = goal.result(PATIENCE).expect("a result");
     assert_eq!((status, result.alarm), (GoalStatus::Aborted, 42), "{}", result.message);
+    // The result has the lobe that was finished, and the alarm in words with its remedy.
+    let finished: Vec<&str> = result.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
+    assert_eq!(finished, ["I1"], "{}", result.message);
+    assert!(mm_from_m(result.lobes[0].form_error_max).abs() < FORM_TOLERANCE_MM, "{:?}", result.lobes[0]);
+    assert!(result.lobes[0].turns > 0.0 && result.lobes[0].duration > 0.0, "{:?}", result.lobes[0]);
+    let entry = AlarmKind::from_number(42).expect("a known alarm").entry();
+    for words in [entry.remedy, "finished: 1 of 4 lobes (I1)"] {
+        assert!(result.message.contains(words), "{words}: {}", result.message);
+    }
+    let ended = cell.client.status("is aborted", |status| status.state == JobStatus::ABORTED);
+    assert_eq!((&ended.message, &ended.lobes), (&result.message, &result.lobes));
     let cure =
         InjectFaultRequest { fault: "drive_fault".into(), target: "x_axis".into(), ..InjectFaultRequest::default() };
     assert!(cell.client.call::<InjectFault>("machine/inject_fault", &cure).success);
@@ -149,5 +161,23 @@ fn a_job_goes_on_at_the_lobe_where_a_fault_stopped_it() {
     errors.push(mm_from_m(first.form_error_max));
     drop(parts);
     assert!(errors.iter().all(|error| error.abs() < FORM_TOLERANCE_MM), "{errors:?}");
+    cell.stop();
+}
+
+/// A job that is cancelled in its second lobe returns the first one with its form.
+#[test]
+fn a_cancelled_job_returns_its_finished_lobes() {
+    let cell = Cell::start(&[]);
+    let (goal, feedback) = cell.client.send("four_lobe_camshaft", &SHORT);
+    assert!(goal.accepted());
+    let in_second = |feedback: &RunJobFeedback| feedback.lobe_index == 1 && feedback.turn > 0.2;
+    while !in_second(&feedback.recv_timeout(PATIENCE).expect("the job goes on")) {}
+    goal.cancel(PATIENCE).expect("an answer");
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    assert_eq!((status, result.success, result.alarm), (GoalStatus::Canceled, false, 0), "{}", result.message);
+    let finished: Vec<&str> = result.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
+    assert_eq!(finished, ["I1"], "{}", result.message);
+    assert!(mm_from_m(result.lobes[0].form_error_max).abs() < FORM_TOLERANCE_MM, "{:?}", result.lobes[0]);
+    assert!(result.message.ends_with("finished: 1 of 4 lobes (I1)"), "{}", result.message);
     cell.stop();
 }

@@ -97,6 +97,28 @@ fn a_wrong_command_line_is_refused() {
     desk.fails(&["init", "sudy"], 2, &["invalid value 'sudy'", "job, machine, turning, milling, study"]);
     desk.fails(&["list", "job"], 2, &["invalid value 'job'", "'jobs'"]);
     desk.fails(&["run", "--ros-args", "-p", "depth"], 2, &["depth"]);
+    desk.fails(&["run", "--ros-args", "--pace", "fast"], 2, &["unknown ROS argument \"--pace\"", "-p NAME:=VALUE"]);
+}
+
+/// As rclcpp and rclpy do, a node ends on a token after `--ros-args` that is not an argument of ROS.
+#[test]
+fn a_node_refuses_unknown_ros_arguments() {
+    let binaries = [
+        ("machine_sim", env!("CARGO_BIN_EXE_machine_sim")),
+        ("axis_interpolator", env!("CARGO_BIN_EXE_axis_interpolator")),
+        ("job_planner", env!("CARGO_BIN_EXE_job_planner")),
+        ("run_logger", env!("CARGO_BIN_EXE_run_logger")),
+    ];
+    for (name, binary) in binaries {
+        for (token, next) in [("--pase", "-p NAME:=VALUE"), ("pace:=fast", "did you mean `-r pace:=fast`")] {
+            let output = Command::new(binary).args(["--ros-args", token]).output().expect("it runs");
+            let errors = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{name} {token}: {errors}");
+            let start = format!("{name}: unknown ROS argument {token:?}");
+            assert!(errors.starts_with(&start) && errors.contains(next), "{token}: {errors}");
+            assert_eq!(errors.lines().count(), 1, "{errors}");
+        }
+    }
 }
 
 #[test]

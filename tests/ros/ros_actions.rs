@@ -2,7 +2,7 @@
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, mpsc},
     time::{Duration, Instant},
 };
@@ -428,6 +428,41 @@ fn a_managed_node_walks_its_life_by_service_and_by_itself() {
     assert!(life.wait_for(LifecycleState::Finalized, PATIENCE));
     let expected = ["configure", "activate", "activate", "deactivate", "cleanup", "shutdown"];
     assert_eq!(*calls.lock().expect("not poisoned"), expected);
+}
+
+/// Two cells of one domain share `/diagnostics`: names and hardware of nodes in namespaces differ.
+#[test]
+fn diagnostics_of_two_namespaces_do_not_collide() {
+    let domain = Domain::reserve();
+    let (monitor, _spinning) = node(&domain, "monitor");
+    let (sender, receiver) = mpsc::channel();
+    let listening = monitor
+        .subscribe::<DiagnosticArray>("/diagnostics", &Qos::default_topic().keep_last(100), move |message, _| {
+            let _ = sender.send(message);
+        })
+        .expect("a subscription");
+    let report =
+        || [("", "all is well"), ("drives", "at rest")].map(|(part, text)| diagnostic_status(0, part, text, &[]));
+    let cells = ["/left", "/right"].map(|namespace| {
+        let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(namespace);
+        let machine = Node::new(NodeOptions::new("machine", &args)).expect("a node");
+        let spinning = machine.spin_in_thread().expect("a thread");
+        (machine.diagnostics("grinder", move || report().to_vec()).expect("diagnostics"), machine, spinning)
+    });
+    assert!(listening.wait_matched(2, PATIENCE));
+    let mut found = BTreeSet::new();
+    while found.len() < 4 {
+        let message: DiagnosticArray = receiver.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("only {found:?}"));
+        found.extend(message.status.into_iter().map(|status| (status.name, status.hardware_id)));
+    }
+    let wanted = [
+        ("/left/machine", "/left/grinder"),
+        ("/left/machine: drives", "/left/grinder"),
+        ("/right/machine", "/right/grinder"),
+        ("/right/machine: drives", "/right/grinder"),
+    ];
+    assert_eq!(found, wanted.map(|(name, hardware)| (name.to_owned(), hardware.to_owned())).into());
+    drop(cells);
 }
 
 #[test]

@@ -27,6 +27,8 @@ use std::time::{Duration, Instant};
 
 /// Requests that may wait for the next tick.
 const REQUESTS: usize = 16;
+/// Period of the state in a motion (s of machine time).
+const STATUS_PERIOD_S: f64 = 0.05;
 /// Longest wait for a machine to attend to a motion.
 const ATTENTION: Duration = Duration::from_secs(5);
 /// Empty chunks that go round between engine and pump.
@@ -68,6 +70,8 @@ pub(super) struct Engine {
     attending: Option<(PreparedMotion, JobEnds, Instant)>,
     known_alarms: [u16; 16],
     last_status: Option<(u64, InterpolatorStatus)>,
+    /// Ticks between two states in a motion.
+    status_period_ticks: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -121,6 +125,7 @@ impl Engine {
             attending: None,
             known_alarms: [0; 16],
             last_status: None,
+            status_period_ticks: status_period_ticks(machine.cycle_time_s()),
         }
     }
 
@@ -491,10 +496,10 @@ impl Engine {
         add_stop(&self.interpolator, &self.machine, self.next_tick - 1, chunk);
     }
 
-    /// Status on change of what people watch, and every 50 ticks.
+    /// Status on change of what people watch, and every 50 ms.
     fn publish(&mut self, tick: u64, status: &InterpolatorStatus) {
         let due = self.last_status.is_none_or(|(last, before)| {
-            tick >= last + 50
+            tick >= last + self.status_period_ticks
                 || before.state != status.state
                 || before.segment != status.segment
                 || before.phase != status.phase
@@ -559,12 +564,18 @@ impl Engine {
     }
 }
 
+/// Ticks of the period of the state in a motion.
+#[allow(clippy::cast_possible_truncation, reason = "a cycle is 1 us at least")]
+fn status_period_ticks(cycle_s: f64) -> u64 {
+    ((STATUS_PERIOD_S / cycle_s).round() as u64).max(1)
+}
+
 fn is_override(request: &MotionRequest) -> bool {
     matches!(request, MotionRequest::SetOverride(_))
 }
 
 /// Returns whether an alarm with this number stops motion; unknown numbers do.
-fn stops_motion(number: u16) -> bool {
+pub(super) fn stops_motion(number: u16) -> bool {
     use camwright::machine::alarm::AlarmSeverity;
     number != 0 && AlarmKind::from_number(number).is_none_or(|kind| kind.entry().severity > AlarmSeverity::Warning)
 }

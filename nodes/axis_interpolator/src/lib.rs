@@ -17,6 +17,7 @@ mod setup_goals;
 mod trajectory_replacement;
 
 use camwright::interpolator::MotionRequest;
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::setpoint::{Latch, Measured};
 use camwright::motion::plan::Plan;
@@ -37,8 +38,8 @@ use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};
 use camwright_ros::{
-    ActionServer, Diagnostics, Farewell, Guid, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder,
-    RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
+    ActionServer, Diagnostics, Farewell, GoalDecision, Guid, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos,
+    Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
 };
 use camwright_threads::drops::DropCounter;
 use camwright_threads::ring::{Sender, Waker, ring};
@@ -52,7 +53,7 @@ use manual::HeldJog;
 use plans::Plans;
 use pump::EnginePump;
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -106,6 +107,8 @@ struct Shared {
     held: Mutex<Option<HeldJog>>,
     /// Condition of door, chuck or work area that prevents axes and wheel from starting; empty: none.
     hindrance: Mutex<String>,
+    /// Alarm of the machine that stops every motion until its reset; 0: none.
+    stopping_alarm: AtomicU16,
     /// The machine's last tick that was received of.
     tick: AtomicU64,
     machine_health: Mutex<MachineHealth>,
@@ -174,6 +177,7 @@ impl AxisInterpolator {
             homed: Mutex::default(),
             held: Mutex::default(),
             hindrance: Mutex::default(),
+            stopping_alarm: AtomicU16::new(0),
             tick: AtomicU64::new(0),
             machine_health: Mutex::default(),
             partners: Mutex::new(partners::InterpolatorPartners::new(liveness::limit(&node))),
@@ -340,6 +344,8 @@ impl Shared {
         }
         *lock(&self.rest_counts) = counts;
         lock(&self.machine_health).update(message, &cell.machine);
+        let stopping = message.alarms.iter().copied().find(|number| engine::stops_motion(*number));
+        self.stopping_alarm.store(stopping.unwrap_or(0), Ordering::Release);
         let is_new = self.tick.swap(message.tick, Ordering::AcqRel) < message.tick;
         cell.inlet.send(ToEngine::News(Box::new(MachineFeedback {
             tick: message.tick,
@@ -394,7 +400,32 @@ impl Shared {
             return Some("no message from the machine yet".into());
         }
         drop(served);
-        self.silent_machine().or_else(|| self.grant.obstacle())
+        self.silent_machine().or_else(|| self.fault()).or_else(|| self.grant.obstacle())
+    }
+
+    /// Alarm that has to be reset before any motion.
+    fn fault(&self) -> Option<String> {
+        let number = match self.stopping_alarm.load(Ordering::Acquire) {
+            0 => return None,
+            number => number,
+        };
+        Some(match AlarmKind::from_number(number) {
+            Some(kind) => format!("alarm {number} needs a reset: {}; {}", kind.entry().name, kind.entry().remedy),
+            None => format!("alarm {number} of the machine needs a reset"),
+        })
+    }
+
+    /// Decides on a goal whose motion begins where the axes rest: what can be judged without moving is rejected.
+    fn decide(&self, record: impl FnOnce(&MachineDescription) -> Result<MotionRecord, String>) -> GoalDecision {
+        let judged = || {
+            self.hindrance()?;
+            let machine = self.machine().ok_or_else(setup_goals::unknown)?;
+            PreparedMotion::new(record(&machine)?, None, &machine).map(drop)
+        };
+        match self.obstacle().map_or_else(judged, Err) {
+            Ok(()) => GoalDecision::Accept,
+            Err(reason) => GoalDecision::Reject(reason),
+        }
     }
 
     /// Why the machine would answer any motion with an alarm. For clients that do not check the work area.

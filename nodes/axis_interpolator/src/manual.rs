@@ -33,13 +33,16 @@ pub(super) struct HeldJog {
     until: u64,
 }
 
-/// Serves `~/jog`. One that cannot be is accepted and aborted, because a rejection carries no reason.
+/// Serves `~/jog`.
 #[derive(Debug)]
 pub(super) struct JogHandler(pub(super) Arc<Shared>);
 
 impl ActionHandler<Jog> for JogHandler {
-    fn goal(&mut self, _id: GoalId, _goal: &JogGoal) -> GoalDecision {
-        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    fn goal(&mut self, _id: GoalId, goal: &JogGoal) -> GoalDecision {
+        self.0.decide(|machine| {
+            hold_ticks(goal, machine.cycle_time_s())?;
+            self.0.jog(goal)
+        })
     }
 
     fn accepted(&mut self, handle: GoalHandle<Jog>) {

@@ -13,10 +13,13 @@ pub(super) struct PlanHandler(pub(super) Arc<Shared>);
 
 impl ActionHandler<ExecutePlan> for PlanHandler {
     fn goal(&mut self, _id: GoalId, goal: &ExecutePlanGoal) -> GoalDecision {
-        match self.0.obstacle() {
-            Some(reason) => GoalDecision::Reject(reason),
-            None if goal.plan_hash.is_empty() => GoalDecision::Reject("the goal names no plan".into()),
-            None => GoalDecision::Accept,
+        let named = || match goal.plan_hash.is_empty() {
+            true => Err("the goal names no plan".to_owned()),
+            false => self.0.hindrance(),
+        };
+        match self.0.obstacle().map_or_else(named, Err) {
+            Ok(()) => GoalDecision::Accept,
+            Err(reason) => GoalDecision::Reject(reason),
         }
     }
 

@@ -337,10 +337,18 @@ impl EnginePump {
         self.repeat(Some(message))
     }
 
-    /// Publishes a state, or repeats the last one, so that the planner sees that this node is present.
+    /// Publishes a state, or repeats the last one, so that the planner sees that this node is present. At rest it is that of the machine's
+    /// last tick.
     fn repeat(&mut self, state: Option<InterpolatorState>) -> Result<(), RosError> {
-        if let Some(state) = state {
-            self.last_state = Some(state);
+        let is_new = state.is_some();
+        self.last_state = state.or_else(|| self.last_state.take());
+        let clock = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+        let machine_tick = self.shared.upgrade().map_or(0, |shared| shared.machine_tick());
+        let rests = |state: &&mut InterpolatorState| {
+            matches!(state.state, InterpolatorState::IDLE | InterpolatorState::FAULT) && state.tick < machine_tick
+        };
+        if let (false, Some(clock), Some(state)) = (is_new, clock, self.last_state.as_mut().filter(rests)) {
+            (state.tick, state.stamp) = (machine_tick, clock.stamp(machine_tick));
         }
         self.state_sent_at = Instant::now();
         match &self.last_state {

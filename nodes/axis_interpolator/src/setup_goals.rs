@@ -1,5 +1,5 @@
-//! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. A move or a probe that cannot be is accepted and aborted, because a
-//! rejection carries no reason.
+//! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. Goals that can be judged without moving are rejected with a reason in
+//! the log; a goal that fails at its start, for example because an axis is not homed, is aborted.
 
 use super::goals::{RunningGoal, by};
 use super::{Shared, lock};
@@ -25,19 +25,14 @@ impl ActionHandler<Home> for HomeHandler {
         if let Some(joint) = goal.joints.iter().find(|joint| Axis::from_joint(joint).is_none()) {
             return GoalDecision::Reject(format!("there is no joint {joint:?}"));
         }
-        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+        self.0.decide(|machine| Ok(homing(goal, machine)))
     }
 
     fn accepted(&mut self, handle: GoalHandle<Home>) {
-        let mut axes: Vec<Axis> = handle.goal().joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
-        if axes.is_empty() {
-            let needs = |axis: &Axis| self.0.machine().is_some_and(|machine| machine.axis(*axis).needs_homing);
-            axes = Axis::ALL.into_iter().filter(needs).collect();
-        }
+        let motion = self.0.machine().ok_or_else(unknown).map(|machine| homing(handle.goal(), &machine));
         let name = by("homing", handle.client());
         lock(&self.0.served).begin(RunningGoal::Home(handle), name, String::new());
-        let joints = axes.iter().map(|axis| axis.joint().to_owned()).collect();
-        self.0.begin_or_refuse(Ok(MotionRecord::Home(joints)));
+        self.0.begin_or_refuse(motion);
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
@@ -50,8 +45,8 @@ impl ActionHandler<Home> for HomeHandler {
 pub(super) struct MoveHandler(pub(super) Arc<Shared>);
 
 impl ActionHandler<MoveTo> for MoveHandler {
-    fn goal(&mut self, _id: GoalId, _goal: &MoveToGoal) -> GoalDecision {
-        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    fn goal(&mut self, _id: GoalId, goal: &MoveToGoal) -> GoalDecision {
+        self.0.decide(|_| self.0.targets(goal))
     }
 
     fn accepted(&mut self, handle: GoalHandle<MoveTo>) {
@@ -71,8 +66,8 @@ impl ActionHandler<MoveTo> for MoveHandler {
 pub(super) struct ProbeHandler(pub(super) Arc<Shared>);
 
 impl ActionHandler<Probe> for ProbeHandler {
-    fn goal(&mut self, _id: GoalId, _goal: &ProbeGoal) -> GoalDecision {
-        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    fn goal(&mut self, _id: GoalId, goal: &ProbeGoal) -> GoalDecision {
+        self.0.decide(|machine| self.0.probe(goal, machine))
     }
 
     fn accepted(&mut self, handle: GoalHandle<Probe>) {
@@ -85,6 +80,15 @@ impl ActionHandler<Probe> for ProbeHandler {
     fn cancel(&mut self, _id: GoalId) -> bool {
         self.0.request(MotionRequest::Cancel)
     }
+}
+
+/// Homing of the joints of a goal; of all axes that need it if the goal names none.
+fn homing(goal: &HomeGoal, machine: &MachineDescription) -> MotionRecord {
+    let mut axes: Vec<Axis> = goal.joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
+    if axes.is_empty() {
+        axes = Axis::ALL.into_iter().filter(|axis| machine.axis(*axis).needs_homing).collect();
+    }
+    MotionRecord::Home(axes.iter().map(|axis| axis.joint().to_owned()).collect())
 }
 
 pub(super) fn unknown() -> String {

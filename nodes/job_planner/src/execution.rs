@@ -3,6 +3,7 @@
 use super::job_slot::{JobEvent, JobSlot};
 use super::lobe_ticks::LobeTicks;
 use super::partners::Identity;
+use super::plan_progress::PlanProgress;
 use super::request_origin::{self, RequestOrigin};
 use super::{Shared, lock};
 use camwright::machine::alarm::AlarmKind;
@@ -64,6 +65,8 @@ pub(super) struct Execution {
     events: mpsc::Sender<JobEvent>,
     inbox: mpsc::Receiver<JobEvent>,
     pub(super) times: Arc<Mutex<LobeTicks>>,
+    /// Progress of the plan in execution.
+    pub(super) progress: Arc<Mutex<PlanProgress>>,
 }
 
 impl Execution {
@@ -85,6 +88,7 @@ impl Execution {
             events,
             inbox,
             times: Arc::default(),
+            progress: Arc::default(),
         }
     }
 
@@ -106,12 +110,16 @@ impl Execution {
                 JobStatus::COMPLETE
             }
             Err(JobFailure::Cancelled(message)) => {
-                result.message = message;
+                result.message = self.explained(message, &result);
                 logger.warn(&format!("job {name} stopped: {}", result.message));
                 JobStatus::STOPPED
             }
             Err(JobFailure::Failed(message)) => {
-                result.message = message;
+                // An alarm of the machine is the cause, wherever the job noticed that it cannot go on.
+                if let (0, Some(alarm)) = (result.alarm, self.shared.stopping_alarm()) {
+                    result.alarm = alarm.number;
+                }
+                result.message = self.explained(message, &result);
                 logger.error(&format!("job {name} aborted: {}", result.message));
                 JobStatus::ABORTED
             }
@@ -128,6 +136,32 @@ impl Execution {
                 request_origin::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
             }
         }
+    }
+
+    /// Message of a job that did not come to its end: with text and remedy of its alarm, and the lobes that are finished.
+    fn explained(&self, message: String, result: &RunJobResult) -> String {
+        let mut text = message;
+        let mut add = |part: &str| {
+            if !text.contains(part) {
+                text = format!("{text}; {part}");
+            }
+        };
+        if result.alarm != 0 {
+            let raised = self.shared.alarm(result.alarm).map(|alarm| (alarm.text, alarm.remedy));
+            let of_kind = || {
+                let entry = AlarmKind::from_number(result.alarm)?.entry();
+                Some((entry.name.to_owned(), entry.remedy.to_owned()))
+            };
+            if let Some((cause, remedy)) = raised.or_else(of_kind) {
+                add(&cause);
+                add(&format!("remedy: {remedy}"));
+            }
+        }
+        if !result.lobes.is_empty() {
+            let names: Vec<&str> = result.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
+            add(&format!("finished: {} of {} lobes ({})", names.len(), self.lobes.len(), names.join(", ")));
+        }
+        text
     }
 
     /// Writes into the result of the job how one of its plans ended; nothing follows one that did not come to its end.
@@ -205,6 +239,12 @@ impl Execution {
         let sent = self.shared.execute.send_goal(wanted, self.feedback(share), ANSWER);
         let plan = sent.map_err(|error| JobFailure::still(&error.to_string()))?;
         if !plan.accepted() {
+            // An alarm between the decision on the job and this goal.
+            if let Some(alarm) = self.shared.stopping_alarm() {
+                let message = format!("alarm {} stops the machine: {}; nothing moved", alarm.number, alarm.text);
+                let ended = ExecutePlanResult { alarm: alarm.number, message, ..ExecutePlanResult::default() };
+                return Ok((GoalStatus::Aborted, ended));
+            }
             return Err(JobFailure::still("the axis interpolator rejected the plan; its log shows the reason"));
         }
         let events = self.events.clone();
@@ -274,7 +314,8 @@ impl Execution {
             RequestOrigin::Goal(goal) => Some(goal.clone()),
             RequestOrigin::Stiffness(_) | RequestOrigin::Cell => None,
         };
-        let times = Arc::clone(&self.times);
+        let (times, progress) = (Arc::clone(&self.times), Arc::clone(&self.progress));
+        *lock(&progress) = PlanProgress::default();
         let names = self.lobes.clone();
         let mut last_index = 0;
         let after_s = (whole_s - done_s - own_s).max(0.0);
@@ -282,6 +323,7 @@ impl Execution {
         move |feedback| {
             let lobe = usize::try_from(feedback.lobe).ok().filter(|index| *index < names.len());
             lock(&times).note(lobe, feedback.tick);
+            lock(&progress).note(&feedback);
             last_index = lobe.unwrap_or(last_index);
             let Some(goal) = &goal else { return };
             goal.feedback(&RunJobFeedback {

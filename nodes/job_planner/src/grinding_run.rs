@@ -1,6 +1,7 @@
 //! A job that grinds, on a thread of its own: pages, blanks, execution, measuring.
 
 use super::execution::{Execution, JobFailure, PlanShare};
+use super::plan_progress::last_cuts;
 use super::{identify, lock};
 use camwright::motion::speed_plan::SpeedPlan;
 use camwright_files::stiffness_file::StoredContact;
@@ -11,6 +12,8 @@ use std::time::Duration;
 
 /// Maximum delay of the finished part: one page of outline per lobe.
 const MEASURING: Duration = Duration::from_secs(20);
+/// Maximum delay of the part after a job that was cancelled or stopped. A machine need not report it.
+const MEASURING_UNFINISHED: Duration = Duration::from_secs(5);
 /// Start of the message of a dry run.
 const DRY_RUN: &str = "dry run";
 
@@ -22,11 +25,16 @@ pub(super) struct GrindingRun {
     pub(super) stiffness: Vec<StoredContact>,
     /// Time saved by skipped turns after the stock measurement.
     pub(super) saved: Option<String>,
+    /// Index of the last cut of each lobe in the plan that finishes the part, once that is executed.
+    last_cuts: Vec<Option<usize>>,
+    /// Turns of spark-out that the last plan omitted, by lobe.
+    turns_left_out: Vec<u32>,
 }
 
 impl GrindingRun {
     pub(super) fn new(execution: Execution, prepared: PreparedJob) -> Self {
-        Self { execution, prepared, stiffness: Vec::new(), saved: None }
+        let (stiffness, last_cuts, turns_left_out) = Default::default();
+        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out }
     }
 
     /// The whole run; the course is idle again when it returns.
@@ -36,6 +44,9 @@ impl GrindingRun {
         }
         let mut result = RunJobResult { plan_hash: self.prepared.plan_hash().to_owned(), ..RunJobResult::default() };
         let outcome = self.proceed(&mut result);
+        if outcome.is_err() {
+            result.lobes = self.measure_finished(&result);
+        }
         let journals = self.stiffness.iter().map(identify::message).collect();
         self.execution.end(outcome, result, journals);
     }
@@ -47,13 +58,13 @@ impl GrindingRun {
         plan_hash: &str,
         done_s: f64,
         own_s: f64,
-    ) -> Result<Vec<u32>, JobFailure> {
+    ) -> Result<(), JobFailure> {
         let share = PlanShare { done_s, own_s, whole_s: self.prepared.duration_s() };
         let (status, ended) = self.execution.execute(plan_hash, share)?;
-        let turns_left_out = ended.turns_left_out.clone();
+        self.turns_left_out.clone_from(&ended.turns_left_out);
         let noted = self.execution.note(result, (status, ended));
         result.duration_with_indexing = result.duration + self.prepared.planned.saved_by_not_indexing_s();
-        noted.map(|()| turns_left_out)
+        noted
     }
 
     fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), JobFailure> {
@@ -75,7 +86,9 @@ impl GrindingRun {
         let done_s = self.prepared.measuring_s();
         let own_s = self.prepared.planned.plan.duration_s;
         let plan_hash = hash_of(&self.prepared.pages).to_owned();
-        let turns_left_out = self.execute(result, &plan_hash, done_s, own_s)?;
+        self.last_cuts = last_cuts(&self.prepared.planned.plan);
+        self.execute(result, &plan_hash, done_s, own_s)?;
+        let turns_left_out = self.turns_left_out.clone();
         let mut correction = None;
         let mut measured = MeasuredContacts::default();
         let is_dry = self.prepared.dry_run_mm().is_some();
@@ -83,6 +96,7 @@ impl GrindingRun {
             let second = self.correct()?;
             self.execution.publish(&second.pages)?;
             lock(&self.execution.times).next_half();
+            self.last_cuts = last_cuts(&second.planned.plan);
             self.execute(result, second.plan_hash(), done_s + own_s, second.planned.plan.duration_s)?;
             correction = Some(second);
         } else if self.prepared.job.spec.identification.is_some() && !is_dry {
@@ -92,7 +106,7 @@ impl GrindingRun {
             result.message = self.dry_run_message(result);
             return Ok(());
         }
-        result.lobes = self.measure(result, &turns_left_out)?;
+        result.lobes = self.measure(result, turns_left_out)?;
         measured.add_to(&mut result.lobes);
         if let Some(correction) = &correction {
             correction.add_to(&mut result.lobes);
@@ -142,7 +156,8 @@ impl GrindingRun {
     }
 
     /// The form of every lobe of the finished part.
-    fn measure(&self, ended: &RunJobResult, turns_left_out: &[u32]) -> Result<Vec<LobeResult>, JobFailure> {
+    fn measure(&mut self, ended: &RunJobResult, turns_left_out: Vec<u32>) -> Result<Vec<LobeResult>, JobFailure> {
+        self.turns_left_out = turns_left_out;
         let lobes = &self.prepared.planned.lobes;
         let names: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
         let parts =
@@ -152,25 +167,58 @@ impl GrindingRun {
                 ))
             })?;
         self.learn(&parts);
-        let predicted = planning::lobe_times_s(&self.prepared);
-        let times = lock(&self.execution.times);
-        let result = |(index, part): (usize, &PartLobe)| {
-            let lobe = &lobes[index];
-            let mut result =
-                planning::lobe_result(&lobe.design, part).map_err(|e| JobFailure::Failed(e.to_string()))?;
-            self.execution.shared.lobe_forms.ground(&self.prepared, index, part);
-            result.start_angle = lobe.start_rad;
-            let left_out = turns_left_out.get(index).copied().unwrap_or_default();
-            let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
-            result.turns = f64::from(planned.saturating_sub(left_out));
-            result.duration = match times.first_tick(index, ended.last_tick) {
-                Some(ticks) => self.execution.seconds(ticks),
-                // Feedback may be lost on its way; then the plan's time is the best there is.
-                None => predicted.get(index).copied().unwrap_or_default(),
-            };
-            Ok(result)
-        };
+        let result = |(index, part)| self.lobe_result(index, part, ended);
         parts.iter().enumerate().map(result).collect()
+    }
+
+    /// Result of a lobe from its outline.
+    fn lobe_result(&self, index: usize, part: &PartLobe, ended: &RunJobResult) -> Result<LobeResult, JobFailure> {
+        let lobe = &self.prepared.planned.lobes[index];
+        let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| JobFailure::Failed(e.to_string()))?;
+        self.execution.shared.lobe_forms.ground(&self.prepared, index, part);
+        result.start_angle = lobe.start_rad;
+        let left_out = self.turns_left_out.get(index).copied().unwrap_or_default();
+        let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
+        result.turns = f64::from(planned.saturating_sub(left_out));
+        result.duration = match lock(&self.execution.times).first_tick(index, ended.last_tick) {
+            Some(ticks) => self.execution.seconds(ticks),
+            // Feedback may be lost on its way; then the plan's time is the best there is.
+            None => planning::lobe_times_s(&self.prepared).get(index).copied().unwrap_or_default(),
+        };
+        Ok(result)
+    }
+
+    /// Results of the lobes that were finished before the job was cancelled or stopped, from the part as it is.
+    fn measure_finished(&self, ended: &RunJobResult) -> Vec<LobeResult> {
+        // After an alarm the rest of the stream is executed beside the path.
+        let until_tick = match ended.alarm {
+            0 => u64::MAX,
+            number => self.execution.shared.alarm(number).map_or(ended.last_tick, |alarm| alarm.tick),
+        };
+        let (finished, last_tick) = lock(&self.execution.progress).finished(&self.last_cuts, until_tick);
+        if finished.is_empty() {
+            return Vec::new();
+        }
+        let logger = self.execution.shared.node.logger();
+        let lobes = &self.prepared.planned.lobes;
+        let names: Vec<&str> = finished.iter().map(|index| lobes[*index].design.name.as_str()).collect();
+        let since_tick = ended.last_tick.max(last_tick);
+        let measured = match self.execution.shared.parts.wait_reported(&names, since_tick, MEASURING_UNFINISHED) {
+            Ok(parts) => parts,
+            Err(missing) => {
+                logger.warn(&format!("lobe {missing} is finished, but the machine did not report its outline"));
+                return Vec::new();
+            }
+        };
+        let results = finished.iter().zip(&measured).map(|(index, part)| self.lobe_result(*index, part, ended));
+        let judged = |result: Result<LobeResult, JobFailure>| match result {
+            Ok(result) => Some(result),
+            Err(JobFailure::Failed(reason) | JobFailure::Cancelled(reason)) => {
+                logger.warn(&format!("a finished lobe cannot be judged: {reason}"));
+                None
+            }
+        };
+        results.filter_map(judged).collect()
     }
 }
 

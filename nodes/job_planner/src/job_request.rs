@@ -198,6 +198,17 @@ impl Shared {
         lock(&self.alarms).iter().find(|alarm| alarm.active && alarm.severity >= Alarm::STOP).cloned()
     }
 
+    /// An active alarm by its number.
+    pub(super) fn alarm(&self, number: u16) -> Option<Alarm> {
+        lock(&self.alarms).iter().find(|alarm| alarm.active && alarm.number == number).cloned()
+    }
+
+    /// Condition of machine or work area that rejects every job without a look at it.
+    fn standing_obstacle(&self) -> Option<String> {
+        let of_alarm = |alarm: Alarm| format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy);
+        self.stopping_alarm().map(of_alarm).or_else(|| self.cell.hindrance())
+    }
+
     /// Everything that stands between a goal and its first motion.
     pub(super) fn decide(&self, name: &str, overrides: &[String]) -> Result<AnyPrepared, String> {
         let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
@@ -206,10 +217,7 @@ impl Shared {
         let machine = lock(&self.machine).clone();
         let machine = machine
             .ok_or("no machine description received (topic machine/description); check that the machine runs")?;
-        if let Some(alarm) = self.stopping_alarm() {
-            return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
-        }
-        if let Some(reason) = self.cell.hindrance() {
+        if let Some(reason) = self.standing_obstacle() {
             return Err(reason);
         }
         self.prepare(name, overrides, Some(machine))
@@ -321,6 +329,10 @@ impl ActionHandler<RunJob> for RunHandler {
             let mut course = lock(&self.0.job_slot);
             if !matches!(*course, JobSlot::Idle) {
                 return GoalDecision::Reject(course.to_string());
+            }
+            if let Some(reason) = self.0.standing_obstacle() {
+                self.0.board.refused(&name, &reason);
+                return GoalDecision::Reject(reason);
             }
             *course = JobSlot::Deciding(name.clone());
         }

@@ -18,6 +18,7 @@ mod lobe_forms;
 mod lobe_ticks;
 mod partners;
 pub mod parts;
+mod plan_progress;
 mod plan_publisher;
 mod preview;
 mod request_origin;

@@ -40,9 +40,27 @@ impl Parts {
         since_tick: u64,
         timeout: Duration,
     ) -> Result<Vec<PartLobe>, &'a str> {
+        self.wait(names, timeout, |lobe| lobe.finished && lobe.tick >= since_tick)
+    }
+
+    /// Waits until every named lobe is reported at or after a tick, on a part whose job may not have come to its end.
+    pub(crate) fn wait_reported<'a>(
+        &self,
+        names: &[&'a str],
+        since_tick: u64,
+        timeout: Duration,
+    ) -> Result<Vec<PartLobe>, &'a str> {
+        self.wait(names, timeout, |lobe| lobe.tick >= since_tick)
+    }
+
+    fn wait<'a>(
+        &self,
+        names: &[&'a str],
+        timeout: Duration,
+        is_wanted: impl Fn(&PartLobe) -> bool,
+    ) -> Result<Vec<PartLobe>, &'a str> {
         wait_for(&self.lobes, &self.changed, timeout, |lobes| {
-            let is_done = |lobe: &&PartLobe| lobe.finished && lobe.tick >= since_tick;
-            match names.iter().find(|name| lobes.get(**name).as_ref().is_none_or(|lobe| !is_done(lobe))) {
+            match names.iter().find(|name| !lobes.get(**name).is_some_and(&is_wanted)) {
                 Some(missing) => Err(*missing),
                 None => Ok(names.iter().filter_map(|name| lobes.get(*name).cloned()).collect()),
             }
@@ -65,6 +83,8 @@ mod tests {
         assert_eq!(wait(101), Err("I1"), "that was the part before");
         parts.add(lobe(200, false));
         assert_eq!(wait(101), Err("I1"), "a blank");
+        let reported = |since| parts.wait_reported(&["I1"], since, Duration::from_millis(1)).map(|lobes| lobes[0].tick);
+        assert_eq!((reported(101), reported(201)), (Ok(200), Err("I1")), "the part of a job that was stopped");
         parts.add(lobe(300, true));
         assert_eq!(wait(101), Ok(300));
     }

@@ -18,8 +18,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Nanoseconds of a microsecond.
 const NS_PER_US: f64 = 1000.0;
-/// Shares of a bound at which a warning and an error begin.
+/// Shares of the alarm limit of the following error at which a warning and an error begin.
 const NEAR: (f64, f64) = (0.7, 0.9);
+/// Share of the drive limit from which on a force counts as limited.
+const LIMITED: f64 = 0.99;
+/// Share of the time with a limited force from which on a drive is too weak. A drive uses its whole force to speed up: short times are normal.
+const TOO_WEAK: f64 = 0.5;
 /// Shares of the feedback delay below which setpoints come late.
 const LATE: (f64, f64) = (0.2, 0.05);
 /// Shares of a wheel's usable radius below which it is about to be worn.
@@ -35,6 +39,9 @@ struct ReportedPeaks {
     following: [f64; AXIS_COUNT],
     /// Largest force, as a share of what the drive has.
     force: [f64; AXIS_COUNT],
+    /// Ticks with a force at the limit of the drive, and all ticks.
+    limited_ticks: [u64; AXIS_COUNT],
+    ticks: u64,
     wheel_rad_s: f64,
     readings: u64,
     last_reading_mm: Option<f64>,
@@ -63,7 +70,9 @@ impl Health {
             let place = axis.index();
             seen.following[place] = seen.following[place].max(following);
             seen.force[place] = seen.force[place].max(force);
+            seen.limited_ticks[place] += u64::from(force >= LIMITED);
         }
+        seen.ticks += 1;
         seen.wheel_rad_s = report.wheel_rad_s;
         seen.is_before_a_lobe = report.lobe.is_some();
         if let Some(reading_mm) = report.gauge_mm[0] {
@@ -210,25 +219,45 @@ fn drive_queue(bus: &BusTiming, underruns_before: &mut u64) -> Option<Diagnostic
     Some(diagnostic_status(level, BusTiming::STATUS, &message, &values))
 }
 
-/// Status of the drives: distance from their limits and trips.
+/// Status of the drives: following errors against the limits at which they trip, and forces.
+///
+/// A force at its limit is no fault: drives need it to speed up. One that lasts means that the axis cannot follow what is asked of it.
 fn drives(seen: &ReportedPeaks) -> DiagnosticStatus {
     let percent = |share: f64| format!("{:.0}", 100.0 * share);
     let max = |shares: &[f64; AXIS_COUNT]| shares.iter().copied().fold(0.0, f64::max);
-    let level = above(max(&seen.following).max(max(&seen.force)), NEAR);
-    let message = format!(
-        "force up to {} % of the drive limit, following error up to {} % of the alarm limit",
-        percent(max(&seen.force)),
-        percent(max(&seen.following))
-    );
-    let keys = ["c_axis", "x_axis", "z_axis"]
-        .map(|joint| [format!("{joint}_force_percent"), format!("{joint}_following_percent")]);
-    let values: Vec<(&str, String)> = keys
-        .iter()
-        .zip(seen.force.iter().zip(&seen.following))
-        .flat_map(|([force_key, following_key], (force, following))| {
-            [(force_key.as_str(), percent(*force)), (following_key.as_str(), percent(*following))]
+    let limited = seen.limited_ticks.map(|ticks| ticks as f64 / seen.ticks.max(1) as f64);
+    let weak = Axis::ALL.into_iter().find(|axis| limited[axis.index()] > TOO_WEAK);
+    let of_following = above(max(&seen.following), NEAR);
+    let (level, message) = match weak {
+        Some(axis) if of_following == DiagnosticStatus::OK => (
+            DiagnosticStatus::WARN,
+            format!(
+                "{} needs the whole force of its drive for {} % of the time: reduce its acceleration or its load",
+                axis.joint(),
+                percent(limited[axis.index()])
+            ),
+        ),
+        _ => (
+            of_following,
+            format!(
+                "force up to {} % of the drive limit, following error up to {} % of the alarm limit",
+                percent(max(&seen.force)),
+                percent(max(&seen.following))
+            ),
+        ),
+    };
+    let values: Vec<(String, String)> = Axis::ALL
+        .into_iter()
+        .flat_map(|axis| {
+            let (joint, place) = (axis.joint(), axis.index());
+            [
+                (format!("{joint}_force_percent"), percent(seen.force[place])),
+                (format!("{joint}_following_percent"), percent(seen.following[place])),
+                (format!("{joint}_force_limited_percent"), percent(limited[place])),
+            ]
         })
         .collect();
+    let values: Vec<(&str, String)> = values.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
     diagnostic_status(level, "drives", &message, &values)
 }
 
@@ -290,6 +319,26 @@ mod tests {
         let (ok, warn, error) = (DiagnosticStatus::OK, DiagnosticStatus::WARN, DiagnosticStatus::ERROR);
         assert_eq!(levels, [ok, warn, warn, error, error]);
         assert_eq!([0.5, 0.2, 0.1, 0.05, 0.0].map(|share| below(share, LATE)), [ok, warn, warn, error, error]);
+    }
+
+    #[test]
+    fn a_force_at_its_limit_is_reported_once_it_lasts() {
+        let x = Axis::X.index();
+        let mut seen = ReportedPeaks { ticks: 1000, ..ReportedPeaks::default() };
+        (seen.force[x], seen.limited_ticks[x], seen.following[x]) = (1.0, 400, 0.3);
+        let status = drives(&seen);
+        assert_eq!(status.level, DiagnosticStatus::OK, "it speeds up: {}", status.message);
+        assert!(status.message.starts_with("force up to 100 % of the drive limit"), "{}", status.message);
+        let limited = status.values.iter().find(|pair| pair.key == "x_axis_force_limited_percent");
+        assert_eq!(limited.map(|pair| pair.value.as_str()), Some("40"));
+        seen.limited_ticks[x] = 600;
+        let status = drives(&seen);
+        assert_eq!(status.level, DiagnosticStatus::WARN, "{}", status.message);
+        assert!(status.message.starts_with("x_axis needs the whole force of its drive for 60 %"), "{}", status.message);
+        seen.following[x] = 0.95;
+        let status = drives(&seen);
+        assert_eq!(status.level, DiagnosticStatus::ERROR, "it is about to trip: {}", status.message);
+        assert!(status.message.contains("following error up to 95 %"), "{}", status.message);
     }
 
     #[test]

@@ -128,6 +128,8 @@ pub(super) struct MachinePump {
     /// Remaining wait of samples; spent on a subscriber that does not acknowledge.
     patience: Duration,
     complaint: LimitedWarning,
+    /// The part has been cut in this job since it was last published.
+    has_cut: bool,
 }
 
 impl MachinePump {
@@ -147,6 +149,7 @@ impl MachinePump {
             lobes: Vec::new(),
             patience: SAMPLE_PATIENCE,
             complaint: LimitedWarning::default(),
+            has_cut: false,
         }
     }
 
@@ -237,9 +240,20 @@ impl MachinePump {
         self.context.health.see(report, &self.context.description);
         self.latches.extend(report.latches.iter().map(|latch| latch_message(latch, &self.context.description)));
         report.raised.iter().for_each(|alarm| self.log(alarm));
+        self.see_unfinished_job(report, state);
         let sent = self.vital(report, state);
         let stamp = self.context.clock.stamp(report.tick);
         sent.and(self.samples(report, state, &stamp))
+    }
+
+    /// Has the part published as it is when the motion of a job ends before its end: the setpoints are spent, or the axes rest after an
+    /// alarm. The part of a lathe has a single surface, which is not finished then.
+    fn see_unfinished_job(&mut self, report: &TickReport, state: &StreamState) {
+        self.has_cut = state.job_tick != 0 && (self.has_cut || report.removal.area_mm2 > 0.0);
+        let is_over = !state.has_holder || report.motion == MotionState::Fault;
+        if is_over && std::mem::take(&mut self.has_cut) && self.outlets.turned.is_none() {
+            self.context.inlet.send(Inbound::Snapshot(Box::default()));
+        }
     }
 
     /// Publishes the messages that other nodes wait for: alarms, credit with receipts and edges, inputs, I/O. A failed one does not delay

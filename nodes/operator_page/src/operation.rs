@@ -13,10 +13,11 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
 };
+use camwright_msgs::rcl_interfaces::msg::Log;
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
 use camwright_msgs::{Action, Message, Service};
-use camwright_ros::{ActionClient, GoalStatus, Node, Qos, RosError};
+use camwright_ros::{ActionClient, GoalId, GoalStatus, Node, Qos, RosError, Subscription};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,6 +32,10 @@ const OPTIONAL_SERVER: Duration = Duration::from_millis(300);
 const ANSWER: Duration = Duration::from_secs(5);
 /// Maximum time of homing, of a jog, and of a motion of wheel, door or chuck.
 const MOTION: Duration = Duration::from_secs(300);
+/// Maximum time from a rejection to its line in the log.
+const LOG_DELAY: Duration = Duration::from_secs(1);
+/// Words of the line, between the name of the action and the reason.
+const REJECTED: &str = " rejected: ";
 /// Time between two messages that keep a jog without distance alive.
 const HOLD_TO_RUN: Duration = Duration::from_millis(100);
 
@@ -265,14 +270,13 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
 
 fn home(node: &Node, axes: &[String], goes_on: &dyn Fn() -> bool) -> Result<Answer, RosError> {
     let goal = HomeGoal { joints: axes.to_vec() };
-    let Some((_, result)) = motion::<Home>(node, "axis_interpolator/home", goal, &|| {}, goes_on)? else {
-        return Ok(Answer::refused(REJECTED));
+    let result = match motion::<Home>(node, "axis_interpolator/home", goal, &|| {}, goes_on)? {
+        MotionEnd::Ended(_, result) => result,
+        MotionEnd::Rejected(reason) => return Ok(Answer::refused(format!("axis_interpolator refuses: {reason}"))),
     };
     let names = if axes.is_empty() { "all axes".to_owned() } else { axes.join(", ") };
     Ok(Answer::of_service("axis_interpolator", result.success, &result.message, &format!("homed {names}")))
 }
-
-const REJECTED: &str = "axis_interpolator rejects the goal; its log shows the reason";
 
 fn jog(
     node: &Node,
@@ -302,8 +306,9 @@ fn jog(
         // Without this message the jog ends.
         let _sent = is_held && hold.publish(&Empty::default()).is_ok();
     };
-    let Some((status, result)) = motion::<Jog>(node, "axis_interpolator/jog", goal, &keep_alive, goes_on)? else {
-        return Ok(Answer::refused(REJECTED));
+    let (status, result) = match motion::<Jog>(node, "axis_interpolator/jog", goal, &keep_alive, goes_on)? {
+        MotionEnd::Ended(status, result) => (status, result),
+        MotionEnd::Rejected(reason) => return Ok(Answer::refused(format!("axis_interpolator refuses: {reason}"))),
     };
     let ended_well = status == GoalStatus::Succeeded || (is_held && status == GoalStatus::Canceled);
     let at = format!("{axis} at {}", position(joint, result.position));
@@ -322,7 +327,50 @@ pub fn position(axis: Axis, position: f64) -> String {
     }
 }
 
-/// Sends a goal and waits for its end; `None`: the goal was rejected.
+/// End of a goal.
+#[derive(Debug)]
+pub enum MotionEnd<A: Action> {
+    Ended(GoalStatus, A::Result),
+    /// The server rejected it for this reason.
+    Rejected(String),
+}
+
+/// Reasons of rejections. The protocol of actions has no field for them, so servers log them with the id of the goal.
+struct RejectionLog {
+    lines: mpsc::Receiver<String>,
+    _subscription: Subscription,
+}
+
+impl RejectionLog {
+    fn subscribe(node: &Node) -> Result<Self, RosError> {
+        let (sender, lines) = mpsc::channel();
+        let listen = move |log: Log, _: &_| {
+            if log.msg.contains(REJECTED) {
+                let _is_over = sender.send(log.msg);
+            }
+        };
+        Ok(Self { lines, _subscription: node.subscribe("/rosout", &Qos::latched(1000), listen)? })
+    }
+
+    /// Reason for which a goal was rejected. A server logs the same reason once in five seconds: without a line about this goal, it is
+    /// that of the last one.
+    fn reason(&self, action: &str, goal: GoalId) -> String {
+        let (id, about) = (goal.to_string(), format!(" of {action}{REJECTED}"));
+        let mut last = None;
+        let deadline = Instant::now() + LOG_DELAY;
+        while let Ok(line) = self.lines.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            let of_a_goal = line.strip_prefix("goal ").and_then(|line| line.split_once(&about));
+            let Some((goal, reason)) = of_a_goal else { continue };
+            if goal == id {
+                return reason.to_owned();
+            }
+            last = Some(reason.to_owned());
+        }
+        last.unwrap_or_else(|| "the goal is rejected; the log of the node has the reason".to_owned())
+    }
+}
+
+/// Sends a goal and waits for its end.
 ///
 /// Ten times a second it calls `meanwhile`, and cancels the goal once `goes_on` returns false.
 ///
@@ -334,22 +382,24 @@ pub fn motion<A: Action>(
     goal: A::Goal,
     meanwhile: &dyn Fn(),
     goes_on: &dyn Fn() -> bool,
-) -> Result<Option<(GoalStatus, A::Result)>, RosError>
+) -> Result<MotionEnd<A>, RosError>
 where
     A::Result: Send + 'static,
 {
+    let rejections = RejectionLog::subscribe(node)?;
     let client: ActionClient<A> = node.action_client(name)?;
     client.wait_for_server(MEETING)?;
     let goal = client.send_goal(goal, drop, ANSWER)?;
     if !goal.accepted() {
-        return Ok(None);
+        return Ok(MotionEnd::Rejected(rejections.reason(client.action(), goal.id())));
     }
+    drop(rejections);
     let (sender, ended) = mpsc::channel();
     goal.result_with(move |status, result| drop(sender.send((status, result))))?;
     let mut is_cancelled = false;
     loop {
         match ended.recv_timeout(HOLD_TO_RUN) {
-            Ok(ended) => return Ok(Some(ended)),
+            Ok((status, result)) => return Ok(MotionEnd::Ended(status, result)),
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(RosError::Timeout { what: format!("result of {name}"), waited_s: 0.0 });
             }

@@ -27,9 +27,26 @@ pub enum ArgsError {
         path: String,
         reason: String,
     },
+    /// A token after `--ros-args` that is not an argument of ROS; rclcpp and rclpy end on it too.
+    #[error(
+        "unknown ROS argument {token:?}{}; after `--ros-args`: {FLAGS}; arguments of the program go before `--ros-args` or after `--`",
+        suggestion(token)
+    )]
+    Unknown { token: String },
     /// An environment variable that cannot be meant.
     #[error("environment variable {variable}={value}: {reason}")]
     Environment { variable: String, value: String, reason: String },
+}
+
+/// Arguments of ROS, for the error about an unknown one.
+const FLAGS: &str = "-r FROM:=TO, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL";
+
+/// Flag that a rule without one needs.
+fn suggestion(token: &str) -> String {
+    if token.contains(":=") && !token.starts_with('-') {
+        return format!("; did you mean `-r {token}` or `-p {token}`?");
+    }
+    String::new()
 }
 
 /// Which hosts may find this one.
@@ -105,10 +122,15 @@ impl RosArgs {
     /// # Errors
     /// See [`RosArgs::from_env`].
     pub fn parse(args: &[String]) -> Result<(Self, Vec<String>), ArgsError> {
-        Self::parse_with(args, |variable| std::env::var(variable).ok().filter(|value| !value.is_empty()))
+        let (ros, rest) =
+            Self::parse_with(args, |variable| std::env::var(variable).ok().filter(|value| !value.is_empty()))?;
+        match ros.unparsed.first() {
+            Some(token) => Err(ArgsError::Unknown { token: token.clone() }),
+            None => Ok((ros, rest)),
+        }
     }
 
-    /// Reads the given arguments and variables.
+    /// Reads the given arguments and variables. As in rcl, unknown tokens are left: see [`RosArgs::unparsed`].
     ///
     /// # Errors
     /// See [`RosArgs::from_env`].
@@ -223,7 +245,7 @@ impl RosArgs {
         Ok(())
     }
 
-    /// Tokens inside `--ros-args` that mean nothing to ROS. rcl leaves them; most programs refuse them.
+    /// Tokens inside `--ros-args` that mean nothing to ROS. rcl leaves them; [`RosArgs::parse`] refuses them, as rclcpp and rclpy do.
     pub fn unparsed(&self) -> &[String] {
         &self.unparsed
     }

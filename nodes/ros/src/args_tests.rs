@@ -52,6 +52,29 @@ fn scopes_open_and_close_and_the_rest_is_the_programs() {
     assert_eq!(args.unparsed(), ["stray", "foo:=bar", "--unknown"]);
 }
 
+/// Every line that rclpy refuses as unknown is refused by programs, with the token and what may stand there.
+#[test]
+fn programs_refuse_unknown_tokens() {
+    let words = |line: &Value| -> Vec<String> {
+        line["args"].as_array().expect("a list").iter().filter_map(Value::as_str).map(str::to_owned).collect()
+    };
+    let table: Vec<Value> = serde_json::from_str(include_str!("args_table.json")).expect("the table is JSON");
+    let unknown: Vec<_> = table.iter().filter(|line| line["rcl"] == "unknown").map(words).collect();
+    assert!(unknown.len() >= 20, "{} lines", unknown.len());
+    for args in unknown {
+        let refused = RosArgs::parse(&args).map(drop);
+        assert!(matches!(refused, Err(ArgsError::Unknown { .. })), "{args:?}: {refused:?}");
+    }
+    let text = |args: &[&str]| {
+        let args: Vec<String> = args.iter().map(ToString::to_string).collect();
+        RosArgs::parse(&args).expect_err("an unknown token").to_string()
+    };
+    let stray = text(&["run", "--ros-args", "-r", "a:=b", "--unknown"]);
+    assert!(stray.starts_with("unknown ROS argument \"--unknown\"; after `--ros-args`: -r FROM:=TO"), "{stray}");
+    let bare = text(&["--ros-args", "pace:=fast"]);
+    assert!(bare.contains("did you mean `-r pace:=fast` or `-p pace:=fast`?"), "{bare}");
+}
+
 #[test]
 fn log_levels_are_by_logger_and_the_last_wins() {
     let (args, _) = parse(&[

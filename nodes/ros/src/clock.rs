@@ -1,6 +1,8 @@
 //! ROS time: the system clock, or the times that `/clock` reports.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::time::Instant;
 
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_threads::system_time::system_time_ns;
@@ -36,6 +38,11 @@ impl RosClock {
         }
     }
 
+    /// Simulated time, 0 before the first `/clock`; `None` while the system clock counts.
+    fn simulated_ns(&self) -> Option<i64> {
+        self.simulated.load(Ordering::Acquire).then(|| self.simulated_ns.load(Ordering::Acquire))
+    }
+
     /// Switches between simulated time and the system clock.
     pub(super) fn simulate(&self, simulated: bool) {
         self.simulated.store(simulated, Ordering::Release);
@@ -47,9 +54,74 @@ impl RosClock {
     }
 }
 
+/// Reading of the time that counts.
+#[derive(Debug, Clone, Copy)]
+enum Reading {
+    /// Not the system clock, which can be set.
+    Monotonic(Instant),
+    Simulated(i64),
+}
+
+/// ROS time that has passed since its creation. It never decreases: a clock that is set back, the first `/clock` and a change of
+/// `use_sim_time` add nothing.
+#[derive(Debug)]
+pub struct ElapsedTime {
+    clock: Arc<RosClock>,
+    last: Reading,
+    elapsed_ns: i64,
+}
+
+impl ElapsedTime {
+    pub(super) fn new(clock: &Arc<RosClock>) -> Self {
+        let clock = Arc::clone(clock);
+        Self { last: Self::read(&clock), clock, elapsed_ns: 0 }
+    }
+
+    fn read(clock: &RosClock) -> Reading {
+        clock.simulated_ns().map_or_else(|| Reading::Monotonic(Instant::now()), Reading::Simulated)
+    }
+
+    /// The time that has passed (s).
+    pub fn seconds(&mut self) -> f64 {
+        let now = Self::read(&self.clock);
+        let passed_ns = match (self.last, now) {
+            (Reading::Monotonic(last), Reading::Monotonic(now)) => {
+                i64::try_from(now.saturating_duration_since(last).as_nanos()).unwrap_or(i64::MAX)
+            }
+            (Reading::Simulated(last), Reading::Simulated(now)) if last != 0 => now.saturating_sub(last).max(0),
+            _ => 0,
+        };
+        self.elapsed_ns = self.elapsed_ns.saturating_add(passed_ns);
+        self.last = now;
+        self.elapsed_ns as f64 / NS_PER_S as f64
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn elapsed_time_follows_the_simulated_clock_and_never_decreases() {
+        let clock = Arc::<RosClock>::default();
+        clock.simulate(true);
+        let mut elapsed = ElapsedTime::new(&clock);
+        let mut at = |ns: i64| {
+            clock.set_simulated(ns);
+            elapsed.seconds()
+        };
+        let begin = 1_790_000_000 * NS_PER_S;
+        let times = [0, begin, begin + 2 * NS_PER_S, begin + NS_PER_S, begin + 4 * NS_PER_S].map(&mut at);
+        assert_eq!(times, [0.0, 0.0, 2.0, 2.0, 5.0], "the first clock and one that is set back add nothing");
+        clock.simulate(false);
+        let switched = elapsed.seconds();
+        assert!((switched - 5.0).abs() < 1e-12, "{switched}: the clock was changed");
+        let later = Instant::now() + std::time::Duration::from_millis(5);
+        while Instant::now() < later {
+            std::hint::spin_loop();
+        }
+        assert!(elapsed.seconds() >= 5.005, "the system's time counts now");
+    }
 
     #[test]
     fn nanoseconds_and_messages_are_the_same_time() {

@@ -42,11 +42,15 @@ impl DiagnosticsReporter {
     }
 
     fn send(&self, node: &Node, mut status: Vec<DiagnosticStatus>) {
+        // All cells of a domain share the topic: in a namespace the names of a cell are its own.
+        let (namespace, source) = match node.namespace() {
+            "/" => (String::new(), node.name().to_owned()),
+            namespace => (format!("{namespace}/"), node.fully_qualified_name()),
+        };
         for item in &mut status {
-            item.name =
-                if item.name.is_empty() { node.name().to_string() } else { format!("{}: {}", node.name(), item.name) };
+            item.name = if item.name.is_empty() { source.clone() } else { format!("{source}: {}", item.name) };
             if item.hardware_id.is_empty() {
-                item.hardware_id.clone_from(&self.hardware_id);
+                item.hardware_id = format!("{namespace}{}", self.hardware_id);
             }
         }
         if let Some(first) = status.first_mut() {
@@ -90,7 +94,7 @@ pub fn diagnostic_status(level: u8, part: &str, message: &str, values: &[(&str, 
 
 impl Node {
     /// Publishes what `report` says on `/diagnostics` once a second; it runs on the executor thread. The names it gives are those of
-    /// parts; the node's name is put before them.
+    /// parts; the node's name is put before them, with its namespace if it has one. The namespace is put before `hardware_id` too.
     ///
     /// # Errors
     /// The node is shut down.

@@ -101,7 +101,7 @@ pub use action_client::{ActionClient, CancelOutcome, ClientGoal};
 pub use action_server::{ActionHandler, ActionServer, DeferredDecision, GoalDecider, GoalDecision};
 pub use args::{ArgsError, DiscoveryRange, RosArgs};
 pub use authority::Authority;
-pub use clock::{from_time, to_time};
+pub use clock::{ElapsedTime, from_time, to_time};
 pub use delay::DelayInjection;
 pub use diagnostics::{Diagnostics, diagnostic_status};
 pub use discovery::{EndpointInfo, GraphListener, Guid, TopicInfo};

@@ -13,7 +13,7 @@ use camwright_msgs::builtin_interfaces;
 use rustdds::{DomainParticipant, QosPolicies, RTPSEntity, Topic, TopicKind};
 
 use super::authority::Authority;
-use super::clock::RosClock;
+use super::clock::{ElapsedTime, RosClock};
 use super::delay::{DelayInjection, DelaySource};
 use super::discovery::{Graph, Guid};
 use super::error::RosError;
@@ -272,6 +272,11 @@ impl Node {
     /// ROS time as a message; see [`Node::now_ns`].
     pub fn now(&self) -> builtin_interfaces::msg::Time {
         super::clock::to_time(self.now_ns())
+    }
+
+    /// ROS time that passes from now on, for durations in messages. Waits for a partner use real time, which always passes.
+    pub fn elapsed_time(&self) -> ElapsedTime {
+        ElapsedTime::new(&self.inner.clock)
     }
 
     /// Calls `callback` on the executor thread every `period` of real time, until the handle is dropped.

@@ -328,7 +328,8 @@ impl RunLogger {
         })?);
         services.extend(file_services(&node, &shared)?);
         let weak = Arc::downgrade(&shared);
-        let diagnostics = node.diagnostics("", move || weak.upgrade().map(|s| s.diagnosis()).into_iter().collect())?;
+        let diagnostics =
+            node.diagnostics("run_logger", move || weak.upgrade().map(|s| s.diagnosis()).into_iter().collect())?;
         let lifecycle = node.lifecycle(Callbacks(shared.clone()))?;
         let spin = shared.node.spin_in_thread()?;
         autostart::begin(&shared.node, &lifecycle);

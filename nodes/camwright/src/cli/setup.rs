@@ -10,7 +10,7 @@ use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoa
 use camwright_msgs::camwright_msgs::srv::{
     Dress, DressRequest, FindPhase, FindPhaseRequest, TouchOff, TouchOffRequest,
 };
-use camwright_operator_page::operation::{motion, position};
+use camwright_operator_page::operation::{MotionEnd, motion, position};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, Node, NodeOptions, RosArgs, RosLayer, Shutdown};
 use clap::{Args, Subcommand};
@@ -169,8 +169,10 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 // 0 would count as 1.
                 speed_factor: if *speed_factor == 0.0 { f64::NAN } else { *speed_factor },
             };
-            let (status, result) = goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown)?;
-            Ok((status == GoalStatus::Succeeded, result.message))
+            Ok(match goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown)? {
+                MotionEnd::Ended(status, result) => (status == GoalStatus::Succeeded, result.message),
+                MotionEnd::Rejected(reason) => (false, rejected(&reason)),
+            })
         }
         WorkArgs::Probe { to: (axis, target), input, until_open, speed, stand_off, max_force_n } => {
             let goal = ProbeGoal {
@@ -183,7 +185,10 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 most_force: *max_force_n,
                 ..ProbeGoal::default()
             };
-            let (status, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown)?;
+            let (status, result) = match goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown)? {
+                MotionEnd::Ended(status, result) => (status, result),
+                MotionEnd::Rejected(reason) => return Ok((false, rejected(&reason))),
+            };
             let good = status == GoalStatus::Succeeded;
             let found = if good { format!("; {input} at {}", position(*axis, result.position)) } else { String::new() };
             Ok((good, result.message + &found))
@@ -225,17 +230,16 @@ fn m_from_um(um: f64) -> f64 {
 }
 
 /// Sends a goal and waits for its end; a signal cancels it.
-fn goal_of<A: Action>(
-    node: &Node,
-    name: &str,
-    goal: A::Goal,
-    shutdown: &Shutdown,
-) -> Result<(GoalStatus, A::Result), NodeError>
+fn goal_of<A: Action>(node: &Node, name: &str, goal: A::Goal, shutdown: &Shutdown) -> Result<MotionEnd<A>, NodeError>
 where
     A::Result: Send + 'static,
 {
-    motion::<A>(node, name, goal, &|| {}, &|| !shutdown.is_requested())?
-        .ok_or_else(|| NodeError::Parameter("the axis interpolator rejected the goal; its log shows the reason".into()))
+    Ok(motion::<A>(node, name, goal, &|| {}, &|| !shutdown.is_requested())?)
+}
+
+/// Message about a goal that the axis interpolator rejects.
+fn rejected(reason: &str) -> String {
+    format!("not started: {reason}; nothing moved")
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //!                                  Pace: which moment of the bag it is
 //! ```
 
+mod live_cell;
 mod pace;
 mod plan;
 mod playback;
@@ -76,6 +77,9 @@ pub struct ReplayArgs {
     /// Publish the time of the bag on /clock at this rate, instead of the recorded clock
     #[arg(long, value_parser = positive, value_name = "HZ", num_args = 0..=1, default_missing_value = "40")]
     pub clock: Option<f64>,
+    /// Play the topics of a cell although a live cell has them
+    #[arg(long)]
+    pub onto_live_cell: bool,
     /// Maximum time to wait for subscribers
     #[arg(long, default_value_t = 2.0, value_parser = not_negative, value_name = "SECONDS")]
     pub wait: f64,
@@ -113,6 +117,18 @@ pub enum ReplayError {
         /// The bag.
         bag: String,
     },
+    /// The nodes of a live cell would take the messages for those of their partners.
+    #[error(
+        "nothing is played: {node} belongs to a live cell, which has topics of this bag ({topics}); play in another domain \
+         (ROS_DOMAIN_ID=7), rename them (--ros-args -r /joint_states:=/old/joint_states) or leave them out (--exclude \
+         '/machine/*'); --onto-live-cell plays them all the same"
+    )]
+    LiveCell {
+        /// Node that shows that the cell is live.
+        node: String,
+        /// Topics of the bag that the cell has.
+        topics: String,
+    },
 }
 
 /// Result of a playback.
@@ -142,6 +158,9 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
     let wish = args.wish(bag.log_times_ns().ok_or_else(nothing)?);
     let node = Node::new(NodeOptions::new("bag_player", ros))?;
     let spinning = node.spin_in_thread()?;
+    if !args.onto_live_cell {
+        refuse_live_cell(&node, &bag, &selection)?;
+    }
     let mut tracks = Vec::with_capacity(bag.topics().len());
     for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
         let publisher = if count > 0 && selection.selects(&topic.name, &topic.type_name) {
@@ -180,6 +199,19 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
     spinning.stop();
     node.shutdown();
     Ok(PlaybackSummary { topics, matched_topics, ..played })
+}
+
+/// Refuses a bag with selected topics of a cell that is live.
+fn refuse_live_cell(node: &Node, bag: &Bag, selection: &Selection) -> Result<(), ReplayError> {
+    let played = bag.topics().iter().zip(bag.message_counts());
+    let played = played.filter(|(topic, count)| **count > 0 && selection.selects(&topic.name, &topic.type_name));
+    let topics = played.map(|(topic, _)| node.resolve_topic(&topic.name)).collect::<Result<Vec<_>, _>>()?;
+    match live_cell::find(node, &topics) {
+        None => Ok(()),
+        Some(live_cell::LiveCell { node, topics }) => {
+            Err(ReplayError::LiveCell { node, topics: live_cell::listed(&topics) })
+        }
+    }
 }
 
 impl ReplayArgs {

@@ -10,7 +10,7 @@ use camwright::cell::packml::{Command, PackmlState, Unit};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
 use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandResponse};
 use camwright_msgs::std_srvs::srv::Trigger;
-use camwright_ros::{Responder, RosError};
+use camwright_ros::{ElapsedTime, Responder, RosError};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak, mpsc};
 use std::time::{Duration, Instant};
@@ -53,7 +53,11 @@ pub(super) struct CellController {
     planner: Weak<Shared>,
     inbox: mpsc::Receiver<CellEvent>,
     began: Instant,
+    /// ROS time for the times in messages.
+    elapsed: ElapsedTime,
     pub(super) unit: Unit,
+    /// The state as last seen, and since when in real time.
+    state_since: (PackmlState, Instant),
     pub(super) devices: Devices,
     pub(super) publisher: CellPublisher,
     pub(super) run: Option<PartsRun>,
@@ -91,7 +95,9 @@ impl CellController {
             planner: Arc::downgrade(shared),
             inbox,
             began: Instant::now(),
+            elapsed: shared.node.elapsed_time(),
             unit: Unit::new(0.0),
+            state_since: (PackmlState::default(), Instant::now()),
             devices: Devices::new(&shared.node, mailbox)?,
             publisher: CellPublisher::new(&shared.node)?,
             run: None,
@@ -140,8 +146,19 @@ impl CellController {
         }
     }
 
-    pub(super) fn now_s(&self) -> f64 {
+    /// ROS time since the start (s), for the times of the states.
+    pub(super) fn now_s(&mut self) -> f64 {
+        self.elapsed.seconds()
+    }
+
+    /// Real time since the start (s), for waits: simulated time may stand still.
+    pub(super) fn real_s(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
+    }
+
+    /// Real time in the present state (s).
+    pub(super) fn waited_s(&self) -> f64 {
+        self.state_since.1.elapsed().as_secs_f64()
     }
 
     fn apply(&mut self, shared: &Arc<Shared>, event: CellEvent) {
@@ -171,6 +188,9 @@ impl CellController {
         // Every turn enters a state or is the last one; there is no way round that is longer.
         for _ in 0..32 {
             let before = self.unit.state();
+            if self.state_since.0 != before {
+                self.state_since = (before, Instant::now());
+            }
             self.check_alarms(shared);
             self.check_hold(shared);
             self.act(shared);
@@ -310,7 +330,7 @@ impl CellController {
 
     /// Alarms are reset; nothing moves.
     fn clear(&mut self, shared: &Shared) {
-        if self.unit.time_in_state_s(self.now_s()) > CLEARING_S {
+        if self.waited_s() > CLEARING_S {
             self.devices.answered(DeviceRequest::Reset);
             return self.refuse_clear(shared, "the machine or the axis interpolator does not answer");
         }

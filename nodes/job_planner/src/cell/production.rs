@@ -69,7 +69,7 @@ impl CellController {
     pub(super) fn seen(&self, shared: &Shared) -> LoadingInputs {
         let area = self.area.clone().unwrap_or_default();
         LoadingInputs {
-            now_s: self.now_s(),
+            now_s: self.real_s(),
             door: place(area.door),
             chuck: place(area.chuck),
             part_present: area.part_present,
@@ -104,7 +104,7 @@ impl CellController {
             run.phase = if wants == HandshakeGoal::RawPart { PartPhase::Begin } else { PartPhase::End };
             return self.produce(shared);
         }
-        self.handshake = Some(Handshake::begin(request, Self::timeouts(shared), self.now_s()));
+        self.handshake = Some(Handshake::begin(request, Self::timeouts(shared), self.real_s()));
         self.cause = Some(SuspensionCause::Loading);
         self.command(shared, Command::Suspend);
     }
@@ -127,7 +127,7 @@ impl CellController {
         if area.door != WorkArea::CLOSED && !area.entered {
             self.devices.ask(DeviceRequest::Door(false));
         }
-        self.unit.time_in_state_s(self.now_s()) > Self::timeouts(shared).machine_s
+        self.waited_s() > Self::timeouts(shared).machine_s
     }
 
     /// The handshake, while the cell is suspended for it.

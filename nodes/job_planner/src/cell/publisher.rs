@@ -1,6 +1,7 @@
 //! Topics of the cell: `~/cell_state`, and `~/loading` where the machine has a door and a chuck.
 
 use camwright_msgs::Message;
+use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{CellState, LoadingState};
 use camwright_ros::{Node, Publisher, Qos, RosError};
 use std::time::{Duration, Instant};
@@ -12,17 +13,21 @@ const PERIOD: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(super) struct LastPublished<M: Message> {
     publisher: Publisher<M>,
-    last: Option<(M, Instant)>,
+    /// The message without what changes all the time, when it was published, and the ROS time of its change.
+    last: Option<(M, Instant, Time)>,
 }
 
 impl<M: Message + PartialEq> LastPublished<M> {
-    /// Says what is new, or what was said long ago. `plain` is the message without what changes all the time.
-    pub(super) fn publish(&mut self, plain: M, whole: impl FnOnce(M) -> M) -> Result<(), RosError> {
-        if self.last.as_ref().is_some_and(|(last, at)| *last == plain && at.elapsed() < PERIOD) {
+    /// Publishes a changed message with the time `now`, or repeats it after a period with the time of its change. `plain` is the message
+    /// without what changes all the time; `whole` adds that and the stamp.
+    pub(super) fn publish(&mut self, plain: M, now: &Time, whole: impl FnOnce(M, Time) -> M) -> Result<(), RosError> {
+        let same = self.last.as_ref().filter(|(last, ..)| *last == plain);
+        if same.is_some_and(|(_, at, _)| at.elapsed() < PERIOD) {
             return Ok(());
         }
-        self.last = Some((plain.clone(), Instant::now()));
-        self.publisher.publish(&whole(plain))
+        let changed = same.map_or(now, |(.., changed)| changed).clone();
+        self.last = Some((plain.clone(), Instant::now(), changed.clone()));
+        self.publisher.publish(&whole(plain, changed))
     }
 }
 

@@ -11,19 +11,18 @@ impl CellController {
     pub(super) fn publish(&mut self, shared: &Shared) {
         let state = self.cell_state(shared);
         let loading = self.area.is_some().then(|| self.loading_state(shared));
-        let now_s = self.now_s();
+        let (now_s, real_s) = (self.now_s(), self.real_s());
         let unit = self.unit;
-        let left_s = self.handshake.as_ref().map_or(Some(0.0), |handshake| handshake.timeout_left_s(now_s));
-        let stamp: Time = shared.node.now();
-        let at = stamp.clone();
-        let published = self.publisher.state.publish(state, |state| CellState {
-            stamp: at,
+        let left_s = self.handshake.as_ref().map_or(Some(0.0), |handshake| handshake.timeout_left_s(real_s));
+        let now: Time = shared.node.now();
+        let published = self.publisher.state.publish(state, &now, |state, stamp| CellState {
+            stamp,
             time_in_state: unit.time_in_state_s(now_s),
             accumulated: unit.accumulated_s(now_s),
             ..state
         });
         let published = published.and_then(|()| match loading {
-            Some(loading) => self.publisher.loading.publish(loading, |loading| LoadingState {
+            Some(loading) => self.publisher.loading.publish(loading, &now, |loading, stamp| LoadingState {
                 stamp,
                 timeout_left: left_s.unwrap_or(-1.0),
                 ..loading
