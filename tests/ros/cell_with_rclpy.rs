@@ -124,7 +124,8 @@ fn look_around(operator: &mut Operator<'_>) {
     });
     operator.peer.ask("subscribe", topic);
     for node in ["run_logger", "machine_sim", "axis_interpolator", "job_planner"] {
-        // The node itself first, then its parts under its name.
+        // The node itself first, then its parts under its name, which has the namespace of the cell.
+        let node = operator.name(node);
         let report = operator.peer.message_where("/diagnostics", |report| report["status"][0]["name"] == node);
         for status in report["status"].as_array().expect("a list") {
             let of_node = |name: &str| name == node || name.starts_with(&format!("{node}: "));

@@ -65,11 +65,11 @@ pub fn four_processes(ground: &mut Ground<'_>) {
     ground.check("`/diagnostics` of every node", || {
         let kind = "diagnostic_msgs/msg/DiagnosticArray";
         peer.ask("subscribe", json!({ "topic": "/diagnostics", "type": kind, "qos": "reliable:100", "keep": 60 }));
-        for node in NODES {
+        for node in NODES.map(|node| format!("/cell/{node}")) {
             // The node's own status under its name, and those of its parts under names that begin so.
             let report = peer.message_where("/diagnostics", |report| report["status"][0]["name"] == node);
             for status in report["status"].as_array().expect("a list") {
-                let of = status["name"].as_str().map(|name| name.split(": ").next() == Some(node));
+                let of = status["name"].as_str().map(|name| name.split(": ").next() == Some(node.as_str()));
                 assert_eq!(of, Some(true), "{status}");
                 assert!(status["message"].as_str().is_some_and(|text| !text.is_empty()), "{status}");
                 assert!(status["level"].as_u64().is_some_and(|level| level <= 2), "{status}");
