@@ -10,10 +10,10 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LiftPreset {
-    /// Cam profile of Kollmorgen KAS as CSV: rows X;Y;SPLINE between TABLE_BEGIN and TABLE_END. The largest X is one turn, the largest Y is
+    /// Cam profile of Kollmorgen KAS as CSV: rows X;Y;SPLINE between `TABLE_BEGIN` and `TABLE_END`. The largest X is one turn, the largest Y is
     /// `scale_mm`.
     Kas,
-    /// Cam table of the ISG kernel (TwinCAT CNC): positions at even angles in 0.0001 mm between Begintable and EndTable.
+    /// Cam table of the ISG kernel (Beckhoff CNC): positions at even angles in 0.0001 mm between `Begintable` and `EndTable`.
     Isg,
     /// Points of a CODESYS cam: master (degrees of the cam), slave (mm), and perhaps velocity and acceleration, which are not read.
     Codesys,

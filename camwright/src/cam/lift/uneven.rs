@@ -80,7 +80,8 @@ pub fn evenly_spaced(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<
             let units = libm::round(misclosure_mm / digit_mm) as i64;
             findings.push(LiftError::Misclosure { line: last.line, misclosure_mm, units, digit_mm, bound_mm });
         }
-        (rows.pop(), angles.pop());
+        rows.pop();
+        angles.pop();
     } else if covered_deg > turn {
         let two_turns = declaration.angle_unit == AngleUnit::CamDegrees && (covered_deg - 720.0).abs() < 7.2;
         findings.push(if two_turns {
