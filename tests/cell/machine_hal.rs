@@ -393,7 +393,8 @@ fn judge_bag(bag: &Path) {
     }
     let diagnostics: Vec<DiagnosticArray> = messages(&Bag::open(bag).expect("a bag"), "/diagnostics");
     let mut timing = diagnostics.iter().flat_map(|array| &array.status);
-    let timing = timing.rfind(|status| status.name == "machine_hal: drive_queue").expect("a status");
+    let timing =
+        timing.rfind(|status| status.name == format!("{NAMESPACE}/machine_hal: drive_queue")).expect("a status");
     let keys: Vec<&str> = timing.values.iter().map(|pair| pair.key.as_str()).collect();
     assert_eq!(keys, ["queued", "min_queued", "queue_ticks", "max_jitter_us", "underruns"]);
 }

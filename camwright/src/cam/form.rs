@@ -33,7 +33,7 @@ pub struct FormDeviation {
 }
 
 /// A lift below this is none (mm): half of the last digit of a table in thousandths.
-const RESTS_MM: f64 = 0.000_5;
+pub(super) const RESTS_MM: f64 = 0.000_5;
 
 /// Shortest base circle that is one (rad): 20°.
 pub const MIN_BASE_RAD: f64 = TURN_RAD / 18.0;

@@ -105,6 +105,9 @@ pub struct GaugeReport {
 /// Fewest values: two for each of the four errors of mounting, and some.
 const MIN_VALUES: usize = 12;
 
+/// Angles that differ by less are the same (rad).
+const SAME_RAD: f64 = 1e-9;
+
 /// Values for each wave of the highest harmonic: a cubic spline through four is right to a few per cent.
 const VALUES_PER_WAVE: f64 = 4.0;
 
@@ -153,6 +156,13 @@ impl GaugeReport {
         phase_rad: f64,
         harmonics: u32,
     ) -> Result<Self, GaugeReportError> {
+        // A list that ends where it began has its first value twice.
+        let values = match values {
+            [first, .., last] if ((last.angle_rad - first.angle_rad).abs() - TURN_RAD).abs() < SAME_RAD => {
+                &values[..values.len() - 1]
+            }
+            all => all,
+        };
         if values.len() < MIN_VALUES {
             return Err(GaugeReportError::TooFewValues { count: values.len(), min: MIN_VALUES });
         }
@@ -179,16 +189,15 @@ impl GaugeReport {
             at.push((wrap_turn(cam_angle), deviation_mm, line));
         }
         at.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let repeats = |one: &(f64, f64, usize), other: &(f64, f64, usize)| (one.0 - other.0).abs() < 1e-9;
-        // A list that ends where it began has its first value twice.
-        if let [first, .., last] = values {
-            let turn = (last.angle_rad - first.angle_rad).abs();
-            if (turn - TURN_RAD).abs() < 1e-9 {
-                at.retain(|(_, _, line)| *line != last.line);
-            }
-        }
-        if let Some(pair) = at.windows(2).find(|pair| repeats(&pair[0], &pair[1])) {
-            let (angle_deg, line, previous_line) = (deg_from_rad(pair[1].0), pair[1].2, pair[0].2);
+        let same_angle = |values: &[(f64, f64, usize)]| {
+            let same = values.windows(2).find(|pair| (pair[0].0 - pair[1].0).abs() < SAME_RAD);
+            same.map(|pair| (deg_from_rad(pair[1].0), pair[1].2.max(pair[0].2), pair[1].2.min(pair[0].2)))
+        };
+        // Two radii at one azimuth lie at slightly different cam angles.
+        let mut given: Vec<(f64, f64, usize)> =
+            values.iter().map(|value| (wrap_turn(value.angle_rad), value.value_mm, value.line)).collect();
+        given.sort_by(|one, other| one.0.total_cmp(&other.0));
+        if let Some((angle_deg, line, previous_line)) = same_angle(&given).or_else(|| same_angle(&at)) {
             return Err(GaugeReportError::SameAngle { line, angle_deg, previous_line });
         }
         let max_rad = TURN_RAD / (VALUES_PER_WAVE * f64::from(harmonics.max(1)));

@@ -5,7 +5,7 @@
 
 use crate::cam::compensation::{FormCurve, MAX_HARMONICS, SAMPLES};
 use crate::cam::contour::Contour;
-use crate::cam::form::WAVINESS_CUTOFF;
+use crate::cam::form::{RESTS_MM, WAVINESS_CUTOFF};
 use crate::cam::gauge_report::{Alignment, GaugeReport, GaugeReportError, Mounting, ReportKind, ReportedValue};
 use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
@@ -43,9 +43,6 @@ impl LobeZone {
         }
     }
 }
-
-/// A lift below this is none (mm): half of the last digit of a table in thousandths.
-const RESTS_MM: f64 = 0.000_5;
 
 /// Lift error in one zone.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -303,13 +303,15 @@ pub fn read(located: &Located, format: &TextFormat) -> Result<Printed, Vec<Confi
 fn scale_shares(printed: &mut Printed, columns: &TableColumns, format: &TextFormat) {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.filter(|value| value.is_finite()).fold(0.0, f64::max);
     if columns.angle.is_some_and(|column| column.scale == AngleScale::Share) {
+        // Without a positive share every row stands at one angle, which is reported as such.
         let turn = largest(&mut printed.rows.iter().filter_map(|row| row.angle_deg));
-        for row in &mut printed.rows {
+        for row in printed.rows.iter_mut().filter(|_| turn > 0.0) {
             row.angle_deg = row.angle_deg.map(|share| share * (360.0 / turn));
         }
     }
     if let Some(scale_mm) = format.scale_mm.filter(|_| columns.is_share) {
-        let mm_per_share = scale_mm / largest(&mut printed.rows.iter().map(|row| row.value_mm));
+        let share = largest(&mut printed.rows.iter().map(|row| row.value_mm));
+        let mm_per_share = if share > 0.0 { scale_mm / share } else { 1.0 };
         for row in &mut printed.rows {
             row.value_mm *= mm_per_share;
         }

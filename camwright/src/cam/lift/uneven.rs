@@ -32,17 +32,22 @@ pub fn with_base_circle(rows: &[LiftRow], declaration: &LiftDeclaration) -> Resu
     let gap = angles[0] + declaration.angle_unit.turn_deg() - last;
     let mut steps: Vec<f64> = angles.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     steps.sort_by(f64::total_cmp);
-    let count = libm::round(gap / steps[steps.len() / 2]);
+    let step = steps[steps.len() / 2];
+    if step <= 0.0 {
+        // Most rows stand at one angle, which the table reports row by row.
+        return Ok(rows.to_vec());
+    }
+    let count = libm::round(gap / step);
     let max = LiftTable::MAX_BLOCKS;
     if count.is_nan() || count + rows.len() as f64 > max as f64 + 1.0 {
         return Err(vec![LiftError::TooManyRows { count: rows.len(), max }]);
     }
     let line = rows[rows.len() - 1].line;
     let mut whole = rows.to_vec();
-    let mut step = 1.0;
-    while step < count {
-        whole.push(LiftRow { line, angle_deg: Some(last + gap * step / count), value_mm: 0.0 });
-        step += 1.0;
+    let mut filled = 1.0;
+    while filled < count {
+        whole.push(LiftRow { line, angle_deg: Some(last + gap * filled / count), value_mm: 0.0 });
+        filled += 1.0;
     }
     Ok(whole)
 }
@@ -217,6 +222,9 @@ mod tests {
             with_base_circle(cut, &declaration(AngleUnit::CamDegrees)).expect_err("refused")[..],
             [LiftError::FlankEndsHigh { line: 11, .. }]
         ));
+        // Rows at one angle are left for the table to report.
+        let same = [row(1, 5.0, 0.0); 4];
+        assert_eq!(with_base_circle(&same, &declaration(AngleUnit::CamDegrees)).as_deref(), Ok(&same[..]));
         // A whole turn has nothing to fill.
         let again = with_base_circle(&whole, &declaration(AngleUnit::CamDegrees)).expect("a turn");
         assert_eq!(again.len(), 360);
