@@ -95,7 +95,7 @@ fn one_client_has_command_and_others_get_its_name() {
     log.line(&["axis_interpolator/home rejected", &holder]);
     let execute = node.action_client::<ExecutePlan>("axis_interpolator/execute_plan").expect("a client");
     execute.wait_for_server(PATIENCE).expect("execute_plan");
-    let plan = ExecutePlanGoal { plan_hash: held.plan_hash.clone(), client: "somebody".into() };
+    let plan = ExecutePlanGoal { plan_hash: held.plan_hash.clone(), client: "another_client".into() };
     assert!(!execute.send_goal(plan, drop, PATIENCE).expect("a decision").accepted());
     log.line(&["axis_interpolator/execute_plan rejected", &holder]);
     let follow = "axis_interpolator/follow_joint_trajectory";
@@ -233,7 +233,7 @@ fn goals_are_rejected_while_an_alarm_needs_a_reset() {
     is_rejected::<Jog>(node, &log, "axis_interpolator/jog", jog, reason);
     let probe = ProbeGoal { joint: "z_axis".into(), input: "LS1".into(), target: 0.1, ..ProbeGoal::default() };
     is_rejected::<Probe>(node, &log, "axis_interpolator/probe", probe, reason);
-    let plan = ExecutePlanGoal { plan_hash: "0123456789abcdef".into(), client: "somebody".into() };
+    let plan = ExecutePlanGoal { plan_hash: "0123456789abcdef".into(), client: "another_client".into() };
     is_rejected::<ExecutePlan>(node, &log, "axis_interpolator/execute_plan", plan, reason);
     let follow = "axis_interpolator/follow_joint_trajectory";
     is_rejected::<FollowJointTrajectory>(node, &log, follow, goal(to("z_axis", 0.05, 2)), reason);

@@ -239,23 +239,19 @@ impl GaugeReport {
     /// Size, displacement and rotation that fit the report best.
     #[must_use]
     pub fn mounting(&self) -> Mounting {
-        let Some(shares) = self.fit(Alignment::ALL) else {
-            let shares = self.fit(Alignment { phase: false, ..Alignment::ALL }).unwrap_or_default();
-            return Mounting {
-                size_mm: shares[0],
-                eccentricity_mm: Vector2::new(shares[1], shares[2]),
-                phase_rad: None,
-            };
-        };
-        Mounting { size_mm: shares[0], eccentricity_mm: Vector2::new(shares[1], shares[2]), phase_rad: Some(shares[3]) }
+        let (shares, has_phase) = self.shares(Alignment::ALL);
+        Mounting {
+            size_mm: shares[0],
+            eccentricity_mm: Vector2::new(shares[1], shares[2]),
+            phase_rad: has_phase.then_some(shares[3]),
+        }
     }
 
     /// The report without these errors of mounting. A rotation that cannot be separated from an eccentricity remains unless the
     /// eccentricity does.
     #[must_use]
     pub fn without(&self, alignment: Alignment) -> Self {
-        let alone = Alignment { phase: alignment.phase && !alignment.eccentricity, ..alignment };
-        let shares = self.fit(alignment).or_else(|| self.fit(alone)).unwrap_or_default();
+        let (shares, _) = self.shares(alignment);
         let left = self.deviations_mm.iter().zip(&self.columns).map(|(deviation, column)| {
             deviation - column.iter().zip(shares.iter()).map(|(value, share)| value * share).sum::<f64>()
         });
@@ -279,6 +275,15 @@ impl GaugeReport {
             });
         }
         Ok(FormCurve::of_samples(&self.deviations_mm, harmonics))
+    }
+
+    /// Least squares of the chosen columns, and true if the rotation could be separated from them; else it stays 0 beside an eccentricity.
+    fn shares(&self, alignment: Alignment) -> (Vector4<f64>, bool) {
+        if let Some(shares) = self.fit(alignment) {
+            return (shares, true);
+        }
+        let alone = Alignment { phase: alignment.phase && !alignment.eccentricity, ..alignment };
+        (self.fit(alone).unwrap_or_default(), false)
     }
 
     /// Least squares of the chosen columns; `None` where they cannot be separated.

@@ -55,13 +55,11 @@ pub(super) fn make_lifts(
     let radii = files.iter().flat_map(|(_, printed)| &printed.rows).map(|row| row.value_mm);
     let base_mm = radii.filter(|radius| radius.is_finite()).fold(f64::INFINITY, f64::min);
     for (_, printed) in files.iter_mut() {
-        // What the spline says beyond two digits more than the points have is nothing; without it the table has a last digit.
-        let step = if content == Content::Points { 0.01 * printed.last_digit_mm } else { 0.0 };
         for row in &mut printed.rows {
             row.value_mm -= base_mm;
-            if step > 0.0 {
-                row.value_mm = step * (row.value_mm / step).round();
-            }
+        }
+        if content == Content::Points {
+            printed.round_resampled();
         }
     }
     // Without a finite radius the table says why it is none.

@@ -441,13 +441,9 @@ fn whole_table(
         printed.rows.reverse();
     }
     let rows = evenly_spaced(&printed.rows, &declaration);
-    let mut rows = rows.map_err(|findings| TableFiles::of_whole(path, &printed).errors(findings))?;
-    // What the spline says beyond two digits more than the rows have is nothing; without it the table has a last digit.
-    let step = 0.01 * printed.last_digit_mm;
-    for row in &mut rows {
-        row.value_mm = step * (row.value_mm / step).round();
-    }
+    let rows = rows.map_err(|findings| TableFiles::of_whole(path, &printed).errors(findings))?;
     printed.rows = rows;
+    printed.round_resampled();
     TableFiles::of_whole(path, &printed).table(LiftTable::read(&printed.rows, &declaration), warnings)
 }
 

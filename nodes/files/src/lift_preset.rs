@@ -43,12 +43,12 @@ impl LiftPreset {
         columns.iter().map(|name| (*name).to_owned()).collect()
     }
 
-    /// Whether the rows may stand at any angles.
+    /// True if the rows may stand at any angles.
     pub(super) const fn uneven(self) -> bool {
         matches!(self, Self::Kas | Self::Codesys)
     }
 
-    /// Whether the rows of the base circle may be missing.
+    /// True if the rows of the base circle may be missing.
     pub(super) const fn event_only(self) -> bool {
         matches!(self, Self::Engine)
     }

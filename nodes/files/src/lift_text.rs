@@ -106,6 +106,16 @@ pub struct Printed {
     pub doubts: Vec<ConfigError>,
 }
 
+impl Printed {
+    /// Rounds rows that a spline gave to two digits more than the file prints: further digits mean nothing, and a table needs a last one.
+    pub(super) fn round_resampled(&mut self) {
+        let step = 0.01 * self.last_digit_mm;
+        for row in &mut self.rows {
+            row.value_mm = step * (row.value_mm / step).round();
+        }
+    }
+}
+
 /// Scale of printed angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum AngleScale {

@@ -73,7 +73,7 @@ impl Observed {
         self.streams.last()
     }
 
-    /// Whether `machine/alarms` names the alarms of the last message of the stream.
+    /// True if `machine/alarms` names the alarms of the last message of the stream.
     pub(super) fn alarms_agree(&self) -> bool {
         let (Some(stream), Some(alarms)) = (self.streams.last(), self.alarms.last()) else { return false };
         sorted(stream.alarms.clone()) == alarm_numbers(alarms)

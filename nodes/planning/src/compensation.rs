@@ -199,7 +199,7 @@ pub struct LobeReport {
 pub struct ReportedCorrections {
     /// Override of the job with the corrections of all its lobes.
     pub override_text: String,
-    /// What was learned of each report.
+    /// Result of each report.
     pub lobes: Vec<ReportedLobe>,
 }
 
@@ -280,7 +280,7 @@ pub fn learn_reports(
     Ok(ReportedCorrections { override_text: format!("form_compensation.learned=[{}]", lobes_text.join(", ")), lobes })
 }
 
-/// What to do about a report that cannot be used.
+/// Remedy for a report that cannot be used.
 fn remedy(error: &GaugeReportError) -> &'static str {
     match error {
         GaugeReportError::Gap { .. } => "; set form_compensation.harmonics, or measure more values",

@@ -478,7 +478,7 @@ fn wide_lobe_mm(angle_deg: f64) -> f64 {
 
 /// Angles of 0 to 360 that lie up to 0.3 of a degree off even ones; the nose at 180 is one of them, so that the largest lift is printed.
 fn uneven_deg() -> Vec<f64> {
-    let off = |k: u32| if k % 180 == 0 { 0.0 } else { 0.3 * (2.3 * f64::from(k)).sin() };
+    let off = |k: u32| if k.is_multiple_of(180) { 0.0 } else { 0.3 * (2.3 * f64::from(k)).sin() };
     (0..=360).map(|k| ((f64::from(k) + off(k)) * 1e4).round() / 1e4).collect()
 }
 
