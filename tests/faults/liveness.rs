@@ -10,8 +10,8 @@ use crate::support;
 
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
-use camwright_msgs::lifecycle_msgs::msg::Transition;
-use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
+use camwright_msgs::lifecycle_msgs::msg::{Transition, TransitionEvent};
+use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest, GetState, GetStateRequest};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::{ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
 use std::path::PathBuf;
@@ -243,6 +243,33 @@ fn a_node_that_dies_in_a_job_ends_it_and_the_next_one_succeeds() {
     cell.try_fate("run_logger", Fate::Kill, after);
     cell.try_fate("machine_sim", Fate::Deactivate, after);
     cell.end();
+}
+
+/// A killed machine stays known to discovery. New clients of the machine that was started again get an answer all the same.
+#[test]
+fn new_clients_reach_a_machine_that_was_started_again() {
+    let domain = Domain::reserve();
+    let start = || {
+        let mut command = in_domain(env!("CARGO_BIN_EXE_machine_sim"), &domain);
+        Guarded::start("machine_sim", command.args(["--ros-args", "-p", "pace:=fast", "-p", "state_file:=none"]))
+    };
+    let args = RosArgs::default().with_domain_id(domain.id());
+    let node = Node::new(NodeOptions::new("operator", &args)).expect("a node");
+    let _spin = node.spin_in_thread().expect("a thread");
+    let ask = || {
+        let client = node.client::<GetState>("machine_sim/get_state").expect("a client");
+        client.call(&GetStateRequest::default(), PATIENCE)
+    };
+    let mut killed = start();
+    ask().expect("the first machine answers");
+    killed.signal("KILL");
+    killed.wait(ENDING);
+    let _machine = start();
+    let events = node.subscribe::<TransitionEvent>("machine_sim/transition_event", &Qos::default_topic(), |_, _| ());
+    assert!(events.expect("a subscription").wait_matched(2, PATIENCE), "both machines are known");
+    for call in 0..100 {
+        ask().unwrap_or_else(|error| panic!("call {call}: {error}"));
+    }
 }
 
 #[test]

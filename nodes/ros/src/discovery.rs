@@ -49,9 +49,9 @@ pub struct TopicInfo {
     pub subscriptions: Vec<EndpointInfo>,
 }
 
-struct Endpoint {
-    topic: String,
-    type_name: String,
+pub(super) struct Endpoint {
+    pub(super) topic: String,
+    pub(super) type_name: String,
     qos: Qos,
     type_hash: Option<String>,
 }
@@ -335,7 +335,7 @@ impl DiscoveryState {
     }
 
     fn matches(&self) -> Matches<'_> {
-        Matches { matched: &self.matched, nodes: &self.nodes }
+        Matches { matched: &self.matched, nodes: &self.nodes, writers: &self.writers, readers: &self.readers }
     }
 
     /// Processes one event; returns true if it changed the graph.

@@ -58,6 +58,50 @@ fn a_match_with_an_endpoint_not_yet_described_waits_for_its_description() {
     assert!(graph.state().undecided.is_empty());
 }
 
+/// A server that was killed stays known and matches first: the service is ready when the server that runs matches too.
+#[test]
+fn a_service_is_ready_when_every_known_server_matches() {
+    let graph = Graph::default();
+    let (requests, replies) = (guid(1, 1), guid(1, 2));
+    graph.set_own(requests);
+    graph.add_local(requests, "rq/ask", TEXT, &Qos::services(), true, &[]);
+    graph.add_local(replies, "rr/ask", TEXT, &Qos::services(), false, &[]);
+    let server = |topic: &str, type_name: &str| Endpoint { topic: topic.into(), ..endpoint(type_name) };
+    for participant in [2, 3] {
+        graph.state().readers.insert(guid(participant, 1), server("rq/ask", TEXT));
+        graph.state().writers.insert(guid(participant, 2), server("rr/ask", TEXT));
+    }
+    graph.state().readers.insert(guid(4, 1), server("rq/ask", NUMBER));
+    graph.state().readers.insert(guid(5, 1), server("rq/other", TEXT));
+    let is_ready = || graph.ask(|matches| matches.is_service_matched(&requests, &replies));
+    for (participant, ready) in [(2, false), (3, true)] {
+        assert!(!is_ready());
+        assert!(graph.state().add_match(requests, guid(participant, 1)));
+        assert!(!is_ready());
+        assert!(graph.state().add_match(replies, guid(participant, 2)));
+        assert_eq!(is_ready(), ready);
+    }
+}
+
+/// A reply goes to the reader that its client names; a client that names its writer has any reader of its participant.
+#[test]
+fn a_reply_waits_for_the_reader_that_the_client_names() {
+    let graph = Graph::default();
+    let (ours, former, reader) = (guid(1, 1), guid(2, 1), guid(2, 3));
+    let mut writer = guid(2, 2).to_bytes();
+    writer[15] = 3;
+    let writer = GUID::from_bytes(writer);
+    graph.add_local(ours, "rr/ask", TEXT, &Qos::services(), true, &[]);
+    for reader in [former, reader] {
+        graph.state().readers.insert(reader, Endpoint { topic: "rr/ask".into(), ..endpoint(TEXT) });
+    }
+    let is_matched = |client: &GUID| graph.ask(|matches| matches.is_matched_by_client(&ours, client));
+    assert!(graph.state().add_match(ours, former));
+    assert!(!is_matched(&reader) && is_matched(&former) && is_matched(&writer));
+    assert!(graph.state().add_match(ours, reader));
+    assert!(is_matched(&reader));
+}
+
 #[test]
 fn the_hash_of_a_type_is_found_among_the_data_for_users() {
     let data = |text: &str| {

@@ -248,7 +248,7 @@ impl ReplySide {
     }
 
     fn is_matched(&self, id: RequestId) -> bool {
-        self.graph.ask(|matches| matches.is_matched_by_participant(&self.writer.guid(), &id.client))
+        self.graph.ask(|matches| matches.is_matched_by_client(&self.writer.guid(), &id.client))
     }
 
     fn retry(self: &Arc<Self>) {
@@ -545,10 +545,10 @@ impl<S: Service> Client<S> {
         &self.core.service
     }
 
-    /// Returns true while a server is matched for requests and for replies.
+    /// Returns true while all known servers are matched for requests and for replies.
     pub fn is_ready(&self) -> bool {
         let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
-        self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies).is_some())
+        self.core.graph.ask(|matches| matches.is_service_matched(&requests, &replies))
     }
 
     /// Waits until a server is matched. The node must spin on another thread.
@@ -558,7 +558,7 @@ impl<S: Service> Client<S> {
     pub fn wait_for_service(&self, timeout: Duration) -> Result<(), RosError> {
         self.refuse_on_executor()?;
         let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
-        if self.core.graph.wait_until(timeout, |matches| matches.one_peer_for_both(&requests, &replies).is_some()) {
+        if self.core.graph.wait_until(timeout, |matches| matches.is_service_matched(&requests, &replies)) {
             Ok(())
         } else {
             Err(RosError::timeout(format!("service {} is not there", self.core.service), timeout))
@@ -601,15 +601,16 @@ impl<S: Service> Client<S> {
         self.core.pending.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
     }
 
-    /// Sends a request and waits for the answer.
+    /// Waits for a server, sends a request and waits for the answer.
     ///
     /// # Errors
-    /// The request cannot be sent, no answer comes in time, or the caller is a callback of the same node.
+    /// No server appears or answers in time, the request cannot be sent, or the caller is a callback of the same node.
     pub fn call(&self, request: &S::Request, timeout: Duration) -> Result<S::Response, RosError> {
-        self.refuse_on_executor()?;
+        let begin = Instant::now();
+        self.wait_for_service(timeout)?;
         let (sender, receiver) = mpsc::sync_channel(1);
         let number = self.call_with(request, move |reply| drop(sender.send(reply)))?;
-        receiver.recv_timeout(timeout).map_err(|_| {
+        receiver.recv_timeout(timeout.saturating_sub(begin.elapsed())).map_err(|_| {
             self.forget(number);
             RosError::timeout(format!("service {}", self.core.service), timeout)
         })
