@@ -13,7 +13,10 @@ use camwright_bag::check::check;
 use camwright_bag::{Bag, BagMetadata};
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
-use camwright_msgs::rosbag2_interfaces::srv::{Snapshot, SnapshotRequest, SplitBagfile, SplitBagfileRequest};
+use camwright_msgs::rosbag2_interfaces::srv::{
+    IsDiscoveryRunning, IsDiscoveryRunningRequest, Record, RecordRequest, Snapshot, SnapshotRequest, SplitBagfile,
+    SplitBagfileRequest, StartDiscovery, StartDiscoveryRequest, Stop, StopDiscovery, StopDiscoveryRequest, StopRequest,
+};
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_ros::{Node, NodeOptions, Qos};
 use recorder::{ACTIVATE, CONFIGURE, DEACTIVATE, RecorderUnderTest, args, directory, messages, until};
@@ -86,6 +89,69 @@ fn a_recording_splits_on_request_and_publishes_the_event() {
             (&counts["topics"]["/latched"]["count"], &counts["topics"]["/plain"]["count"]),
             (&json!(4), &json!(3))
         );
+    }
+    std::fs::remove_dir_all(directory).expect("it is ours");
+}
+
+/// `~/record`, `~/stop` and the services of discovery, as a script for rosbag2's recorder calls them.
+#[test]
+fn a_recorder_is_driven_by_the_services_of_rosbag2() {
+    let domain = Domain::reserve();
+    let directory = directory("services");
+    let (first, second) = (directory.join("first"), directory.join("second"));
+    let bag_dir = format!("bag_dir:={}", first.display());
+    let mut cell = RecorderUnderTest::new(&domain, &["--ros-args", "-p", &bag_dir, "-p", "regex:=^/(early|late)$"]);
+    let early = cell.node.publisher::<Text>("early", &Qos::latched(5)).expect("good name");
+    early.publish(&text("1")).expect("room");
+    assert!(cell.change_state(CONFIGURE));
+    let record = cell.node.client::<Record>("run_logger/record").expect("good name");
+    let stop = cell.node.client::<Stop>("run_logger/stop").expect("good name");
+    let start_discovery = cell.node.client::<StartDiscovery>("run_logger/start_discovery").expect("good name");
+    let stop_discovery = cell.node.client::<StopDiscovery>("run_logger/stop_discovery").expect("good name");
+    let is_running = cell.node.client::<IsDiscoveryRunning>("run_logger/is_discovery_running").expect("good name");
+    let into = |uri: &Path| {
+        let request = RecordRequest { uri: uri.display().to_string() };
+        let answer = record.call(&request, PATIENCE).expect("it answers");
+        (answer.return_code, answer.error_string)
+    };
+    let start = || {
+        let answer = start_discovery.call(&StartDiscoveryRequest::default(), PATIENCE).expect("it answers");
+        (answer.return_code, answer.error_string)
+    };
+    let halt = || {
+        let answer = stop_discovery.call(&StopDiscoveryRequest::default(), PATIENCE).expect("it answers");
+        (answer.return_code, answer.error_string)
+    };
+    let running = || is_running.call(&IsDiscoveryRunningRequest::default(), PATIENCE).expect("it answers").running;
+
+    assert!(!running());
+    assert_eq!(start().0, 1, "nothing is recorded");
+    assert_eq!(into(Path::new("")), (0, String::new()), "into bag_dir");
+    assert_eq!((into(&second).0, running()), (1, true), "one bag at a time");
+    assert!(!second.exists());
+    cell.wait_for_topics(&["/early"]);
+    assert_eq!(start(), (1, "discovery is running already".into()));
+    assert_eq!(halt(), (0, String::new()));
+    assert_eq!((halt().0, running()), (1, false));
+    let late = cell.node.publisher::<Text>("late", &Qos::latched(5)).expect("good name");
+    late.publish(&text("2")).expect("room");
+    early.publish(&text("3")).expect("room");
+    until("the known topic is recorded", || cell.written("/early") == 2);
+    assert_eq!(late.matched(), 0);
+    assert_eq!(start(), (0, String::new()));
+    until("the new topic is recorded", || cell.written("/late") == 1);
+    stop.call(&StopRequest::default(), PATIENCE).expect("it answers");
+    until("the end is published", || !cell.status().recording);
+
+    let refused = into(Path::new(""));
+    assert!(refused.0 == 1 && refused.1.contains("first"), "the bag is there already: {refused:?}");
+    assert_eq!(into(&second), (0, String::new()));
+    until("latched messages are recorded again", || cell.written("/early") == 2 && cell.written("/late") == 1);
+    cell.end();
+    for bag in [&first, &second] {
+        assert_eq!(check(bag).expect("there is a bag").findings, []);
+        let read = Bag::open(bag).expect("it is closed");
+        assert_eq!((texts(&read, "/early"), texts(&read, "/late")), (vec!["1".into(), "3".into()], vec!["2".into()]));
     }
     std::fs::remove_dir_all(directory).expect("it is ours");
 }

@@ -19,11 +19,13 @@ use account::{ReportedLosses, disagreements, enqueue, lost};
 use camwright_bag::Bag;
 use camwright_bag::check::{BagSeverity, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
+use camwright_msgs::rosbag2_interfaces::msg::MessagesLostEvent;
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_ros::{Node, Qos};
 use load::{LAST, Load, Publisher, Stack, TOPIC};
 use recorders::RunLoggerProcess;
 use std::process::Command;
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 use support::{Domain, Folder, PATIENCE, peer_env, repository};
 
@@ -230,9 +232,22 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_cod
     // What fills a disk is not the floor that is left free of it.
     command.args(["--ros-args", "-p", "min_free_mb:=0"]);
     let recorder = RunLoggerProcess::start_with(&domain, &disk.join("run"), &[TOPIC], command);
+    let (sender, events) = mpsc::channel();
+    let on_event = move |event: MessagesLostEvent, _: &_| drop(sender.send(event));
+    let losses = recorder.node.subscribe("events/rosbag2_messages_lost", &Qos::default_topic(), on_event);
+    assert!(losses.as_ref().expect("a subscription").wait_matched(1, PATIENCE));
     publish_until(&recorder, &"x".repeat(30_000), |recorder| recorder.counts().dropped > 100);
     let reported = recorder.wait_settled(u64::MAX);
     assert_eq!(reported.received, reported.written + reported.dropped);
+    let mut published = 0;
+    while published < reported.dropped {
+        let event = events.recv_timeout(PATIENCE).expect("every loss is published");
+        let [loss] = &event.messages_lost_statistics[..] else { panic!("one topic is recorded: {event:?}") };
+        assert_eq!((event.node_name.as_str(), loss.topic_name.as_str()), ("/run_logger", TOPIC));
+        assert_eq!(loss.messages_lost_in_transport, 0);
+        published += loss.messages_lost_in_recorder;
+    }
+    assert_eq!(published, reported.dropped);
     assert!(!recorder.status().recording, "it says that it has ended");
     let RunLoggerProcess { mut process, .. } = recorder;
     process.terminate();

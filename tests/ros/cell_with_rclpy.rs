@@ -76,12 +76,14 @@ const TOPICS: [(&str, &str); 13] = [
     ("run_logger/status", "camwright_msgs/msg/RecorderStatus"),
 ];
 
-const SERVICES: [(&str, &str); 5] = [
+const SERVICES: [(&str, &str); 7] = [
     ("job_planner/list_jobs", "camwright_msgs/srv/ListJobs"),
     ("job_planner/stop", "std_srvs/srv/Trigger"),
     ("axis_interpolator/feed_hold", "camwright_msgs/srv/FeedHold"),
     ("machine/estop", "std_srvs/srv/SetBool"),
     ("run_logger/is_paused", "rosbag2_interfaces/srv/IsPaused"),
+    ("run_logger/is_discovery_running", "rosbag2_interfaces/srv/IsDiscoveryRunning"),
+    ("run_logger/record", "rosbag2_interfaces/srv/Record"),
 ];
 
 fn look_around(operator: &mut Operator<'_>) {
@@ -137,6 +139,10 @@ fn look_around(operator: &mut Operator<'_>) {
 
 fn ask_the_planner(operator: &mut Operator<'_>) {
     operator.wait_until_ready();
+    let discovery = "rosbag2_interfaces/srv/IsDiscoveryRunning";
+    assert_eq!(operator.call("run_logger/is_discovery_running", discovery, json!({}))["running"], json!(true));
+    let record = operator.call("run_logger/record", "rosbag2_interfaces/srv/Record", json!({}));
+    assert_eq!((&record["return_code"], record["error_string"] != ""), (&json!(1), true), "it is recording already");
     let jobs = operator.call("job_planner/list_jobs", "camwright_msgs/srv/ListJobs", json!({}));
     assert!(jobs["jobs"].as_array().expect("a list").contains(&json!(JOB)), "{jobs}");
     let preview = operator.preview();

@@ -33,6 +33,8 @@ pub struct TopicCounts {
     pub dropped: u64,
     /// Messages that no snapshot asked for while they were held.
     pub passed: u64,
+    /// Messages that are known to have been lost before they could be handed over; they are not among those received.
+    pub missed: u64,
 }
 
 /// Messages over all topics.
@@ -76,6 +78,11 @@ impl RecordedTopic {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.state.topic
+    }
+
+    /// Takes back that a message was lost: it came late.
+    pub fn withdraw_missed(&self) {
+        self.state.missed.fetch_sub(1, Ordering::AcqRel);
     }
 
     /// Messages of this topic handed to the recording so far.
@@ -185,16 +192,12 @@ impl Recording {
         all <= max && (is_rare || (mine <= max / 2 && all <= max - max / KEPT_FOR_RARE))
     }
 
-    /// Notes that `count` messages were lost before they could be handed over; they enter `camwright.lost_total`. Returns whether
-    /// that is worth saying: the first time, and at every doubling after it.
-    pub fn report_missed(&self, count: u64) -> bool {
-        let before = self.shared.missed.fetch_add(count, Ordering::AcqRel);
+    /// Notes that `count` messages of a topic were lost before they could be handed over; they enter `camwright.lost_total`. Returns
+    /// whether that is worth saying: the first time, and at every doubling of the sum over all topics.
+    pub fn report_missed(&self, topic: &RecordedTopic, count: u64) -> bool {
+        let before = self.shared.missed();
+        topic.state.missed.fetch_add(count, Ordering::AcqRel);
         before == 0 || (before + count).ilog2() > before.ilog2()
-    }
-
-    /// Takes back that a message was lost: it came late.
-    pub fn withdraw_missed(&self) {
-        self.shared.missed.fetch_sub(1, Ordering::AcqRel);
     }
 
     /// Continues in the next file once the queue is written. The writer's thread then calls `answer` with whether there is one.
@@ -231,7 +234,6 @@ impl Recording {
     pub fn counts(&self) -> Counts {
         let mut counts = Counts {
             queue_full: self.shared.queue_full.load(Ordering::Acquire),
-            missed: self.shared.missed.load(Ordering::Acquire),
             enqueue: self.shared.enqueue(),
             bytes: self.shared.bytes.load(Ordering::Relaxed),
             queued_bytes: self.shared.queued_bytes.load(Ordering::Relaxed),
@@ -246,12 +248,14 @@ impl Recording {
             let dropped = state.dropped.load(Ordering::Acquire);
             let passed = state.passed.load(Ordering::Acquire);
             let received = state.received.load(Ordering::Acquire);
+            let missed = state.missed.load(Ordering::Acquire);
             counts.received += received;
             counts.written += written;
             counts.dropped += dropped;
             counts.passed += passed;
+            counts.missed += missed;
             let (topic, type_name) = (state.topic.clone(), state.type_name.clone());
-            counts.topics.push(TopicCounts { topic, type_name, received, written, dropped, passed });
+            counts.topics.push(TopicCounts { topic, type_name, received, written, dropped, passed, missed });
         }
         counts
     }

@@ -15,6 +15,8 @@ pub(super) struct TopicState {
     pub(super) written: AtomicU64,
     pub(super) dropped: AtomicU64,
     pub(super) passed: AtomicU64,
+    /// Messages known to have been lost before they were handed over.
+    pub(super) missed: AtomicU64,
     pub(super) queued_bytes: AtomicU64,
 }
 
@@ -29,8 +31,6 @@ pub(super) struct RecordingShared {
     pub(super) fault: OnceLock<String>,
     /// Names of files that were closed and opened since that was asked last.
     pub(super) splits: Mutex<Vec<(String, String)>>,
-    /// Messages known to have been lost before they were handed over.
-    pub(super) missed: AtomicU64,
     /// Messages for which the queue had no room.
     pub(super) queue_full: AtomicU64,
     /// Time to hand each message over.
@@ -49,8 +49,13 @@ impl RecordingShared {
         Losses {
             dropped: self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum(),
             queue_full: self.queue_full.load(Ordering::Acquire),
-            missed: self.missed.load(Ordering::Acquire),
+            missed: self.missed(),
         }
+    }
+
+    /// Messages of all topics known to have been lost before they were handed over.
+    pub(super) fn missed(&self) -> u64 {
+        self.topics().iter().map(|topic| topic.missed.load(Ordering::Acquire)).sum()
     }
 
     /// Time to hand a message over.

@@ -30,6 +30,8 @@ pub(super) struct StorageFile {
     whole_bytes: u64,
     /// Channel of each topic, by the topic's number in the bag.
     channels: BTreeMap<usize, u16>,
+    /// Messages of each topic, by the topic's number in the bag.
+    counts: BTreeMap<usize, u64>,
     messages: u64,
     log_times_ns: Option<(u64, u64)>,
     is_dirty: bool,
@@ -64,6 +66,7 @@ impl StorageFile {
             file: second_handle,
             whole_bytes: 0,
             channels: BTreeMap::new(),
+            counts: BTreeMap::new(),
             messages: 0,
             log_times_ns: None,
             is_dirty: true,
@@ -88,6 +91,11 @@ impl StorageFile {
 
     pub(super) fn messages(&self) -> u64 {
         self.messages
+    }
+
+    /// Messages of the topic with this number in the bag.
+    pub(super) fn count(&self, topic: usize) -> u64 {
+        self.counts.get(&topic).copied().unwrap_or(0)
     }
 
     /// First and last log time in it (ns since 1970).
@@ -140,6 +148,7 @@ impl StorageFile {
         let header = MessageHeader { channel_id, sequence, log_time, publish_time };
         self.with_storage(|storage| storage.write_to_known_channel(&header, data))?;
         self.messages += 1;
+        *self.counts.entry(topic).or_default() += 1;
         let times = self.log_times_ns.get_or_insert((log_time, log_time));
         *times = (times.0.min(log_time), times.1.max(log_time));
         Ok(())

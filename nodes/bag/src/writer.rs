@@ -1,6 +1,6 @@
 //! Writing a bag: one directory, one MCAP file after the other, the metadata in all of them and beside them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,16 +13,20 @@ use super::{BagError, BagMessage, Topic};
 
 /// Custom-data key with the number of repeated latched messages.
 pub(super) const REPEATED: &str = "camwright.repeated_total";
+/// Custom-data key with the number of oldest files that were deleted.
+pub(super) const DELETED: &str = "camwright.deleted_files";
 /// The smallest log time: a message at 0 makes viewers refuse the whole bag.
 const FIRST_LOG_TIME_NS: u64 = 1;
 
-/// When a bag goes on in its next file. Nothing set: never by itself, which viewers that read one file only are thankful for.
+/// When a bag goes on in its next file, and how many it retains. Nothing set: never by itself, because some viewers read one file only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SplitLimits {
     /// Size of a file that is exceeded by a chunk at most (B), its repeated latched messages apart.
     pub bytes: Option<u64>,
     /// Longest time between the first and the last message of a file, by log time.
     pub duration: Option<Duration>,
+    /// Maximum number of files: a split deletes the oldest ones above it.
+    pub files: Option<usize>,
 }
 
 /// Options of a new bag.
@@ -72,8 +76,16 @@ impl TopicId {
 struct WrittenTopic {
     topic: Topic,
     written: u64,
-    /// Number of its messages repeated at the head of a file.
+}
+
+/// A file that was closed.
+struct FinishedFile {
+    entry: FileEntry,
+    bytes: u64,
+    /// Number of messages repeated at its head.
     repeated: u64,
+    /// Messages of each topic, by the topic's number in the bag.
+    counts: Vec<u64>,
 }
 
 /// Writer of a bag. Log times are strictly increasing over all topics and each topic's messages are numbered from 1, so that a
@@ -87,8 +99,8 @@ pub struct BagWriter {
     /// Bytes of the current file when its own messages began, and how many messages it repeats.
     head: (u64, u64),
     /// The files before it.
-    finished: Vec<FileEntry>,
-    finished_bytes: u64,
+    finished: VecDeque<FinishedFile>,
+    deleted_files: usize,
     /// Names of the files that were closed and opened since that was asked last.
     splits: Vec<(String, String)>,
     topics: Vec<WrittenTopic>,
@@ -149,8 +161,8 @@ impl BagWriter {
             split: options.split,
             current,
             head: (0, 0),
-            finished: Vec::new(),
-            finished_bytes: 0,
+            finished: VecDeque::new(),
+            deleted_files: 0,
             splits: Vec::new(),
             topics: Vec::new(),
             ids: BTreeMap::new(),
@@ -166,7 +178,8 @@ impl BagWriter {
     /// Writes the summary of the bag while the current file is open, within it and beside it.
     fn open_account(&mut self) -> Result<(), BagError> {
         // As rosbag2 opens a file: it is not listed before it has anything.
-        let opening = BagMetadata { files: self.finished.clone(), ..self.metadata() };
+        let mut opening = self.metadata();
+        opening.files.pop();
         self.current.write_metadata(&opening)?;
         self.current.sync()?;
         self.metadata().write_to(&self.directory)
@@ -180,19 +193,19 @@ impl BagWriter {
     /// Size of the storage files on the disk so far (B).
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.finished_bytes + self.current.whole_bytes()
+        self.finished.iter().map(|file| file.bytes).sum::<u64>() + self.current.whole_bytes()
     }
 
-    /// Storage files so far.
+    /// Storage files on the disk.
     #[must_use]
     pub fn files(&self) -> usize {
         self.finished.len() + 1
     }
 
-    /// Messages that stand at the head of a file once more, over all files.
+    /// Messages that stand at the head of a file once more, over all files but the first.
     #[must_use]
     pub fn repeated(&self) -> u64 {
-        self.topics.iter().map(|t| t.repeated).sum()
+        self.finished.iter().map(|file| file.repeated).chain([self.head.1]).skip(1).sum()
     }
 
     /// Why the bag takes no more messages, when it does not: the disk is full or failed.
@@ -221,7 +234,7 @@ impl BagWriter {
         }
         let id = TopicId(self.topics.len());
         self.current.add_topic(id.0, topic)?;
-        self.topics.push(WrittenTopic { topic: topic.clone(), written: 0, repeated: 0 });
+        self.topics.push(WrittenTopic { topic: topic.clone(), written: 0 });
         self.ids.insert(topic.name.clone(), id);
         Ok(id)
     }
@@ -301,7 +314,7 @@ impl BagWriter {
             return Err(BagError::Closed { reason: reason.to_owned() });
         }
         // The next one is open before the last one is closed: if it cannot be made, that one is closed as the last of a whole bag.
-        let name = file_name(&self.directory, self.files())?;
+        let name = file_name(&self.directory, self.deleted_files + self.files())?;
         let mut next = StorageFile::create(&self.directory, name, self.preset)?;
         for (index, state) in self.topics.iter().enumerate() {
             next.add_topic(index, &state.topic)?;
@@ -309,12 +322,35 @@ impl BagWriter {
         let closing = self.metadata();
         let mut last = std::mem::replace(&mut self.current, next);
         last.finish(&closing)?;
-        self.finished_bytes += last.whole_bytes();
-        self.finished.push(last.entry());
+        self.finished.push_back(FinishedFile {
+            entry: last.entry(),
+            bytes: last.whole_bytes(),
+            repeated: self.head.1,
+            counts: (0..self.topics.len()).map(|topic| last.count(topic)).collect(),
+        });
+        self.head = (0, 0);
+        let outdated = self.forget_outdated();
         self.open_account()?;
+        for path in outdated.iter().map(|file| self.directory.join(&file.entry.path)) {
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(BagError::io("delete", &path, e)),
+                _ => {}
+            }
+        }
         self.repeat_latched()?;
         self.splits.push((last.name().to_owned(), self.current.name().to_owned()));
         Ok(())
+    }
+
+    /// Removes the oldest files above the maximum number from the list.
+    fn forget_outdated(&mut self) -> Vec<FinishedFile> {
+        let surplus = self.split.files.map_or(0, |max| self.files().saturating_sub(max.max(1)));
+        let outdated: Vec<FinishedFile> = self.finished.drain(..surplus).collect();
+        self.deleted_files += outdated.len();
+        if self.deleted_files > 0 {
+            self.custom_data.insert(DELETED.into(), self.deleted_files.to_string());
+        }
+        outdated
     }
 
     fn repeat_latched(&mut self) -> Result<(), BagError> {
@@ -322,9 +358,6 @@ impl BagWriter {
             let log_time_ns = self.last_ns.saturating_add(1);
             self.current.write(kept.topic, kept.sequence, log_time_ns, kept.publish_time_ns, &kept.data)?;
             self.last_ns = log_time_ns;
-            if let Some(state) = self.topics.get_mut(kept.topic) {
-                state.repeated += 1;
-            }
         }
         self.current.flush()?;
         self.head = (self.current.bytes(), self.current.messages());
@@ -413,7 +446,11 @@ impl BagWriter {
     }
 
     fn metadata(&self) -> BagMetadata {
-        let files: Vec<FileEntry> = self.finished.iter().cloned().chain([self.current.entry()]).collect();
+        let finished = self.finished.iter().map(|file| file.entry.clone());
+        let files: Vec<FileEntry> = finished.chain([self.current.entry()]).collect();
+        let count = |topic: usize| {
+            self.finished.iter().filter_map(|file| file.counts.get(topic)).sum::<u64>() + self.current.count(topic)
+        };
         let first_ns = files.iter().filter(|f| f.message_count > 0).map(|f| f.starting_time_ns).min();
         let last_ns = files.iter().filter(|f| f.message_count > 0).map(|f| f.starting_time_ns + f.duration_ns).max();
         BagMetadata {
@@ -422,7 +459,7 @@ impl BagWriter {
             duration_ns: last_ns.zip(first_ns).map_or(0, |(last, first)| last - first),
             starting_time_ns: first_ns.unwrap_or(NO_START_NS),
             message_count: files.iter().map(|file| file.message_count).sum(),
-            topics: self.topics.iter().map(|t| TopicEntry::new(&t.topic, t.written + t.repeated)).collect(),
+            topics: self.topics.iter().enumerate().map(|(n, t)| TopicEntry::new(&t.topic, count(n))).collect(),
             compression_format: String::new(),
             compression_mode: String::new(),
             relative_file_paths: files.iter().map(|file| file.path.clone()).collect(),

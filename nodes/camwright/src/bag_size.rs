@@ -51,7 +51,7 @@ const KEYFRAMES: &str = "machine/keyframes";
 const RECORDER_STATUS: &str = "run_logger/status";
 
 /// Topics of a cell that say little, and that the recorder lists ten times a second like all others.
-const QUIET: [(&str, &str); 30] = [
+const QUIET: [(&str, &str); 31] = [
     ("axis_interpolator/alarms", "camwright_msgs/msg/MachineAlarms"),
     ("axis_interpolator/execute_plan/_action/status", "action_msgs/msg/GoalStatusArray"),
     ("axis_interpolator/follow_joint_trajectory/_action/status", "action_msgs/msg/GoalStatusArray"),
@@ -62,6 +62,7 @@ const QUIET: [(&str, &str); 30] = [
     ("axis_interpolator/probe/_action/status", "action_msgs/msg/GoalStatusArray"),
     ("axis_interpolator/transition_event", "lifecycle_msgs/msg/TransitionEvent"),
     ("diagnostics", "diagnostic_msgs/msg/DiagnosticArray"),
+    ("events/rosbag2_messages_lost", "rosbag2_interfaces/msg/MessagesLostEvent"),
     ("events/write_split", "rosbag2_interfaces/msg/WriteSplitEvent"),
     ("job_planner/cell_state", "camwright_msgs/msg/CellState"),
     ("job_planner/form_map", "camwright_msgs/msg/FormMap"),

@@ -6,30 +6,28 @@
 //!                                     └──► TickWatch ──► ~/status ──► machine_sim: at pace fast it waits for us
 //! ```
 //!
-//! Active means recording: activation opens the bag, deactivation closes it. `~/pause`, `~/resume`, `~/is_paused`, `~/split_bagfile`,
-//! `~/snapshot` and `events/write_split` are those of rosbag2's recorder.
+//! Active means recording: activation opens the bag, deactivation closes it. Services and events are those of rosbag2's recorder
+//! ([`services`]); `~/record` and `~/stop` are the same two transitions.
 
 mod arrivals;
 mod definitions;
+mod losses;
 mod retention;
 mod selection;
+mod services;
 mod session;
 mod settings;
 mod ticks;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use camwright_bag::{Counts, DurationSummary};
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
-use camwright_msgs::rosbag2_interfaces::srv::{
-    IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, Snapshot, SnapshotResponse, SplitBagfile,
-    SplitBagfileResponse,
-};
-
-use camwright_bag::{Counts, DurationSummary};
 use camwright_ros::running::{NodeError, autostart, ending_step};
 use camwright_ros::{
     Diagnostics, Farewell, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs,
@@ -61,6 +59,8 @@ struct Shared {
     /// Locked for the moments of activation and deactivation (the life cycle's thread) and by services (the executor's); never
     /// while waiting for the other.
     active: Mutex<Option<Active>>,
+    /// Directory of the next bag in place of the parameter `bag_dir`.
+    requested_dir: Mutex<Option<PathBuf>>,
     /// True if a recording ended by itself, or could not be closed.
     has_failed: AtomicBool,
 }
@@ -84,6 +84,11 @@ impl Shared {
         self.active.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Sets the directory of the next bag in place of the parameter.
+    fn request_dir(&self, directory: Option<PathBuf>) {
+        *self.requested_dir.lock().unwrap_or_else(PoisonError::into_inner) = directory;
+    }
+
     /// The present parameters, or a sentence about the one that is wrong.
     fn settings(&self) -> Result<RecorderSettings, String> {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
@@ -96,7 +101,10 @@ impl Shared {
         if active.is_some() {
             return Err("a bag is open already".into());
         }
-        let settings = self.settings()?;
+        let mut settings = self.settings()?;
+        if let Some(directory) = self.requested_dir.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            settings.bag_dir = directory;
+        }
         let deleted = settings.retention.make_room(&settings.bag_dir);
         for run in deleted.map_err(|error| format!("an old run could not be deleted: {error}"))? {
             self.node.logger().info(&format!("deleted {}, as keep_runs and keep_mb say", run.display()));
@@ -252,32 +260,6 @@ impl LifecycleCallbacks for Callbacks {
     }
 }
 
-/// The services that begin a new file. The writer's thread answers, once it has done what was asked.
-fn file_services(node: &Node, shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], NodeError> {
-    let weak = Arc::downgrade(shared);
-    let split = node.service_deferred::<SplitBagfile>("~/split_bagfile", move |_, responder| {
-        let responder = responder.or_fail(|_| SplitBagfileResponse::default());
-        // Where nothing is recorded there is nothing to split; rosbag2's answer has no word for it.
-        let answer = move |_| responder.send(&SplitBagfileResponse::default());
-        match weak.upgrade().and_then(|shared| shared.session()) {
-            Some(session) => session.split(answer),
-            None => answer(false),
-        }
-    })?;
-    let weak = Arc::downgrade(shared);
-    let snapshot = node.service_deferred::<Snapshot>("~/snapshot", move |_, responder| {
-        let responder = responder.or_fail(|_| SnapshotResponse { success: false });
-        let answer = move |success| responder.send(&SnapshotResponse { success });
-        let Some(shared) = weak.upgrade() else { return answer(false) };
-        if let Some(session) = shared.session() {
-            return session.snapshot(answer);
-        }
-        shared.node.logger().warn("no snapshot: not recording");
-        answer(false);
-    })?;
-    Ok([split, snapshot])
-}
-
 impl RunLogger {
     /// Name and parameters of the node.
     #[must_use]
@@ -295,42 +277,20 @@ impl RunLogger {
         node.parameters().on_set(settings::check);
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
         let splits = node.publisher("events/write_split", &Qos::default_topic())?;
-        let outlets = RecorderOutlets { status, splits };
+        let losses = node.publisher("events/rosbag2_messages_lost", &Qos::default_topic())?;
+        let outlets = RecorderOutlets { status, splits, losses };
         let shared = Arc::new(Shared {
             node: node.clone(),
             outlets,
             active: Mutex::default(),
+            requested_dir: Mutex::default(),
             has_failed: AtomicBool::default(),
         });
-        let mut services = Vec::new();
-        for (name, is_paused) in [("~/pause", true), ("~/resume", false)] {
-            let weak = Arc::downgrade(&shared);
-            let change = move || {
-                if let Some(shared) = weak.upgrade() {
-                    shared.with_session((), |session| session.pause(is_paused));
-                }
-            };
-            services.push(if is_paused {
-                node.service::<Pause>(name, move |_| {
-                    change();
-                    PauseResponse::default()
-                })?
-            } else {
-                node.service::<Resume>(name, move |_| {
-                    change();
-                    ResumeResponse::default()
-                })?
-            });
-        }
-        let weak = Arc::downgrade(&shared);
-        services.push(node.service::<IsPaused>("~/is_paused", move |_| IsPausedResponse {
-            paused: weak.upgrade().is_some_and(|s| s.with_session(false, Session::is_paused)),
-        })?);
-        services.extend(file_services(&node, &shared)?);
         let weak = Arc::downgrade(&shared);
         let diagnostics =
             node.diagnostics("run_logger", move || weak.upgrade().map(|s| s.diagnosis()).into_iter().collect())?;
         let lifecycle = node.lifecycle(Callbacks(shared.clone()))?;
+        let services = services::offer(&node, &shared, &lifecycle)?;
         let spin = shared.node.spin_in_thread()?;
         autostart::begin(&shared.node, &lifecycle);
         Ok(Self { shared, lifecycle, _spin: spin, _diagnostics: diagnostics, _services: services })

@@ -7,10 +7,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, TopicRecord};
-use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
+use camwright_msgs::rosbag2_interfaces::msg::{MessagesLostEvent, WriteSplitEvent};
 
 use super::arrivals::{Arrivals, TopicArrival};
 use super::definitions::{DefinitionState, DefinitionText, Definitions};
+use super::losses::PublishedLosses;
 use super::selection::{Selection, recorded_qos, subscription_qos};
 use super::settings::RecorderSettings;
 use super::ticks::TickWatch;
@@ -26,6 +27,8 @@ const READ_BYTES: usize = 16 << 20;
 
 /// Subscriptions made before those that exist get their turn: a fast topic must not wait until all are made.
 const SUBSCRIBED_AT_ONCE: usize = 4;
+/// Shortest time between two events of lost messages, as in rosbag2.
+const LOSS_INTERVAL: Duration = Duration::from_secs(1);
 /// Longest time between two status messages.
 const STATUS_INTERVAL: Duration = Duration::from_millis(250);
 
@@ -73,6 +76,7 @@ struct Progress {
 pub(super) struct RecorderOutlets {
     pub(super) status: Publisher<RecorderStatus>,
     pub(super) splits: Publisher<WriteSplitEvent>,
+    pub(super) losses: Publisher<MessagesLostEvent>,
 }
 
 /// Alarms that have been seen, where a new one asks for a snapshot.
@@ -92,12 +96,16 @@ pub(super) struct Session {
     recording: Recording,
     is_paused: AtomicBool,
     is_stopped: AtomicBool,
+    /// New topics are subscribed to.
+    is_discovering: AtomicBool,
     /// Guard the fields below against each other's threads; all callbacks run on the executor's, so waits are short.
     topics: Mutex<Topics>,
     progress: Mutex<Progress>,
     held: Mutex<Vec<HeldMessage>>,
     definitions: Mutex<Definitions>,
     alarms: Mutex<Alarms>,
+    /// What was published, and when.
+    losses: Mutex<(PublishedLosses, Instant)>,
     outlets: RecorderOutlets,
     joint_states: String,
     stream: String,
@@ -128,6 +136,7 @@ impl Session {
             selection: Selection::new(node.namespace(), settings.include.clone(), settings.exclude.clone()),
             is_paused: AtomicBool::new(settings.start_paused),
             is_stopped: AtomicBool::new(false),
+            is_discovering: AtomicBool::new(true),
             settings,
             recording,
             topics: Mutex::default(),
@@ -135,6 +144,7 @@ impl Session {
             held: Mutex::default(),
             definitions: Mutex::default(),
             alarms: Mutex::default(),
+            losses: Mutex::new((PublishedLosses::default(), Instant::now())),
             outlets,
             joint_states,
             stream,
@@ -197,7 +207,7 @@ impl Session {
         alarms.numbers = numbers;
     }
 
-    /// Takes a due snapshot, and reports new files.
+    /// Takes a due snapshot, and reports new files and lost messages.
     pub(super) fn attend(&self) {
         let due = lock(&self.alarms).due.take_if(|due| *due <= Instant::now());
         if due.is_some() {
@@ -217,6 +227,25 @@ impl Session {
                 self.node.logger().warn(&error.to_string());
             }
         }
+        if lock(&self.losses).1.elapsed() >= LOSS_INTERVAL {
+            self.publish_losses();
+        }
+    }
+
+    /// Publishes the losses since the last event, if there are any.
+    fn publish_losses(&self) {
+        let topics = self.counts().topics;
+        let mut losses = lock(&self.losses);
+        let messages_lost_statistics = losses.0.since_last(&topics);
+        losses.1 = Instant::now();
+        drop(losses);
+        if messages_lost_statistics.is_empty() {
+            return;
+        }
+        let node_name = self.node.fully_qualified_name().to_owned();
+        if let Err(error) = self.outlets.losses.publish(&MessagesLostEvent { node_name, messages_lost_statistics }) {
+            self.node.logger().warn(&error.to_string());
+        }
     }
 
     /// Stops or resumes writing; what arrives in between is not part of the recording.
@@ -229,9 +258,21 @@ impl Session {
         self.is_paused.load(Ordering::Acquire)
     }
 
+    /// Starts or stops subscribing to new topics; returns false if nothing changes.
+    pub(super) fn discover(self: &Arc<Self>, is_discovering: bool) -> bool {
+        let was = self.is_discovering.swap(is_discovering, Ordering::AcqRel);
+        self.refresh();
+        was != is_discovering
+    }
+
+    /// Returns whether new topics are subscribed to.
+    pub(super) fn is_discovering(&self) -> bool {
+        self.is_discovering.load(Ordering::Acquire)
+    }
+
     /// Subscribes to what has turned up in the graph since the last call.
     pub(super) fn refresh(self: &Arc<Self>) {
-        if self.is_stopped.load(Ordering::Acquire) {
+        if self.is_stopped.load(Ordering::Acquire) || !self.is_discovering() {
             return;
         }
         let mut topics = lock(&self.topics);
@@ -318,7 +359,7 @@ impl Session {
                 let Some(session) = weak.upgrade() else { return };
                 match arrivals.record(message.writer, message.sequence_number) {
                     TopicArrival::After(missing) => session.note_missing(missing, &recorded),
-                    TopicArrival::Late => session.recording.withdraw_missed(),
+                    TopicArrival::Late => recorded.withdraw_missed(),
                     TopicArrival::Older => {}
                 }
                 session.receive(&recorded, meaning, cdr, message);
@@ -328,7 +369,7 @@ impl Session {
     }
 
     fn note_missing(&self, count: u64, topic: &RecordedTopic) {
-        if count > 0 && self.recording.report_missed(count) {
+        if count > 0 && self.recording.report_missed(topic, count) {
             let name = topic.name();
             self.node.logger().warn(&format!("{count} messages of {name} were lost on their way to the recorder"));
         }
@@ -443,6 +484,7 @@ impl Session {
         self.release(&mut lock(&self.held), None);
         let result = self.recording.stop(RecordingOutcome::Complete);
         self.publish();
+        self.publish_losses();
         result
     }
 }

@@ -79,6 +79,9 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::double("split_s", 0.0)
             .describe("maximum duration of a file of the bag (s); 0: unlimited")
             .range(0.0, 1e7),
+        Parameter::integer("max_bag_files", 0)
+            .describe("number of files of the bag to retain; a split deletes the oldest; 0: all")
+            .integer_range(0, 1_000_000),
         Parameter::double("snapshot_s", 0.0)
             .describe("duration of a snapshot (s): messages stay in memory until ~/snapshot or an alarm; 0: records all messages")
             .range(0.0, 3600.0),
@@ -188,7 +191,11 @@ impl RecorderSettings {
             recording: RecordingOptions {
                 writer: WriterOptions {
                     preset: parse_preset(&parameters.string("preset"))?,
-                    split: SplitLimits { bytes: (split_bytes > 0).then_some(split_bytes), duration: wanted("split_s") },
+                    split: SplitLimits {
+                        bytes: (split_bytes > 0).then_some(split_bytes),
+                        duration: wanted("split_s"),
+                        files: usize::try_from(count("max_bag_files")?).ok().filter(|&files| files > 0),
+                    },
                     custom_data,
                 },
                 flush_interval: seconds("flush_interval_s"),

@@ -81,7 +81,7 @@ pub(super) fn topics_that_need_command() -> impl Iterator<Item = &'static str> {
 }
 
 /// Meaning of endpoints whose type is a standard one, or stands for several endpoints.
-const MEANINGS: [(&str, &str); 52] = [
+const MEANINGS: [(&str, &str); 58] = [
     ("/clock", "Time of the machine, unless another node publishes it."),
     (
         "/diagnostics",
@@ -92,6 +92,7 @@ const MEANINGS: [(&str, &str); 52] = [
     ("/tf", "Frames of table, part, wheelhead and wheel (m, rad)."),
     ("/tf_static", "Fixed frames of the machine (m, rad)."),
     ("dynamic_joint_states", "State of axes, wheel and part, by interface names of ros2_control (SI units)."),
+    ("events/rosbag2_messages_lost", "Messages lost since the last event, by topic."),
     ("events/write_split", "The recorder has begun the next file of the bag."),
     ("joint_states", "Positions (m, rad), velocities (m/s, rad/s) and efforts (N, N m) of the axes, every tick."),
     ("machine/close_chuck", "Closes the chuck."),
@@ -129,6 +130,7 @@ const MEANINGS: [(&str, &str); 52] = [
     ("~/get_transition_graph", "All transitions of the lifecycle."),
     ("~/get_type_description", "Definition of a type by name and hash."),
     ("~/hold_to_run", "Keeps a jog without distance moving; at least twice a second."),
+    ("~/is_discovery_running", "Returns whether the recorder subscribes to new topics."),
     ("~/is_paused", "Returns whether the recorder is paused."),
     ("~/joint_trajectory", "Trajectory to follow (m, rad), without an answer; a rejection is logged."),
     ("~/list_parameters", "Names of parameters."),
@@ -136,6 +138,7 @@ const MEANINGS: [(&str, &str); 52] = [
     ("~/open_chuck", "Opens the chuck, if the state of the cell permits it."),
     ("~/pause", "Pauses the recording."),
     ("~/query_state", "Setpoints at a time of the trajectory in execution (m, rad)."),
+    ("~/record", "Opens a bag in `uri`, or as `bag_dir` says, and begins to record."),
     ("~/resume", "Resumes the recording."),
     ("~/set_logger_levels", "Sets the levels of loggers."),
     ("~/set_parameters", "Sets parameters one by one."),
@@ -143,14 +146,19 @@ const MEANINGS: [(&str, &str); 52] = [
     ("~/snapshot", "Writes the messages held in memory (parameter `snapshot_s`)."),
     ("~/speed_scaling_input", "Factor on the speed of the path (0 to 1)."),
     ("~/split_bagfile", "Begins the next file of the bag."),
+    ("~/start_discovery", "Subscribes to new topics again."),
     ("~/stop", "Stops the job: the wheel retracts, the axes come to rest."),
+    ("~/stop (rosbag2_interfaces/srv/Stop)", "Ends the recording and closes the bag."),
+    ("~/stop_discovery", "Records the present topics only."),
     ("~/transition_event", "Changes of the lifecycle."),
     ("~/wheel", "Starts (true) or stops (false) the wheel."),
 ];
 
-/// Meaning of a topic, service or action.
+/// Meaning of a topic, service or action; an entry may name its type behind the name.
 pub(super) fn meaning(name: &str, type_name: &str) -> Option<String> {
-    let own = MEANINGS.iter().find(|(known, _)| *known == name).map(|(_, text)| (*text).to_owned());
+    let typed = format!("{name} ({type_name})");
+    let find = |wanted: &str| MEANINGS.iter().find(|(known, _)| *known == wanted).map(|(_, text)| (*text).to_owned());
+    let own = find(&typed).or_else(|| find(name));
     own.or_else(|| interface_files::meaning(type_name))
 }
 
@@ -159,7 +167,11 @@ pub(super) fn assert_complete(interfaces: &[Interface]) {
     let names = names(interfaces);
     let missing: Vec<_> = names.iter().filter(|(name, type_name)| meaning(name, type_name).is_none()).collect();
     assert!(missing.is_empty(), "add the meaning of {missing:#?}");
-    let gone: Vec<_> = MEANINGS.iter().map(|(name, _)| *name).filter(|name| !names.contains_key(*name)).collect();
+    let gone: Vec<_> = MEANINGS
+        .iter()
+        .map(|(name, _)| name.split(" (").next().unwrap_or(name))
+        .filter(|name| !names.contains_key(*name))
+        .collect();
     assert!(gone.is_empty(), "no node has {gone:?}");
     let subscribed = interfaces.iter().flat_map(|interface| &interface.subscribed);
     let subscribed: BTreeSet<&str> = subscribed.map(|topic| topic.name.as_str()).collect();

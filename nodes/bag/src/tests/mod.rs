@@ -284,8 +284,8 @@ fn while_the_disk_stands_still_rare_topics_have_room_and_every_drop_is_counted_w
     let give = |topic, count: u64| (1..=count).filter(|&n| recording.record(topic, n, n, kilobyte.clone())).count();
     assert_eq!([give(&a, 2000), give(&b, 2000), give(&c, 2000)], [512, 256, 4], "what of the fast topics has room");
     assert_eq!(give(&commands, 4), 4, "commands have room whatever else waits");
-    assert!(recording.report_missed(2) && !recording.report_missed(1));
-    recording.withdraw_missed();
+    assert!(recording.report_missed(&a, 2) && !recording.report_missed(&b, 1));
+    a.withdraw_missed();
     drop(disk);
     let (metadata, counts) = recording.stop(RecordingOutcome::Complete).expect("the disk has room");
     let reported: Vec<(u64, u64, u64)> = counts.topics.iter().map(|t| (t.received, t.written, t.dropped)).collect();

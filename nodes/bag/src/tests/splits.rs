@@ -3,7 +3,7 @@
 use super::*;
 use crate::SnapshotOptions;
 use crate::recover::recover;
-use crate::writer::{REPEATED, SplitLimits};
+use crate::writer::{DELETED, REPEATED, SplitLimits};
 
 const SECOND: u64 = 1_000_000_000;
 const START: u64 = 1_760_000_000 * SECOND;
@@ -17,7 +17,7 @@ fn latched(name: &str) -> Topic {
 
 fn split_by(bytes: Option<u64>, seconds: Option<u64>) -> WriterOptions {
     WriterOptions {
-        split: SplitLimits { bytes, duration: seconds.map(Duration::from_secs) },
+        split: SplitLimits { bytes, duration: seconds.map(Duration::from_secs), files: None },
         ..WriterOptions::default()
     }
 }
@@ -70,6 +70,28 @@ fn a_bag_that_is_split_by_time_begins_every_file_with_what_is_latched() {
         }
     }
     assert_eq!(pages, [4, 5, 6]);
+}
+
+/// A bag of two files at most: the oldest is deleted at a split, and what is left is a bag of its own.
+#[test]
+fn a_bag_retains_its_newest_files() {
+    let dir = TempDir::new().expect("a temporary directory");
+    let path = dir.path().join("run");
+    let mut options = split_by(None, Some(10));
+    options.split.files = Some(2);
+    let metadata = write_files(&path, &options);
+    // Six files of 10 s, of which the last two remain. Four pages are repeated at the head of the first, and those of 40 and 50 s follow.
+    assert_eq!(files_of(&metadata), [("run_4.mcap", 4 + 2 + 100), ("run_5.mcap", 6 + 99)]);
+    let counts: Vec<u64> = metadata.topics.iter().map(|topic| topic.message_count).collect();
+    assert_eq!((metadata.message_count, counts), (211, vec![4 + 2 + 6, 100 + 99]));
+    assert_eq!((metadata.custom_data[DELETED].as_str(), metadata.custom_data[REPEATED].as_str()), ("4", "6"));
+    let mut names: Vec<_> = std::fs::read_dir(&path).expect("it is there").flatten().map(|f| f.file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["metadata.yaml", "run_4.mcap", "run_5.mcap"]);
+    let report = check(&path).expect("there is a bag");
+    assert_eq!(report.findings, [], "{}", report.to_text());
+    let pages = read_all(&Bag::open(&path).expect("it was closed")).into_iter().filter(|m| m.topic == 0);
+    assert_eq!(pages.map(|page| page.sequence).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6], "latched messages stay");
 }
 
 #[test]
