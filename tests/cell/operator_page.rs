@@ -110,6 +110,8 @@ fn every_state_of_the_cell_fits_on_panel_and_telephone() {
     wait_text(&mut browser, "left_title", "Stock on lobe I1 along the radius, maximum");
     browser.wait("document.querySelectorAll('#cam path').length >= 3 && document.querySelector('#cam circle')");
     check_state(&mut browser, "held", "status.state.word === 'HELD' && shape.part");
+    // A fifth of the speed, so that the news of the next lobe does not come too late to slow it down.
+    set_override(&cell, 0.2);
     hold(&cell, false);
 
     // The first lobe is judged while another is cut: slowly, since viewers see the cell only four times a second.
