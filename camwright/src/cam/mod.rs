@@ -24,3 +24,4 @@ pub mod lift;
 pub mod lobe_inspection;
 pub mod motion_law;
 pub mod surface;
+pub mod wave_cause;

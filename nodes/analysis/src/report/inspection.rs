@@ -1,13 +1,17 @@
 //! Inspection of the ground lobes, as a cam measuring machine reports it.
 
 use super::findings::Findings;
+use super::job_timeline::JobTimeline;
 use super::table::table as html_table;
 use super::text::{fixed, signed};
 use camwright::cam::lobe_inspection::{LobeInspection, LobeZone};
+use camwright::cam::wave_cause::WaveCause;
+use camwright::machine::description::MachineDescription;
 use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
+use camwright::planner::PlannedLobe;
 use camwright_files::convert::mm_from_m;
-use camwright_planning::AnyPrepared;
 use camwright_planning::markup::escape;
+use camwright_planning::{AnyPrepared, PreparedJob};
 
 /// Heads of the table.
 const HEADS: [(&str, bool); 10] = [
@@ -20,28 +24,57 @@ const HEADS: [(&str, bool); 10] = [
     ("lift nose µm", false),
     ("lift closing µm", false),
     ("velocity µm/° (at °)", false),
-    ("waves per turn (µm)", true),
+    ("waves per turn (µm, Hz)", true),
 ];
 
-/// Lobes whose finished outline and design are recorded.
-pub(super) fn inspections(findings: &Findings<'_>) -> Vec<(String, LobeInspection)> {
-    let Ok(AnyPrepared::Ground(prepared)) = findings.again else { return Vec::new() };
-    let designs = prepared.planned.lobes.iter().map(|lobe| &lobe.design);
-    designs
-        .filter_map(|design| {
-            let outlines = findings.story.outlines.iter();
+/// A lobe whose finished outline and design are recorded.
+struct InspectedLobe<'a> {
+    planned: &'a PlannedLobe,
+    inspection: LobeInspection,
+}
+
+impl InspectedLobe<'_> {
+    fn name(&self) -> &str {
+        &self.planned.design.name
+    }
+
+    /// The strongest waves with their amplitude, their frequency in the last pass, and their cause.
+    fn waves(&self, machine: &MachineDescription) -> String {
+        let Some(pass) = self.planned.passes.last() else { return String::new() };
+        let wheel_radius_mm = self.planned.tool_path.wheel_radius_mm();
+        let texts = self.inspection.waves.iter().map(|wave| {
+            let cause = match WaveCause::find(wave.per_turn, pass.speed_range_rad_s(), machine, wheel_radius_mm) {
+                Some(WaveCause::Wheel { multiple: 1 }) => ", rotation of the wheel".to_owned(),
+                Some(WaveCause::Wheel { multiple }) => format!(", {multiple} × rotation of the wheel"),
+                Some(WaveCause::Structure { axis }) => format!(", structure of {}", axis.joint()),
+                None => String::new(),
+            };
+            let amplitude_um = fixed(um_from_mm(wave.amplitude_mm), 3);
+            let frequency_hz = fixed(wave.per_turn as f64 / pass.turn_s(), 1);
+            format!("{} ({amplitude_um}, {frequency_hz} Hz{cause})", wave.per_turn)
+        });
+        texts.collect::<Vec<_>>().join("; ")
+    }
+}
+
+fn inspected_lobes<'a>(prepared: &'a PreparedJob, story: &JobTimeline<'_>) -> Vec<InspectedLobe<'a>> {
+    (prepared.planned.lobes.iter())
+        .filter_map(|planned| {
+            let design = &planned.design;
+            let outlines = story.outlines.iter();
             let part = outlines.rev().find(|part| part.name == design.name && part.finished)?;
             let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
             let phase_rad = design.phase_on_rad(part.key_way);
             let inspection = LobeInspection::new(&radii_mm, &design.contour, phase_rad).ok()?;
-            Some((design.name.clone(), inspection))
+            Some(InspectedLobe { planned, inspection })
         })
         .collect()
 }
 
 pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
-    let inspections = inspections(findings);
-    let Some((first, reference)) = inspections.first() else { return };
+    let Ok(AnyPrepared::Ground(prepared)) = findings.again else { return };
+    let lobes = inspected_lobes(prepared, findings.story);
+    let Some(first) = lobes.first() else { return };
     let unknown = || "–".to_owned();
     let zone = |inspection: &LobeInspection, zone: LobeZone| {
         let found = inspection.zones.iter().find(|error| error.zone == zone);
@@ -50,15 +83,13 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
             format!("{} to {}", signed(um_from_mm(low), 2), signed(um_from_mm(high), 2))
         })
     };
-    let row = |(name, inspection): &(String, LobeInspection)| {
+    let row = |lobe: &InspectedLobe<'_>| {
+        let inspection = &lobe.inspection;
         let timing = inspection.mounting.phase_rad;
-        let to_first = timing.zip(reference.mounting.phase_rad).filter(|_| name != first);
-        let waves: Vec<String> = (inspection.waves.iter())
-            .map(|wave| format!("{} ({})", wave.per_turn, fixed(um_from_mm(wave.amplitude_mm), 3)))
-            .collect();
+        let to_first = timing.zip(first.inspection.mounting.phase_rad).filter(|_| lobe.name() != first.name());
         let (velocity, at) = inspection.velocity_error;
         vec![
-            escape(name),
+            escape(lobe.name()),
             signed(um_from_mm(inspection.size_mm), 2),
             timing.map_or_else(unknown, |rad| signed(deg_from_rad(rad), 4)),
             to_first.map_or_else(unknown, |(own, other)| signed(deg_from_rad(own - other), 4)),
@@ -67,16 +98,18 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
             zone(inspection, LobeZone::Nose),
             zone(inspection, LobeZone::Closing),
             format!("{} ({})", signed(um_from_mm(velocity), 2), fixed(deg_from_rad(wrap_turn(at)), 1)),
-            escape(&waves.join(", ")),
+            escape(&lobe.waves(&prepared.machine)),
         ]
     };
     out.push_str("<section id=\"inspection\"><h2>Inspection</h2>");
-    html_table(out, &HEADS, &inspections.iter().map(row).collect::<Vec<_>>());
+    html_table(out, &HEADS, &lobes.iter().map(row).collect::<Vec<_>>());
     out.push_str(
         "<p class=\"faint\">Lift error of the follower of the design with the base circle at 0 and the lobe aligned in phase, \
          smallest to largest of each zone: opening and closing to the largest velocity, the nose between them. Velocity error: \
          change of the lift error over 1° of the cam. Timing: rotation of the lobe on the part, positive with the cam angle; – where a \
-         rotation cannot be separated from an eccentricity. Waves: the three strongest with 15 or more per turn. Errors of lifts \
+         rotation cannot be separated from an eccentricity. Waves: the three strongest with 15 or more per turn, their frequency at the \
+         planned speed of the last pass, and the only vibration of the machine that has it (none is named where the speed varies by more \
+         than 2 %). Errors of lifts \
          given as angles of an arm are in thousandths of a degree.</p></section>\n",
     );
 }

@@ -289,14 +289,16 @@ impl Report<'_> {
         Some(format!("cause:  {}; without it the worst form error is {left_um:.3} um", without.name()))
     }
 
-    /// The next step after an alarm: its remedy, and the reset of a cell that goes on running.
+    /// The next step after an alarm: its remedy, unless the message has it, and the reset of a cell that goes on running.
     fn next_after_stop(&self, see: &str) -> String {
         let Some(kind) = AlarmKind::from_number(self.result.alarm) else {
             return format!("next:   {see}; `camwright list alarms` lists all alarms with remedies");
         };
         let AlarmEntry { number, name, remedy, .. } = kind.entry();
-        let reset = if self.files.bag.is_none() { "; `camwright reset` clears it" } else { "" };
-        format!("next:   alarm {number}, {name}: {remedy}{reset}; {see}")
+        let remedy = Some(remedy).filter(|remedy| !self.result.message.contains(remedy));
+        let reset = self.files.bag.is_none().then_some("`camwright reset` clears it");
+        let steps: Vec<&str> = [remedy, reset, Some(see)].into_iter().flatten().collect();
+        format!("next:   alarm {number}, {name}: {}", steps.join("; "))
     }
 
     /// The next step after a bad verdict.
