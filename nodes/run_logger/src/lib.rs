@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Active means recording: activation opens the bag, deactivation closes it. Services and events are those of rosbag2's recorder
-//! ([`services`]); `~/record` and `~/stop` are the same two transitions.
+//! (`services.rs`); `~/record` and `~/stop` are the same two transitions.
 
 mod arrivals;
 mod definitions;
