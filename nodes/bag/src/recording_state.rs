@@ -55,7 +55,8 @@ impl RecordingShared {
 
     /// Messages of all topics known to have been lost before they were handed over.
     pub(super) fn missed(&self) -> u64 {
-        self.topics().iter().map(|topic| topic.missed.load(Ordering::Acquire)).sum()
+        let topics = self.topics.lock().unwrap_or_else(PoisonError::into_inner);
+        topics.iter().map(|topic| topic.missed.load(Ordering::Acquire)).sum()
     }
 
     /// Time to hand a message over.

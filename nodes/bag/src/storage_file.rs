@@ -18,6 +18,12 @@ const BUFFER_BYTES: usize = 256 << 10;
 
 type Storage = mcap::Writer<NoSeek<BufWriter<ReservedWriter<File, DiskReserve>>>>;
 
+/// A topic within the file.
+struct Channel {
+    id: u16,
+    messages: u64,
+}
+
 /// A file that takes messages until it is finished, or until the disk is full.
 pub(super) struct StorageFile {
     path: PathBuf,
@@ -29,9 +35,7 @@ pub(super) struct StorageFile {
     /// Length of the file at the last flush (B): everything before it is whole records.
     whole_bytes: u64,
     /// Channel of each topic, by the topic's number in the bag.
-    channels: BTreeMap<usize, u16>,
-    /// Messages of each topic, by the topic's number in the bag.
-    counts: BTreeMap<usize, u64>,
+    channels: BTreeMap<usize, Channel>,
     messages: u64,
     log_times_ns: Option<(u64, u64)>,
     is_dirty: bool,
@@ -66,7 +70,6 @@ impl StorageFile {
             file: second_handle,
             whole_bytes: 0,
             channels: BTreeMap::new(),
-            counts: BTreeMap::new(),
             messages: 0,
             log_times_ns: None,
             is_dirty: true,
@@ -95,7 +98,7 @@ impl StorageFile {
 
     /// Messages of the topic with this number in the bag.
     pub(super) fn count(&self, topic: usize) -> u64 {
-        self.counts.get(&topic).copied().unwrap_or(0)
+        self.channels.get(&topic).map_or(0, |channel| channel.messages)
     }
 
     /// First and last log time in it (ns since 1970).
@@ -121,7 +124,7 @@ impl StorageFile {
 
     /// Defines the topic with this number in the bag.
     pub(super) fn add_topic(&mut self, index: usize, topic: &Topic) -> Result<(), BagError> {
-        let channel = self.with_storage(|storage| {
+        let id = self.with_storage(|storage| {
             let schema = storage.add_schema(&topic.type_name, "ros2msg", topic.definition.as_bytes())?;
             let channel_metadata = BTreeMap::from([
                 ("offered_qos_profiles".to_owned(), qos::to_yaml(&topic.offered_qos, 0)),
@@ -129,7 +132,7 @@ impl StorageFile {
             ]);
             storage.add_channel(schema, &topic.name, "cdr", &channel_metadata)
         })?;
-        self.channels.insert(index, channel);
+        self.channels.insert(index, Channel { id, messages: 0 });
         Ok(())
     }
 
@@ -142,13 +145,15 @@ impl StorageFile {
         publish_time: u64,
         data: &[u8],
     ) -> Result<(), BagError> {
-        let Some(&channel_id) = self.channels.get(&topic) else {
+        let Some(&Channel { id: channel_id, .. }) = self.channels.get(&topic) else {
             return Err(BagError::Closed { reason: format!("it has no topic number {topic}") });
         };
         let header = MessageHeader { channel_id, sequence, log_time, publish_time };
         self.with_storage(|storage| storage.write_to_known_channel(&header, data))?;
         self.messages += 1;
-        *self.counts.entry(topic).or_default() += 1;
+        if let Some(channel) = self.channels.get_mut(&topic) {
+            channel.messages += 1;
+        }
         let times = self.log_times_ns.get_or_insert((log_time, log_time));
         *times = (times.0.min(log_time), times.1.max(log_time));
         Ok(())

@@ -100,6 +100,9 @@ pub struct BagWriter {
     head: (u64, u64),
     /// The files before it.
     finished: VecDeque<FinishedFile>,
+    /// Sums over these files, because every message asks for them: bytes, and messages that repeat one of an earlier file.
+    finished_bytes: u64,
+    finished_repeated: u64,
     deleted_files: usize,
     /// Names of the files that were closed and opened since that was asked last.
     splits: Vec<(String, String)>,
@@ -162,6 +165,8 @@ impl BagWriter {
             current,
             head: (0, 0),
             finished: VecDeque::new(),
+            finished_bytes: 0,
+            finished_repeated: 0,
             deleted_files: 0,
             splits: Vec::new(),
             topics: Vec::new(),
@@ -193,7 +198,7 @@ impl BagWriter {
     /// Size of the storage files on the disk so far (B).
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.finished.iter().map(|file| file.bytes).sum::<u64>() + self.current.whole_bytes()
+        self.finished_bytes + self.current.whole_bytes()
     }
 
     /// Storage files on the disk.
@@ -205,7 +210,7 @@ impl BagWriter {
     /// Messages that stand at the head of a file once more, over all files but the first.
     #[must_use]
     pub fn repeated(&self) -> u64 {
-        self.finished.iter().map(|file| file.repeated).chain([self.head.1]).skip(1).sum()
+        if self.finished.is_empty() { 0 } else { self.finished_repeated + self.head.1 }
     }
 
     /// Why the bag takes no more messages, when it does not: the disk is full or failed.
@@ -347,6 +352,8 @@ impl BagWriter {
         let surplus = self.split.files.map_or(0, |max| self.files().saturating_sub(max.max(1)));
         let outdated: Vec<FinishedFile> = self.finished.drain(..surplus).collect();
         self.deleted_files += outdated.len();
+        self.finished_bytes = self.finished.iter().map(|file| file.bytes).sum();
+        self.finished_repeated = self.finished.iter().skip(1).map(|file| file.repeated).sum();
         if self.deleted_files > 0 {
             self.custom_data.insert(DELETED.into(), self.deleted_files.to_string());
         }

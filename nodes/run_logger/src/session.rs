@@ -104,7 +104,7 @@ pub(super) struct Session {
     held: Mutex<Vec<HeldMessage>>,
     definitions: Mutex<Definitions>,
     alarms: Mutex<Alarms>,
-    /// What was published, and when.
+    /// Published losses, and the time of the last event.
     losses: Mutex<(PublishedLosses, Instant)>,
     outlets: RecorderOutlets,
     joint_states: String,
