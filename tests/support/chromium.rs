@@ -9,7 +9,10 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// Part of the patience in which the browser reports that something did not become true.
+const ANSWER: Duration = Duration::from_secs(10);
 
 /// A browser with one page; killed when this is dropped.
 pub struct Chromium {
@@ -27,7 +30,7 @@ impl Drop for Chromium {
         let asked = writeln_zero(&mut self.to, &json!({ "id": 0, "method": "Browser.close" }));
         let deadline = Instant::now() + PATIENCE;
         while asked && matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
-            let _closed = self.from.recv_timeout(std::time::Duration::from_millis(50));
+            let _closed = self.from.recv_timeout(Duration::from_millis(50));
         }
         let _gone_already = self.child.kill();
         let _reaped = self.child.wait();
@@ -148,14 +151,24 @@ impl Chromium {
     }
 
     /// Waits until an expression is true: it is looked at again with every change of the page.
+    ///
+    /// # Panics
+    /// When it does not become true, with the last status that the page has received.
     pub fn wait(&mut self, claim: &str) {
+        let limit_ms = (PATIENCE - ANSWER).as_millis();
         let promise = format!(
             "new Promise(done => {{ const look = () => {{ if ({claim}) {{ done(true); return true; }} }}; if (look()) return; \
              const watch = new MutationObserver(() => look() && watch.disconnect()); \
              watch.observe(document, {{ subtree: true, childList: true, characterData: true, attributes: true }}); \
-             addEventListener('load', look); }})"
+             addEventListener('load', look); setTimeout(() => done(false), {limit_ms}); }})"
         );
-        assert_eq!(self.eval(&promise), true);
+        if self.eval(&promise) != true {
+            let seen = self.eval(
+                "JSON.stringify([typeof status === 'object' ? status : document.body.innerText, \
+                 typeof shape === 'object' ? [shape.part?.name, shape.designs[0]?.error_um.length] : null])",
+            );
+            panic!("{claim}: not within {limit_ms} ms; the page shows {seen}");
+        }
     }
 
     /// Picture as PNG of the window or of the whole page.

@@ -19,7 +19,7 @@ use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Parameter, Publisher, Qos, RosError, Telemetry};
 use camwright_scene::{self as scene, MarkerPose, Rgba, Tree};
 use camwright_threads::drops::DropCounter;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 /// Machine time between two sets of transforms (ns): 50 in a second, as a screen shows them.
@@ -67,6 +67,10 @@ pub(super) struct SceneOutlet {
     is_asked: bool,
     /// Lobe that was cut since its outline was asked for.
     cut_since: Option<usize>,
+    /// Lobe that was cut and is still in front of the wheel.
+    in_work: Option<usize>,
+    /// Lobes that were cut, and that the wheel has left.
+    left: BTreeSet<usize>,
 }
 
 /// The parameters that it goes by.
@@ -112,6 +116,8 @@ impl SceneOutlet {
             asked: Instant::now(),
             is_asked: false,
             cut_since: None,
+            in_work: None,
+            left: BTreeSet::new(),
             machine: machine.clone(),
             tree,
         };
@@ -155,13 +161,16 @@ impl SceneOutlet {
         let period = if self.machine.is_lathe() { SLICED_PERIOD } else { OUTLINE_PERIOD };
         let lobe = report.lobe.unwrap_or(0);
         if cuts {
-            self.cut_since = Some(lobe);
+            (self.cut_since, self.in_work) = (Some(lobe), Some(lobe));
+            self.left.remove(&lobe);
         }
-        // A lobe that leaves the wheel is finished: viewers judge its last outline.
-        if let Some(cut) = self.cut_since
-            && !self.is_asked
-            && (cut != lobe || self.asked.elapsed() >= period)
-        {
+        if let Some(cut) = self.in_work.filter(|cut| !self.machine.is_lathe() && report.lobe != Some(*cut)) {
+            self.ask(cut);
+            if self.is_asked {
+                (self.cut_since, self.in_work) = (None, None);
+                self.left.insert(cut);
+            }
+        } else if let Some(cut) = self.cut_since.filter(|_| !self.is_asked && self.asked.elapsed() >= period) {
             self.cut_since = None;
             self.ask(cut);
         }
@@ -214,6 +223,7 @@ impl SceneOutlet {
             self.widths_mm.resize(lobe + 1, 0.0);
         }
         self.widths_mm[lobe] = width_mm;
+        self.left.remove(&lobe);
     }
 
     /// Asks the cyclic thread what a lobe, or the part of a lathe, looks like.
@@ -225,6 +235,7 @@ impl SceneOutlet {
     /// The part was taken out.
     pub(super) fn clear(&mut self) -> Result<(), RosError> {
         self.widths_mm.clear();
+        (self.in_work, self.left) = (None, BTreeSet::new());
         let is_part = |ns: &str| matches!(ns, "stock" | "lobe");
         let part: Vec<(String, i32)> = self.drawn.keys().filter(|(ns, _)| is_part(ns)).cloned().collect();
         let frame = self.tree.frames.part.clone();
@@ -249,6 +260,7 @@ impl SceneOutlet {
             name: name.cloned().unwrap_or_default(),
             station: station.map_or_else(String::new, |station| station.switch.clone()),
             width: m_from_mm(outline.width_mm),
+            finished: self.left.contains(&outline.lobe),
             key_way: outline.key_way_rad,
             radius: radii.clone(),
             ..PartLobe::default()

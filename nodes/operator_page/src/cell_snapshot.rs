@@ -30,8 +30,8 @@ const MAX_STATES: usize = 256;
 pub(super) struct LobeProgress {
     /// Largest burn index so far; `None` without process data.
     pub(super) burn_index: Option<f64>,
-    /// Tick at which the next motion had begun.
-    done_tick: Option<u64>,
+    /// The next motion has begun.
+    is_done: bool,
 }
 
 /// Last message of a periodic topic and the time of its arrival.
@@ -131,10 +131,10 @@ impl CellSnapshot {
     pub(super) fn form_error(&self, design: &LobeForm) -> Vec<f64> {
         let finishes = |half: u8| half == PlanHeader::WHOLE || half == PlanHeader::SECOND;
         let is_of_job = self.plan.as_ref().is_some_and(|(_, plan)| plan.job == design.job && finishes(plan.half));
-        let Some(done_tick) = self.progress(&design.name).done_tick.filter(|_| is_of_job) else { return Vec::new() };
+        let is_done = is_of_job && self.progress(&design.name).is_done;
         // An outline from before its end still has stock.
-        let is_final = |outline: &&PartLobe| outline.name == design.name && outline.tick >= done_tick;
-        let outline = self.outlines.iter().find(is_final);
+        let is_final = |outline: &&PartLobe| outline.name == design.name && outline.finished;
+        let outline = self.outlines.iter().find(is_final).filter(|_| is_done);
         outline.map_or_else(Vec::new, |outline| deviations(&design.contour, &outline.radius))
     }
 
@@ -173,7 +173,7 @@ impl CellSnapshot {
             && before.is_some_and(|lobe| lobe != state.lobe)
             && let Some(lobe) = self.lobe_in_work().map(str::to_owned)
         {
-            self.progress.entry(lobe).or_default().done_tick = Some(state.tick);
+            self.progress.entry(lobe).or_default().is_done = true;
         }
         self.shape_version += u64::from(before != Some(state.lobe));
         self.interpolator = Some(Received { message: state, at: Instant::now() });
@@ -255,7 +255,7 @@ fn deviations(contour: &[f64], radius: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A lobe is judged by the first outline after its end.
+    /// A lobe is judged by its outline after the wheel has left it, whichever message comes first.
     #[test]
     fn an_outline_from_before_the_end_of_a_lobe_is_not_judged() {
         let mut snapshot = CellSnapshot::default();
@@ -268,21 +268,30 @@ mod tests {
             state: InterpolatorState::EXECUTING,
             ..InterpolatorState::default()
         };
-        let outline = |tick: u64, radius: f64| PartLobe {
-            tick,
+        let outline = |finished: bool, radius: f64| PartLobe {
+            finished,
             name: "A".into(),
             radius: vec![radius; 8],
             ..PartLobe::default()
         };
         let design = LobeForm { job: "job".into(), name: "A".into(), contour: vec![0.02; 8], ..LobeForm::default() };
-        snapshot.add_interpolator(state(10, 0));
-        snapshot.add_outline(outline(10, 0.020_3));
-        assert!(snapshot.form_error(&design).is_empty(), "in work");
-        snapshot.add_interpolator(state(20, 1));
-        assert!(snapshot.form_error(&design).is_empty(), "its outline is old");
-        snapshot.add_outline(outline(21, 0.020_001));
-        let error = snapshot.form_error(&design);
-        assert!(error.len() == 8 && error.iter().all(|error| (error - 1e-6).abs() < 1e-12), "{error:?}");
+        for is_outline_first in [false, true] {
+            snapshot.add_job(JobStatus { state: JobStatus::PLANNING, ..JobStatus::default() });
+            snapshot.add_interpolator(state(10, 0));
+            snapshot.add_outline(outline(false, 0.020_3));
+            assert!(snapshot.form_error(&design).is_empty(), "in work");
+            if is_outline_first {
+                snapshot.add_outline(outline(true, 0.020_001));
+                assert!(snapshot.form_error(&design).is_empty(), "the next motion has not begun");
+            }
+            snapshot.add_interpolator(state(20, 1));
+            if !is_outline_first {
+                assert!(snapshot.form_error(&design).is_empty(), "its outline is old");
+                snapshot.add_outline(outline(true, 0.020_001));
+            }
+            let error = snapshot.form_error(&design);
+            assert!(error.len() == 8 && error.iter().all(|error| (error - 1e-6).abs() < 1e-12), "{error:?}");
+        }
     }
 
     /// A circle beside the axis that is larger than its design has the same excess everywhere along the normal.

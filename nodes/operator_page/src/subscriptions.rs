@@ -14,6 +14,8 @@ use std::time::Instant;
 const FORMS: u32 = 128;
 /// Pages of a plan that may come at once.
 const PAGES: u32 = 256;
+/// Outlines that may come at once: the last one of a lobe must not be replaced by that of the next lobe.
+const OUTLINES: u32 = 16;
 /// States of axes and wheel that may come at once, of which the largest values are shown.
 const STATES: u32 = 50;
 
@@ -43,7 +45,7 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
         store_from(node, feed, "job_planner/job_status", &latched, CellSnapshot::add_job)?,
         store_from::<PlanPage>(node, feed, "job_planner/plan", &Qos::latched(PAGES), CellSnapshot::add_page)?,
         store_from::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), CellSnapshot::add_form)?,
-        store_from::<PartLobe>(node, feed, "machine/outline", &latched, CellSnapshot::add_outline)?,
+        store_from::<PartLobe>(node, feed, "machine/outline", &Qos::latched(OUTLINES), CellSnapshot::add_outline)?,
         store_from(node, feed, "run_logger/status", &newest, |snapshot, message| {
             snapshot.recorder = received(message);
         })?,
