@@ -28,7 +28,7 @@
 //! A lobe is ground from its lift law on the simulated machine. The result is the form error of the part.
 //!
 //! ```
-//! use camwright::cam::{follower::Follower, form::Form, lift::LiftLaw};
+//! use camwright::cam::{follower::Follower, form::Form, form_tolerance::FormTolerance, lift::LiftLaw};
 //! use camwright::interpolator::{Motion, Prepared};
 //! use camwright::job::grinding::{HomePosition, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
 //! use camwright::machine::{persistent_state::PersistentState, reference::cam_grinder};
@@ -40,7 +40,8 @@
 //!     follower: Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 },
 //!     base_radius_mm: 16.0,
 //! };
-//! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0 };
+//! let tolerance = FormTolerance::uniform(0.005);
+//! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0, tolerance };
 //! let finish = PassSpec {
 //!     name: "finish".into(),
 //!     total_infeed_mm: 0.036,

@@ -9,7 +9,7 @@ use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJobFeedback, Run
 use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineAlarms};
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_planning::{FORM_TOLERANCE_MM, PreparedJob, lobe_result, prepare};
+use camwright_planning::{PreparedJob, lobe_result, prepare};
 use camwright_ros::{GoalStatus, Qos};
 use cell::{Cell, PATIENCE};
 use std::sync::mpsc;
@@ -123,7 +123,7 @@ fn a_job_goes_on_at_the_lobe_where_a_fault_stopped_it() {
     // The result has the lobe that was finished, and the alarm in words with its remedy.
     let finished: Vec<&str> = result.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
     assert_eq!(finished, ["I1"], "{}", result.message);
-    assert!(mm_from_m(result.lobes[0].form_error_max).abs() < FORM_TOLERANCE_MM, "{:?}", result.lobes[0]);
+    assert!(result.lobes[0].form_error_max.abs() < result.lobes[0].form_error_allowed, "{:?}", result.lobes[0]);
     assert!(result.lobes[0].turns > 0.0 && result.lobes[0].duration > 0.0, "{:?}", result.lobes[0]);
     let entry = AlarmKind::from_number(42).expect("a known alarm").entry();
     for words in [entry.remedy, "finished: 1 of 4 lobes (I1)"] {
@@ -160,7 +160,7 @@ fn a_job_goes_on_at_the_lobe_where_a_fault_stopped_it() {
     let first = lobe_result(&prepared.planned.lobes[0].design, first).expect("an outline");
     errors.push(mm_from_m(first.form_error_max));
     drop(parts);
-    assert!(errors.iter().all(|error| error.abs() < FORM_TOLERANCE_MM), "{errors:?}");
+    assert!(errors.iter().all(|error| error.abs() < 0.005), "{errors:?}");
     cell.stop();
 }
 
@@ -177,7 +177,7 @@ fn a_cancelled_job_returns_its_finished_lobes() {
     assert_eq!((status, result.success, result.alarm), (GoalStatus::Canceled, false, 0), "{}", result.message);
     let finished: Vec<&str> = result.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
     assert_eq!(finished, ["I1"], "{}", result.message);
-    assert!(mm_from_m(result.lobes[0].form_error_max).abs() < FORM_TOLERANCE_MM, "{:?}", result.lobes[0]);
+    assert!(result.lobes[0].form_error_max.abs() < result.lobes[0].form_error_allowed, "{:?}", result.lobes[0]);
     assert!(result.message.ends_with("finished: 1 of 4 lobes (I1)"), "{}", result.message);
     cell.stop();
 }

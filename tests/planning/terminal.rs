@@ -86,6 +86,13 @@ fn a_run_and_its_bag_print_the_verdict_first_in_80_columns_without_log_lines() {
     let text = stdout(&bad);
     fits(&bad, 4, "NOT GOOD: worst form error ");
     assert!(text.contains("\nnext:   open the report") && text.contains("--causes"), "{text}");
+    // The zone that uses most of its tolerance decides, not the largest error.
+    let zones = run("zones", &["--set", "form_tolerance.all_um=20", "--set", "form_tolerance.base_um=0.1"]);
+    fits(&zones, 4, "NOT GOOD: worst form error ");
+    assert!(stdout(&zones).contains(" deg (tolerance 0.1 um)\n"), "{}", stdout(&zones));
+    let page = std::fs::read_to_string(folder.join("zones/report.html")).expect("a report");
+    assert!(page.contains("4 of 4 lobes") || page.contains("All 4 lobes are out of tolerance"), "the report judges");
+    assert!(page.contains("shaded: ±0.1 to 20.0 µm"), "the field of the tolerance follows the zones");
     let text = stdout(&run("why", &[&LESS[..], &["--causes"]].concat()));
     assert!(text.contains("\ncause:  ") && text.contains("simulated without:"), "{text}");
 }

@@ -5,44 +5,12 @@
 
 use crate::cam::compensation::{FormCurve, MAX_HARMONICS, SAMPLES};
 use crate::cam::contour::Contour;
-use crate::cam::form::{RESTS_MM, WAVINESS_CUTOFF};
+use crate::cam::form::WAVINESS_CUTOFF;
+use crate::cam::form_tolerance::LobeZone;
 use crate::cam::gauge_report::{Alignment, GaugeReport, GaugeReportError, Mounting, ReportKind, ReportedValue};
 use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
-
-/// Zone of a lobe by the motion of its follower.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LobeZone {
-    /// Lift 0.
-    Base,
-    /// The lift rises and its velocity grows: ramp and flank.
-    Opening,
-    /// The velocity of the lift falls: between the largest velocities of both flanks.
-    Nose,
-    /// The lift falls and its velocity grows towards 0.
-    Closing,
-}
-
-impl LobeZone {
-    /// All zones in the order of the cam angle.
-    pub const ALL: [Self; 4] = [Self::Base, Self::Opening, Self::Nose, Self::Closing];
-
-    /// Zone of a cam angle (rad).
-    #[must_use]
-    pub fn at(contour: &Contour, cam_angle_rad: f64) -> Self {
-        let lift = contour.lift().sample(cam_angle_rad);
-        if lift.value.abs() < RESTS_MM {
-            Self::Base
-        } else if lift.second < 0.0 {
-            Self::Nose
-        } else if lift.first >= 0.0 {
-            Self::Opening
-        } else {
-            Self::Closing
-        }
-    }
-}
 
 /// Lift error in one zone.
 #[derive(Debug, Clone, Copy, PartialEq)]

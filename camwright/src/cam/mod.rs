@@ -18,6 +18,7 @@ pub mod compensation;
 pub mod contour;
 pub mod follower;
 pub mod form;
+pub mod form_tolerance;
 pub mod gauge_report;
 pub mod inspection;
 pub mod lift;

@@ -10,6 +10,7 @@
 
 use crate::cam::compensation::Compensation;
 use crate::cam::follower::Follower;
+use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
 use crate::job::dressing::DressingSpec;
@@ -125,6 +126,8 @@ pub struct LobeSpec {
     pub profile: usize,
     /// Width along the part's axis (mm).
     pub width_mm: f64,
+    /// Allowed form error.
+    pub tolerance: FormTolerance,
 }
 
 /// Speed law of the headstock over the lobe.

@@ -6,6 +6,7 @@ use super::host::{OneByOne, PlanHost};
 use super::wheels::no_path;
 use crate::cam::compensation::FormCurve;
 use crate::cam::contour::Contour;
+use crate::cam::form_tolerance::FormTolerance;
 use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
@@ -35,6 +36,8 @@ pub struct LobeDesign {
     pub part_phase_rad: f64,
     /// Width (mm).
     pub width_mm: f64,
+    /// Allowed form error.
+    pub tolerance: FormTolerance,
 }
 
 impl LobeDesign {
@@ -125,6 +128,7 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
         phase_rad: lobe.phase_rad,
         part_phase_rad: job.part_phase_rad,
         width_mm: lobe.width_mm,
+        tolerance: lobe.tolerance,
     }
 }
 

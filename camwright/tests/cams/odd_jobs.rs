@@ -2,6 +2,7 @@
 
 use crate::cams::{SplitMix64, lobe, random_law, reference_contour};
 use camwright::cam::follower::Follower;
+use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::motion_law::MotionLaw;
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;
@@ -88,6 +89,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         phase_rad: rad_from_deg(phase_deg),
         profile: 0,
         width_mm: 14.0,
+        tolerance: FormTolerance::default(),
     };
     let max_rad_s = 10.0;
     let speed = match random.next() % 5 {

@@ -4,6 +4,7 @@ use crate::JobEnd;
 use crate::cams::SplitMix64;
 use crate::drive::{Tick, drive, requests};
 use crate::grinding::journal;
+use camwright::cam::form_tolerance::FormTolerance;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::interpolator::{Interpolator, MotionOutcome, MotionRequest};
@@ -88,7 +89,14 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         stiffness: StiffnessSource::Best,
         contacts: Vec::new(),
     };
-    let lobe = LobeSpec { name: "J1".into(), station: "LS2".into(), phase_rad: 0.0, profile: 0, width_mm: WIDTH_MM };
+    let lobe = LobeSpec {
+        name: "J1".into(),
+        station: "LS2".into(),
+        phase_rad: 0.0,
+        profile: 0,
+        width_mm: WIDTH_MM,
+        tolerance: FormTolerance::default(),
+    };
     JobSpec {
         profiles: vec![journal(radius_mm)],
         lobes: vec![lobe],

@@ -5,6 +5,7 @@ use crate::cams::{SplitMix64, lobe_segments, program};
 use crate::drive::{drive, requests};
 use crate::sweep::Touch;
 use camwright::cam::follower::Follower;
+use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;
 use camwright::cam::motion_law::MotionLaw;
 use camwright::interpolator::Interpolator;
@@ -93,6 +94,7 @@ pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
         phase_rad: random.within(0.0, TURN_RAD),
         profile: usize::try_from(random.next() % 2).expect("0 or 1"),
         width_mm: 15.0,
+        tolerance: FormTolerance::default(),
     });
     let lobes = lobes.collect();
     let along = random.one_of(&[InfeedDirection::X, InfeedDirection::X, InfeedDirection::Normal]);

@@ -5,6 +5,7 @@ mod stiffness;
 mod stock;
 
 use camwright::cam::follower::Follower;
+use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
@@ -66,6 +67,7 @@ fn job(mode: GaugingMode) -> JobSpec {
         phase_rad,
         profile: 0,
         width_mm: WIDTH_MM,
+        tolerance: FormTolerance::default(),
     };
     JobSpec {
         name: "journals".into(),

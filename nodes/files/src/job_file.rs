@@ -3,6 +3,7 @@
 use super::ConfigError;
 use super::compensation_file::CompensationFile;
 use super::fault_file::{self, FaultFile, JobFault};
+use super::form_tolerance_file::FormToleranceFile;
 use super::job_files::JobFiles;
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::ProfileLift;
@@ -63,6 +64,9 @@ pub(super) struct JobFile {
     /// Lobes of the part.
     #[schemars(length(min = 1, max = 100))]
     lobes: Vec<LobeFile>,
+    /// Allowed form error of the lobes. A part with a larger error is not good.
+    #[serde(default)]
+    form_tolerance: FormToleranceFile,
     /// Material of the blank above the contour, along its normal.
     #[schemars(range(min = 1e-6, max = 1e4))]
     stock_mm: f64,
@@ -229,6 +233,8 @@ struct LobeFile {
     /// Radius of the wheel that the lobe needs. Default: the job's.
     #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
+    /// Allowed form error of this lobe. Default: the job's.
+    form_tolerance: Option<FormToleranceFile>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -449,6 +455,7 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
             phase_rad: rad_from_deg(phase_deg + file.part_phase_deg),
             profile,
             width_mm: lobe.width_mm,
+            tolerance: lobe.form_tolerance.unwrap_or(file.form_tolerance).tolerance(),
         });
     }
     lobes

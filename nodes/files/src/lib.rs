@@ -15,6 +15,7 @@ mod drive_file;
 pub mod fault_file;
 pub mod file_kind;
 mod follower_file;
+mod form_tolerance_file;
 mod gauge_file;
 pub mod gauge_report_file;
 pub mod grid_text;

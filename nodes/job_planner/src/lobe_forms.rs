@@ -2,13 +2,14 @@
 
 use super::lock;
 use camwright::cam::form::Form;
+use camwright::cam::form_tolerance::LobeZone;
 use camwright::machine::description::MachineDescription;
 use camwright::math::units::{TURN_RAD, um_from_mm};
 use camwright::planner::LobeDesign;
 use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
-use camwright_planning::{AnyPrepared, FORM_TOLERANCE_MM, PreparedJob};
+use camwright_planning::{AnyPrepared, PreparedJob};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Publisher, Qos, RosError};
 use camwright_scene::{self as scene, Frames, MarkerPose, Rgba};
@@ -106,6 +107,10 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
     let azimuth = |index: usize| index as f64 * TURN_RAD / AZIMUTHS as f64;
     let phase_rad = measured.map_or(design.phase_rad, |part| design.phase_on_rad(part.key_way));
     let contour = (0..AZIMUTHS).map(|i| m_from_mm(design.contour.radius_at(azimuth(i) - phase_rad))).collect();
+    let allowed_mm = |cam_azimuth_rad: f64| {
+        let contour = &design.contour;
+        design.tolerance.allowed_mm(LobeZone::at(contour, contour.cam_angle_at(cam_azimuth_rad)))
+    };
     let form_error = measured.and_then(|part| {
         let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
         let form = Form::measure(&radii_mm, &design.contour, phase_rad).ok()?;
@@ -117,7 +122,8 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
         station: design.station.clone(),
         table_position: machine.station(&design.station).map_or(0.0, |station| m_from_mm(station.position_mm)),
         width: m_from_mm(design.width_mm),
-        tolerance: m_from_mm(FORM_TOLERANCE_MM),
+        tolerance: m_from_mm(design.tolerance.largest_mm()),
+        form_error_allowed: (0..AZIMUTHS).map(|i| m_from_mm(allowed_mm(azimuth(i) - phase_rad))).collect(),
         contour,
         form_error: form_error.unwrap_or_default(),
         ..LobeForm::default()

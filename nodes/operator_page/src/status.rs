@@ -233,13 +233,11 @@ fn results(snapshot: &CellSnapshot) -> Vec<ResultLine> {
     let Some(status) = reported else {
         return snapshot.forms.iter().filter_map(|form| result_of_outline(snapshot, form)).collect();
     };
-    let allowed =
-        |name: &str| snapshot.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
-    let lobes = status.lobes.iter().filter(|lobe| allowed(&lobe.name).is_finite()).map(|lobe| {
+    let lobes = status.lobes.iter().filter(|lobe| lobe.form_error_allowed > 0.0).map(|lobe| {
         // Without process data the planner reports 0.
         let burn_index = Some(lobe.burn_index_max).filter(|burn_index| *burn_index > 0.0);
         let errors = (lobe.form_error_max, lobe.form_error_rms);
-        ResultLine::new(&lobe.name, errors, allowed(&lobe.name), burn_index, Some(lobe.duration))
+        ResultLine::new(&lobe.name, errors, lobe.form_error_allowed, burn_index, Some(lobe.duration))
     });
     let turned = status.turned.iter().map(|part| {
         let errors = (part.form_error_max, part.form_error_rms);
@@ -250,14 +248,15 @@ fn results(snapshot: &CellSnapshot) -> Vec<ResultLine> {
 
 fn result_of_outline(snapshot: &CellSnapshot, form: &LobeForm) -> Option<ResultLine> {
     let errors = snapshot.form_error(form);
-    let largest = errors.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    let judged = errors.iter().copied().zip(allowed(form));
+    let (largest, allowed) = judged.max_by(|a, b| (a.0.abs() / a.1).total_cmp(&(b.0.abs() / b.1)))?;
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
     let burn_index = snapshot.progress(&form.name).burn_index;
-    Some(ResultLine::new(&form.name, (largest, rms), form.tolerance, burn_index, None))
+    Some(ResultLine::new(&form.name, (largest, rms), allowed, burn_index, None))
 }
 
 impl ResultLine {
-    /// Judges a lobe from its largest error, root mean square and tolerance (m).
+    /// Judges a lobe from its worst error, root mean square and allowed error (m).
     fn new(
         name: &str,
         (error, rms): (f64, f64),
@@ -435,7 +434,8 @@ pub(super) struct Shape {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct DesignLine {
     name: String,
-    tolerance_um: f64,
+    /// Allowed error at each azimuth.
+    allowed_um: Vec<f64>,
     contour_mm: Vec<f64>,
     /// Empty until it was ground.
     error_um: Vec<f64>,
@@ -461,10 +461,15 @@ fn design(snapshot: &CellSnapshot, form: &LobeForm) -> DesignLine {
     let form_error = if form.form_error.is_empty() { &measured } else { &form.form_error };
     DesignLine {
         name: form.name.clone(),
-        tolerance_um: um(form.tolerance),
+        allowed_um: allowed(form).map(|allowed| rounded(um(allowed))).collect(),
         contour_mm: form.contour.iter().map(|r| rounded(mm_from_m(*r))).collect(),
         error_um: form_error.iter().map(|e| rounded(um(*e))).collect(),
     }
+}
+
+/// Allowed error at each azimuth of a lobe (m).
+fn allowed(form: &LobeForm) -> impl Iterator<Item = f64> {
+    (0..form.contour.len()).map(|index| form.form_error_allowed.get(index).copied().unwrap_or(form.tolerance))
 }
 
 fn part(lobe: &PartLobe) -> PartLine {

@@ -1,6 +1,5 @@
 //! Size and form of the parts of a batch, and how capable they show machine and job to be.
 
-use super::FORM_TOLERANCE_MM;
 use camwright::cam::capability::{Capability, CapabilityError};
 use camwright::cam::form::{Form, FormError};
 use camwright::planner::LobeDesign;
@@ -13,14 +12,20 @@ pub struct MeasuredLobe {
     pub name: String,
     /// Mean deviation of its base circle; of a journal, or where there is none, of all of it (mm).
     pub size_mm: f64,
-    /// The deviation from its design that is largest in size, with its sign (mm).
+    /// The deviation from its design that uses most of what is allowed, with its sign (mm).
     pub form_mm: f64,
+    /// Allowed deviation there (mm).
+    pub allowed_mm: f64,
+    /// Smallest allowed deviation of all zones of the lobe (mm).
+    pub tolerance_mm: f64,
 }
 
 /// A lobe of a whole batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobeCapability {
     pub name: String,
+    /// Smallest allowed deviation of all its zones (mm).
+    pub tolerance_mm: f64,
     /// Capability of its size, against ± the tolerance.
     pub size: Capability,
     /// Capability of the magnitude of its largest deviation, against the tolerance.
@@ -36,10 +41,17 @@ pub fn measure_lobe(design: &LobeDesign, part: &PartLobe) -> Result<MeasuredLobe
     let phase_rad = design.phase_on_rad(part.key_way);
     let form = Form::measure(&radii_mm, &design.contour, phase_rad)?;
     let size_mm = form.size_mm(&design.contour, phase_rad);
-    Ok(MeasuredLobe { name: design.name.clone(), size_mm, form_mm: form.largest.deviation_mm })
+    let worst = design.tolerance.judge(&form, &design.contour, phase_rad);
+    Ok(MeasuredLobe {
+        name: design.name.clone(),
+        size_mm,
+        form_mm: worst.deviation.deviation_mm,
+        allowed_mm: worst.allowed_mm,
+        tolerance_mm: design.tolerance.smallest_mm(),
+    })
 }
 
-/// Capability of each lobe over the parts of a batch, against [`FORM_TOLERANCE_MM`].
+/// Capability of each lobe over the parts of a batch, against the smallest tolerance of its zones.
 ///
 /// # Errors
 /// Fewer than two parts, or values that are no numbers.
@@ -50,10 +62,12 @@ pub fn capability(parts: &[Vec<MeasuredLobe>]) -> Result<Vec<LobeCapability>, Ca
             let here = parts.iter().filter_map(|part| part.iter().find(|other| other.name == lobe.name));
             here.map(value).collect()
         };
+        let tolerance_mm = lobe.tolerance_mm;
         Ok(LobeCapability {
             name: lobe.name.clone(),
-            size: Capability::from_values(&of(|lobe| lobe.size_mm), Some(-FORM_TOLERANCE_MM), FORM_TOLERANCE_MM)?,
-            form: Capability::from_values(&of(|lobe| lobe.form_mm.abs()), None, FORM_TOLERANCE_MM)?,
+            tolerance_mm,
+            size: Capability::from_values(&of(|lobe| lobe.size_mm), Some(-tolerance_mm), tolerance_mm)?,
+            form: Capability::from_values(&of(|lobe| lobe.form_mm.abs()), None, tolerance_mm)?,
         })
     };
     if parts.len() < 2 {
@@ -66,6 +80,7 @@ pub fn capability(parts: &[Vec<MeasuredLobe>]) -> Result<Vec<LobeCapability>, Ca
 mod tests {
     use super::*;
     use camwright::cam::contour::Contour;
+    use camwright::cam::form_tolerance::FormTolerance;
     use camwright_files::convert::m_from_mm;
 
     /// Discs larger by 1, 2 and 3 µm: mean 2, s = 1, Cp = 10/6, Cpk = (5 − 2)/3 for size and form.
@@ -78,6 +93,7 @@ mod tests {
             phase_rad: 0.4,
             part_phase_rad: 0.0,
             width_mm: 14.0,
+            tolerance: FormTolerance::default(),
         };
         let part = |um: f64| {
             let radius = vec![m_from_mm(20.0 + 1e-3 * um); 360];

@@ -6,9 +6,6 @@ use camwright::math::units::um_from_mm;
 use camwright::planner::deflection::Deflections;
 use serde::Serialize;
 
-/// Largest form error with which a part is good (mm).
-pub const FORM_TOLERANCE_MM: f64 = 0.005;
-
 /// Most spark-out turns that are proposed: a job that needs more needs another infeed.
 const MAX_TURNS: u32 = 30;
 
@@ -61,15 +58,19 @@ pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDefle
     })
 }
 
-/// Warning for the lobe with the largest remaining stock after spark-out, if it exceeds the tolerance.
+/// Warning for the lobe on which spark-out leaves most of the tolerance used, if it exceeds the tolerance.
 pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, from_lobe(prepared, lobe)?)));
     // What is left before the turn that corrects is not what is left of the job.
     if prepared.job.spec.correction.is_some() {
         return None;
     }
-    let (lobe, way) = lobes.max_by(|a, b| a.1.left_um.total_cmp(&b.1.left_um))?;
-    let tolerance_um = um_from_mm(FORM_TOLERANCE_MM);
+    let used = |(lobe, way): &(usize, LobeDeflection)| {
+        way.left_um / prepared.planned.lobes[*lobe].design.tolerance.smallest_mm()
+    };
+    let (lobe, way) = lobes.max_by(|a, b| used(a).total_cmp(&used(b)))?;
+    // To a nanometre, as it is written.
+    let tolerance_um = (1e3 * um_from_mm(prepared.planned.lobes[lobe].design.tolerance.smallest_mm())).round() / 1e3;
     if way.left_um <= tolerance_um {
         return None;
     }

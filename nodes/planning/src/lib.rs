@@ -57,7 +57,7 @@ pub use check_file::check_file;
 pub use compensation::{
     LearnedJob, LobeReport, ReportedCorrections, ReportedLobe, learn_reports, simulate_learned, with_learned,
 };
-pub use deflection::{FORM_TOLERANCE_MM, LobeDeflection};
+pub use deflection::LobeDeflection;
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use error_location::blame;
 pub use export::write;

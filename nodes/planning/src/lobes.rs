@@ -91,8 +91,10 @@ fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
 /// An outline without radii, or with one that is none.
 pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResult, LobeFormError> {
     let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-    let form = Form::measure(&radii_mm, &design.contour, design.phase_on_rad(measured.key_way))
+    let phase_rad = design.phase_on_rad(measured.key_way);
+    let form = Form::measure(&radii_mm, &design.contour, phase_rad)
         .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
+    let worst = design.tolerance.judge(&form, &design.contour, phase_rad);
     let span = minimum_and_maximum(measured.radius.iter().copied());
     let highest = |of: &[f64]| {
         let degrees = of.iter().enumerate().filter(|(_, value)| **value > 0.0);
@@ -111,8 +113,9 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
         runout: if design.is_round() { span.1 - span.0 } else { 0.0 },
         name: design.name.clone(),
         station: design.station.clone(),
-        form_error_max: m_from_mm(form.largest.deviation_mm),
-        form_error_max_angle: wrap_turn(form.largest.cam_angle_rad),
+        form_error_max: m_from_mm(worst.deviation.deviation_mm),
+        form_error_max_angle: wrap_turn(worst.deviation.cam_angle_rad),
+        form_error_allowed: m_from_mm(worst.allowed_mm),
         form_error_rms: m_from_mm(form.rms_mm),
         lift_error: match design.contour.follower().lift_is_length() {
             true => m_from_mm(form.lift_error(&design.contour, design.phase_rad)),
@@ -125,6 +128,7 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
 #[cfg(test)]
 mod tests {
     use super::*;
+    use camwright::cam::form_tolerance::FormTolerance;
 
     fn disc(eccentricity_mm: f64, radius_mm: f64, phase_rad: f64) -> LobeDesign {
         LobeDesign {
@@ -134,6 +138,7 @@ mod tests {
             phase_rad,
             part_phase_rad: 0.0,
             width_mm: 14.0,
+            tolerance: FormTolerance::default(),
         }
     }
 

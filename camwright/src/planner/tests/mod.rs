@@ -1,5 +1,6 @@
 use super::*;
 use crate::cam::follower::Follower;
+use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::{LiftLaw, MotionProgram, MotionSegment};
 use crate::cam::motion_law::MotionLaw;
 use crate::interpolator::{Motion, Prepared};
@@ -124,6 +125,7 @@ fn lobe(name: &str, station: &str, phase_deg: f64, profile: usize) -> LobeSpec {
         phase_rad: rad_from_deg(phase_deg),
         profile,
         width_mm: 14.0,
+        tolerance: FormTolerance::default(),
     }
 }
 

@@ -45,8 +45,8 @@ pub(super) struct Chart {
     pub(super) step: f64,
     pub(super) curves: Vec<Curve>,
     pub(super) levels: Vec<LevelLine>,
-    /// Half the height of the field that is allowed around 0.
-    pub(super) allowed: Option<f64>,
+    /// Half the height of the field that is allowed around 0, at even steps from `from` to `to`; empty: no field.
+    pub(super) allowed: Vec<f64>,
     pub(super) mark: Option<Mark>,
     pub(super) zones: Vec<Zone>,
     /// 0 belongs into it.
@@ -153,14 +153,31 @@ impl Chart {
     /// The allowed field around 0, and lines across.
     fn write_bounds(&self, out: &mut String, axes: &Axes) {
         let right = axes.frame.right();
-        if let Some(allowed) = self.allowed {
-            let (high, low) = (axes.y(allowed), axes.y(-allowed));
+        if !self.allowed.is_empty() {
+            let step = (self.to - self.from) / self.allowed.len() as f64;
+            // Only the ends of equal values are drawn.
+            let ends = |sign: f64| {
+                self.allowed.chunk_by(|one, next| one.to_bits() == next.to_bits()).scan(0, move |at, same| {
+                    let (from, to) = (*at, *at + same.len());
+                    *at = to;
+                    Some([from, to].map(|index| (self.from + index as f64 * step, sign * same[0])))
+                })
+            };
+            let (high, low): (Vec<_>, Vec<_>) = (ends(1.0).flatten().collect(), ends(-1.0).flatten().collect());
+            let line = |points: &mut dyn Iterator<Item = &(f64, f64)>| {
+                let mut text = String::new();
+                for (index, (x, y)) in points.enumerate() {
+                    let letter = if index == 0 { 'M' } else { 'L' };
+                    let _infallible = write!(text, "{letter}{:.1} {:.1}", axes.x(*x), axes.y(*y));
+                }
+                text
+            };
             let _infallible = write!(
                 out,
-                "<rect class=\"allowed\" x=\"{LEFT:.1}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>\
-                 <path class=\"limit\" d=\"M{LEFT:.1} {high:.1}H{right:.1}M{LEFT:.1} {low:.1}H{right:.1}\"/>",
-                axes.frame.width,
-                low - high
+                "<path class=\"allowed\" d=\"{}Z\"/><path class=\"limit\" d=\"{}{}\"/>",
+                line(&mut high.iter().chain(low.iter().rev())),
+                line(&mut high.iter()),
+                line(&mut low.iter())
             );
         }
         for level in &self.levels {

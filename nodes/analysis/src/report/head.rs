@@ -122,16 +122,24 @@ fn pictures(out: &mut String, findings: &Findings<'_>, worst: &WorstError) {
     );
 }
 
+/// Allowed form error at each azimuth (µm); bags of earlier versions have one value for all.
+fn allowed_um(form: &LobeForm) -> Vec<f64> {
+    match form.form_error_allowed.len() == form.contour.len() {
+        true => form.form_error_allowed.iter().map(|allowed| um(*allowed)).collect(),
+        false => vec![um(form.tolerance); form.contour.len()],
+    }
+}
+
 /// A lobe in its nominal form with what it is off by.
 pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> DrawnSection {
     let errors: Vec<f64> = form.form_error.iter().map(|error| um(*error)).collect();
     let outline = findings.story.outlines.iter().find(|part| part.name == form.name);
-    let worst = super::judge::farthest_deg(form).zip(errors.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())));
+    let worst = super::judge::worst_place(form).map(|(deg, error)| (deg, um(error)));
     DrawnSection {
         radius_mm: form.contour.iter().map(|radius| mm_from_m(*radius)).collect(),
         lowest_um: errors.clone(),
         highest_um: errors,
-        allowed_um: um(form.tolerance),
+        allowed_um: allowed_um(form),
         key_way_deg: outline.map(|part| deg_from_rad(wrap_turn(part.key_way))),
         worst,
         title: format!("Lobe {}, design and form error", form.name),
@@ -168,7 +176,7 @@ pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm
     Chart {
         curves,
         mark,
-        allowed: Some(um(form.tolerance)),
+        allowed: allowed_um(form),
         has_zero: true,
         ..Chart::over_azimuth(format!("Lobe {}: form error (µm), tolerance shaded", form.name))
     }

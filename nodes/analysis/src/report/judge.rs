@@ -119,13 +119,15 @@ fn burnt_text(lobe: &LobeResult) -> String {
     )
 }
 
-/// Tolerance of a lobe (m).
-fn allowed(story: &JobTimeline<'_>, name: &str) -> Option<f64> {
-    story.forms.iter().find(|form| form.name == name).map(|form| form.tolerance)
+/// Allowed form error of a lobe at its worst place (m). Results of earlier versions do not have it, and are judged by the one tolerance of
+/// their lobe.
+pub(super) fn allowed(story: &JobTimeline<'_>, lobe: &LobeResult) -> Option<f64> {
+    let form = story.forms.iter().find(|form| form.name == lobe.name)?;
+    Some(if lobe.form_error_allowed > 0.0 { lobe.form_error_allowed } else { form.tolerance })
 }
 
 fn bad_count(status: &JobStatus, story: &JobTimeline<'_>) -> usize {
-    let lobe = |l: &&LobeResult| allowed(story, &l.name).is_some_and(|allowed| l.form_error_max.abs() > allowed);
+    let lobe = |l: &&LobeResult| allowed(story, l).is_some_and(|allowed| l.form_error_max.abs() > allowed);
     let turned = |t: &&TurnedResult| t.form_error_max.abs() > t.form_error_allowed;
     status.lobes.iter().filter(lobe).count() + status.turned.iter().filter(turned).count()
 }
@@ -138,9 +140,9 @@ fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<WorstError> {
             index: story.names().iter().position(|name| *name == lobe.name)?,
             name: format!("lobe {}", lobe.name),
             error_um: um(lobe.form_error_max),
-            allowed_um: um(form.tolerance),
+            allowed_um: um(allowed(story, lobe)?),
             place: format!("cam angle {}°", fixed(deg_from_rad(lobe.form_error_max_angle), 1)),
-            azimuth_deg: farthest_deg(form),
+            azimuth_deg: worst_place(form).map(|(deg, _)| deg),
         })
     };
     let of_part = |part: &TurnedResult| WorstError {
@@ -159,11 +161,12 @@ fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<WorstError> {
     all.max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)))
 }
 
-/// The azimuth at which a lobe is farthest off (deg); none before it was judged.
-pub(super) fn farthest_deg(form: &LobeForm) -> Option<f64> {
-    let errors = form.form_error.iter().enumerate();
-    let (index, _) = errors.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    Some(360.0 * index as f64 / form.form_error.len() as f64)
+/// The azimuth at which a lobe uses most of its tolerance (deg) and the error there (m); none before it was judged.
+pub(super) fn worst_place(form: &LobeForm) -> Option<(f64, f64)> {
+    let used = |index: usize, error: f64| error.abs() / form.form_error_allowed.get(index).unwrap_or(&form.tolerance);
+    let errors = form.form_error.iter().copied().enumerate();
+    let (index, error) = errors.max_by(|a, b| used(a.0, a.1).total_cmp(&used(b.0, b.1)))?;
+    Some((360.0 * index as f64 / form.form_error.len() as f64, error))
 }
 
 fn not_complete(recorded: &RecordedRun, story: &JobTimeline<'_>, status: &JobStatus) -> ReportVerdict {

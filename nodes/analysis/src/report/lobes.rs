@@ -21,7 +21,7 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
         _ => Vec::new(),
     };
     let row = |lobe: &LobeResult| {
-        let allowed = findings.story.forms.iter().find(|form| form.name == lobe.name).map(|form| form.tolerance);
+        let allowed = super::judge::allowed(findings.story, lobe);
         let verdict = match allowed {
             Some(allowed) if lobe.form_error_max.abs() <= allowed => "<span class=\"ok\">good</span>",
             Some(_) => "<span class=\"bad\">not good</span>",

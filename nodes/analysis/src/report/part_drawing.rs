@@ -24,7 +24,8 @@ pub(super) struct DrawnSection {
     /// Minimum and maximum error at each azimuth (µm); equal if a single value is recorded.
     pub(super) lowest_um: Vec<f64>,
     pub(super) highest_um: Vec<f64>,
-    pub(super) allowed_um: f64,
+    /// Allowed error at each azimuth (µm).
+    pub(super) allowed_um: Vec<f64>,
     /// Azimuth of the keyway (deg), if it is recorded.
     pub(super) key_way_deg: Option<f64>,
     /// Azimuth of the worst place (deg) and what it is off by (µm).
@@ -84,12 +85,13 @@ impl DrawnSection {
     /// The drawing; empty where nothing was recorded to draw.
     pub(super) fn svg(&self) -> String {
         let count = self.radius_mm.len();
-        if count < 3 || self.radius_mm.iter().any(|radius| !radius.is_finite()) {
+        if count < 3 || self.allowed_um.len() != count || self.radius_mm.iter().any(|radius| !radius.is_finite()) {
             return "<p class=\"none\">the section is not recorded</p>".to_owned();
         }
         let errors = self.lowest_um.iter().chain(&self.highest_um).map(|um| um.abs());
-        let largest = errors.fold(self.allowed_um, f64::max);
-        let scale = (ALLOWED / self.allowed_um.max(1e-9)).min(FARTHEST / largest.max(1e-9));
+        let (smallest_um, widest_um) = minimum_and_maximum(self.allowed_um.iter().copied());
+        let largest = errors.fold(widest_um, f64::max);
+        let scale = (ALLOWED / widest_um.max(1e-9)).min(FARTHEST / largest.max(1e-9));
         let outline = ShiftedOutline::from_radii(&self.radius_mm);
         let mut out = format!(
             "<svg class=\"part\" viewBox=\"-{HALF:.0} -{HALF:.0} {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">",
@@ -97,8 +99,8 @@ impl DrawnSection {
             2.0 * HALF + CAPTION,
             escape(&self.title)
         );
-        let allowed = self.allowed_um * scale;
-        let (outer, inner) = (outline.shifted(|_| allowed), outline.shifted(|_| -allowed));
+        let allowed = |index: usize| scale * self.allowed_um[index];
+        let (outer, inner) = (outline.shifted(allowed), outline.shifted(|index| -allowed(index)));
         let _infallible = write!(
             out,
             "<path class=\"allowed\" fill-rule=\"evenodd\" d=\"{outer}{inner}\"/><path class=\"limit\" d=\"{outer}\"/>\
@@ -119,15 +121,18 @@ impl DrawnSection {
         self.marks(&mut out, &outline, scale);
         let magnified = magnification(outline.per_mm, scale);
         let [x, y] = outline.axis;
+        let shaded = match smallest_um < widest_um {
+            true => format!("{} to {}", fixed(smallest_um, 1), fixed(widest_um, 1)),
+            false => fixed(widest_um, 1),
+        };
         let _infallible = write!(
             out,
             "<path class=\"centre\" d=\"M{:.1} {y:.1}h16M{x:.1} {:.1}v16\"/>\
-             <text class=\"start\" x=\"{:.0}\" y=\"{:.0}\">errors drawn × {magnified}, shaded: ±{} µm</text></svg>",
+             <text class=\"start\" x=\"{:.0}\" y=\"{:.0}\">errors drawn × {magnified}, shaded: ±{shaded} µm</text></svg>",
             x - 8.0,
             y - 8.0,
             4.0 - HALF,
-            HALF + CAPTION - 6.0,
-            fixed(self.allowed_um, 1)
+            HALF + CAPTION - 6.0
         );
         out
     }
@@ -211,7 +216,7 @@ mod tests {
             radius_mm: vec![20.0; 360],
             lowest_um: off.clone(),
             highest_um: off,
-            allowed_um: 5.0,
+            allowed_um: vec![5.0; 360],
             key_way_deg: Some(0.0),
             worst: Some((0.0, 5.0)),
             title: "disc".into(),

@@ -316,7 +316,7 @@ pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Opti
     let curve = |class, name: &str, values: &[f64]| Curve { class, name: name.into(), points: points(values) };
     let chart = Chart {
         curves: vec![curve("is", "highest in each field", &highest), curve("other", "lowest in each field", &lowest)],
-        allowed: Some(worst.allowed_um),
+        allowed: vec![worst.allowed_um],
         has_zero: true,
         mark: worst.azimuth_deg.map(|azimuth| Mark {
             at: (azimuth, worst.error_um),
@@ -326,10 +326,10 @@ pub(super) fn worst_section(findings: &Findings<'_>, worst: &WorstError) -> Opti
         ..Chart::over_azimuth(format!("Form error round the part near z {z} mm (µm), tolerance shaded"))
     };
     let section = DrawnSection {
-        radius_mm,
         lowest_um: lowest,
         highest_um: highest,
-        allowed_um: worst.allowed_um,
+        allowed_um: vec![worst.allowed_um; radius_mm.len()],
+        radius_mm,
         key_way_deg: Some(0.0),
         worst: worst.azimuth_deg.map(|azimuth| (azimuth, worst.error_um)),
         title,

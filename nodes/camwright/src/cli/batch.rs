@@ -8,13 +8,19 @@ use camwright_files::job_file;
 use camwright_job_planner::parts::Parts;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
-use camwright_planning::{self as planning, FORM_TOLERANCE_MM, LobeCapability, MeasuredLobe};
+use camwright_planning::{self as planning, LobeCapability, MeasuredLobe};
 use camwright_ros::{Node, Qos, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Maximum time for the outlines of a finished part to arrive.
 const MEASURING: Duration = Duration::from_secs(20);
+
+/// Text of a tolerance in µm, to a thousandth, without zeros at its end.
+pub(super) fn tolerance_text(tolerance_mm: f64) -> String {
+    let text = format!("{:.3}", um_from_mm(tolerance_mm));
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
 
 /// The parts of a batch so far.
 pub(super) struct Batch {
@@ -53,28 +59,36 @@ impl Batch {
 
     /// Returns true if every measured part is within the tolerance.
     pub(super) fn is_good(&self) -> bool {
-        self.parts.iter().flatten().all(|lobe| lobe.form_mm.abs() <= FORM_TOLERANCE_MM)
+        self.parts.iter().flatten().all(|lobe| lobe.form_mm.abs() <= lobe.allowed_mm)
     }
 
     fn capability(&self) -> Vec<LobeCapability> {
         planning::capability(&self.parts).unwrap_or_default()
     }
 
-    /// The largest form error of the batch, with the number of its part.
+    /// The form error of the batch that uses most of its tolerance, with the number of its part.
     pub(super) fn worst(&self) -> Option<(usize, &MeasuredLobe)> {
         let lobes =
             self.parts.iter().enumerate().flat_map(|(part, lobes)| lobes.iter().map(move |lobe| (part + 1, lobe)));
-        lobes.max_by(|a, b| a.1.form_mm.abs().total_cmp(&b.1.form_mm.abs()))
+        let used = |lobe: &MeasuredLobe| lobe.form_mm.abs() / lobe.allowed_mm;
+        lobes.max_by(|a, b| used(a.1).total_cmp(&used(b.1)))
     }
 
     /// Capability of the batch; with `details` size and form of every part.
     pub(super) fn print(&self, details: bool) {
         let capability = self.capability();
-        if !capability.is_empty() {
+        if let Some(first) = capability.first() {
+            let is_same = capability.iter().all(|lobe| lobe.tolerance_mm.to_bits() == first.tolerance_mm.to_bits());
+            let tolerance = match is_same {
+                true => format!("tolerance {} um", tolerance_text(first.tolerance_mm)),
+                false => {
+                    let of = |lobe: &LobeCapability| format!("{} {}", lobe.name, tolerance_text(lobe.tolerance_mm));
+                    format!("tolerance in um: {}", capability.iter().map(of).collect::<Vec<_>>().join(", "))
+                }
+            };
             say!(
-                "capability of {} parts (tolerance {} um)\nlobe   size mean         s    Cp    Cpk    form mean         s    Cpk",
-                self.parts.len(),
-                um_from_mm(FORM_TOLERANCE_MM),
+                "{}\nlobe   size mean         s    Cp    Cpk    form mean         s    Cpk",
+                wrapped(&format!("capability of {} parts ({tolerance})", self.parts.len()), 2)
             );
         }
         for lobe in capability {
@@ -107,6 +121,7 @@ impl Batch {
             let lobe = |lobe: &MeasuredLobe| {
                 serde_json::json!({
                     "name": lobe.name, "size_um": um_from_mm(lobe.size_mm), "form_um": um_from_mm(lobe.form_mm),
+                    "form_allowed_um": um_from_mm(lobe.allowed_mm),
                 })
             };
             serde_json::json!({ "plan_hash": plan_hash, "lobes": part.iter().map(lobe).collect::<Vec<_>>() })
@@ -117,11 +132,13 @@ impl Batch {
             })
         };
         let capability = self.capability();
-        let capability = capability
-            .iter()
-            .map(|lobe| serde_json::json!({ "name": lobe.name, "size": index(&lobe.size), "form": index(&lobe.form) }));
+        let capability = capability.iter().map(|lobe| {
+            serde_json::json!({
+                "name": lobe.name, "tolerance_um": um_from_mm(lobe.tolerance_mm), "size": index(&lobe.size),
+                "form": index(&lobe.form),
+            })
+        });
         serde_json::json!({
-            "tolerance_um": um_from_mm(FORM_TOLERANCE_MM),
             "parts": parts.collect::<Vec<_>>(),
             "capability": capability.collect::<Vec<_>>(),
         })

@@ -1,6 +1,6 @@
 //! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
-use super::batch::Batch;
+use super::batch::{Batch, tolerance_text};
 use super::output::{VerdictLevel, print_verdict, say, wrapped};
 use super::run_part::PartProgress;
 use camwright::machine::alarm::{AlarmEntry, AlarmKind};
@@ -9,7 +9,7 @@ use camwright_analysis::report::{BURNT, burnt};
 use camwright_files::convert::{j_mm3_from_j_m3, kw_from_w, m_from_mm, mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::LobeResult;
-use camwright_planning::{Causes, FORM_TOLERANCE_MM, TimeCompared};
+use camwright_planning::{Causes, TimeCompared};
 use camwright_ros::GoalStatus;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -98,7 +98,8 @@ impl Report<'_> {
     }
 
     fn worst(&self) -> Option<&LobeResult> {
-        self.result.lobes.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()))
+        let used = |lobe: &LobeResult| lobe.form_error_max.abs() / lobe.form_error_allowed;
+        self.result.lobes.iter().max_by(|a, b| used(a).total_cmp(&used(b)))
     }
 
     /// In tolerance, and not burnt.
@@ -114,8 +115,7 @@ impl Report<'_> {
         self.status == GoalStatus::Succeeded
             && self.result.success
             && self.batch.as_ref().is_none_or(Batch::is_good)
-            && (self.dry_run
-                || self.worst().is_some_and(|lobe| mm_from_m(lobe.form_error_max.abs()) <= FORM_TOLERANCE_MM))
+            && (self.dry_run || self.worst().is_some_and(|lobe| lobe.form_error_max.abs() <= lobe.form_error_allowed))
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
@@ -373,19 +373,20 @@ impl Report<'_> {
             }
             (false, _) => "NOT GOOD",
         };
-        let tolerance_um = um_from_mm(FORM_TOLERANCE_MM);
         if let Some((part, lobe)) = self.batch.as_ref().and_then(Batch::worst) {
             return format!(
-                "{word}: worst form error {:+.3} um on lobe {} of part {part} (tolerance {tolerance_um} um)",
+                "{word}: worst form error {:+.3} um on lobe {} of part {part} (tolerance {} um)",
                 um_from_mm(lobe.form_mm),
-                lobe.name
+                lobe.name,
+                tolerance_text(lobe.allowed_mm)
             );
         }
         format!(
-            "{word}: worst form error {:+.3} um on lobe {} at {:.1} deg (tolerance {tolerance_um} um)",
+            "{word}: worst form error {:+.3} um on lobe {} at {:.1} deg (tolerance {} um)",
             um(worst.form_error_max),
             worst.name,
             deg_from_rad(worst.form_error_max_angle),
+            tolerance_text(mm_from_m(worst.form_error_allowed)),
         )
     }
 
@@ -404,6 +405,7 @@ impl Report<'_> {
                     "predicted_s": self.time(&lobe.name).map(|time| time.predicted_s),
                     "form_error_max_um": um(lobe.form_error_max),
                     "form_error_max_deg": deg_from_rad(lobe.form_error_max_angle),
+                    "form_error_allowed_um": um(lobe.form_error_allowed),
                     "form_error_rms_um": um(lobe.form_error_rms),
                     "lift_error_pv_um": um(lobe.lift_error),
                     "runout_um": um(lobe.runout),

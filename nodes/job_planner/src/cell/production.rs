@@ -11,10 +11,8 @@ use camwright::cell::loading::{
 };
 use camwright::cell::packml::{Command, PackmlState};
 use camwright::simulation::work_area::ActuatorPosition;
-use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, WorkArea};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use camwright_planning::FORM_TOLERANCE_MM;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -34,7 +32,7 @@ fn is_good(status: &JobStatus) -> Option<bool> {
     if status.lobes.is_empty() && status.turned.is_empty() {
         return None;
     }
-    let lobes = status.lobes.iter().all(|lobe| mm_from_m(lobe.form_error_max.abs()) <= FORM_TOLERANCE_MM);
+    let lobes = status.lobes.iter().all(|lobe| lobe.form_error_max.abs() <= lobe.form_error_allowed);
     Some(lobes && status.turned.iter().all(|part| part.form_error_max.abs() <= part.form_error_allowed))
 }
 
