@@ -14,7 +14,7 @@ use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::gauge::{log, readings};
 use camwright_files::convert::machine_report::cut_of;
 use camwright_files::convert::plan::plan_from_pages;
-use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_files::convert::{centre_from_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::fmt::Display;
 use std::sync::Arc;
@@ -103,9 +103,9 @@ pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| error.to_string())?;
     for index in 0..prepared.planned.lobes.len() {
         let raw = raw_lobe(prepared, index);
-        let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+        let outline = (mm_from_m(raw.width), raw.radius.iter().map(|radius| mm_from_m(*radius)).collect());
         machine.set_keyway(raw.key_way);
-        let loaded = machine.load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii);
+        let loaded = machine.load_lobe_about(&raw.name, &raw.station, outline, centre_from_values(&raw.centre));
         loaded.map_err(|error| error.to_string())?;
     }
     Ok(machine)

@@ -84,8 +84,12 @@ pub struct TracedRow {
 /// Contact of wheel and lobe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TracedContact {
-    /// Azimuth of the contact in the frame of the lobe.
+    /// Azimuth of the contact in the frame of the lobe, of a crank pin about its own centre.
     pub azimuth_deg: f64,
+    /// Contact angle: from the normal of the contact to the wheel line.
+    pub angle_deg: f64,
+    /// Distance of the centre of a crank pin from the axis of C; 0 of every other lobe.
+    pub throw_mm: f64,
     pub radius_mm: f64,
     pub curvature_1_mm: f64,
     pub wheel_radius_mm: f64,
@@ -214,6 +218,8 @@ fn trace_lobe(
         lift: lift_at(prepared, index, cam_angle_rad),
         contact: TracedContact {
             azimuth_deg: deg_from_rad(azimuth_rad),
+            angle_deg: deg_from_rad(lobe.tool_path.beta(theta)),
+            throw_mm: contour.throw_mm(),
             radius_mm: contour.radius_at(azimuth_rad),
             curvature_1_mm: contour.curvature(cam_angle_rad),
             wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
@@ -295,6 +301,13 @@ impl fmt::Display for PositionTrace {
         )?;
         writeln!(f, "contact:  cam angle {:.4} deg, azimuth {:.4} deg", lift.cam_angle_deg, contact.azimuth_deg)?;
         writeln!(f, "contour:  radius {:.6} mm, curvature {:.6} 1/mm", contact.radius_mm, contact.curvature_1_mm)?;
+        if contact.throw_mm > 0.0 {
+            writeln!(
+                f,
+                "pin:      throw {} mm; the wheel line is {:+.4} deg off the contact",
+                contact.throw_mm, contact.angle_deg
+            )?;
+        }
         writeln!(f, "lift:     {:.6} mm of profile {}", lift.lift_mm, lift.profile)?;
         for row in &lift.rows {
             writeln!(
@@ -406,6 +419,30 @@ mod tests {
             assert!((cos.abs() - angle_rad.cos().abs()).abs() < 1e-6, "{c_deg}: {x_mm} mm");
             assert!((traced.contact.curvature_1_mm - 1.0 / 19.0).abs() < 1e-9);
             assert!(traced.lift.rows.is_empty() && traced.lift.reading.is_none());
+        }
+    }
+
+    /// A crank pin in both senses of rotation: X and the contact angle by the triangle of axis, pin and wheel.
+    #[test]
+    fn the_trace_of_a_crank_pin_is_its_closed_form() {
+        let (e, arm) = (40.0_f64, 25.0 + 250.0);
+        for sense in [1.0_f64, -1.0] {
+            let located = camwright_files::locate::locate("jobs", "crank_pins", "yaml", None).unwrap();
+            let mut job = camwright_files::job_file::parse(&located, &[]).unwrap();
+            job.machine.description.rotation_sense = if sense > 0.0 { 1 } else { -1 };
+            let prepared = AnyPrepared::Ground(Box::new(crate::plan(job, None).unwrap()));
+            for (lobe, phase_deg) in [("P1", 0.0), ("P2", 180.0)] {
+                for c_deg in [0.0, 37.0, 143.2, 270.0] {
+                    let traced = trace(&prepared, &request(lobe, 1, c_deg)).unwrap();
+                    let theta = rad_from_deg(sense * c_deg - phase_deg);
+                    let x_mm = e * theta.cos() + (arm * arm - (e * theta.sin()).powi(2)).sqrt();
+                    let contact = &traced.contact;
+                    assert!((contact.x_mm - x_mm).abs() < 1e-8, "{lobe}, {c_deg}: {} {x_mm}", contact.x_mm);
+                    let beta_deg = deg_from_rad(-(e * theta.sin() / arm).asin());
+                    assert!((contact.angle_deg - beta_deg).abs() < 1e-6, "{lobe}, {c_deg}: {}", contact.angle_deg);
+                    assert!((contact.radius_mm - 25.0).abs() < 1e-9 && (contact.throw_mm - 40.0).abs() < 1e-12);
+                }
+            }
         }
     }
 

@@ -54,6 +54,16 @@ pub fn gone(place: MarkerPose<'_>) -> Marker {
     Marker { action: Marker::DELETE, ..place.marker(Marker::TRIANGLE_LIST, [0.0; 4]) }
 }
 
+/// The same marker about the centre of a crank pin: distance (m) and azimuth (rad) in its frame; no centre leaves it about the axis.
+#[must_use]
+pub fn about(mut marker: Marker, centre: &[f64]) -> Marker {
+    if let [distance, azimuth_rad] = *centre {
+        let Point { x, y, .. } = polar(distance, azimuth_rad, 0.0);
+        (marker.pose.position.x, marker.pose.position.y) = (x, y);
+    }
+    marker
+}
+
 /// A body between two places along the axis: radii at equal steps of a turn, the place (m).
 #[must_use]
 pub fn solid(place: MarkerPose<'_>, sections: &[(f64, &[f64])], colour: Rgba) -> Marker {
