@@ -87,9 +87,12 @@ fn contact_speed_and_removal_rate_are_those_of_the_job() {
     let finishing: Vec<&Vec<f64>> = speed.iter().filter(|row| row[9] == 2.0).collect();
     let middle = &finishing[finishing.len() / 4..3 * finishing.len() / 4];
     assert!(middle.len() > 1000, "{} rows", middle.len());
+    // The speed plan stays a little below a bound between its knots.
     for row in middle {
-        assert!((footprint(row) - 40.0).abs() < 0.05, "C {}: {} mm/s", row[0], footprint(row));
+        assert!((39.6..40.01).contains(&footprint(row)), "C {}: {} mm/s", row[0], footprint(row));
     }
+    let mean = middle.iter().map(|row| footprint(row)).sum::<f64>() / middle.len() as f64;
+    assert!((mean - 40.0).abs() < 0.05, "{mean} mm/s");
     let spread = |rows: &[&Vec<f64>]| {
         let speeds = rows.iter().map(|row| row[2]);
         let (low, high) = speeds.fold((f64::INFINITY, 0.0_f64), |(low, high), c| (low.min(c), high.max(c)));
@@ -119,7 +122,7 @@ fn pins_that_cannot_be_ground_are_refused() {
     for (set, words) in [
         (vec![far.as_str()], ["too small for the throw of 320 mm", "the smallest usable radius is 299.937 mm"]),
         (vec![&throw(60)], ["x_axis", "-25"]),
-        (vec!["rapid_advance_mm=60"], ["the rapid advance must be", "mm"]),
+        (vec!["rapid_advance_mm=60"], ["lobe P2 with its stock reaches 65.150 mm", "rapid_advance_mm"]),
         (vec!["home.x_mm=60"], ["home.x_mm must be", "reach"]),
         (vec!["obstacles.web 2.from_mm=91"], ["obstacle web 2", "clearance"]),
         (vec!["lobes.P1.width_mm=30"], ["lobe P1", "wheel"]),
@@ -128,7 +131,10 @@ fn pins_that_cannot_be_ground_are_refused() {
             ["lobe P1 is a crank pin", "measures about the spindle axis"],
         ),
         (vec!["profiles.pin.gauge={kind: flat}"], ["gauge", "a crank pin is measured about its own centre"]),
-        (vec!["work_speed_rpm=290", "speed={law: constant_work_speed}"], ["x_axis", "work_speed_rpm"]),
+        (
+            vec!["work_speed_rpm=140", "speed={law: constant_work_speed}"],
+            ["work speed of 140 rpm", "the largest work speed that fits"],
+        ),
     ] {
         let text = refused(&set);
         for word in words {

@@ -235,13 +235,15 @@ mod tests {
     fn crank_pins_are_ground_round() {
         for sense in [1, -1] {
             let located = camwright_files::locate::locate("jobs", "crank_pins", "yaml", None).unwrap();
-            let short = ["infeed.total_mm=0.018", "roughing.0.infeed.total_mm=0.036", "stock_mm=0.04"].map(String::from);
+            let short =
+                ["infeed.total_mm=0.018", "roughing.0.infeed.total_mm=0.036", "stock_mm=0.04"].map(String::from);
             let mut job = camwright_files::job_file::parse(&located, &short).unwrap();
             job.machine.description.rotation_sense = sense;
             let prepared = crate::plan(job, None).unwrap();
             let worst = |description: &MachineDescription| {
                 let (_, lobes, outlines) = simulate_outlines_on(&prepared, description, |_, _| {}).unwrap();
-                let form = lobes.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs()))).fold(0.0, f64::max);
+                let form =
+                    lobes.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs()))).fold(0.0, f64::max);
                 let roundness = prepared.planned.lobes.iter().zip(&outlines).map(|(lobe, radii_mm)| {
                     let (contour, phase_rad) = (&lobe.design.contour, lobe.design.phase_rad);
                     let form = Form::measure(radii_mm, contour, phase_rad).unwrap();
@@ -249,7 +251,8 @@ mod tests {
                 });
                 (form, roundness.fold(0.0, f64::max))
             };
-            let ideal = Effect::ALL.into_iter().fold(prepared.machine.clone(), |machine, effect| machine.without(effect));
+            let ideal =
+                Effect::ALL.into_iter().fold(prepared.machine.clone(), |machine, effect| machine.without(effect));
             let (ideal_form, ideal_roundness) = worst(&ideal);
             let (form, roundness) = worst(&prepared.machine);
             let good = prepared.machine.clone().with_good_drives().expect("the machine file has them");

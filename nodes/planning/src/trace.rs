@@ -95,6 +95,8 @@ pub struct TracedContact {
     pub wheel_radius_mm: f64,
     /// Largest wheel that fits the contour; none where any does.
     pub largest_wheel_radius_mm: Option<f64>,
+    /// Smallest wheel that follows a crank pin; none where any does.
+    pub smallest_wheel_radius_mm: Option<f64>,
     /// Distance of the wheel's centre from the axis of C at full depth.
     pub x_mm: f64,
     /// Largest distance of the ground points from the contour, of the whole path.
@@ -224,6 +226,7 @@ fn trace_lobe(
             curvature_1_mm: contour.curvature(cam_angle_rad),
             wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
             largest_wheel_radius_mm: contour.largest_wheel_radius_mm(),
+            smallest_wheel_radius_mm: contour.smallest_wheel_radius_mm(),
             x_mm: lobe.tool_path.sample(theta).value + lobe.tool_path.wheel_radius_mm(),
             contour_error_um: um_from_mm(lobe.tool_path.accuracy().contour_error_mm),
         },
@@ -270,7 +273,10 @@ fn lift_at(prepared: &PreparedJob, index: usize, cam_angle_rad: f64) -> TracedLi
         profile: prepared.job.spec.profiles[profile].name.clone(),
         cam_angle_deg: deg_from_rad(cam_angle_rad),
         lift_mm: lift.sample(cam_angle_rad).value,
-        follower: follower_text(&contour.follower(), contour.base_radius_mm()),
+        follower: match contour.is_pin() {
+            true => format!("none, a crank pin; radius {} mm", contour.base_radius_mm()),
+            false => follower_text(&contour.follower(), contour.base_radius_mm()),
+        },
         reading: reading.map(|reading| reading.reading.name()),
         allowed_um: reading.map_or(0.0, |reading| um_from_mm(reading.allowed_mm)),
         rows: rows.collect(),
@@ -321,11 +327,12 @@ impl fmt::Display for PositionTrace {
             None => writeln!(f, "          a formula, no table")?,
         }
         writeln!(f, "follower: {}", lift.follower)?;
-        let largest = match contact.largest_wheel_radius_mm {
-            Some(largest_mm) => format!("largest possible {largest_mm:.3} mm"),
-            None => "every radius fits".to_owned(),
+        let fits = match (contact.largest_wheel_radius_mm, contact.smallest_wheel_radius_mm) {
+            (Some(largest_mm), _) => format!("largest possible {largest_mm:.3} mm"),
+            (None, Some(smallest_mm)) => format!("smallest possible {smallest_mm:.3} mm"),
+            (None, None) => "every radius fits".to_owned(),
         };
-        writeln!(f, "wheel:    radius {} mm, {largest}", contact.wheel_radius_mm)?;
+        writeln!(f, "wheel:    radius {} mm, {fits}", contact.wheel_radius_mm)?;
         writeln!(
             f,
             "path:     wheel centre at {:.6} mm; the path is off by {:.6} um at most",
@@ -441,6 +448,8 @@ mod tests {
                     let beta_deg = deg_from_rad(-(e * theta.sin() / arm).asin());
                     assert!((contact.angle_deg - beta_deg).abs() < 1e-6, "{lobe}, {c_deg}: {}", contact.angle_deg);
                     assert!((contact.radius_mm - 25.0).abs() < 1e-9 && (contact.throw_mm - 40.0).abs() < 1e-12);
+                    let text = traced.to_string();
+                    assert!(text.contains("throw 40 mm") && text.contains("smallest possible 15.617 mm"), "{text}");
                 }
             }
         }
