@@ -59,8 +59,8 @@ pub(super) struct CutContext<'a> {
     pub(super) sense: f64,
     /// Radius of the wheel (m); none of an insert, whose normal is not that of a path.
     pub(super) wheel_m: Option<f64>,
-    /// Centre of a crank pin, from where C is 0 (m); the axis of every other lobe.
-    pub(super) centre: [f64; 2],
+    /// Centre of a crank pin, from where C is 0 (m); none of a lobe about the axis.
+    pub(super) centre: Option<[f64; 2]>,
 }
 
 impl Lag {
@@ -107,10 +107,9 @@ impl Residual {
             let off_um = um(at_x - x) * cos;
             // The contact lies a wheel's radius inwards from the centre.
             let mut contact = known.sense * c + (-wheel * sin).atan2(centre - wheel * cos);
-            if known.centre != [0.0; 2] {
+            if let Some([x, y]) = known.centre {
                 let reach = (wheel * sin).hypot(centre - wheel * cos);
-                let from_centre = [reach * contact.cos() - known.centre[0], reach * contact.sin() - known.centre[1]];
-                contact = from_centre[1].atan2(from_centre[0]);
+                contact = (reach * contact.sin() - y).atan2(reach * contact.cos() - x);
             }
             on_part.add(deg_from_rad(wrap_turn(contact)), off_um);
             all.push(off_um);
@@ -232,8 +231,7 @@ mod tests {
             })
             .collect();
         let motion = RecordedMotion::made_of(&samples, setpoints);
-        let known =
-            CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel), centre: [0.0; 2] };
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel), centre: None };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         assert!(lag.tool.is_none(), "nothing is known of a structure");
         for c in [0.5_f64, 1.5, 2.5, 4.0, 5.5] {
@@ -268,7 +266,7 @@ mod tests {
         };
         let samples: Vec<MotionSample> = (200..1700_u32).map(sample).collect();
         let motion = RecordedMotion::made_of(&samples, setpoints);
-        let centre = [throw * at.cos(), throw * at.sin()];
+        let centre = Some([throw * at.cos(), throw * at.sin()]);
         let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel), centre };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         for c in [1.2_f64, 2.5, 4.0, 5.5] {
@@ -297,7 +295,7 @@ mod tests {
             })
             .collect();
         let motion = RecordedMotion::made_of(&samples, setpoints);
-        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None, centre: [0.0; 2] };
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None, centre: None };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         let Residual { lowest_um, highest_um, .. } = lag.encoders;
         assert!((lowest_um - 3.0).abs() < 1e-6 && (highest_um - 3.0).abs() < 1e-6, "{lowest_um} to {highest_um} um");

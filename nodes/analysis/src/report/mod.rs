@@ -113,8 +113,8 @@ fn lag_of(
     let machine = story.machine?;
     let form = story.names().get(lobe).and_then(|name| story.forms.iter().find(|form| form.name == *name));
     let centre = match form.map_or(&[][..], |form| &form.centre) {
-        [distance, azimuth] => [distance * azimuth.cos(), distance * azimuth.sin()],
-        _ => [0.0; 2],
+        [distance, azimuth] => Some([distance * azimuth.cos(), distance * azimuth.sin()]),
+        _ => None,
     };
     let is_turned = story.forms.is_empty();
     let from = if is_turned { cut.0 } else { motion.last_turn(cut).first()?.tick };
