@@ -95,7 +95,7 @@ impl Form {
     /// Least-squares circle and roundness of a crank pin; `None` for other contours.
     ///
     /// The mean of the deviations is the error of the radius, their first harmonic the displacement of the centre, and the rest the
-    /// roundness: to second order in the displacement over the radius, 2e-6 µm for 10 µm on a pin of 50 mm.
+    /// roundness: but for the square of the displacement over four radii, 0.001 µm for 10 µm on a pin of 50 mm.
     #[must_use]
     pub fn pin(&self, contour: &Contour, phase_rad: f64) -> Option<PinForm> {
         if !contour.is_pin() {
@@ -234,7 +234,7 @@ mod tests {
         let radii: Vec<f64> = (0..3600_u32).map(|i| radius_at(f64::from(i) * TURN_RAD / 3600.0)).collect();
         let form = Form::measure(&radii, &contour, phase).expect("an outline");
         let pin = form.pin(&contour, phase).expect("a pin");
-        assert!((pin.radius_error_mm - 0.002).abs() < 1e-8, "{pin:?}");
+        assert!((pin.radius_error_mm - 0.002).abs() < 3e-7, "{pin:?}");
         assert!((pin.throw_mm - libm::hypot(throw_mm + along, across)).abs() < 1e-8, "{pin:?}");
         assert!((pin.throw_error_mm - pin.throw_mm + throw_mm).abs() < 1e-12, "{pin:?}");
         assert!((pin.angle_error_rad - libm::atan2(across, throw_mm + along)).abs() < 1e-9, "{pin:?}");
