@@ -129,3 +129,21 @@ fn scale_colour(share: f64) -> ColorRGBA {
     let [r, b] = if sign > 0.0 { [size, 0.0] } else { [0.0, size] };
     ColorRGBA { r, g: 1.0 - 0.8 * size, b, a: 1.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A marker of a crank pin stands about the pin's centre; without a centre it stays about the axis.
+    #[test]
+    fn a_marker_is_moved_to_the_centre_of_a_pin() {
+        let place = MarkerPose { frame: "part", ns: "stock", id: 0 };
+        let sides = [(0.0, &[0.025_f64; 8][..]), (0.02, &[0.025; 8][..])];
+        let solid = solid(place, &sides, [1.0; 4]);
+        let pin = about(solid.clone(), &[0.04, 0.5]);
+        let at = &pin.pose.position;
+        assert!((at.x - 0.04 * 0.5_f64.cos()).abs() < 1e-15 && (at.y - 0.04 * 0.5_f64.sin()).abs() < 1e-15);
+        assert_eq!(pin.points, solid.points);
+        assert_eq!(about(solid.clone(), &[]), solid);
+    }
+}
