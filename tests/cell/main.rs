@@ -17,6 +17,7 @@ mod watched;
 
 mod axis_interpolator;
 mod batch;
+mod crank_pins;
 mod gauge;
 mod interrupted;
 mod job_planner;

@@ -7,6 +7,7 @@ mod changed_bag;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod crank_pins;
 mod file_mutations;
 mod learn;
 mod parameter_file;

@@ -20,7 +20,7 @@ use crate::cam::follower::{Follower, FollowerError};
 use crate::cam::lift::{LiftLaw, LiftLawError};
 use crate::math::extremum::{Extremum, smallest_over_turn};
 use crate::math::root::growing_root;
-use crate::math::units::deg_from_rad;
+use crate::math::units::{TURN_RAD, deg_from_rad};
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::Vector2;
 use thiserror::Error;
@@ -41,12 +41,29 @@ pub enum ContourError {
     #[error(transparent)]
     Lift(#[from] LiftLawError),
     /// An eccentric that does not contain the spindle axis.
-    #[error("eccentricity {eccentricity_mm} mm is not below the radius of {radius_mm} mm: the disc misses the axis")]
+    #[error(
+        "eccentricity {eccentricity_mm} mm is not below the radius of {radius_mm} mm: the disc misses the axis; \
+         a grinding job makes it as a crank pin"
+    )]
     AxisOutside {
         /// Eccentricity (mm).
         eccentricity_mm: f64,
         /// Radius of the disc (mm).
         radius_mm: f64,
+    },
+    /// A throw that is no length.
+    #[error("throw {throw_mm} mm is not a number of at least 0")]
+    BadThrow {
+        /// Given value (mm).
+        throw_mm: f64,
+    },
+    /// A throw of a profile that is no circle.
+    #[error("a throw of {throw_mm} mm with a lift of {max_lift_mm} mm: a crank pin is round, without a lift")]
+    PinWithLift {
+        /// Distance of the pin's centre from the axis (mm).
+        throw_mm: f64,
+        /// Largest lift of the profile (mm).
+        max_lift_mm: f64,
     },
     /// The lift asks for a contour that doubles back.
     #[error(
@@ -114,9 +131,33 @@ pub enum ContourError {
     },
 }
 
+/// Centre of a lobe's frame on the part, where that is not the spindle axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LobeCentre {
+    /// Distance from the axis (mm).
+    pub distance_mm: f64,
+    /// Azimuth, from the same direction as the azimuths of the part (rad).
+    pub azimuth_rad: f64,
+}
+
+impl LobeCentre {
+    /// Position of a point relative to this centre, from its distance from the axis and its azimuth (mm, rad): the same two.
+    #[must_use]
+    pub fn relative(&self, distance_mm: f64, azimuth_rad: f64) -> (f64, f64) {
+        // Along the line from the axis to the point, and across it: exact for the small angle between both lines.
+        let (sin, cos) = libm::sincos(azimuth_rad - self.azimuth_rad);
+        let (along, across) = (distance_mm - self.distance_mm * cos, self.distance_mm * sin);
+        (libm::hypot(along, across), azimuth_rad + libm::atan2(across, along))
+    }
+}
+
 /// The outline of a finished cam in its own frame, where the cam angle of the lift table is measured.
+///
+/// Points, azimuths and radii are relative to the centre of this frame. That is the axis of rotation, except for a crank pin
+/// ([`Contour::pin`]): its frame is centred on the pin, [`Contour::throw_mm`] from the axis in the direction of cam angle 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contour {
+    throw_mm: f64,
     lift: LiftLaw,
     follower: Follower,
     base_radius_mm: f64,
@@ -137,6 +178,7 @@ impl Contour {
         let mount = Mount::new(follower, base_radius_mm)?;
         mount.reaches(lift.max_lift_mm())?;
         let mut contour = Self {
+            throw_mm: 0.0,
             lift: lift.clone(),
             follower: *follower,
             base_radius_mm,
@@ -212,6 +254,38 @@ impl Contour {
             return Err(ContourError::AxisOutside { eccentricity_mm, radius_mm });
         }
         Self::from_lift(&lift, &Follower::Flat, radius_mm - eccentricity_mm)
+    }
+
+    /// A crank pin, or a disc that misses the axis: a circle whose centre lies `throw_mm` from the axis, in the direction of cam
+    /// angle 0.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a throw below 0, a radius that is not above 0.
+    pub fn pin(throw_mm: f64, radius_mm: f64) -> Result<Self, ContourError> {
+        if !throw_mm.is_finite() || throw_mm < 0.0 {
+            return Err(ContourError::BadThrow { throw_mm });
+        }
+        let circle = Self::from_lift(&LiftLaw::eccentric_flat(0.0, 0.0)?, &Follower::Flat, radius_mm)?;
+        Ok(Self { throw_mm, ..circle })
+    }
+
+    /// Distance of the centre of its frame from the axis of rotation, in the direction of cam angle 0 (mm); 0 but for a pin.
+    #[must_use]
+    pub fn throw_mm(&self) -> f64 {
+        self.throw_mm
+    }
+
+    /// The contour is a crank pin: the axis of rotation is not the centre of its frame.
+    #[must_use]
+    pub fn is_pin(&self) -> bool {
+        self.throw_mm > 0.0
+    }
+
+    /// Point of the contour at a cam angle, relative to the axis of rotation (mm).
+    #[must_use]
+    pub fn point_about_axis(&self, cam_angle_rad: f64) -> Vector2<f64> {
+        let point = self.point(cam_angle_rad);
+        Vector2::new(point.x + self.throw_mm, point.y)
     }
 
     /// The lift law it was made from.
@@ -321,6 +395,13 @@ impl Contour {
         self.max_concave.map(|place| -1.0 / place.value)
     }
 
+    /// Radius from which on a wheel can follow a crank pin round the axis (mm); `None` if any wheel will do.
+    #[must_use]
+    pub fn smallest_wheel_radius_mm(&self) -> Option<f64> {
+        let radius_mm = self.throw_mm / libm::sin(MAX_CONTACT_RAD) - self.base_radius_mm;
+        (radius_mm > 0.0).then_some(radius_mm)
+    }
+
     /// Radius up to which a wheel is comfortable (mm), a tenth below [`Self::largest_wheel_radius_mm`]: towards the limit
     /// the contact runs ever faster along the concave flank, and the headstock would have to stand still.
     #[must_use]
@@ -376,6 +457,42 @@ impl Contour {
         growing_root(low, high, guess_rad, ahead)
     }
 }
+
+impl Contour {
+    /// Position of a point of the lobe's frame relative to the axis of rotation, along and across the direction of a cam angle (mm).
+    pub(crate) fn about_axis(&self, (along, across): (f64, f64), cam_angle_rad: f64) -> (f64, f64) {
+        if !self.is_pin() {
+            return (along, across);
+        }
+        let (sin, cos) = libm::sincos(cam_angle_rad);
+        (along + self.throw_mm * cos, across - self.throw_mm * sin)
+    }
+
+    /// The cam angle at which the point `distance_mm` outside the contour lies at an azimuth seen from the axis of rotation.
+    ///
+    /// With W the point and N the normal its azimuth grows by (W·N)/|W|² per way along the curve: [`ToolPath::fits`] requires W·N > 0.
+    ///
+    /// [`ToolPath::fits`]: crate::toolpath::wheel_path::ToolPath::fits
+    pub(crate) fn solve_about_axis(&self, azimuth_rad: f64, distance_mm: f64, guess_rad: f64) -> f64 {
+        if !self.is_pin() {
+            return self.solve(azimuth_rad, distance_mm, guess_rad);
+        }
+        let ahead = |angle: f64| {
+            let frame = self.local(angle);
+            let (along, across) = self.about_axis(frame.outside(distance_mm), angle);
+            let outwards = along * frame.normal_along + across * frame.normal_across;
+            let way = frame.arc + frame.turning * distance_mm;
+            let rate = way * outwards / (along * along + across * across);
+            (angle + libm::atan2(across, along) - azimuth_rad, rate)
+        };
+        // The normal of a circle is less than a quarter turn from the line to a point outside it that the axis does not see from behind.
+        growing_root(azimuth_rad - FRAC_PI_2, azimuth_rad + FRAC_PI_2, guess_rad, ahead)
+    }
+}
+
+/// Largest angle between the wheel line and the normal of a pin (rad): 80°. Farther off X would have to move more than five times as far
+/// as what it corrects along the normal, and C pushes the pin along the wheel.
+pub(crate) const MAX_CONTACT_RAD: f64 = 4.0 * TURN_RAD / 18.0;
 
 /// Relative size of what rounding can make of a zero.
 const ROUNDING: f64 = 1e-9;

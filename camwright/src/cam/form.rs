@@ -52,6 +52,21 @@ pub struct Form {
     pub rms_mm: f64,
 }
 
+/// A measured crank pin: its least-squares circle, and what of the outline is off that circle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PinForm {
+    /// Radius of the circle less that of the design (mm).
+    pub radius_error_mm: f64,
+    /// Distance of its centre from the axis (mm).
+    pub throw_mm: f64,
+    /// That distance less the throw of the design (mm).
+    pub throw_error_mm: f64,
+    /// Angle about the axis from the design's centre to that of the circle (rad), positive with the azimuth.
+    pub angle_error_rad: f64,
+    /// Roundness: largest less smallest distance of the outline from the centre of the circle (mm).
+    pub roundness_mm: f64,
+}
+
 impl Form {
     /// Compares radii measured at the azimuths i·2π/n of the part with a contour turned by `phase_rad` (its cam angle 0
     /// lies at that azimuth).
@@ -75,6 +90,39 @@ impl Form {
         let largest = largest.ok_or(FormError::NoRadii)?;
         let mean_square = deviations_mm.iter().map(|d| d * d).sum::<f64>() / deviations_mm.len() as f64;
         Ok(Self { deviations_mm, largest, rms_mm: libm::sqrt(mean_square) })
+    }
+
+    /// Least-squares circle and roundness of a crank pin; `None` for other contours.
+    ///
+    /// The mean of the deviations is the error of the radius, their first harmonic the displacement of the centre, and the rest the
+    /// roundness: but for the square of the displacement over four radii, 0.001 µm for 10 µm on a pin of 50 mm.
+    #[must_use]
+    pub fn pin(&self, contour: &Contour, phase_rad: f64) -> Option<PinForm> {
+        if !contour.is_pin() {
+            return None;
+        }
+        let count = self.deviations_mm.len() as f64;
+        let from_throw = |i: usize| libm::sincos(i as f64 * TURN_RAD / count - phase_rad);
+        let (mut mean, mut along, mut across) = (0.0, 0.0, 0.0);
+        for (i, deviation) in self.deviations_mm.iter().enumerate() {
+            let (sin, cos) = from_throw(i);
+            mean += deviation / count;
+            along += 2.0 * deviation * cos / count;
+            across += 2.0 * deviation * sin / count;
+        }
+        let off_circle = self.deviations_mm.iter().enumerate().map(|(i, deviation)| {
+            let (sin, cos) = from_throw(i);
+            deviation - mean - along * cos - across * sin
+        });
+        let (low, high) = minimum_and_maximum(off_circle);
+        let throw_mm = libm::hypot(contour.throw_mm() + along, across);
+        Some(PinForm {
+            radius_error_mm: mean,
+            throw_mm,
+            throw_error_mm: throw_mm - contour.throw_mm(),
+            angle_error_rad: libm::atan2(across, contour.throw_mm() + along),
+            roundness_mm: high - low,
+        })
     }
 
     /// Peak-to-valley error of the follower's lift (mm, or deg for an angular lift): the error along the normal times the transmission of
@@ -171,6 +219,29 @@ impl Contour {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A circle of 25.002 mm about a centre 4 µm too far out and 3 µm aside, with three waves of 1 µm: each value is found again.
+    #[test]
+    fn a_pin_is_measured_about_its_own_circle() {
+        let (throw_mm, radius_mm, phase) = (40.0, 25.0, 0.7);
+        let contour = Contour::pin(throw_mm, radius_mm).expect("a pin");
+        let (along, across) = (0.004, 0.003);
+        let radius_at = |azimuth: f64| {
+            let (sin, cos) = libm::sincos(azimuth - phase);
+            let (forwards, aside) = (along * cos + across * sin, across * cos - along * sin);
+            forwards + libm::sqrt(25.002 * 25.002 - aside * aside) + 0.001 * libm::cos(3.0 * azimuth)
+        };
+        let radii: Vec<f64> = (0..3600_u32).map(|i| radius_at(f64::from(i) * TURN_RAD / 3600.0)).collect();
+        let form = Form::measure(&radii, &contour, phase).expect("an outline");
+        let pin = form.pin(&contour, phase).expect("a pin");
+        assert!((pin.radius_error_mm - 0.002).abs() < 3e-7, "{pin:?}");
+        assert!((pin.throw_mm - libm::hypot(throw_mm + along, across)).abs() < 1e-8, "{pin:?}");
+        assert!((pin.throw_error_mm - pin.throw_mm + throw_mm).abs() < 1e-12, "{pin:?}");
+        assert!((pin.angle_error_rad - libm::atan2(across, throw_mm + along)).abs() < 1e-9, "{pin:?}");
+        assert!((pin.roundness_mm - 0.002).abs() < 1e-6, "{pin:?}");
+        let journal = Contour::eccentric(0.0, radius_mm).expect("a journal");
+        assert_eq!(form.pin(&journal, phase), None);
+    }
 
     /// Waves of the form are transmitted by 1 - 2^-(k/15)²: the mean not at all, half at the cutoff, a fast wave as a whole.
     #[test]

@@ -204,6 +204,7 @@ impl JobSpec {
         if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {
             return Err(JobError::CorrectsAndTurnsOn);
         }
+        self.check_gauged("runout_correction")?;
         for lobe in &self.lobes {
             if self.profiles.get(lobe.profile).is_some_and(|profile| !profile.is_round()) {
                 return Err(JobError::NotRound { lobe: lobe.name.clone() });
@@ -229,6 +230,15 @@ impl JobSpec {
         }
     }
 
+    /// What a gauge on the spindle axis measures has its centre there.
+    fn check_gauged(&self, key: &'static str) -> Result<(), JobError> {
+        let is_pin = |lobe: &&LobeSpec| self.profiles.get(lobe.profile).is_some_and(ProfileSpec::is_pin);
+        match self.lobes.iter().find(is_pin) {
+            Some(lobe) => Err(JobError::PinUnderGauge { lobe: lobe.name.clone(), key }),
+            None => Ok(()),
+        }
+    }
+
     fn has_lobe(&self, name: &str) -> bool {
         self.lobes.iter().any(|lobe| lobe.name == name)
     }
@@ -243,6 +253,7 @@ impl JobSpec {
                 "every lobe begins where c_axis stands, so it neither turns on between them nor is turned to them",
             );
         }
+        self.check_gauged("measure_stock")?;
         let is_round = |lobe: &LobeSpec| self.profiles.get(lobe.profile).is_none_or(ProfileSpec::is_round);
         if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
             return Err(JobError::StockNotRound { lobe: lobe.name.clone() });

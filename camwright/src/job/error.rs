@@ -167,6 +167,16 @@ pub enum JobError {
         /// Amplitude that the gauge does not see (mm).
         unseen_mm: f64,
     },
+    /// The gauge cannot follow a pin.
+    #[error(
+        "lobe {lobe} is a crank pin: the in-process gauge measures about the spindle axis, which the pin goes round; leave out {key}, or \
+         grind the pins in a job of their own"
+    )]
+    PinUnderGauge {
+        lobe: String,
+        /// Key that asks for the gauge.
+        key: &'static str,
+    },
     /// Only round parts have a runout.
     #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]
     NotRound { lobe: String },

@@ -9,6 +9,7 @@
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
 use crate::cam::compensation::Compensation;
+use crate::cam::contour::{Contour, ContourError};
 use crate::cam::follower::Follower;
 use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::LiftLaw;
@@ -34,13 +35,36 @@ pub struct ProfileSpec {
     pub follower: Follower,
     /// Radius of the base circle (mm).
     pub base_radius_mm: f64,
+    /// Distance of the centre of a crank pin from the spindle axis, in the direction of cam angle 0 (mm); 0 for every other profile.
+    pub throw_mm: f64,
 }
 
 impl ProfileSpec {
-    /// It has no lift: a journal.
+    /// It has no lift, about the spindle axis: a journal.
     #[must_use]
     pub fn is_round(&self) -> bool {
-        self.lift.max_lift_mm() < ROUND_MM
+        self.lift.max_lift_mm() < ROUND_MM && !self.is_pin()
+    }
+
+    /// It is a crank pin, or a disc that misses the spindle axis.
+    #[must_use]
+    pub fn is_pin(&self) -> bool {
+        self.throw_mm != 0.0
+    }
+
+    /// Outline of the finished lobe.
+    ///
+    /// # Errors
+    /// What [`Contour::from_lift`] and [`Contour::pin`] say; a throw with a lift.
+    pub fn contour(&self) -> Result<Contour, ContourError> {
+        if !self.is_pin() {
+            return Contour::from_lift(&self.lift, &self.follower, self.base_radius_mm);
+        }
+        let max_lift_mm = self.lift.max_lift_mm();
+        if max_lift_mm >= ROUND_MM {
+            return Err(ContourError::PinWithLift { throw_mm: self.throw_mm, max_lift_mm });
+        }
+        Contour::pin(self.throw_mm, self.base_radius_mm)
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) fn check(
     for lobe in lobes {
         let place = || Subject::Lobe(lobe.design.name.clone());
         let outline: Vec<(f64, f64)> = (0..PLACES)
-            .map(|i| lobe.design.contour.point(f64::from(i) * TURN_RAD / f64::from(PLACES)))
+            .map(|i| lobe.design.contour.point_about_axis(f64::from(i) * TURN_RAD / f64::from(PLACES)))
             .map(|point| (point.x, point.y))
             .collect();
         let gap_mm = |stand_off_mm: f64| gap_mm(lobe, &outline, stand_off_mm);

@@ -5,7 +5,7 @@ use super::error::{IdleWheelStep, RequiredPosition};
 use super::host::{OneByOne, PlanHost};
 use super::wheels::no_path;
 use crate::cam::compensation::FormCurve;
-use crate::cam::contour::Contour;
+use crate::cam::contour::{Contour, LobeCentre};
 use crate::cam::form_tolerance::FormTolerance;
 use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
@@ -41,12 +41,23 @@ pub struct LobeDesign {
 }
 
 impl LobeDesign {
-    /// It is a journal: as large all round.
+    /// It is a journal: as large all round the spindle axis.
     #[must_use]
     pub fn is_round(&self) -> bool {
         const SAME_MM: f64 = 1e-9;
+        if self.contour.is_pin() {
+            return false;
+        }
         let radius = |i: u32| self.contour.radius_at(f64::from(i) * TURN_RAD / 36.0);
         (1..36).all(|i| (radius(i) - radius(0)).abs() < SAME_MM)
+    }
+
+    /// Centre of its contour on a part whose keyway truly lies at an azimuth (rad); `None` for the spindle axis, which it is but for a
+    /// crank pin.
+    #[must_use]
+    pub fn centre_on(&self, key_way_rad: f64) -> Option<LobeCentre> {
+        let azimuth_rad = wrap_turn(self.phase_on_rad(key_way_rad));
+        self.contour.is_pin().then(|| LobeCentre { distance_mm: self.contour.throw_mm(), azimuth_rad })
     }
 
     /// Azimuth of its cam angle 0 on a part whose keyway truly lies at an azimuth (rad).
@@ -55,7 +66,7 @@ impl LobeDesign {
         self.phase_rad - self.part_phase_rad + key_way_rad
     }
 
-    /// Radius of the finished lobe at an azimuth of the part, measured from the keyway (mm, rad).
+    /// Radius of the finished lobe about its centre at an azimuth of the part, measured from the keyway (mm, rad).
     #[must_use]
     pub fn radius_at(&self, part_azimuth_rad: f64) -> f64 {
         self.contour.radius_at(part_azimuth_rad - self.phase_rad)
@@ -135,8 +146,7 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
 pub(super) fn contours(job: &JobSpec, host: &impl PlanHost) -> Result<Vec<Contour>, PlanError> {
     let contour = |index: usize| {
         let profile = &job.profiles[index];
-        Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm)
-            .map_err(|source| PlanError::Contour { profile: profile.name.clone(), source })
+        profile.contour().map_err(|source| PlanError::Contour { profile: profile.name.clone(), source })
     };
     host.map(job.profiles.len(), contour).into_iter().collect()
 }
@@ -423,7 +433,7 @@ fn check_blank(
         let (x, y) = (centre * libm::cos(start_rad), centre * libm::sin(start_rad));
         // Every 0.1 deg: the distance to a circle of ordinary curvature errs by square of spacing, under 1e-5 mm.
         (0..3600_u32)
-            .map(|i| shape.contour.point(f64::from(i) * TURN_RAD / 3600.0))
+            .map(|i| shape.contour.point_about_axis(f64::from(i) * TURN_RAD / 3600.0))
             .map(|point| libm::hypot(point.x - x, point.y - y) - wheel_mm)
             .fold(f64::INFINITY, f64::min)
     };

@@ -21,7 +21,8 @@ pub(super) struct ContourPoints {
 impl ContourPoints {
     pub(super) fn new(contour: &Contour) -> Self {
         let at = |i: usize| i as f64 * TURN_RAD / POINTS as f64;
-        let points: Vec<(f64, f64)> = (0..POINTS).map(|i| contour.point(at(i))).map(|p| (p.x, p.y)).collect();
+        let points: Vec<(f64, f64)> =
+            (0..POINTS).map(|i| contour.point_about_axis(at(i))).map(|p| (p.x, p.y)).collect();
         let spacing_mm2 = (0..POINTS).step_by(STRIDE).map(|i| {
             let (a, b) = (points[i], points[(i + STRIDE) % POINTS]);
             square(a.0 - b.0, a.1 - b.1)

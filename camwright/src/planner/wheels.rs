@@ -28,7 +28,10 @@ fn needs(job: &JobSpec, contours: &[Contour]) -> String {
             -1.0 / place.value,
             deg_from_rad(place.angle_rad)
         ),
-        None => alloc::format!("lobe {} takes any", lobe.name),
+        None => match contours[lobe.profile].smallest_wheel_radius_mm() {
+            Some(smallest_mm) => alloc::format!("lobe {} takes {smallest_mm:.3} mm and more", lobe.name),
+            None => alloc::format!("lobe {} takes any", lobe.name),
+        },
     };
     let needs: Vec<String> = job.lobes.iter().map(need).collect();
     needs.join(", ")

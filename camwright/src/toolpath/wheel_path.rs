@@ -3,9 +3,17 @@
 //! θ is the azimuth of the X axis line seen from the part. The wheel's centre is W = Q + R·N (contour point and outward
 //! normal), |W| its distance from the spindle axis, and the path carries X = |W| − R, the position of the wheel's cutting
 //! point on the X axis. The path travels as a periodic quintic spline on a uniform grid of θ.
+//!
+//! Of a crank pin Q is counted from the spindle axis all the same: the centre of the pin lies at P, its throw e from the axis, and
+//! W = P + (r + R)·N. With the pin's centre at θ = 0
+//!
+//! ```text
+//! X + R = e cos θ + √((R + r)² − e² sin² θ)       sin β = −e sin θ / (R + r)
+//! ```
+//! β is the angle from the normal of the contact to the wheel line. The path goes round the axis only if R + r exceeds the throw.
 
 use crate::cam::compensation::FormCurve;
-use crate::cam::contour::Contour;
+use crate::cam::contour::{Contour, MAX_CONTACT_RAD};
 use crate::math::periodic_spline::{PeriodicSpline, Sample};
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
@@ -35,6 +43,23 @@ pub enum ToolPathError {
         angle_deg: f64,
         /// 1 + κR there.
         clearance: f64,
+    },
+    /// The wheel cannot follow the pin round the axis.
+    #[error(
+        "the wheel of radius {wheel_radius_mm:.3} mm is too small for the throw of {throw_mm} mm: where the pin stands beside the axis its \
+         contact is {contact_deg:.2} deg off the wheel line, it must be at most {max_deg:.0} deg: the smallest usable radius is {smallest_mm:.3} mm"
+    )]
+    WheelTooSmall {
+        /// Radius of the wheel (mm).
+        wheel_radius_mm: f64,
+        /// Distance of the pin's centre from the axis (mm).
+        throw_mm: f64,
+        /// Largest angle of the contact (deg); 90 where the wheel's centre does not go round the axis.
+        contact_deg: f64,
+        /// Largest allowed (deg).
+        max_deg: f64,
+        /// Smallest radius that is allowed (mm).
+        smallest_mm: f64,
     },
     /// The path is too rough for its spline.
     #[error(
@@ -79,6 +104,8 @@ pub struct PathAccuracy {
 pub struct ToolPath {
     spline: PeriodicSpline,
     wheel_radius_mm: f64,
+    /// Distance of the lobe's centre from the axis, in the direction of θ = 0 (mm).
+    throw_mm: f64,
     accuracy: PathAccuracy,
 }
 
@@ -105,7 +132,8 @@ impl ToolPath {
     /// Checks that a wheel reaches every point of a contour.
     ///
     /// # Errors
-    /// A radius that is none, or one that is too large for a concave flank, with the largest that fits.
+    /// A radius that is none; one that is too large for a concave flank, with the largest that fits; one that is too small to follow a
+    /// crank pin, with the smallest that does.
     pub fn fits(contour: &Contour, wheel_radius_mm: f64) -> Result<(), ToolPathError> {
         if !wheel_radius_mm.is_finite() || wheel_radius_mm <= 0.0 {
             return Err(ToolPathError::BadWheelRadius { wheel_radius_mm });
@@ -120,6 +148,19 @@ impl ToolPath {
                     clearance,
                 });
             }
+        }
+        if let Some(smallest_mm) = contour.smallest_wheel_radius_mm()
+            && wheel_radius_mm < smallest_mm
+        {
+            let throw_mm = contour.throw_mm();
+            let sine = throw_mm / (wheel_radius_mm + contour.base_radius_mm());
+            return Err(ToolPathError::WheelTooSmall {
+                wheel_radius_mm,
+                throw_mm,
+                contact_deg: deg_from_rad(libm::asin(sine.min(1.0))),
+                max_deg: deg_from_rad(MAX_CONTACT_RAD),
+                smallest_mm,
+            });
         }
         Ok(())
     }
@@ -136,12 +177,13 @@ impl ToolPath {
     pub fn for_wheel(contour: &Contour, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
         Self::fits(contour, wheel_radius_mm)?;
         let exact = |angle: f64, guess: &mut f64| {
-            let cam_angle = contour.solve(angle, wheel_radius_mm, angle + *guess);
+            let cam_angle = contour.solve_about_axis(angle, wheel_radius_mm, angle + *guess);
             *guess = cam_angle - angle;
-            let (along, across) = contour.local(cam_angle).outside(wheel_radius_mm);
+            let centre = contour.local(cam_angle).outside(wheel_radius_mm);
+            let (along, across) = contour.about_axis(centre, cam_angle);
             libm::hypot(along, across) - wheel_radius_mm
         };
-        let mut path = Self::through(exact, wheel_radius_mm)?;
+        let mut path = Self::through(exact, contour, wheel_radius_mm)?;
         path.accuracy.contour_error_mm = path.check(|path, angle| path.misses(contour, angle))?;
         Ok(path)
     }
@@ -171,14 +213,15 @@ impl ToolPath {
             let (outwards, beside) = (off.value + wheel_radius_mm * run / length, -wheel_radius_mm * rise / length);
             let along = frame.along + outwards * normal_along - beside * normal_across;
             let across = frame.across + outwards * normal_across + beside * normal_along;
-            let (own_along, own_across) = frame.outside(wheel_radius_mm);
+            let (along, across) = contour.about_axis((along, across), cam_angle);
+            let (own_along, own_across) = contour.about_axis(frame.outside(wheel_radius_mm), cam_angle);
             let turned = own_along * across - own_across * along;
             (libm::hypot(along, across), libm::atan2(turned, own_along * along + own_across * across))
         };
         let exact = |angle: f64, guess: &mut f64| {
             let mut cam_angle = angle + *guess;
             for _ in 0..MAX_STEPS {
-                let next = contour.solve(angle - centre(cam_angle).1, wheel_radius_mm, cam_angle);
+                let next = contour.solve_about_axis(angle - centre(cam_angle).1, wheel_radius_mm, cam_angle);
                 let change = (next - cam_angle).abs();
                 cam_angle = next;
                 if change <= 1e-14 {
@@ -188,7 +231,7 @@ impl ToolPath {
             *guess = cam_angle - angle;
             centre(cam_angle).0 - wheel_radius_mm
         };
-        let mut path = Self::through(exact, wheel_radius_mm)?;
+        let mut path = Self::through(exact, contour, wheel_radius_mm)?;
         path.accuracy.contour_error_mm = path.check(|path, angle| {
             let ground = path.contact(angle);
             let (off_mm, cam_angle) =
@@ -199,11 +242,15 @@ impl ToolPath {
     }
 
     /// The spline through exact values, its way back not checked yet.
-    fn through(exact: impl Fn(f64, &mut f64) -> f64, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+    fn through(
+        exact: impl Fn(f64, &mut f64) -> f64,
+        contour: &Contour,
+        wheel_radius_mm: f64,
+    ) -> Result<Self, ToolPathError> {
         let (spline, interpolation_error_mm) = resample(exact)?;
         let accuracy =
             PathAccuracy { knots: spline.coefficients().len(), interpolation_error_mm, contour_error_mm: 0.0 };
-        Ok(Self { spline, wheel_radius_mm, accuracy })
+        Ok(Self { spline, wheel_radius_mm, throw_mm: contour.throw_mm(), accuracy })
     }
 
     /// X (mm) over the wheel-line angle (rad): position of the wheel's cutting point, as plans carry it.
@@ -244,14 +291,14 @@ impl ToolPath {
         libm::atan2(x.first, x.value + self.wheel_radius_mm)
     }
 
-    /// Point of the contour that the wheel touches (mm, in the cam's frame): W − R(cos(θ − β), sin(θ − β)).
+    /// Point of the contour that the wheel touches (mm, in the cam's frame, of a pin from its own centre): W − R(cos(θ − β), sin(θ − β)).
     #[must_use]
     pub fn contact(&self, angle_rad: f64) -> Vector2<f64> {
         let x = self.sample(angle_rad);
         let (centre, radius) = (x.value + self.wheel_radius_mm, self.wheel_radius_mm);
         let normal = angle_rad - libm::atan2(x.first, centre);
         Vector2::new(
-            centre * libm::cos(angle_rad) - radius * libm::cos(normal),
+            centre * libm::cos(angle_rad) - radius * libm::cos(normal) - self.throw_mm,
             centre * libm::sin(angle_rad) - radius * libm::sin(normal),
         )
     }
@@ -262,6 +309,12 @@ impl ToolPath {
         let x = self.sample(angle_rad);
         let (centre, radius) = (x.value + self.wheel_radius_mm, self.wheel_radius_mm);
         let beta = libm::atan2(x.first, centre);
+        if self.throw_mm > 0.0 {
+            // Relative to the normal, which is less than a quarter turn from the line to the contact.
+            let (normal, point) = (angle_rad - beta, self.contact(angle_rad));
+            let (sin, cos) = libm::sincos(normal);
+            return normal + libm::atan2(point.y * cos - point.x * sin, point.x * cos + point.y * sin);
+        }
         // Relative to the wheel line the contact lies at (|W| − R cos β, R sin β).
         angle_rad + libm::atan2(radius * libm::sin(beta), centre - radius * libm::cos(beta))
     }

@@ -82,6 +82,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         lift: law,
         follower: Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 },
         base_radius_mm: 16.0,
+        throw_mm: 0.0,
     };
     let lobe = |name: &str, station: &str, phase_deg: f64| LobeSpec {
         name: name.into(),

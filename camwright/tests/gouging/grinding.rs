@@ -32,6 +32,7 @@ pub(crate) fn journal(radius_mm: f64) -> ProfileSpec {
         lift: LiftLaw::eccentric_round(0.0, radius_mm, 0.0).expect("no lift"),
         follower: Follower::KnifeEdge { offset_mm: 0.0 },
         base_radius_mm: radius_mm,
+        throw_mm: 0.0,
     }
 }
 
@@ -57,6 +58,7 @@ fn profile(random: &mut SplitMix64) -> ProfileSpec {
                 lift: program(random.within(0.5, 3.0), &segments),
                 follower: if flat { Follower::Flat } else { Follower::Roller { radius_mm, offset_mm } },
                 base_radius_mm,
+                throw_mm: 0.0,
             }
         }
     }

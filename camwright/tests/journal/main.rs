@@ -76,6 +76,7 @@ fn job(mode: GaugingMode) -> JobSpec {
             lift: LiftLaw::eccentric_round(0.0, RADIUS_MM, 0.0).expect("no lift"),
             follower: Follower::KnifeEdge { offset_mm: 0.0 },
             base_radius_mm: RADIUS_MM,
+            throw_mm: 0.0,
         }],
         lobes: vec![lobe("J1", "LS1", 0.0), lobe("J2", "LS3", 1.0)],
         blocks_per_turn: 3600,

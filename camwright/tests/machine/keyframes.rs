@@ -114,6 +114,22 @@ fn grinding() -> RunEvents {
     RunEvents { machine, setpoints, commands: commands.into(), faults: faults.into(), ticks: 4500, begun }
 }
 
+/// A crank pin is ground and something strikes.
+fn pin_chasing() -> RunEvents {
+    let sense = 1;
+    let axes = super::pins::crank_grinder(sense).axes;
+    let mut description = MachineDescription { loading: None, ..equipped() };
+    let limits = axes.map(|axis| (axis.soft_limits, axis.overtravel));
+    for (axis, (soft_limits, overtravel)) in description.axes.iter_mut().zip(limits) {
+        (axis.soft_limits, axis.overtravel) = (soft_limits, overtravel);
+    }
+    let mut machine = super::pins::loaded(&description, 25.07);
+    let setpoints = super::pins::chasing(&description, 3.0, 4000);
+    machine.place(setpoints[0].counts);
+    let faults = vec![(600, Fault::DriveGain { axis: Axis::X, factor: 0.95 }), (2600, Fault::EStop(true))];
+    RunEvents { machine, setpoints, commands: Vec::new(), faults, ticks: 3500, begun: 0 }
+}
+
 /// A bar is turned until the insert loses its speed.
 fn turning() -> RunEvents {
     let description = lathe();
@@ -166,7 +182,7 @@ fn taken_up(description: &MachineDescription, octets: &[u8]) -> Result<Machine, 
 /// Every 83 ticks the machine is thrown away, and another goes on from its keyframe.
 #[test]
 fn a_machine_goes_on_from_its_keyframe_to_the_bit() {
-    for make in [grinding, turning] {
+    for make in [grinding, pin_chasing, turning] {
         let (mut whole, mut broken) = (make(), make());
         let (mut removed, mut raised, mut edges) = (0.0, 0, 0);
         for _ in 0..whole.ticks {

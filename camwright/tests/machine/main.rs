@@ -8,6 +8,7 @@ mod guarding;
 mod heat;
 mod keyframes;
 mod motion;
+mod pins;
 mod real;
 mod slow;
 mod stopping;

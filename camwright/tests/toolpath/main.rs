@@ -6,6 +6,7 @@ mod cams;
 mod solids;
 
 mod archimedean;
+mod crank_pin;
 mod cutter_path;
 mod groove_barrel;
 mod groove_plate;

@@ -14,8 +14,8 @@ use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::fault_campaign::{Campaign, CaseResult, FaultCase, every_fault, seeded_moments};
-use camwright_files::convert::mm_from_m;
 use camwright_files::convert::plan::plan_from_pages;
+use camwright_files::convert::{centre_from_values, mm_from_m};
 use camwright_planning::{PreparedJob, prepare, raw_lobe};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
@@ -45,8 +45,8 @@ fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<Clos
     let mut machine = Machine::new(description.clone(), lasting)?;
     for index in 0..prepared.planned.lobes.len() {
         let raw = raw_lobe(prepared, index);
-        let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-        machine.load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii)?;
+        let outline = (mm_from_m(raw.width), raw.radius.iter().map(|radius| mm_from_m(*radius)).collect());
+        machine.load_lobe_about(&raw.name, &raw.station, outline, centre_from_values(&raw.centre))?;
     }
     Ok(ClosedLoop::new(machine))
 }

@@ -155,6 +155,9 @@ impl GrooveFile {
         let z_mm = self.z_mm.ok_or_else(|| needs("z_mm"))?;
         let of = LiftContext { document, key: &key, name: &self.name, follower: None, before: &[] };
         let lift = lift_file::read(file, of, files)?;
+        if lift.throw_mm > 0.0 {
+            return Err(of.refuse("", "a crank pin lifts no follower; a groove needs the lift of one"));
+        }
         let groove = BarrelGroove::new(&lift.law, roller_radius_mm, outer_radius_mm, outer_radius_mm - self.depth_mm)
             .map_err(|error| vec![document.error(&key, format!("groove {}: {error}", self.name))])?;
         Ok((GrooveKind::Barrel { groove, z_mm, y_axis: self.y_axis.unwrap_or(false) }, lift))

@@ -9,7 +9,7 @@
 use super::contour_table::{self, Orientation};
 use super::job_files::JobFiles;
 use super::lift_context::LiftContext;
-use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
+use super::lift_formula::{self, CrankPinFile, EccentricFile, SCamFile, SegmentFile};
 use super::lift_preset::LiftPreset;
 use super::lift_text::{self, AngleUnitFile, Content, Printed, TextFormat};
 use super::locate::Located;
@@ -62,6 +62,8 @@ pub struct LiftFile {
     repeat: Option<usize>,
     /// Eccentric disc as a formula.
     eccentric: Option<EccentricFile>,
+    /// Crank pin by its throw and diameter, in grinding jobs.
+    crank_pin: Option<CrankPinFile>,
     /// S-cam of a drum brake: two equal arms, half a turn apart, for a roller with `offset_mm`.
     s_cam: Option<SCamFile>,
     /// Profile before this one whose follower is joined to this one, so that both cams hold it without play: the lift is the
@@ -139,12 +141,14 @@ pub struct ProfileLift {
     pub warnings: Vec<ConfigError>,
     /// Follower and radius of the base circle (mm), where the lift says the cam itself and the profile must not.
     pub own: Option<(Follower, f64)>,
+    /// Distance of the centre of a crank pin from the axis (mm); 0 for every other lift.
+    pub throw_mm: f64,
 }
 
 impl ProfileLift {
     /// One that is no table.
-    fn formula(law: LiftLaw, own: Option<(Follower, f64)>) -> Self {
-        Self { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new(), own }
+    pub(super) fn formula(law: LiftLaw, own: Option<(Follower, f64)>) -> Self {
+        Self { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new(), own, throw_mm: 0.0 }
     }
 }
 
@@ -165,13 +169,14 @@ pub(super) fn read(
         halves,
         file.segments.is_some(),
         file.eccentric.is_some(),
+        file.crank_pin.is_some(),
         file.s_cam.is_some(),
         file.conjugate_of.is_some(),
         is_round,
     ];
     if sources.iter().filter(|given| **given).count() != 1 {
-        let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, s_cam, \
-                       conjugate_of, round: true";
+        let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, crank_pin, \
+                       s_cam, conjugate_of, round: true";
         return Err(profile.refuse("", message));
     }
     refuse_misplaced(file, &profile)?;
@@ -202,9 +207,11 @@ fn read_formula(file: &LiftFile, profile: &LiftContext<'_>) -> Option<Result<Pro
         lift_formula::program(segments, file.start_deg.unwrap_or(0.0), file.repeat.unwrap_or(1), profile)
     } else if let Some(eccentric) = &file.eccentric {
         if eccentric.is_disc() {
-            return Some(lift_formula::disc(eccentric, profile).map(|(law, own)| ProfileLift::formula(law, Some(own))));
+            return Some(lift_formula::disc(eccentric, profile));
         }
         lift_formula::eccentric(eccentric, profile)
+    } else if let Some(pin) = &file.crank_pin {
+        return Some(lift_formula::crank_pin(pin, profile));
     } else if let Some(s_cam) = &file.s_cam {
         lift_formula::s_cam(s_cam, profile)
     } else if let Some(name) = &file.conjugate_of {
@@ -239,6 +246,7 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
     let mut errors = Vec::new();
     let is_formula = file.segments.is_some()
         || file.eccentric.is_some()
+        || file.crank_pin.is_some()
         || file.s_cam.is_some()
         || file.conjugate_of.is_some()
         || file.round == Some(true);
@@ -399,7 +407,7 @@ fn read_table(
         );
         warnings.extend(profile.refuse("", message));
     }
-    Ok(ProfileLift { law, table: Some(table), files, others, warnings, own })
+    Ok(ProfileLift { law, table: Some(table), files, others, warnings, own, throw_mm: 0.0 })
 }
 
 /// One table with a whole turn, or with the lift event of one.

@@ -4,8 +4,9 @@
 use super::ConfigError;
 use super::follower_file::mm_per_deg;
 use super::lift_context::LiftContext;
+use super::lift_file::ProfileLift;
 use camwright::cam::follower::Follower;
-use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment, ProgramError};
+use camwright::cam::lift::{LiftLaw, LiftLawError, MotionProgram, MotionSegment, ProgramError};
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::units::rad_from_deg;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -51,7 +52,7 @@ impl SegmentFile {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EccentricFile {
-    /// Distance of the disc's centre from the axis.
+    /// Distance of the disc's centre from the axis. In grinding jobs, with a diameter, it may exceed the radius of the disc: a crank pin.
     #[schemars(range(min = 0.0, max = 1e4))]
     eccentricity_mm: f64,
     /// Cam angle of the farthest point.
@@ -80,6 +81,18 @@ impl EccentricFile {
     pub(super) fn is_disc(&self) -> bool {
         self.diameter_mm.is_some() || self.diameter_is.is_some()
     }
+}
+
+/// A crank pin as written: a cylinder whose axis lies beside that of the spindle.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CrankPinFile {
+    /// Throw: distance of the pin's axis from the spindle axis, in the direction of cam angle 0.
+    #[schemars(range(min = 1e-6, max = 1e4))]
+    throw_mm: f64,
+    /// Diameter of the finished pin.
+    #[schemars(range(min = 1e-6, max = 1e4))]
+    diameter_mm: f64,
 }
 
 /// The S-cam of a brake as written.
@@ -161,6 +174,10 @@ pub(super) fn conjugate(
         let message = format!("conjugate_of is {name}; profiles without errors before this one: {before}");
         return Err(profile.refuse("conjugate_of", message));
     };
+    if first.is_pin() {
+        let message = format!("{name} is a crank pin, which lifts no follower");
+        return Err(profile.refuse("conjugate_of", message));
+    }
     let (ratio, usual_deg) = match (profile.mm_per_deg(), mm_per_deg(first.follower)) {
         (None, None) => (1.0, 180.0),
         (Some(second), Some(first)) => (second / first, 0.0),
@@ -178,11 +195,9 @@ pub(super) fn round(profile: &LiftContext<'_>) -> Result<LiftLaw, Vec<ConfigErro
     LiftLaw::eccentric_flat(0.0, 0.0).map_err(|error| profile.refuse("round", error))
 }
 
-/// The disc of an eccentric by its diameter, as the lift of a flat follower on it, with that follower and base circle.
-pub(super) fn disc(
-    file: &EccentricFile,
-    profile: &LiftContext<'_>,
-) -> Result<(LiftLaw, (Follower, f64)), Vec<ConfigError>> {
+/// The disc of an eccentric by its diameter, as the lift of a flat follower on it, with that follower and base circle; a disc that
+/// misses the axis is a crank pin.
+pub(super) fn disc(file: &EccentricFile, profile: &LiftContext<'_>) -> Result<ProfileLift, Vec<ConfigError>> {
     let refuse = |key: &str, message: String| profile.refuse(&format!("eccentric.{key}"), message);
     let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
     let (Some(diameter_mm), Some(diameter_is)) = (file.diameter_mm, file.diameter_is) else {
@@ -194,15 +209,37 @@ pub(super) fn disc(
         DiameterFile::Disc => 0.5 * diameter_mm,
         DiameterFile::Largest => 0.5 * diameter_mm - eccentricity_mm,
     };
-    let law = LiftLaw::eccentric_flat(eccentricity_mm, nose_rad)
-        .map_err(|error| refuse("eccentricity_mm", error.to_string()))?;
-    if eccentricity_mm >= radius_mm {
+    if radius_mm <= 0.0 {
         let message = format!(
-            "eccentricity {eccentricity_mm} mm is not below the radius of {radius_mm} mm: the disc misses the axis"
+            "eccentricity {eccentricity_mm} mm leaves a disc of {radius_mm} mm within the largest diameter; it must be below half of \
+             diameter_mm"
         );
         return Err(refuse("eccentricity_mm", message));
     }
-    Ok((law, (Follower::Flat, radius_mm - eccentricity_mm)))
+    if eccentricity_mm >= radius_mm {
+        if nose_rad != 0.0 {
+            let message = format!(
+                "nose_deg is {}; the disc misses the axis, and its farthest point is at cam angle 0: turn the lobe by its phase_deg",
+                file.nose_deg
+            );
+            return Err(refuse("nose_deg", message));
+        }
+        return pin(eccentricity_mm, radius_mm).map_err(|error| refuse("eccentricity_mm", error.to_string()));
+    }
+    let law = LiftLaw::eccentric_flat(eccentricity_mm, nose_rad)
+        .map_err(|error| refuse("eccentricity_mm", error.to_string()))?;
+    Ok(ProfileLift::formula(law, Some((Follower::Flat, radius_mm - eccentricity_mm))))
+}
+
+/// A crank pin by its throw and diameter.
+pub(super) fn crank_pin(file: &CrankPinFile, profile: &LiftContext<'_>) -> Result<ProfileLift, Vec<ConfigError>> {
+    pin(file.throw_mm, 0.5 * file.diameter_mm).map_err(|error| profile.refuse("crank_pin", error))
+}
+
+/// A circle about a centre so far from the axis, in the direction of cam angle 0.
+fn pin(throw_mm: f64, radius_mm: f64) -> Result<ProfileLift, LiftLawError> {
+    let law = LiftLaw::eccentric_flat(0.0, 0.0)?;
+    Ok(ProfileLift { throw_mm, ..ProfileLift::formula(law, Some((Follower::Flat, radius_mm))) })
 }
 
 /// The S-cam of a drum brake: two equal arms half a turn apart, which push a roller each.

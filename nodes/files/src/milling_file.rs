@@ -256,6 +256,8 @@ fn read_profiles(document: &Document, file: &MillingFile, files: &mut JobFiles) 
     for (index, profile) in file.profiles.iter().enumerate() {
         match profile.read(document, ("profiles", index), &profiles, files) {
             Ok((spec, lift)) => {
+                let key = format!("profiles.{index}.lift");
+                findings.extend(profile_file::refuse_pin(document, &key, &spec).err());
                 lifts.push((spec.name.clone(), lift));
                 profiles.push(spec);
             }
@@ -281,12 +283,10 @@ fn cams(
             let (at, profile) = profile_named(document, profiles, &cam.profile, &format!("cams.{index}.profile"))?;
             let contour = match &contours[at] {
                 Some(contour) => contour.clone(),
-                None => {
-                    Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm).map_err(|error| {
-                        let key = format!("profiles.{at}.{}", contour_key(&error));
-                        document.error(&key, format!("profile {}: {error}", profile.name))
-                    })?
-                }
+                None => profile.contour().map_err(|error| {
+                    let key = format!("profiles.{at}.{}", contour_key(&error));
+                    document.error(&key, format!("profile {}: {error}", profile.name))
+                })?,
             };
             contours[at] = Some(contour.clone());
             let (name, phase_rad) = (cam.name.clone(), rad_from_deg(cam.phase_deg));

@@ -22,7 +22,7 @@ pub(super) struct ProfileFile {
     #[schemars(schema_with = "names::schema")]
     pub(super) name: String,
     /// Radius of the base circle. Not with a lift that defines the contour itself (an eccentric by its diameter,
-    /// tables of radii or points).
+    /// a crank pin, tables of radii or points).
     #[schemars(range(min = 1e-6, max = 1e4))]
     base_radius_mm: Option<f64>,
     /// Follower that the lift belongs to. Not with a lift that defines the contour itself.
@@ -30,7 +30,7 @@ pub(super) struct ProfileFile {
     /// Follower that inspects the lobes; `camwright plan` writes its readings. Default: no inspection.
     gauge: Option<FollowerFile>,
     /// Lift of the follower: exactly one of `table`, `half_table`, `opening_table` with `closing_table`,
-    /// `segments`, `eccentric`, `s_cam`, `conjugate_of`, `round: true`.
+    /// `segments`, `eccentric`, `crank_pin`, `s_cam`, `conjugate_of`, `round: true`.
     lift: LiftFile,
 }
 
@@ -55,8 +55,14 @@ impl ProfileFile {
         let (follower, base_radius_mm) = self.shape(&lift, given).map_err(|(key, message)| {
             vec![document.error(&format!("{list}.{index}.{key}"), format!("profile {}: {message}", self.name))]
         })?;
-        let spec = ProfileSpec { name: self.name.clone(), lift: lift.law.clone(), follower, base_radius_mm };
-        Ok((spec, lift))
+        if lift.throw_mm > 0.0 && self.gauge.is_some() {
+            let message = "gauge is a follower that rides on the lobe about the spindle axis; a crank pin is measured about its own centre";
+            return Err(vec![
+                document.error(&format!("{list}.{index}.gauge"), format!("profile {}: {message}", self.name)),
+            ]);
+        }
+        let (name, law, throw_mm) = (self.name.clone(), lift.law.clone(), lift.throw_mm);
+        Ok((ProfileSpec { name, lift: law, follower, base_radius_mm, throw_mm }, lift))
     }
 
     /// Follower and base radius (mm): those of the profile, or those of a lift that says the cam itself.
@@ -81,6 +87,18 @@ impl ProfileFile {
     }
 }
 
+/// A crank pin where the part is not ground: the tool of a mill or a lathe does not follow it round the axis.
+pub(super) fn refuse_pin(document: &Document, key: &str, spec: &ProfileSpec) -> Result<(), ConfigError> {
+    if !spec.is_pin() {
+        return Ok(());
+    }
+    let ProfileSpec { name, throw_mm, .. } = spec;
+    let message = format!(
+        "profile {name}: its centre lies {throw_mm} mm from the axis, outside of the disc; only a grinding job makes a crank pin"
+    );
+    Err(document.error(key, message))
+}
+
 /// Names of profiles under a key that are not unique, as key and message.
 pub(super) fn findings(list: &str, profiles: &[ProfileFile]) -> Vec<(String, String)> {
     let is_taken = |index: usize, name: &str| profiles[..index].iter().any(|other| other.name == name);
@@ -102,7 +120,11 @@ pub fn contour_key(error: &ContourError) -> &'static str {
         ContourError::Follower(_) | ContourError::ReachesPivot { .. } | ContourError::ContactStrays { .. } => {
             "follower"
         }
-        ContourError::Lift(_) | ContourError::FaceTurnsBack { .. } | ContourError::AxisOutside { .. } => "lift",
+        ContourError::Lift(_)
+        | ContourError::FaceTurnsBack { .. }
+        | ContourError::AxisOutside { .. }
+        | ContourError::BadThrow { .. }
+        | ContourError::PinWithLift { .. } => "lift",
     }
 }
 

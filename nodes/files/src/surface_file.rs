@@ -8,7 +8,6 @@ use super::profile_file::{self, ProfileFile, contour_key};
 use super::stl;
 use super::yaml::Document;
 use super::{ConfigError, FileLocation};
-use camwright::cam::contour::Contour;
 use camwright::cam::lift::LengthUnit;
 use camwright::cam::surface::cams::CamAlong;
 use camwright::cam::surface::mesh::{MeshReading, surface_of};
@@ -385,7 +384,12 @@ fn read_cams(
             findings.push(document.error(&key, message));
         }
         match profile.read(document, (PROFILES, index), &specs, files) {
-            Ok((spec, lift)) => match Contour::from_lift(&spec.lift, &spec.follower, spec.base_radius_mm) {
+            Ok((spec, _)) if spec.is_pin() => {
+                let key = format!("{PROFILES}.{index}.lift");
+                findings.extend(profile_file::refuse_pin(document, &key, &spec).err());
+                contours.push(None);
+            }
+            Ok((spec, lift)) => match spec.contour() {
                 Ok(contour) => {
                     contours.push(Some(contour));
                     lifts.push((spec.name.clone(), lift));

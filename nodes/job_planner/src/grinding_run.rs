@@ -29,12 +29,14 @@ pub(super) struct GrindingRun {
     last_cuts: Vec<Option<usize>>,
     /// Turns of spark-out that the last plan omitted, by lobe.
     turns_left_out: Vec<u32>,
+    /// Measured values of each ground crank pin.
+    pins: Vec<String>,
 }
 
 impl GrindingRun {
     pub(super) fn new(execution: Execution, prepared: PreparedJob) -> Self {
         let (stiffness, last_cuts, turns_left_out) = Default::default();
-        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out }
+        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out, pins: Vec::new() }
     }
 
     /// The whole run; the course is idle again when it returns.
@@ -139,6 +141,9 @@ impl GrindingRun {
         if let Some(saved) = &self.saved {
             took += &format!("; {saved}");
         }
+        for pin in &self.pins {
+            took += &format!("; {pin}");
+        }
         if self.prepared.job.spec.rotary_indexing {
             return format!("{took}, with rotary indexing before each");
         }
@@ -167,6 +172,8 @@ impl GrindingRun {
                 ))
             })?;
         self.learn(&parts);
+        self.pins =
+            lobes.iter().zip(&parts).filter_map(|(lobe, part)| planning::pin_line(&lobe.design, part)).collect();
         let result = |(index, part)| self.lobe_result(index, part, ended);
         parts.iter().enumerate().map(result).collect()
     }

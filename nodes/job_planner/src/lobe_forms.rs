@@ -4,9 +4,9 @@ use super::lock;
 use camwright::cam::form::Form;
 use camwright::cam::form_tolerance::LobeZone;
 use camwright::machine::description::MachineDescription;
-use camwright::math::units::{TURN_RAD, um_from_mm};
+use camwright::math::units::{TURN_RAD, um_from_mm, wrap_turn};
 use camwright::planner::LobeDesign;
-use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_files::convert::{centre_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_planning::{AnyPrepared, PreparedJob};
@@ -111,11 +111,13 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
         let contour = &design.contour;
         design.tolerance.allowed_mm(LobeZone::at(contour, contour.cam_angle_at(cam_azimuth_rad)))
     };
-    let form_error = measured.and_then(|part| {
+    let form = measured.and_then(|part| {
         let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-        let form = Form::measure(&radii_mm, &design.contour, phase_rad).ok()?;
-        Some(largest_of(&form.deviations_mm, AZIMUTHS).into_iter().map(m_from_mm).collect())
+        Form::measure(&radii_mm, &design.contour, phase_rad).ok()
     });
+    let form_error =
+        form.as_ref().map(|form| largest_of(&form.deviations_mm, AZIMUTHS).into_iter().map(m_from_mm).collect());
+    let pin = form.and_then(|form| form.pin(&design.contour, phase_rad));
     LobeForm {
         job: job.to_owned(),
         name: design.name.clone(),
@@ -126,6 +128,14 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
         form_error_allowed: (0..AZIMUTHS).map(|i| m_from_mm(allowed_mm(azimuth(i) - phase_rad))).collect(),
         contour,
         form_error: form_error.unwrap_or_default(),
+        centre: centre_values(design.centre_on(measured.map_or(design.part_phase_rad, |part| part.key_way))),
+        measured_radius: pin
+            .iter()
+            .map(|pin| m_from_mm(design.contour.base_radius_mm() + pin.radius_error_mm))
+            .collect(),
+        measured_centre: pin
+            .map_or_else(Vec::new, |pin| vec![m_from_mm(pin.throw_mm), wrap_turn(phase_rad + pin.angle_error_rad)]),
+        roundness: pin.iter().map(|pin| m_from_mm(pin.roundness_mm)).collect(),
         ..LobeForm::default()
     }
 }
@@ -143,18 +153,20 @@ fn largest_of(values: &[f64], count: usize) -> Vec<f64> {
 /// A form as markers: the design's edges, and in the middle of the lobe what it is off.
 fn drawn(form: &LobeForm, frames: &Frames, id: i32) -> Vec<Marker> {
     let (z, half) = (form.table_position, 0.5 * form.width);
-    let mut markers =
-        vec![scene::rings(place(frames, "design", id), &form.contour, [z - half, z + half], DESIGN_WIDTH, DESIGN)];
+    let design = scene::rings(place(frames, "design", id), &form.contour, [z - half, z + half], DESIGN_WIDTH, DESIGN);
+    let mut markers = vec![scene::about(design, &form.centre)];
     if form.form_error.is_empty() {
         return markers;
     }
     let scale = [MAGNIFICATION, form.tolerance];
     let ring = place(frames, "form_error", id);
-    markers.push(scene::error_ring(ring, &form.contour, &form.form_error, z, scale, ERROR_WIDTH));
+    let ring = scene::error_ring(ring, &form.contour, &form.form_error, z, scale, ERROR_WIDTH);
+    markers.push(scene::about(ring, &form.centre));
     let um = |error: f64| um_from_mm(mm_from_m(error));
     let (low, high) = form.form_error.iter().fold((0.0_f64, 0.0_f64), |(low, high), e| (low.min(*e), high.max(*e)));
     let text = format!("{}: {:+.2} to {:+.2} um, drawn x {MAGNIFICATION}", form.name, um(low), um(high));
-    let below = form.contour.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
+    let throw = form.centre.first().copied().unwrap_or_default();
+    let below = throw + form.contour.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
     markers.push(scene::text(place(frames, "form_error_text", id), [0.0, -below, z], LETTERS, text));
     markers
 }

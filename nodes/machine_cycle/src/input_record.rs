@@ -66,14 +66,17 @@ struct RawOutline {
     station: String,
     width: f64,
     key_way: f64,
+    /// Missing in records from before there were crank pins.
+    #[serde(default)]
+    centre: Vec<f64>,
 }
 
 /// Lobe of a message.
 pub fn lobe_of(message: &MachineInput) -> Result<RawLobe, String> {
     let LobeRecord { clear, lobe } = record(&message.content)?;
-    let RawOutline { name, station, width, key_way } = lobe;
+    let RawOutline { name, station, width, key_way, centre } = lobe;
     let radius = message.values.clone();
-    let lobe = PartLobe { name, station, width, key_way, radius, ..PartLobe::default() };
+    let lobe = PartLobe { name, station, width, key_way, radius, centre, ..PartLobe::default() };
     Ok(RawLobe::new(LoadLobeRequest { clear, lobe }))
 }
 

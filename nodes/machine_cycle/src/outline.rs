@@ -1,5 +1,6 @@
 //! The part while it is cut, for those who watch: fewer radii than it has, copied in the cyclic thread into room that was made before.
 
+use camwright::cam::contour::LobeCentre;
 use camwright::simulation::Machine;
 use camwright_files::convert::m_from_mm;
 
@@ -20,6 +21,8 @@ pub struct PartOutline {
     pub station: usize,
     pub width_mm: f64,
     pub key_way_rad: f64,
+    /// Centre of the radii, of a crank pin.
+    pub centre: Option<LobeCentre>,
     /// Places of the columns in the part's frame (mm): one of a lobe, none where there is no part.
     pub places_mm: Vec<f64>,
     /// All radii of the first column first (mm).
@@ -41,6 +44,7 @@ impl PartOutline {
     pub fn update(&mut self, machine: &Machine) {
         self.tick = machine.tick();
         self.key_way_rad = machine.key_way_rad();
+        self.centre = None;
         self.places_mm.clear();
         self.radii_mm.clear();
         if let Some(part) = machine.turned_part() {
@@ -55,6 +59,7 @@ impl PartOutline {
             self.places_mm.push(station.map_or(0.0, |station| station.position_mm));
             self.station = lobe.station();
             self.width_mm = lobe.width_mm();
+            self.centre = lobe.centre();
             self.copy(lobe.radii_mm(), LOBE_AZIMUTHS);
         }
     }

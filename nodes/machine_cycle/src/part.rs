@@ -1,12 +1,13 @@
 //! The part on its way to the cyclic thread and back.
 
+use camwright::cam::contour::LobeCentre;
 use camwright::simulation::Machine;
 use camwright::simulation::turned_part::{MAX_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::workpiece::{CutRecord, LobeError};
 use camwright_files::convert::pages::{RADII_PER_PAGE, split};
 use camwright_files::convert::time::TickClock;
-use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_files::convert::{centre_from_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use thiserror::Error;
@@ -21,6 +22,8 @@ pub struct RawLobe {
     /// Angle of the part's keyway, the same for every lobe.
     pub key_way_rad: f64,
     pub radii_mm: Vec<f64>,
+    /// Centre of the radii, of a crank pin.
+    pub centre: Option<LobeCentre>,
     /// Request of the lobe.
     pub request: LoadLobeRequest,
 }
@@ -54,6 +57,7 @@ pub struct SnapshotLobe {
     pub station: String,
     pub width_mm: f64,
     pub radii_mm: Vec<f64>,
+    pub centre: Option<LobeCentre>,
     /// Process values at every degree; `None` if they are unknown.
     pub cut: Option<CutRecord>,
 }
@@ -99,6 +103,7 @@ impl RawLobe {
             width_mm: mm_from_m(lobe.width),
             key_way_rad: lobe.key_way,
             radii_mm: lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
+            centre: centre_from_values(&lobe.centre),
             request,
         }
     }
@@ -110,7 +115,8 @@ impl RawLobe {
         }
         let radii = std::mem::take(&mut self.radii_mm);
         machine.set_keyway(self.key_way_rad);
-        machine.load_lobe(&self.name, &self.station, self.width_mm, radii).map_err(LobeRefused::Part)
+        let outline = (self.width_mm, radii);
+        machine.load_lobe_about(&self.name, &self.station, outline, self.centre).map_err(LobeRefused::Part)
     }
 }
 
@@ -156,6 +162,7 @@ impl PartSnapshot {
             station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
             width_mm: lobe.width_mm(),
             radii_mm: lobe.radii_mm().to_vec(),
+            centre: lobe.centre(),
             cut: lobe.cut_record().cloned(),
         }));
         self.turned = machine.turned_part().map(|part| SnapshotTurned {

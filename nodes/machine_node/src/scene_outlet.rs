@@ -6,7 +6,7 @@ use camwright::simulation::process_monitor::{Engaged, ProcessMonitor, ProcessVal
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
 use camwright_files::convert::time::TickClock;
-use camwright_files::convert::{m_from_mm, si_from_core, si_from_counts};
+use camwright_files::convert::{centre_values, m_from_mm, si_from_core, si_from_counts};
 use camwright_machine_cycle::messages::Inbound;
 use camwright_machine_cycle::outline::PartOutline;
 use camwright_msgs::builtin_interfaces::msg::Time;
@@ -263,6 +263,7 @@ impl SceneOutlet {
             finished: self.left.contains(&outline.lobe),
             key_way: outline.key_way_rad,
             radius: radii.clone(),
+            centre: centre_values(outline.centre),
             ..PartLobe::default()
         })?;
         let half = 0.5 * m_from_mm(outline.width_mm);
@@ -275,12 +276,14 @@ impl SceneOutlet {
         // Slice by slice: a part of one piece would be larger than a message should be.
         for (slice, sides) in slices.windows(2).enumerate() {
             let place = MarkerPose { frame: &part, ns: "stock", id: id(outline.lobe + slice) };
-            self.draw(scene::solid(place, sides, STOCK))?;
+            self.draw(scene::about(scene::solid(place, sides, STOCK), &centre_values(outline.centre)))?;
         }
         let place = MarkerPose { frame: &table, ns: "lobe", id: id(outline.lobe) };
         match name.filter(|_| !self.drawn.contains_key(&(place.ns.to_owned(), place.id))) {
             Some(name) => {
-                let above = radii.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
+                // The table does not turn: the name of a pin stands above all of its swing.
+                let throw = outline.centre.map_or(0.0, |centre| m_from_mm(centre.distance_mm));
+                let above = throw + radii.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
                 self.draw(scene::text(place, [0.0, above, *middle], LETTERS, name.clone()))
             }
             None => Ok(()),

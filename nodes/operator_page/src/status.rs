@@ -437,6 +437,8 @@ struct DesignLine {
     /// Allowed error at each azimuth.
     allowed_um: Vec<f64>,
     contour_mm: Vec<f64>,
+    /// Centre of a crank pin from the axis; of every other lobe the axis.
+    centre_mm: [f64; 2],
     /// Empty until it was ground.
     error_um: Vec<f64>,
 }
@@ -445,6 +447,8 @@ struct DesignLine {
 struct PartLine {
     name: String,
     radius_mm: Vec<f64>,
+    /// Centre of a crank pin from the axis; of every other lobe the axis.
+    centre_mm: [f64; 2],
 }
 
 impl Shape {
@@ -463,6 +467,7 @@ fn design(snapshot: &CellSnapshot, form: &LobeForm) -> DesignLine {
         name: form.name.clone(),
         allowed_um: allowed(form).map(|allowed| rounded(um(allowed))).collect(),
         contour_mm: form.contour.iter().map(|r| rounded(mm_from_m(*r))).collect(),
+        centre_mm: centre_mm(&form.centre),
         error_um: form_error.iter().map(|e| rounded(um(*e))).collect(),
     }
 }
@@ -473,7 +478,18 @@ fn allowed(form: &LobeForm) -> impl Iterator<Item = f64> {
 }
 
 fn part(lobe: &PartLobe) -> PartLine {
-    PartLine { name: lobe.name.clone(), radius_mm: lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect() }
+    let radius_mm = lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect();
+    PartLine { name: lobe.name.clone(), radius_mm, centre_mm: centre_mm(&lobe.centre) }
+}
+
+/// Position of a centre from its distance (m) and azimuth (rad).
+fn centre_mm(values: &[f64]) -> [f64; 2] {
+    match *values {
+        [distance, azimuth_rad] => {
+            [azimuth_rad.cos(), azimuth_rad.sin()].map(|share| rounded(mm_from_m(distance) * share))
+        }
+        _ => [0.0; 2],
+    }
 }
 
 /// Rounds to five decimals: hundredths of a micrometre of a radius.

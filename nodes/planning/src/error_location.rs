@@ -35,7 +35,9 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::NoNormal { .. } => "infeed.along".into(),
         PlanError::Contour { profile, source } => format!("{}.{}", profile_key(job, profile), contour_key(source)),
         PlanError::Path { profile, source, .. } => match source {
-            ToolPathError::BadWheelRadius { .. } | ToolPathError::WheelTooLarge { .. }
+            ToolPathError::BadWheelRadius { .. }
+            | ToolPathError::WheelTooLarge { .. }
+            | ToolPathError::WheelTooSmall { .. }
                 if job.wheel_radius_mm.is_some() =>
             {
                 "wheel_radius_mm".into()
@@ -108,7 +110,9 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::MarginTooSmall { .. } => "measure_stock.margin_um".into(),
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
-        JobError::NotRound { lobe } | JobError::StockNotRound { lobe } => format!("{}.profile", lobe_key(lobe)),
+        JobError::NotRound { lobe } | JobError::StockNotRound { lobe } | JobError::PinUnderGauge { lobe, .. } => {
+            format!("{}.profile", lobe_key(lobe))
+        }
         JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),

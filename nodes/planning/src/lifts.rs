@@ -2,7 +2,6 @@
 
 use super::PreparedJob;
 use super::turn::LobeTurn;
-use camwright::cam::contour::Contour;
 use camwright::cam::lift::{LiftLaw, TableReading};
 use camwright::job::grinding::{ProfileSpec, SpeedLaw};
 use camwright::machine::description::Axis;
@@ -210,8 +209,8 @@ fn add_axis_jerk(readings: &mut [ReadingSummary], job: &Job, prepared: Option<&P
 
 /// The path of the wheel for a profile with this lift.
 fn path_of(lift: &LiftLaw, profile: &ProfileSpec, wheel_radius_mm: f64) -> Result<ToolPath, String> {
-    let contour =
-        Contour::from_lift(lift, &profile.follower, profile.base_radius_mm).map_err(|error| error.to_string())?;
+    let profile = ProfileSpec { lift: lift.clone(), ..profile.clone() };
+    let contour = profile.contour().map_err(|error| error.to_string())?;
     ToolPath::for_wheel(&contour, wheel_radius_mm).map_err(|error| error.to_string())
 }
 

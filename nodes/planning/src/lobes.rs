@@ -3,9 +3,9 @@
 use camwright::cam::contour::Contour;
 use camwright::cam::form::{Form, FormError};
 use camwright::math::range::minimum_and_maximum;
-use camwright::math::units::{TURN_RAD, wrap_turn};
+use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
 use camwright::planner::LobeDesign;
-use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_files::convert::{centre_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use thiserror::Error;
 
@@ -36,6 +36,7 @@ pub(super) fn blank(design: &LobeDesign, stock_mm: f64, key_way_rad: f64, above_
         finished: false,
         key_way: key_way_rad,
         radius,
+        centre: centre_values(design.centre_on(key_way_rad)),
         ..PartLobe::default()
     }
 }
@@ -117,7 +118,7 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
         form_error_max_angle: wrap_turn(worst.deviation.cam_angle_rad),
         form_error_allowed: m_from_mm(worst.allowed_mm),
         form_error_rms: m_from_mm(form.rms_mm),
-        lift_error: match design.contour.follower().lift_is_length() {
+        lift_error: match design.contour.follower().lift_is_length() && !design.contour.is_pin() {
             true => m_from_mm(form.lift_error(&design.contour, design.phase_rad)),
             false => 0.0,
         },
@@ -125,10 +126,42 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
     })
 }
 
+/// Roundness of a ground crank pin, and the errors of its diameter and of its centre, in a sentence; `None` for other lobes.
+#[must_use]
+pub fn pin_line(design: &LobeDesign, measured: &PartLobe) -> Option<String> {
+    let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+    let phase_rad = design.phase_on_rad(measured.key_way);
+    let pin = Form::measure(&radii_mm, &design.contour, phase_rad).ok()?.pin(&design.contour, phase_rad)?;
+    Some(format!(
+        "pin {}: roundness {:.2} um, diameter {:+.2} um, throw {:+.2} um, angle {:+.5} deg",
+        design.name,
+        um_from_mm(pin.roundness_mm),
+        um_from_mm(2.0 * pin.radius_error_mm),
+        um_from_mm(pin.throw_error_mm),
+        deg_from_rad(pin.angle_error_rad)
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use camwright::cam::form_tolerance::FormTolerance;
+
+    /// The blank of a pin is the larger pin about the same centre, which a keyway elsewhere turns with the part; what is measured of it is its
+    /// stock, and nothing else.
+    #[test]
+    fn the_blank_of_a_pin_is_a_larger_pin() {
+        let pin = LobeDesign { contour: Contour::pin(40.0, 25.0).unwrap(), ..disc(1.0, 20.0, 0.7) };
+        let blank = blank(&pin, 0.3, 0.1, |_| 0.0);
+        let [distance, azimuth] = blank.centre[..] else { panic!("{:?}", blank.centre) };
+        assert!((mm_from_m(distance) - 40.0).abs() < 1e-12 && (azimuth - 0.8).abs() < 1e-12, "{:?}", blank.centre);
+        assert!(blank.radius.iter().all(|radius| (mm_from_m(*radius) - 25.3).abs() < 1e-9));
+        let line = pin_line(&pin, &blank).expect("a pin");
+        assert_eq!(line, "pin A: roundness 0.00 um, diameter +600.00 um, throw +0.00 um, angle +0.00000 deg");
+        assert!((lobe_result(&pin, &blank).unwrap().runout).abs() < 1e-300, "the runout of a journal is none of a pin");
+        assert_eq!(pin_line(&disc(1.0, 20.0, 0.7), &blank), None);
+        assert!(super::blank(&disc(1.0, 20.0, 0.7), 0.3, 0.1, |_| 0.0).centre.is_empty());
+    }
 
     fn disc(eccentricity_mm: f64, radius_mm: f64, phase_rad: f64) -> LobeDesign {
         LobeDesign {

@@ -75,6 +75,9 @@ pub struct LobeSummary {
     pub max_pressure_angle_deg: f64,
     /// Largest wheel that fits the contour; none where any does.
     pub largest_wheel_radius_mm: Option<f64>,
+    /// Throw and contact of a crank pin; none of a lobe about the axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crank_pin: Option<CrankPinSummary>,
     /// Knots of the path over one turn.
     pub path_knots: usize,
     /// Largest distance from the contour of the points that the path grinds.
@@ -84,6 +87,30 @@ pub struct LobeSummary {
     pub giving_way: Option<LobeDeflection>,
     /// The passes in their order.
     pub passes: Vec<PassSummary>,
+}
+
+/// Figures of a crank pin.
+#[derive(Debug, Clone, Serialize)]
+pub struct CrankPinSummary {
+    /// Distance of the pin's centre from the axis.
+    pub throw_mm: f64,
+    /// Largest angle between the wheel line and the normal of the contact over the turn.
+    pub max_contact_angle_deg: f64,
+    /// Smallest wheel that follows the pin; 0 where any does.
+    pub smallest_wheel_radius_mm: f64,
+}
+
+impl CrankPinSummary {
+    fn from_lobe(lobe: &PlannedLobe) -> Option<Self> {
+        let contour = &lobe.design.contour;
+        let arm_mm = contour.base_radius_mm() + lobe.tool_path.wheel_radius_mm();
+        contour.is_pin().then(|| Self {
+            throw_mm: contour.throw_mm(),
+            // Where the line of both centres stands square to the throw: sin β = e/(R + r).
+            max_contact_angle_deg: deg_from_rad((contour.throw_mm() / arm_mm).asin()),
+            smallest_wheel_radius_mm: contour.smallest_wheel_radius_mm().unwrap_or(0.0),
+        })
+    }
 }
 
 /// Figures of one pass over a lobe.
@@ -191,6 +218,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         lift_deviation_mm: profile.lift.reading().map(|reading| reading.max_deviation_mm),
         max_pressure_angle_deg: deg_from_rad(lobe.design.contour.max_pressure_angle().value),
         largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
+        crank_pin: CrankPinSummary::from_lobe(lobe),
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
         giving_way: deflection::from_lobe(prepared, index),

@@ -84,13 +84,19 @@ pub struct TracedRow {
 /// Contact of wheel and lobe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TracedContact {
-    /// Azimuth of the contact in the frame of the lobe.
+    /// Azimuth of the contact in the frame of the lobe, of a crank pin about its own centre.
     pub azimuth_deg: f64,
+    /// Contact angle: from the normal of the contact to the wheel line.
+    pub angle_deg: f64,
+    /// Distance of the centre of a crank pin from the axis of C; 0 of every other lobe.
+    pub throw_mm: f64,
     pub radius_mm: f64,
     pub curvature_1_mm: f64,
     pub wheel_radius_mm: f64,
     /// Largest wheel that fits the contour; none where any does.
     pub largest_wheel_radius_mm: Option<f64>,
+    /// Smallest wheel that follows a crank pin; none where any does.
+    pub smallest_wheel_radius_mm: Option<f64>,
     /// Distance of the wheel's centre from the axis of C at full depth.
     pub x_mm: f64,
     /// Largest distance of the ground points from the contour, of the whole path.
@@ -214,10 +220,13 @@ fn trace_lobe(
         lift: lift_at(prepared, index, cam_angle_rad),
         contact: TracedContact {
             azimuth_deg: deg_from_rad(azimuth_rad),
+            angle_deg: deg_from_rad(lobe.tool_path.beta(theta)),
+            throw_mm: contour.throw_mm(),
             radius_mm: contour.radius_at(azimuth_rad),
             curvature_1_mm: contour.curvature(cam_angle_rad),
             wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
             largest_wheel_radius_mm: contour.largest_wheel_radius_mm(),
+            smallest_wheel_radius_mm: contour.smallest_wheel_radius_mm(),
             x_mm: lobe.tool_path.sample(theta).value + lobe.tool_path.wheel_radius_mm(),
             contour_error_um: um_from_mm(lobe.tool_path.accuracy().contour_error_mm),
         },
@@ -264,7 +273,10 @@ fn lift_at(prepared: &PreparedJob, index: usize, cam_angle_rad: f64) -> TracedLi
         profile: prepared.job.spec.profiles[profile].name.clone(),
         cam_angle_deg: deg_from_rad(cam_angle_rad),
         lift_mm: lift.sample(cam_angle_rad).value,
-        follower: follower_text(&contour.follower(), contour.base_radius_mm()),
+        follower: match contour.is_pin() {
+            true => format!("none, a crank pin; radius {} mm", contour.base_radius_mm()),
+            false => follower_text(&contour.follower(), contour.base_radius_mm()),
+        },
         reading: reading.map(|reading| reading.reading.name()),
         allowed_um: reading.map_or(0.0, |reading| um_from_mm(reading.allowed_mm)),
         rows: rows.collect(),
@@ -295,6 +307,13 @@ impl fmt::Display for PositionTrace {
         )?;
         writeln!(f, "contact:  cam angle {:.4} deg, azimuth {:.4} deg", lift.cam_angle_deg, contact.azimuth_deg)?;
         writeln!(f, "contour:  radius {:.6} mm, curvature {:.6} 1/mm", contact.radius_mm, contact.curvature_1_mm)?;
+        if contact.throw_mm > 0.0 {
+            writeln!(
+                f,
+                "pin:      throw {} mm; the wheel line is {:+.4} deg off the contact",
+                contact.throw_mm, contact.angle_deg
+            )?;
+        }
         writeln!(f, "lift:     {:.6} mm of profile {}", lift.lift_mm, lift.profile)?;
         for row in &lift.rows {
             writeln!(
@@ -308,11 +327,12 @@ impl fmt::Display for PositionTrace {
             None => writeln!(f, "          a formula, no table")?,
         }
         writeln!(f, "follower: {}", lift.follower)?;
-        let largest = match contact.largest_wheel_radius_mm {
-            Some(largest_mm) => format!("largest possible {largest_mm:.3} mm"),
-            None => "every radius fits".to_owned(),
+        let fits = match (contact.largest_wheel_radius_mm, contact.smallest_wheel_radius_mm) {
+            (Some(largest_mm), _) => format!("largest possible {largest_mm:.3} mm"),
+            (None, Some(smallest_mm)) => format!("smallest possible {smallest_mm:.3} mm"),
+            (None, None) => "every radius fits".to_owned(),
         };
-        writeln!(f, "wheel:    radius {} mm, {largest}", contact.wheel_radius_mm)?;
+        writeln!(f, "wheel:    radius {} mm, {fits}", contact.wheel_radius_mm)?;
         writeln!(
             f,
             "path:     wheel centre at {:.6} mm; the path is off by {:.6} um at most",
@@ -406,6 +426,32 @@ mod tests {
             assert!((cos.abs() - angle_rad.cos().abs()).abs() < 1e-6, "{c_deg}: {x_mm} mm");
             assert!((traced.contact.curvature_1_mm - 1.0 / 19.0).abs() < 1e-9);
             assert!(traced.lift.rows.is_empty() && traced.lift.reading.is_none());
+        }
+    }
+
+    /// A crank pin in both senses of rotation: X and the contact angle by the triangle of axis, pin and wheel.
+    #[test]
+    fn the_trace_of_a_crank_pin_is_its_closed_form() {
+        let (e, arm) = (40.0_f64, 25.0 + 250.0);
+        for sense in [1.0_f64, -1.0] {
+            let located = camwright_files::locate::locate("jobs", "crank_pins", "yaml", None).unwrap();
+            let mut job = camwright_files::job_file::parse(&located, &[]).unwrap();
+            job.machine.description.rotation_sense = if sense > 0.0 { 1 } else { -1 };
+            let prepared = AnyPrepared::Ground(Box::new(crate::plan(job, None).unwrap()));
+            for (lobe, phase_deg) in [("P1", 0.0), ("P2", 180.0)] {
+                for c_deg in [0.0, 37.0, 143.2, 270.0] {
+                    let traced = trace(&prepared, &request(lobe, 1, c_deg)).unwrap();
+                    let theta = rad_from_deg(sense * c_deg - phase_deg);
+                    let x_mm = e * theta.cos() + (arm * arm - (e * theta.sin()).powi(2)).sqrt();
+                    let contact = &traced.contact;
+                    assert!((contact.x_mm - x_mm).abs() < 1e-8, "{lobe}, {c_deg}: {} {x_mm}", contact.x_mm);
+                    let beta_deg = deg_from_rad(-(e * theta.sin() / arm).asin());
+                    assert!((contact.angle_deg - beta_deg).abs() < 1e-6, "{lobe}, {c_deg}: {}", contact.angle_deg);
+                    assert!((contact.radius_mm - 25.0).abs() < 1e-9 && (contact.throw_mm - 40.0).abs() < 1e-12);
+                    let text = traced.to_string();
+                    assert!(text.contains("throw 40 mm") && text.contains("smallest possible 15.617 mm"), "{text}");
+                }
+            }
         }
     }
 

@@ -19,5 +19,5 @@ mod urdf;
 
 pub use frames::{FRAME_PREFIX, Frames, frames_of, parameter, prefix};
 pub use link::{Inertial, Link, LinkSolid, Visual};
-pub use markers::{MarkerPose, Rgba, error_ring, gone, outline, rings, solid, text, wheel};
+pub use markers::{MarkerPose, Rgba, about, error_ring, gone, outline, rings, solid, text, wheel};
 pub use tree::{Joint, JointMotion, Limit, Tree};

@@ -54,6 +54,16 @@ pub fn gone(place: MarkerPose<'_>) -> Marker {
     Marker { action: Marker::DELETE, ..place.marker(Marker::TRIANGLE_LIST, [0.0; 4]) }
 }
 
+/// The same marker about the centre of a crank pin: distance (m) and azimuth (rad) in its frame; no centre leaves it about the axis.
+#[must_use]
+pub fn about(mut marker: Marker, centre: &[f64]) -> Marker {
+    if let [distance, azimuth_rad] = *centre {
+        let Point { x, y, .. } = polar(distance, azimuth_rad, 0.0);
+        (marker.pose.position.x, marker.pose.position.y) = (x, y);
+    }
+    marker
+}
+
 /// A body between two places along the axis: radii at equal steps of a turn, the place (m).
 #[must_use]
 pub fn solid(place: MarkerPose<'_>, sections: &[(f64, &[f64])], colour: Rgba) -> Marker {
@@ -118,4 +128,22 @@ fn scale_colour(share: f64) -> ColorRGBA {
     let (size, sign) = (share.abs() as f32, share);
     let [r, b] = if sign > 0.0 { [size, 0.0] } else { [0.0, size] };
     ColorRGBA { r, g: 1.0 - 0.8 * size, b, a: 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A marker of a crank pin stands about the pin's centre; without a centre it stays about the axis.
+    #[test]
+    fn a_marker_is_moved_to_the_centre_of_a_pin() {
+        let place = MarkerPose { frame: "part", ns: "stock", id: 0 };
+        let sides = [(0.0, &[0.025_f64; 8][..]), (0.02, &[0.025; 8][..])];
+        let solid = solid(place, &sides, [1.0; 4]);
+        let pin = about(solid.clone(), &[0.04, 0.5]);
+        let at = &pin.pose.position;
+        assert!((at.x - 0.04 * 0.5_f64.cos()).abs() < 1e-15 && (at.y - 0.04 * 0.5_f64.sin()).abs() < 1e-15);
+        assert_eq!(pin.points, solid.points);
+        assert_eq!(about(solid.clone(), &[]), solid);
+    }
 }

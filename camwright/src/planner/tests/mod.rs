@@ -115,6 +115,7 @@ fn lobe_profile(name: &str, lift_mm: f64, half_deg: f64) -> ProfileSpec {
         lift: LiftLaw::from_program(program).expect("above its base circle"),
         follower: Follower::Roller { radius_mm: 10.0, offset_mm: 0.0 },
         base_radius_mm: 16.0,
+        throw_mm: 0.0,
     }
 }
 
@@ -343,6 +344,7 @@ fn concentric_disc_holds_x_still() {
         lift: LiftLaw::eccentric_flat(0.0, 0.0).expect("a disc"),
         follower: Follower::Flat,
         base_radius_mm: 20.0,
+        throw_mm: 0.0,
     }];
     job.lobes.truncate(1);
     let planned = planned(&job);
@@ -362,6 +364,7 @@ fn eccentric_disc_follows_its_closed_form() {
         lift: LiftLaw::eccentric_flat(e, 0.0).expect("an eccentric"),
         follower: Follower::Flat,
         base_radius_mm: r - e,
+        throw_mm: 0.0,
     }];
     job.lobes.truncate(1);
     job.lobes[0].phase_rad = 0.7;

@@ -3,6 +3,7 @@
 use super::inputs::{Inputs, Sensing};
 use super::probes::{GapWatch, engagement_mm};
 use super::wheel::WheelSurface;
+use crate::cam::contour::LobeCentre;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::Input;
@@ -107,18 +108,26 @@ impl ContactState {
     }
 
     /// Forces of the contact on the axes (N of a slide, N m of the headstock): along its normal it pushes the wheelhead away, and turns
-    /// the part away from the wheel by the arm that the normal's line has about the part's axis.
+    /// the part away from the wheel by the arm that the normal's line has about the part's axis. `centre` is that of the lobe, where it is
+    /// not the axis.
     pub(super) fn forces_on_axes(
         &self,
-        wheelhead: &AxisState,
+        axes: &[AxisState; AXIS_COUNT],
         wheel_radius_mm: f64,
         rotation_sense: f64,
+        centre: Option<LobeCentre>,
     ) -> [f64; AXIS_COUNT] {
         if self.force_n == 0.0 {
             return [0.0; AXIS_COUNT];
         }
-        let centre_mm = wheelhead.true_value() + wheel_radius_mm;
-        let (along, across) = self.deflection.normal;
+        let centre_mm = axes[Axis::X.index()].true_value() + wheel_radius_mm;
+        let (mut along, mut across) = self.deflection.normal;
+        if let Some(centre) = centre {
+            // From the line that joins the centres of lobe and wheel to the wheel line.
+            let line_rad = rotation_sense * axes[Axis::C.index()].true_value();
+            let (sin, cos) = libm::sincos(centre.relative(centre_mm, line_rad).1 - line_rad);
+            (along, across) = (along * cos - across * sin, along * sin + across * cos);
+        }
         let mut forces = [0.0; AXIS_COUNT];
         forces[Axis::X.index()] = self.force_n * along;
         forces[Axis::C.index()] = rotation_sense * self.force_n * across * centre_mm * 1e-3;
@@ -160,12 +169,13 @@ impl ContactState {
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
         let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm();
-        if nearest_mm - surface.radius_mm >= lobe.reach_mm() {
+        if nearest_mm - surface.radius_mm >= lobe.reach_mm() + lobe.throw_mm() {
             let removal = lobe.finish(&mut self.pass);
             lobe.leave();
             self.separate();
             return removal;
         }
+        let throw = lobe.centre();
         let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
         let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
         let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
@@ -175,7 +185,8 @@ impl ContactState {
             azimuth_rad: from_rad,
             centre_mm: x.from / per_mm + surface.centre_mm,
             radius_mm: surface.radius_mm,
-        };
+        }
+        .seen_from(throw);
         let margin_mm = path + surface.maximum_thrown_mm() + self.deflection.mm + DEFLECTS_MM;
         lobe.list_blocks(begin, law.is_some(), margin_mm, &mut self.pass);
         let mut removal = Removal::default();
@@ -185,7 +196,8 @@ impl ContactState {
                 azimuth_rad: from_rad + sense * c.way(s, step_s) / turn * TURN_RAD,
                 centre_mm: (x.from + x.way(s, step_s)) / per_mm + surface.centre_mm + surface.thrown_mm(s),
                 radius_mm: surface.radius_mm,
-            };
+            }
+            .seen_from(throw);
             let taken = match law {
                 // The gap detector feels the depth in its moment.
                 None if cuts && self.gap.is_none() => lobe.pass_later(wheel, &mut self.pass),

@@ -1,6 +1,7 @@
 //! Parts are put into the machine and taken out.
 
 use super::Machine;
+use crate::cam::contour::LobeCentre;
 use crate::simulation::turned_part::{TurnedPart, TurnedPartError};
 use crate::simulation::workpiece::{LobeError, Workpiece};
 use alloc::vec::Vec;
@@ -22,7 +23,21 @@ impl Machine {
     /// # Errors
     /// An unknown station or one that is taken, an outline that is none.
     pub fn load_lobe(&mut self, name: &str, station: &str, width_mm: f64, radii: Vec<f64>) -> Result<(), LobeError> {
-        self.workholding.load_lobe(name, station, (width_mm, radii), &self.description)
+        self.load_lobe_about(name, station, (width_mm, radii), None)
+    }
+
+    /// The same for a lobe whose radii are about a centre off the axis, of a crank pin; azimuths are from the direction of the keyway.
+    ///
+    /// # Errors
+    /// See [`Machine::load_lobe`]; a centre that is no place.
+    pub fn load_lobe_about(
+        &mut self,
+        name: &str,
+        station: &str,
+        (width_mm, radii): (f64, Vec<f64>),
+        centre: Option<LobeCentre>,
+    ) -> Result<(), LobeError> {
+        self.workholding.load_lobe(name, station, (width_mm, radii), centre, &self.description)
     }
 
     /// Azimuth of the part's keyway as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where

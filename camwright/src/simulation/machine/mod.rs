@@ -218,7 +218,7 @@ impl Machine {
     #[must_use]
     pub fn wheel_gap_mm(&self) -> Option<f64> {
         let lobe = &self.workholding.lobes()[self.lobe_in_front()?];
-        Some(self.truth()[Axis::X.index()].0 - lobe.reach_mm())
+        Some(self.truth()[Axis::X.index()].0 - lobe.reach_mm() - lobe.throw_mm())
     }
 
     /// Every axis is clamped at its resting setpoint: from here on any number of idle ticks changes nothing.
@@ -485,7 +485,9 @@ impl Machine {
 
     fn cutting_forces(&self) -> [f64; AXIS_COUNT] {
         let sense = f64::from(self.description.rotation_sense);
-        self.contact.forces_on_axes(&self.axes[Axis::X.index()], self.lasting.wheel_radius_mm, sense)
+        let lobe = if self.contact.force_n() == 0.0 { None } else { self.lobe_in_front() };
+        let centre = lobe.and_then(|lobe| self.workholding.lobes()[lobe].centre());
+        self.contact.forces_on_axes(&self.axes, self.lasting.wheel_radius_mm, sense, centre)
     }
 
     /// Sweeps the wheel over a lobe along a servo step.
@@ -521,7 +523,9 @@ impl Machine {
     ) -> [Option<f64>; 2] {
         let headstock = &self.axes[Axis::C.index()];
         let lobe = lobe.map(|lobe| &self.workholding.lobes()[lobe]);
-        let read = lobe.filter(|_| !headstock.is_at_rest() || self.contact.is_push_allowed());
+        // The gauge stands on the axis: a crank pin passes it by.
+        let read =
+            lobe.filter(|lobe| lobe.centre().is_none() && (!headstock.is_at_rest() || self.contact.is_push_allowed()));
         let sense = f64::from(self.description.rotation_sense);
         let share = self.description.contact.as_ref().map_or(0.0, |contact| contact.part_share);
         let deflection = self.contact.part_deflection(share);

@@ -2,6 +2,7 @@
 
 use super::probes::Keyway;
 use super::turning::{Clamped, snapshot_clamped};
+use crate::cam::contour::LobeCentre;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::MachineDescription;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
@@ -115,6 +116,7 @@ impl Workholding {
         name: &str,
         station: &str,
         (width_mm, radii): (f64, Vec<f64>),
+        centre: Option<LobeCentre>,
         description: &MachineDescription,
     ) -> Result<(), LobeError> {
         let index = description
@@ -129,7 +131,7 @@ impl Workholding {
                 other: other.name().to_string(),
             });
         }
-        let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?;
+        let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?.about(centre)?;
         if let Some(record) = CutRecord::from_description(description) {
             lobe.record(record);
         }
@@ -165,8 +167,9 @@ impl Workholding {
             self.turned()?.insert_positions_mm(&description.insert?, z_mm)?
         } else {
             let lobe = &self.lobes()[self.lobe_in_front(z_mm, description)?];
-            let reach_mm = lobe.reach_mm();
-            (reach_mm, lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius)))
+            let (reach_mm, throw_mm) = (lobe.reach_mm(), lobe.throw_mm());
+            let nearest_mm = lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius));
+            (reach_mm + throw_mm, nearest_mm - throw_mm)
         };
         let off_mm = reach_mm + description.retract.clearance_mm;
         (x_mm < off_mm).then_some(PartClearance { off_mm, nearest_mm: nearest_mm.min(x_mm) })

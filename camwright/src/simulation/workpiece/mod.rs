@@ -8,6 +8,9 @@
 //! ```
 //! the nearer of the two intersections of the ray with the wheel. It grows with |δ|, so the point of a block of azimuths
 //! nearest to θ decides whether the block can be cut at all.
+//!
+//! The radii of a crank pin are about its own centre, in a frame parallel to the part's: [`Lobe::centre`]. [`WheelCentre::seen_from`]
+//! takes the wheel into that frame; everything here is as for a lobe about the axis.
 
 mod candidate_blocks;
 mod compliance;
@@ -15,6 +18,7 @@ mod cut_record;
 mod snapshot;
 mod wheel_pass;
 
+use crate::cam::contour::LobeCentre;
 use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -52,6 +56,17 @@ pub enum LobeError {
         name: String,
         /// The width (mm).
         width_mm: f64,
+    },
+    /// The centre is no place.
+    #[error(
+        "lobe {name}: its centre is {distance_mm} mm from the axis at {azimuth_rad} rad, both must be finite, the distance at least 0"
+    )]
+    Centre {
+        name: String,
+        /// Distance from the axis (mm).
+        distance_mm: f64,
+        /// Azimuth (rad).
+        azimuth_rad: f64,
     },
     /// The machine has no such station.
     #[error("lobe {name}: the machine has no station {station}")]
@@ -113,6 +128,16 @@ pub struct WheelCentre {
     pub radius_mm: f64,
 }
 
+impl WheelCentre {
+    /// The wheel as it is seen from the centre of a lobe.
+    #[must_use]
+    pub fn seen_from(self, centre: Option<LobeCentre>) -> Self {
+        let Some(centre) = centre else { return self };
+        let (centre_mm, azimuth_rad) = centre.relative(self.centre_mm, self.azimuth_rad);
+        Self { azimuth_rad, centre_mm, ..self }
+    }
+}
+
 /// The wheel as it faces the part: which way its centre lies, as a direction.
 #[derive(Debug, Clone, Copy)]
 struct WheelDirection {
@@ -163,6 +188,8 @@ pub struct Lobe {
     name: String,
     station: usize,
     width_mm: f64,
+    /// Centre of its radii; `None` for the axis.
+    centre: Option<LobeCentre>,
     radii: Vec<f64>,
     block_reach: Vec<f64>,
     /// Cosine and sine of every azimuth.
@@ -195,7 +222,45 @@ impl Lobe {
         let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
         let reach = largest(&radii);
         let met = compliance::EngagedSurface::new(&radii, &block_reach);
-        Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met, record: None })
+        Ok(Self {
+            name,
+            station,
+            width_mm,
+            centre: None,
+            radii,
+            block_reach,
+            cos,
+            sin,
+            reach,
+            changed: false,
+            met,
+            record: None,
+        })
+    }
+
+    /// The same outline about a centre off the axis.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a distance below 0.
+    pub fn about(self, centre: Option<LobeCentre>) -> Result<Self, LobeError> {
+        if let Some(LobeCentre { distance_mm, azimuth_rad }) = centre
+            && !(distance_mm.is_finite() && distance_mm >= 0.0 && azimuth_rad.is_finite())
+        {
+            return Err(LobeError::Centre { name: self.name, distance_mm, azimuth_rad });
+        }
+        Ok(Self { centre: centre.filter(|centre| centre.distance_mm > 0.0), ..self })
+    }
+
+    /// Centre of its radii, of a crank pin; `None` for the axis of the part.
+    #[must_use]
+    pub fn centre(&self) -> Option<LobeCentre> {
+        self.centre
+    }
+
+    /// Distance of that centre from the axis (mm).
+    #[must_use]
+    pub fn throw_mm(&self) -> f64 {
+        self.centre.map_or(0.0, |centre| centre.distance_mm)
     }
 
     #[must_use]
@@ -215,7 +280,7 @@ impl Lobe {
         self.width_mm
     }
 
-    /// Radii (mm) at azimuths i·2π/n from the keyway.
+    /// Radii (mm) about its centre, at azimuths i·2π/n from the keyway.
     #[must_use]
     pub fn radii_mm(&self) -> &[f64] {
         &self.radii

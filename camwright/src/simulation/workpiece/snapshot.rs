@@ -1,6 +1,7 @@
 //! The part in a keyframe: outlines are read as those of a raw part are taken, then what a cut has left in addition to them.
 
 use super::{CutRecord, Lobe, Workpiece};
+use crate::cam::contour::LobeCentre;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -28,28 +29,39 @@ impl Workpiece {
     }
 }
 
-/// Outline of the raw lobe.
+/// Outline of the raw lobe. The sign of the width says whether the centre of a crank pin follows it: what is about the axis is written as
+/// it was before there were pins.
 fn snapshot_outline(
     codec: &mut SnapshotCodec<'_>,
     name: &mut String,
     station: &mut usize,
-    width_mm: &mut f64,
+    (width_mm, centre): (&mut f64, &mut Option<LobeCentre>),
     radii: &mut Vec<f64>,
 ) -> Result<(), SnapshotError> {
     codec.field("name", |codec| name.snapshot(codec))?;
     codec.field("station", |codec| station.snapshot(codec))?;
-    codec.field("width_mm", |codec| width_mm.snapshot(codec))?;
+    let mut marked_mm = if centre.is_some() { -*width_mm } else { *width_mm };
+    codec.field("width_mm", |codec| marked_mm.snapshot(codec))?;
+    *width_mm = marked_mm.abs();
+    if marked_mm < 0.0 {
+        let LobeCentre { mut distance_mm, mut azimuth_rad } =
+            centre.unwrap_or(LobeCentre { distance_mm: 0.0, azimuth_rad: 0.0 });
+        codec.field("throw_mm", |codec| distance_mm.snapshot(codec))?;
+        codec.field("throw_azimuth_rad", |codec| azimuth_rad.snapshot(codec))?;
+        *centre = Some(LobeCentre { distance_mm, azimuth_rad });
+    }
     codec.field("radii", |codec| codec.list_of_numbers(radii, usize::MAX))
 }
 
 impl Lobe {
     fn read(codec: &mut SnapshotCodec<'_>, stations: usize, record: Option<CutRecord>) -> Result<Self, SnapshotError> {
         let (mut name, mut station, mut width_mm, mut radii) = (String::new(), 0, 0.0, Vec::new());
-        snapshot_outline(codec, &mut name, &mut station, &mut width_mm, &mut radii)?;
+        let mut centre = None;
+        snapshot_outline(codec, &mut name, &mut station, (&mut width_mm, &mut centre), &mut radii)?;
         if station >= stations {
             return Err(SnapshotError::Impossible("a lobe stands at no station"));
         }
-        let lobe = Self::new(name, station, width_mm, radii);
+        let lobe = Self::new(name, station, width_mm, radii).and_then(|lobe| lobe.about(centre));
         let mut lobe = lobe.map_err(|_| SnapshotError::Impossible("an outline that is none"))?;
         lobe.record = record;
         lobe.snapshot_rest(codec)?;
@@ -69,9 +81,9 @@ impl Lobe {
 impl Snapshot for Lobe {
     /// A lobe that is there; one that is read is made anew.
     fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
-        let Self { name, station, width_mm, radii, .. } = self;
+        let Self { name, station, width_mm, centre, radii, .. } = self;
         // What else it has: `cos` and `sin`, which its number of radii decides.
-        snapshot_outline(codec, name, station, width_mm, radii)?;
+        snapshot_outline(codec, name, station, (width_mm, centre), radii)?;
         self.snapshot_rest(codec)
     }
 }

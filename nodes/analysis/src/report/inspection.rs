@@ -60,6 +60,8 @@ impl InspectedLobe<'_> {
 
 fn inspected_lobes<'a>(prepared: &'a PreparedJob, story: &JobTimeline<'_>) -> Vec<InspectedLobe<'a>> {
     (prepared.planned.lobes.iter())
+        // A crank pin has no follower; its values are in a table of their own.
+        .filter(|planned| !planned.design.contour.is_pin())
         .filter_map(|planned| {
             let design = &planned.design;
             let outlines = story.outlines.iter();

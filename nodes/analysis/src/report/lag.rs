@@ -59,6 +59,8 @@ pub(super) struct CutContext<'a> {
     pub(super) sense: f64,
     /// Radius of the wheel (m); none of an insert, whose normal is not that of a path.
     pub(super) wheel_m: Option<f64>,
+    /// Centre of a crank pin, from where C is 0 (m); none of a lobe about the axis.
+    pub(super) centre: Option<[f64; 2]>,
 }
 
 impl Lag {
@@ -104,7 +106,11 @@ impl Residual {
             let (sin, cos) = (-known.sense * slope).atan2(centre).sin_cos();
             let off_um = um(at_x - x) * cos;
             // The contact lies a wheel's radius inwards from the centre.
-            let contact = known.sense * c + (-wheel * sin).atan2(centre - wheel * cos);
+            let mut contact = known.sense * c + (-wheel * sin).atan2(centre - wheel * cos);
+            if let Some([x, y]) = known.centre {
+                let reach = (wheel * sin).hypot(centre - wheel * cos);
+                contact = (reach * contact.sin() - y).atan2(reach * contact.cos() - x);
+            }
             on_part.add(deg_from_rad(wrap_turn(contact)), off_um);
             all.push(off_um);
         }
@@ -225,7 +231,7 @@ mod tests {
             })
             .collect();
         let motion = RecordedMotion::made_of(&samples, setpoints);
-        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel) };
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel), centre: None };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         assert!(lag.tool.is_none(), "nothing is known of a structure");
         for c in [0.5_f64, 1.5, 2.5, 4.0, 5.5] {
@@ -240,6 +246,37 @@ mod tests {
             assert!((found - expected).abs() < 1e-3, "{c}: {found} instead of {expected}");
         }
         assert!(lag.encoders.lowest_um > 1.99 && lag.encoders.highest_um < 2.0 + 1e-6, "{lag:?}");
+    }
+
+    /// Of a crank pin the error lies at the azimuth about the pin's own centre, by the triangle of axis, pin and wheel.
+    #[test]
+    fn what_is_left_of_a_pin_lies_about_its_centre() {
+        let (radius, throw, wheel, at) = (0.025_f64, 0.04_f64, 0.25_f64, 0.7_f64);
+        let length = radius + wheel;
+        let x = |c: f64| {
+            let (sin, cos) = (c - at).sin_cos();
+            throw * cos + (length * length - (throw * sin).powi(2)).sqrt() - wheel
+        };
+        let setpoints: BTreeMap<u64, [f64; 3]> =
+            (0..2000_u32).map(|i| (u64::from(i), [f64::from(i) * 0.004, x(f64::from(i) * 0.004), 0.0])).collect();
+        let sample = |i: u32| {
+            let c = f64::from(i) * 0.004;
+            let position = [c, x(c) + 2e-6 * c, 0.0];
+            MotionSample { tick: u64::from(i), position, velocity: [4.0, 0.0, 0.0], force_x_n: 0.0 }
+        };
+        let samples: Vec<MotionSample> = (200..1700_u32).map(sample).collect();
+        let motion = RecordedMotion::made_of(&samples, setpoints);
+        let centre = Some([throw * at.cos(), throw * at.sin()]);
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel), centre };
+        let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
+        for c in [1.2_f64, 2.5, 4.0, 5.5] {
+            let beta = -(throw * (c - at).sin() / length).asin();
+            // C past a turn comes by once more, between 0.8 and 6.8 rad: once at these.
+            let azimuth = deg_from_rad(wrap_turn(c - beta));
+            let found = lag.encoders.at(azimuth).expect("a whole turn of samples");
+            let expected = 2.0 * c * beta.cos();
+            assert!((found - expected).abs() < 0.03, "{c}: {found} instead of {expected}");
+        }
     }
 
     /// X comes from far while C stands, cuts, and goes away while C stands again: neither is what the axes are off by in the cut.
@@ -258,7 +295,7 @@ mod tests {
             })
             .collect();
         let motion = RecordedMotion::made_of(&samples, setpoints);
-        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None };
+        let known = CutContext { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None, centre: None };
         let lag = Lag::from_motion(&motion, &samples, 0, known).expect("a lag");
         let Residual { lowest_um, highest_um, .. } = lag.encoders;
         assert!((lowest_um - 3.0).abs() < 1e-6 && (highest_um - 3.0).abs() < 1e-6, "{lowest_um} to {highest_um} um");

@@ -26,6 +26,7 @@ mod lobes;
 mod motion;
 mod page;
 mod part_drawing;
+mod pins;
 mod provenance;
 mod replan;
 mod table;
@@ -83,8 +84,10 @@ fn html_with(path: &Path, known: Option<&AnyPrepared>) -> Result<String, ReportE
     let described = replan::described(&story);
     // The structures of real axes are in no reading.
     let structures = described.as_ref().ok().filter(|_| recorded.drives.is_none());
-    let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, structures, motion.as_ref()?, (*cut)?);
-    let lags: Vec<Option<Lag>> = cuts.iter().map(lag).collect();
+    let lag = |(lobe, cut): (usize, &Option<(u64, u64)>)| {
+        lag_of(&recorded, &story, structures, motion.as_ref()?, ((*cut)?, lobe))
+    };
+    let lags: Vec<Option<Lag>> = cuts.iter().enumerate().map(lag).collect();
     let again = replan::plan(&story, described, known);
     let split = split_of(&story, &again, motion.as_ref(), cuts.first().copied().flatten());
     let verdict = judge::judge(&recorded, &story, &lags, split.as_ref());
@@ -105,9 +108,14 @@ fn lag_of(
     story: &JobTimeline<'_>,
     description: Option<&MachineDescription>,
     motion: &RecordedMotion,
-    cut: (u64, u64),
+    (cut, lobe): ((u64, u64), usize),
 ) -> Option<Lag> {
     let machine = story.machine?;
+    let form = story.names().get(lobe).and_then(|name| story.forms.iter().find(|form| form.name == *name));
+    let centre = match form.map_or(&[][..], |form| &form.centre) {
+        [distance, azimuth] => Some([distance * azimuth.cos(), distance * azimuth.sin()]),
+        _ => None,
+    };
     let is_turned = story.forms.is_empty();
     let from = if is_turned { cut.0 } else { motion.last_turn(cut).first()?.tick };
     let known = lag::CutContext {
@@ -115,6 +123,7 @@ fn lag_of(
         cycle_s: recorded.cycle_s()?,
         sense: f64::from(machine.rotation_sense),
         wheel_m: (!is_turned).then_some(machine.wheel_radius),
+        centre,
     };
     Lag::from_motion(motion, motion.within(cut), from, known)
 }

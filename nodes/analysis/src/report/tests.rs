@@ -148,12 +148,12 @@ fn the_force_is_drawn_where_the_bag_has_it_and_missing_where_it_is_older() {
         former.definition = former
             .definition
             .lines()
-            .filter(|line| !line.contains(" normal_force "))
+            .filter(|line| !line.contains("[] normal_force ") && !line.contains("[] centre "))
             .fold(String::new(), |text, line| text + line + "\n");
         assert!(former.definition.contains("burn_index") && !former.definition.contains("normal_force"));
         let data = sample_from_message(&part(Vec::new())).expect("a message");
-        let (data, count) = data.split_last_chunk::<4>().expect("longer than that");
-        assert_eq!(*count, [0; 4], "the number of forces");
+        let (data, counts) = data.split_last_chunk::<8>().expect("longer than that");
+        assert_eq!(*counts, [0; 8], "the numbers of forces and of values of the centre");
         lobe_out_of_tolerance(writer);
         write_data(writer, &former, 5, data);
     }));

@@ -21,6 +21,7 @@ mod segment_reader;
 pub mod setpoints;
 pub mod time;
 
+use camwright::cam::contour::LobeCentre;
 use camwright::machine::description::{Axis, AxisScale};
 use camwright::math::units::um_from_mm;
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
@@ -33,6 +34,22 @@ pub fn m_from_mm(mm: f64) -> f64 {
 #[must_use]
 pub fn mm_from_m(m: f64) -> f64 {
     m * 1000.0
+}
+
+/// Centre of a lobe as messages have it: distance (m) and azimuth (rad), or nothing where it is the axis.
+#[must_use]
+pub fn centre_values(centre: Option<LobeCentre>) -> Vec<f64> {
+    centre.map_or_else(Vec::new, |centre| vec![m_from_mm(centre.distance_mm), centre.azimuth_rad])
+}
+
+/// The same the other way. A list of another length is a centre of NaN, which a machine refuses.
+#[must_use]
+pub fn centre_from_values(values: &[f64]) -> Option<LobeCentre> {
+    match *values {
+        [] => None,
+        [distance, azimuth_rad] => Some(LobeCentre { distance_mm: mm_from_m(distance), azimuth_rad }),
+        _ => Some(LobeCentre { distance_mm: f64::NAN, azimuth_rad: f64::NAN }),
+    }
 }
 
 /// Bytes from megabytes (1 MB are 10^6 B); what is too large is as large as can be.

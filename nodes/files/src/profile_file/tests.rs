@@ -86,6 +86,55 @@ fn an_eccentric_by_its_diameter_is_the_disc() {
     }
 }
 
+/// A crank pin by its throw, and the same disc as an eccentric that misses the axis: the circle about its own centre.
+#[test]
+fn a_crank_pin_is_a_circle_beside_the_axis() {
+    for (lift, throw_mm, radius_mm) in [
+        ("{crank_pin: {throw_mm: 40, diameter_mm: 50}}", 40.0, 25.0),
+        ("{eccentric: {eccentricity_mm: 40, diameter_mm: 50, diameter_is: disc}}", 40.0, 25.0),
+        ("{eccentric: {eccentricity_mm: 19, diameter_mm: 38, diameter_is: disc}}", 19.0, 19.0),
+        ("{eccentric: {eccentricity_mm: 10, diameter_mm: 38, diameter_is: largest}}", 10.0, 9.0),
+    ] {
+        let spec = Folder::new("pin", &[]).read(&format!("lift: {lift}")).expect("a pin");
+        assert!(spec.is_pin() && !spec.is_round(), "{lift}");
+        let contour = spec.contour().expect("a circle");
+        assert!((contour.throw_mm() - throw_mm).abs() < 1e-12, "{lift}: {}", contour.throw_mm());
+        for azimuth in azimuths() {
+            assert!((contour.radius_at(azimuth) - radius_mm).abs() < 1e-12, "{lift}, {azimuth}");
+            let point = contour.point_about_axis(azimuth);
+            assert!(((point.x - throw_mm).hypot(point.y) - radius_mm).abs() < 1e-9, "{lift}, {azimuth}");
+        }
+    }
+}
+
+#[test]
+fn a_crank_pin_that_is_none_is_refused() {
+    for (keys, words) in [
+        ("lift: {crank_pin: {throw_mm: 0, diameter_mm: 50}}", "throw_mm is 0; it must be 0.000001 to 10000"),
+        ("lift: {crank_pin: {throw_mm: 40, diameter_mm: -50}}", "diameter_mm is -50; it must be 0.000001 to 10000"),
+        ("lift: {crank_pin: {throw_mm: 40}}", "diameter_mm"),
+        (
+            "base_radius_mm: 25, lift: {crank_pin: {throw_mm: 40, diameter_mm: 50}}",
+            "base_radius_mm is given, but the lift defines the contour itself",
+        ),
+        (
+            "lift: {crank_pin: {throw_mm: 40, diameter_mm: 50}, reading: smoothest}",
+            "reading is about a table; this lift is a formula",
+        ),
+        (
+            "lift: {crank_pin: {throw_mm: 40, diameter_mm: 50}, round: true}",
+            "lift needs exactly one of: table, half_table",
+        ),
+        (
+            "gauge: {kind: flat}, lift: {crank_pin: {throw_mm: 40, diameter_mm: 50}}",
+            "a crank pin is measured about its own centre",
+        ),
+    ] {
+        let result = refusal(keys);
+        assert!(result.starts_with("job.yaml:2: profile") && result.contains(words), "{keys}: {result}");
+    }
+}
+
 #[test]
 fn an_eccentric_that_is_none_is_refused() {
     let lift = |keys: &str| refusal(&format!("lift: {{eccentric: {{{keys}}}}}"));
@@ -96,12 +145,12 @@ fn an_eccentric_that_is_none_is_refused() {
         ),
         ("eccentricity_mm: 4, diameter_is: disc", "needs diameter_mm and what it is that of"),
         (
-            "eccentricity_mm: 19, diameter_mm: 38, diameter_is: disc",
-            "eccentricity 19 mm is not below the radius of 19 mm: the disc misses the axis",
+            "eccentricity_mm: 20, diameter_mm: 38, diameter_is: largest",
+            "eccentricity 20 mm leaves a disc of -1 mm within the largest diameter; it must be below half of diameter_mm",
         ),
         (
-            "eccentricity_mm: 10, diameter_mm: 38, diameter_is: largest",
-            "eccentricity 10 mm is not below the radius of 9 mm",
+            "eccentricity_mm: 40, diameter_mm: 50, diameter_is: disc, nose_deg: 30",
+            "nose_deg is 30; the disc misses the axis, and its farthest point is at cam angle 0: turn the lobe by its phase_deg",
         ),
         ("eccentricity_mm: 4", "the lift of an eccentric needs a follower and a base circle"),
     ] {

@@ -131,7 +131,7 @@ pub(super) fn drawing(sheet: &Sheet<'_>) -> Drawing {
         summary: &sheet.summary.passes[last],
     });
     large(&mut drawing, sheet, lobe, &outline, cut.as_ref());
-    overview(&mut drawing, lobe, &outline);
+    overview(&mut drawing, lobe);
     figures(&mut drawing, sheet, lobe);
     if let Some(cut) = &cut {
         let lines = [("base circle", BASE), ("blank", BLANK), ("wheel, every 10°", HINT)];
@@ -158,7 +158,9 @@ fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: 
     let view = PartView { frame: LARGE, centre, scale, turn_rad: 0.0 };
     for index in 0..WHEELS {
         let theta = f64::from(index) * TURN_RAD / f64::from(WHEELS);
-        view.circle(drawing, wheel_centre(lobe, theta), lobe.tool_path.wheel_radius_mm(), HINT);
+        let [x, y] = wheel_centre(lobe, theta);
+        let throw_mm = lobe.design.contour.throw_mm();
+        view.circle(drawing, [x - throw_mm, y], lobe.tool_path.wheel_radius_mm(), HINT);
     }
     view.area(drawing, outline, METAL);
     let contour = &lobe.design.contour;
@@ -198,14 +200,19 @@ fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: 
     plane_axes(drawing, &view, "x of the lobe (mm)", "y of the lobe (mm)");
 }
 
-/// Centre of the wheel in the lobe's frame.
+/// Centre of the wheel about the axis, from the direction of cam angle 0.
 fn wheel_centre(lobe: &PlannedLobe, theta: f64) -> Point {
     let distance = lobe.tool_path.sample(theta).value + lobe.tool_path.wheel_radius_mm();
     [distance * theta.cos(), distance * theta.sin()]
 }
 
 /// Part and wheel as they stand at the start of the cut, the wheel on the right.
-fn overview(drawing: &mut Drawing, lobe: &PlannedLobe, outline: &[Point]) {
+fn overview(drawing: &mut Drawing, lobe: &PlannedLobe) {
+    let about_axis = |angle: f64| {
+        let point = lobe.design.contour.point_about_axis(angle);
+        [point.x, point.y]
+    };
+    let outline: Vec<Point> = turn().map(about_axis).collect();
     let path: Vec<Point> = turn().map(|theta| wheel_centre(lobe, theta)).collect();
     let far = path.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
     let wheel_mm = lobe.tool_path.wheel_radius_mm();
@@ -218,7 +225,7 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe, outline: &[Point]) {
     let centre = [middle[0] + 0.5 * scale * (left - right), middle[1]];
     let view = PartView { frame, centre, scale, turn_rad: -lobe.start_rad };
     let straight = PartView { turn_rad: 0.0, frame, centre, scale };
-    view.area(drawing, outline, METAL);
+    view.area(drawing, &outline, METAL);
     straight.line(drawing, [[-1.03 * left, 0.0], [1.02 * right, 0.0]].into_iter(), AXIS);
     for (x, reach) in [(0.0, 0.35 * up), (start, 0.3 * wheel_mm)] {
         straight.line(drawing, [[x, -reach], [x, reach]].into_iter(), AXIS);
@@ -248,15 +255,29 @@ fn figures(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe) {
         summary.largest_wheel_radius_mm.map_or_else(|| "any".into(), |radius| format!("below {radius:.3} mm"));
     let turns =
         |pass: &PassSummary| format!("{} turns in {:.3} s, a turn {:.3} s", pass.turns, pass.cut_s, pass.turn_s);
-    let mut rows: Vec<(String, String)> = vec![
-        ("base circle radius".into(), format!("{:.3} mm", lobe.design.contour.base_radius_mm())),
-        ("largest lift".into(), format!("{:.4} mm", summary.max_lift_mm)),
-        ("stock".into(), format!("{:.3} mm", sheet.prepared.job.spec.stock_mm)),
-        ("largest pressure angle".into(), format!("{:.2}°", summary.max_pressure_angle_deg)),
-        ("wheel radius that fits".into(), largest),
+    let radius_mm = lobe.design.contour.base_radius_mm();
+    let stock = ("stock".into(), format!("{:.3} mm", sheet.prepared.job.spec.stock_mm));
+    let shape: [(String, String); 5] = match &summary.crank_pin {
+        None => [
+            ("base circle radius".into(), format!("{radius_mm:.3} mm")),
+            ("largest lift".into(), format!("{:.4} mm", summary.max_lift_mm)),
+            stock,
+            ("largest pressure angle".into(), format!("{:.2}°", summary.max_pressure_angle_deg)),
+            ("wheel radius that fits".into(), largest),
+        ],
+        Some(pin) => [
+            ("radius of the pin".into(), format!("{radius_mm:.3} mm")),
+            ("throw".into(), format!("{:.3} mm", pin.throw_mm)),
+            stock,
+            ("largest contact angle".into(), format!("{:.2}°", pin.max_contact_angle_deg)),
+            ("wheel radius that fits".into(), format!("from {:.3} mm", pin.smallest_wheel_radius_mm)),
+        ],
+    };
+    let mut rows: Vec<(String, String)> = shape.into();
+    rows.extend([
         ("cam angle at the start of the cut".into(), format!("{:.3}°", summary.start_deg)),
         ("predicted time of the lobe".into(), format!("{:.3} s", summary.duration_s)),
-    ];
+    ]);
     rows.extend(summary.passes.iter().map(|pass| (format!("pass {}", pass.name), turns(pass))));
     #[allow(clippy::cast_possible_truncation, reason = "some ten lines")]
     let most = (FIGURES_MM / FIGURE_LINE_MM) as usize;

@@ -83,6 +83,7 @@ mod tests {
             ("dressed_batch", vec![], 32),
             ("journal_runout", vec![], 24),
             ("plate_cam", vec![], 5),
+            ("crank_pins", vec![], 16),
         ] {
             let plots = drawn(job, &set);
             assert_eq!(plots.len(), count, "{job} {set:?}");
