@@ -2,6 +2,7 @@
 
 use camwright::cam::capability::{Capability, CapabilityError};
 use camwright::cam::form::{Form, FormError};
+use camwright::math::units::um_from_mm;
 use camwright::planner::LobeDesign;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
@@ -30,6 +31,13 @@ pub struct LobeCapability {
     pub size: Capability,
     /// Capability of the magnitude of its largest deviation, against the tolerance.
     pub form: Capability,
+}
+
+/// Text of a tolerance in µm, to a thousandth, without zeros at its end.
+#[must_use]
+pub fn tolerance_text(tolerance_mm: f64) -> String {
+    let text = format!("{:.3}", um_from_mm(tolerance_mm));
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Measures a lobe of a part.

@@ -1,6 +1,6 @@
 //! Deflection of wheel and part at every lobe, and the required turns of spark-out.
 
-use super::PreparedJob;
+use super::{PreparedJob, tolerance_text};
 use camwright::machine::contact_law::ContactLaw;
 use camwright::math::units::um_from_mm;
 use camwright::planner::deflection::Deflections;
@@ -69,8 +69,8 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
         way.left_um / prepared.planned.lobes[*lobe].design.tolerance.smallest_mm()
     };
     let (lobe, way) = lobes.max_by(|a, b| used(a).total_cmp(&used(b)))?;
-    // To a nanometre, as it is written.
-    let tolerance_um = (1e3 * um_from_mm(prepared.planned.lobes[lobe].design.tolerance.smallest_mm())).round() / 1e3;
+    let tolerance_mm = prepared.planned.lobes[lobe].design.tolerance.smallest_mm();
+    let (tolerance_um, tolerance) = (um_from_mm(tolerance_mm), tolerance_text(tolerance_mm));
     if way.left_um <= tolerance_um {
         return None;
     }
@@ -85,7 +85,7 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
         let enough_n = f64::from(until_n) * (tolerance_um - rests_um) / (way.left_um - rests_um);
         return Some(format!(
             "lobe {name}: spark-out that ends when the force is steady within {until_n} N leaves {:.2} um on it, above the tolerance of \
-             {tolerance_um} um; {} N are enough",
+             {tolerance} um; {} N are enough",
             way.left_um,
             enough_n.floor().max(1.0)
         ));
@@ -96,7 +96,7 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     };
     Some(format!(
         "lobe {name}: wheel and part deflect, and {turns} spark-out turns leave {:.2} um on it, above the tolerance \
-         of {tolerance_um} um; {remedy}",
+         of {tolerance} um; {remedy}",
         way.left_um
     ))
 }

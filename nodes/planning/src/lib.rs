@@ -51,7 +51,7 @@ mod turning;
 pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any, prepare_any_timed};
 pub use camwright::cam::gauge_report::Alignment;
 pub use camwright_files::convert::machine_now::MachineNow;
-pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
+pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe, tolerance_text};
 pub use causes::{Causes, EffectRemoved, OtherMachine, causes};
 pub use check_file::check_file;
 pub use compensation::{

@@ -8,19 +8,13 @@ use camwright_files::job_file;
 use camwright_job_planner::parts::Parts;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
-use camwright_planning::{self as planning, LobeCapability, MeasuredLobe};
+use camwright_planning::{self as planning, LobeCapability, MeasuredLobe, tolerance_text};
 use camwright_ros::{Node, Qos, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Maximum time for the outlines of a finished part to arrive.
 const MEASURING: Duration = Duration::from_secs(20);
-
-/// Text of a tolerance in µm, to a thousandth, without zeros at its end.
-pub(super) fn tolerance_text(tolerance_mm: f64) -> String {
-    let text = format!("{:.3}", um_from_mm(tolerance_mm));
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
 
 /// The parts of a batch so far.
 pub(super) struct Batch {

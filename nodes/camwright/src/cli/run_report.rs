@@ -1,6 +1,6 @@
 //! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
-use super::batch::{Batch, tolerance_text};
+use super::batch::Batch;
 use super::output::{VerdictLevel, print_verdict, say, wrapped};
 use super::run_part::PartProgress;
 use camwright::machine::alarm::{AlarmEntry, AlarmKind};
@@ -9,7 +9,7 @@ use camwright_analysis::report::{BURNT, burnt};
 use camwright_files::convert::{j_mm3_from_j_m3, kw_from_w, m_from_mm, mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::LobeResult;
-use camwright_planning::{Causes, TimeCompared};
+use camwright_planning::{Causes, TimeCompared, tolerance_text};
 use camwright_ros::GoalStatus;
 use std::path::PathBuf;
 use std::process::ExitCode;
