@@ -133,15 +133,15 @@ impl FormTolerance {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::cam::follower::Follower;
     use crate::cam::lift::LiftLaw;
     use crate::math::units::rad_from_deg;
     use alloc::vec::Vec;
 
-    /// 3 mm (1 − x²)⁶ over ±100° about 180°, under a flat follower.
-    fn lobe() -> Contour {
+    /// 3 mm (1 − x²)⁶ over ±100° about 180°, under a flat follower: lift error and error along the normal are the same.
+    pub(in crate::cam) fn lobe() -> Contour {
         let lift = |angle: f64| {
             let x = (angle - TURN_RAD / 2.0) / rad_from_deg(100.0);
             if x.abs() < 1.0 { 3.0 * libm::pow(1.0 - x * x, 6.0) } else { 0.0 }

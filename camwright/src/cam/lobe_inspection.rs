@@ -111,19 +111,9 @@ impl LobeInspection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cam::follower::Follower;
-    use crate::cam::lift::LiftLaw;
+    use crate::cam::form_tolerance::tests::lobe;
     use crate::math::units::rad_from_deg;
     use nalgebra::Vector2;
-
-    /// 3 mm (1 − x²)⁶ over ±100° about 180°, under a flat follower: lift error and error along the normal are the same.
-    fn lobe() -> Contour {
-        let lift = |angle: f64| {
-            let x = (angle - TURN_RAD / 2.0) / rad_from_deg(100.0);
-            if x.abs() < 1.0 { 3.0 * libm::pow(1.0 - x * x, 6.0) } else { 0.0 }
-        };
-        Contour::from_lift(&LiftLaw::from_fn(lift).expect("a lift"), &Follower::Flat, 25.0).expect("a contour")
-    }
 
     /// Radii at even azimuths of a lobe with a deviation along its normal over the cam angle, turned by `turned_rad`.
     fn radii(contour: &Contour, turned_rad: f64, deviation: impl Fn(f64) -> f64) -> Vec<f64> {

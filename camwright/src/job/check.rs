@@ -230,7 +230,7 @@ impl JobSpec {
         }
     }
 
-    /// What a gauge on the spindle axis measures has its centre there.
+    /// Refuses crank pins under a gauge, which measures about the spindle axis.
     fn check_gauged(&self, key: &'static str) -> Result<(), JobError> {
         let is_pin = |lobe: &&LobeSpec| self.profiles.get(lobe.profile).is_some_and(ProfileSpec::is_pin);
         match self.lobes.iter().find(is_pin) {

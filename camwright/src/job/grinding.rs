@@ -55,7 +55,7 @@ impl ProfileSpec {
     /// Outline of the finished lobe.
     ///
     /// # Errors
-    /// What [`Contour::from_lift`] and [`Contour::pin`] say; a throw with a lift.
+    /// See [`Contour::from_lift`] and [`Contour::pin`]; a throw with a lift.
     pub fn contour(&self) -> Result<Contour, ContourError> {
         if !self.is_pin() {
             return Contour::from_lift(&self.lift, &self.follower, self.base_radius_mm);

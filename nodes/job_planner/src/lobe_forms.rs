@@ -1,7 +1,6 @@
 //! Lobes in their nominal form and what they are off, for viewers: `~/lobe_forms`, and drawn, `~/markers`.
 
 use super::lock;
-use camwright::cam::form::Form;
 use camwright::cam::form_tolerance::LobeZone;
 use camwright::machine::description::MachineDescription;
 use camwright::math::units::{TURN_RAD, um_from_mm, wrap_turn};
@@ -9,7 +8,7 @@ use camwright::planner::LobeDesign;
 use camwright_files::convert::{centre_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
-use camwright_planning::{AnyPrepared, PreparedJob};
+use camwright_planning::{AnyPrepared, PreparedJob, measured_form};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Publisher, Qos, RosError};
 use camwright_scene::{self as scene, Frames, MarkerPose, Rgba};
@@ -111,10 +110,7 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
         let contour = &design.contour;
         design.tolerance.allowed_mm(LobeZone::at(contour, contour.cam_angle_at(cam_azimuth_rad)))
     };
-    let form = measured.and_then(|part| {
-        let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-        Form::measure(&radii_mm, &design.contour, phase_rad).ok()
-    });
+    let form = measured.and_then(|part| Some(measured_form(design, part).ok()?.0));
     let form_error =
         form.as_ref().map(|form| largest_of(&form.deviations_mm, AZIMUTHS).into_iter().map(m_from_mm).collect());
     let pin = form.and_then(|form| form.pin(&design.contour, phase_rad));

@@ -5,7 +5,7 @@ use super::state_line::{self, StatusLine, Tone};
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::plan::{phase_from, phase_name};
-use camwright_files::convert::{core_from_si, mm_from_m, um_from_m as um};
+use camwright_files::convert::{allowed_form_errors, centre_offset, core_from_si, mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, MachineDescription, PartLobe};
 use camwright_msgs::control_msgs::msg::DynamicJointState;
 use serde::Serialize;
@@ -248,7 +248,7 @@ fn results(snapshot: &CellSnapshot) -> Vec<ResultLine> {
 
 fn result_of_outline(snapshot: &CellSnapshot, form: &LobeForm) -> Option<ResultLine> {
     let errors = snapshot.form_error(form);
-    let judged = errors.iter().copied().zip(allowed(form));
+    let judged = errors.iter().copied().zip(allowed_form_errors(form));
     let (largest, allowed) = judged.max_by(|a, b| (a.0.abs() / a.1).total_cmp(&(b.0.abs() / b.1)))?;
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
     let burn_index = snapshot.progress(&form.name).burn_index;
@@ -465,16 +465,11 @@ fn design(snapshot: &CellSnapshot, form: &LobeForm) -> DesignLine {
     let form_error = if form.form_error.is_empty() { &measured } else { &form.form_error };
     DesignLine {
         name: form.name.clone(),
-        allowed_um: allowed(form).map(|allowed| rounded(um(allowed))).collect(),
+        allowed_um: allowed_form_errors(form).map(|allowed| rounded(um(allowed))).collect(),
         contour_mm: form.contour.iter().map(|r| rounded(mm_from_m(*r))).collect(),
         centre_mm: centre_mm(&form.centre),
         error_um: form_error.iter().map(|e| rounded(um(*e))).collect(),
     }
-}
-
-/// Allowed error at each azimuth of a lobe (m).
-fn allowed(form: &LobeForm) -> impl Iterator<Item = f64> {
-    (0..form.contour.len()).map(|index| form.form_error_allowed.get(index).copied().unwrap_or(form.tolerance))
 }
 
 fn part(lobe: &PartLobe) -> PartLine {
@@ -484,12 +479,7 @@ fn part(lobe: &PartLobe) -> PartLine {
 
 /// Position of a centre from its distance (m) and azimuth (rad).
 fn centre_mm(values: &[f64]) -> [f64; 2] {
-    match *values {
-        [distance, azimuth_rad] => {
-            [azimuth_rad.cos(), azimuth_rad.sin()].map(|share| rounded(mm_from_m(distance) * share))
-        }
-        _ => [0.0; 2],
-    }
+    centre_offset(values).unwrap_or_default().map(|offset| rounded(mm_from_m(offset)))
 }
 
 /// Rounds to five decimals: hundredths of a micrometre of a radius.

@@ -1,10 +1,10 @@
 //! Size and form of the parts of a batch, and how capable they show machine and job to be.
 
+use super::lobes::measured_form;
 use camwright::cam::capability::{Capability, CapabilityError};
-use camwright::cam::form::{Form, FormError};
+use camwright::cam::form::FormError;
 use camwright::math::units::um_from_mm;
 use camwright::planner::LobeDesign;
-use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
 
 /// A lobe of one part of a batch.
@@ -45,9 +45,7 @@ pub fn tolerance_text(tolerance_mm: f64) -> String {
 /// # Errors
 /// An outline that is none.
 pub fn measure_lobe(design: &LobeDesign, part: &PartLobe) -> Result<MeasuredLobe, FormError> {
-    let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-    let phase_rad = design.phase_on_rad(part.key_way);
-    let form = Form::measure(&radii_mm, &design.contour, phase_rad)?;
+    let (form, phase_rad) = measured_form(design, part)?;
     let size_mm = form.size_mm(&design.contour, phase_rad);
     let worst = design.tolerance.judge(&form, &design.contour, phase_rad);
     Ok(MeasuredLobe {

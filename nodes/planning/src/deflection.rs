@@ -65,12 +65,10 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     if prepared.job.spec.correction.is_some() {
         return None;
     }
-    let used = |(lobe, way): &(usize, LobeDeflection)| {
-        way.left_um / prepared.planned.lobes[*lobe].design.tolerance.smallest_mm()
-    };
+    let tolerance_mm = |lobe: usize| prepared.planned.lobes[lobe].design.tolerance.smallest_mm();
+    let used = |(lobe, way): &(usize, LobeDeflection)| way.left_um / tolerance_mm(*lobe);
     let (lobe, way) = lobes.max_by(|a, b| used(a).total_cmp(&used(b)))?;
-    let tolerance_mm = prepared.planned.lobes[lobe].design.tolerance.smallest_mm();
-    let (tolerance_um, tolerance) = (um_from_mm(tolerance_mm), tolerance_text(tolerance_mm));
+    let (tolerance_um, tolerance) = (um_from_mm(tolerance_mm(lobe)), tolerance_text(tolerance_mm(lobe)));
     if way.left_um <= tolerance_um {
         return None;
     }

@@ -69,7 +69,7 @@ pub use journals::{
     hash_of, measured_contacts, raw_lobe,
 };
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
-pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result, pin_line};
+pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result, measured_form, pin_line};
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;

@@ -86,15 +86,23 @@ fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
     radius
 }
 
+/// Form of a measured lobe, and the azimuth of its cam angle 0 on that part (rad).
+///
+/// # Errors
+/// An outline without radii, or with one that is none.
+pub fn measured_form(design: &LobeDesign, measured: &PartLobe) -> Result<(Form, f64), FormError> {
+    let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+    let phase_rad = design.phase_on_rad(measured.key_way);
+    Ok((Form::measure(&radii_mm, &design.contour, phase_rad)?, phase_rad))
+}
+
 /// Result of a ground lobe, against its design.
 ///
 /// # Errors
 /// An outline without radii, or with one that is none.
 pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResult, LobeFormError> {
-    let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-    let phase_rad = design.phase_on_rad(measured.key_way);
-    let form = Form::measure(&radii_mm, &design.contour, phase_rad)
-        .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
+    let (form, phase_rad) =
+        measured_form(design, measured).map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
     let worst = design.tolerance.judge(&form, &design.contour, phase_rad);
     let span = minimum_and_maximum(measured.radius.iter().copied());
     let highest = |of: &[f64]| {
@@ -129,9 +137,8 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
 /// Roundness of a ground crank pin, and the errors of its diameter and of its centre, in a sentence; `None` for other lobes.
 #[must_use]
 pub fn pin_line(design: &LobeDesign, measured: &PartLobe) -> Option<String> {
-    let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-    let phase_rad = design.phase_on_rad(measured.key_way);
-    let pin = Form::measure(&radii_mm, &design.contour, phase_rad).ok()?.pin(&design.contour, phase_rad)?;
+    let (form, phase_rad) = measured_form(design, measured).ok()?;
+    let pin = form.pin(&design.contour, phase_rad)?;
     Some(format!(
         "pin {}: roundness {:.2} um, diameter {:+.2} um, throw {:+.2} um, angle {:+.5} deg",
         design.name,

@@ -1,6 +1,7 @@
 //! Markers: the part as it is, in its nominal form, and what it is off.
 
 use super::solids::{azimuth, body, polar, radius_at, ring};
+use camwright_files::convert::centre_offset;
 use camwright_msgs::geometry_msgs::msg::{Point, Pose, Quaternion, Vector3};
 use camwright_msgs::std_msgs::msg::{ColorRGBA, Header};
 use camwright_msgs::visualization_msgs::msg::Marker;
@@ -57,8 +58,7 @@ pub fn gone(place: MarkerPose<'_>) -> Marker {
 /// The same marker about the centre of a crank pin: distance (m) and azimuth (rad) in its frame; no centre leaves it about the axis.
 #[must_use]
 pub fn about(mut marker: Marker, centre: &[f64]) -> Marker {
-    if let [distance, azimuth_rad] = *centre {
-        let Point { x, y, .. } = polar(distance, azimuth_rad, 0.0);
+    if let Some([x, y]) = centre_offset(centre) {
         (marker.pose.position.x, marker.pose.position.y) = (x, y);
     }
     marker

@@ -10,7 +10,7 @@ use super::text::{fixed, signed, um};
 use super::turned;
 use camwright::math::units::{deg_from_rad, wrap_turn};
 use camwright_bag::info::utc;
-use camwright_files::convert::mm_from_m;
+use camwright_files::convert::{allowed_form_errors, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::LobeForm;
 use camwright_planning::markup::escape;
 use std::fmt::Write as _;
@@ -122,12 +122,9 @@ fn pictures(out: &mut String, findings: &Findings<'_>, worst: &WorstError) {
     );
 }
 
-/// Allowed form error at each azimuth (µm); bags of earlier versions have one value for all.
+/// Allowed form error at each azimuth (µm).
 fn allowed_um(form: &LobeForm) -> Vec<f64> {
-    match form.form_error_allowed.len() == form.contour.len() {
-        true => form.form_error_allowed.iter().map(|allowed| um(*allowed)).collect(),
-        false => vec![um(form.tolerance); form.contour.len()],
-    }
+    allowed_form_errors(form).map(um).collect()
 }
 
 /// A lobe in its nominal form with what it is off by.

@@ -7,7 +7,7 @@ use super::job_timeline::JobTimeline;
 use super::lag::{Lag, Residual};
 use super::text::{fixed, signed, um};
 use camwright::math::units::{deg_from_rad, wrap_turn};
-use camwright_files::convert::mm_from_m;
+use camwright_files::convert::{allowed_form_errors, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, PlanHeader, TurnedResult};
 
 /// Verdict on a part with good form that was ground too hot.
@@ -163,9 +163,9 @@ fn worst(status: &JobStatus, story: &JobTimeline<'_>) -> Option<WorstError> {
 
 /// The azimuth at which a lobe uses most of its tolerance (deg) and the error there (m); none before it was judged.
 pub(super) fn worst_place(form: &LobeForm) -> Option<(f64, f64)> {
-    let used = |index: usize, error: f64| error.abs() / form.form_error_allowed.get(index).unwrap_or(&form.tolerance);
-    let errors = form.form_error.iter().copied().enumerate();
-    let (index, error) = errors.max_by(|a, b| used(a.0, a.1).total_cmp(&used(b.0, b.1)))?;
+    let errors = form.form_error.iter().copied().zip(allowed_form_errors(form)).enumerate();
+    let used = |(_, (error, allowed)): &(usize, (f64, f64))| error.abs() / allowed;
+    let (index, (error, _)) = errors.max_by(|a, b| used(a).total_cmp(&used(b)))?;
     Some((360.0 * index as f64 / form.form_error.len() as f64, error))
 }
 

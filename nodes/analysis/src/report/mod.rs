@@ -40,6 +40,7 @@ mod tests;
 
 use camwright::machine::description::MachineDescription;
 use camwright_bag::Bag;
+use camwright_files::convert::centre_offset;
 use camwright_planning::AnyPrepared;
 use edge::ErrorSplit;
 pub use error::ReportError;
@@ -112,10 +113,7 @@ fn lag_of(
 ) -> Option<Lag> {
     let machine = story.machine?;
     let form = story.names().get(lobe).and_then(|name| story.forms.iter().find(|form| form.name == *name));
-    let centre = match form.map_or(&[][..], |form| &form.centre) {
-        [distance, azimuth] => Some([distance * azimuth.cos(), distance * azimuth.sin()]),
-        _ => None,
-    };
+    let centre = form.and_then(|form| centre_offset(&form.centre));
     let is_turned = story.forms.is_empty();
     let from = if is_turned { cut.0 } else { motion.last_turn(cut).first()?.tick };
     let known = lag::CutContext {

@@ -24,7 +24,7 @@ pub mod time;
 use camwright::cam::contour::LobeCentre;
 use camwright::machine::description::{Axis, AxisScale};
 use camwright::math::units::um_from_mm;
-use camwright_msgs::camwright_msgs::msg::AxisDescription;
+use camwright_msgs::camwright_msgs::msg::{AxisDescription, LobeForm};
 
 #[must_use]
 pub fn m_from_mm(mm: f64) -> f64 {
@@ -50,6 +50,18 @@ pub fn centre_from_values(values: &[f64]) -> Option<LobeCentre> {
         [distance, azimuth_rad] => Some(LobeCentre { distance_mm: mm_from_m(distance), azimuth_rad }),
         _ => Some(LobeCentre { distance_mm: f64::NAN, azimuth_rad: f64::NAN }),
     }
+}
+
+/// Offset of that centre from the axis (m), along azimuth 0 and a quarter turn on; `None` where the axis is the centre.
+#[must_use]
+pub fn centre_offset(values: &[f64]) -> Option<[f64; 2]> {
+    let [distance, azimuth_rad] = *values else { return None };
+    Some([distance * azimuth_rad.cos(), distance * azimuth_rad.sin()])
+}
+
+/// Allowed form error at each azimuth of the design of a lobe (m); messages of earlier versions have one value for all.
+pub fn allowed_form_errors(form: &LobeForm) -> impl Iterator<Item = f64> {
+    (0..form.contour.len()).map(|index| form.form_error_allowed.get(index).copied().unwrap_or(form.tolerance))
 }
 
 /// Bytes from megabytes (1 MB are 10^6 B); what is too large is as large as can be.
