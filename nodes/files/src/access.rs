@@ -131,11 +131,12 @@ fn shown(name: &str) -> String {
 mod tests {
     use super::*;
 
-    struct Scratch(PathBuf);
+    struct Scratch(tempfile::TempDir);
 
     impl Scratch {
         fn new() -> Self {
-            let path = std::env::temp_dir().join(format!("camwright-access-{}", std::process::id()));
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path();
             std::fs::create_dir_all(path.join("own")).unwrap();
             std::fs::create_dir_all(path.join("secret")).unwrap();
             for (name, text) in [
@@ -147,17 +148,11 @@ mod tests {
             ] {
                 std::fs::write(path.join(name), text).unwrap();
             }
-            Self(path)
+            Self(folder)
         }
 
         fn path(&self, name: &str) -> String {
-            self.0.join(name).display().to_string()
-        }
-    }
-
-    impl Drop for Scratch {
-        fn drop(&mut self) {
-            let _gone = std::fs::remove_dir_all(&self.0);
+            self.0.path().join(name).display().to_string()
         }
     }
 
@@ -189,7 +184,7 @@ mod tests {
         ] {
             assert!(tried(refused.clone(), &[]).is_err(), "{refused}");
         }
-        let opened = [scratch.0.join("secret")];
+        let opened = [scratch.0.path().join("secret")];
         assert_eq!(tried(format!("program={secret}"), &opened), Ok(()));
         let folders = folders_of(&[format!("program={secret}"), "work_speed_rpm=3".into()]);
         assert_eq!(folders, [opened[0].canonicalize().unwrap().display().to_string()]);
@@ -198,19 +193,17 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_link_leads_no_further_than_a_path() {
-        let scratch = Scratch(std::env::temp_dir().join(format!("camwright-access-link-{}", std::process::id())));
-        std::fs::create_dir_all(&scratch.0).unwrap();
-        std::fs::write(scratch.0.join("job.yaml"), "schema: camwright/job/1\n").unwrap();
-        std::os::unix::fs::symlink("/etc/hosts", scratch.0.join("x.ngc")).unwrap();
+        let scratch = Scratch(tempfile::tempdir().unwrap());
+        std::fs::write(scratch.0.path().join("job.yaml"), "schema: camwright/job/1\n").unwrap();
+        std::os::unix::fs::symlink("/etc/hosts", scratch.0.path().join("x.ngc")).unwrap();
         let refusal = check(&scratch.path("job.yaml"), &["program=x.ngc".into()], &[]);
         assert!(refusal.is_err());
     }
 
     #[test]
     fn what_is_no_job_is_not_read_as_one() {
-        let scratch = Scratch(std::env::temp_dir().join(format!("camwright-access-job-{}", std::process::id())));
-        std::fs::create_dir_all(&scratch.0).unwrap();
-        std::fs::write(scratch.0.join("x.yaml"), "password: s3cret\n").unwrap();
+        let scratch = Scratch(tempfile::tempdir().unwrap());
+        std::fs::write(scratch.0.path().join("x.yaml"), "password: s3cret\n").unwrap();
         let refusal = check(&scratch.path("x.yaml"), &[], &[]).expect_err("no job");
         assert!(refusal.contains("is not a job file") && !refusal.contains("s3cret"), "{refusal}");
         assert_eq!(check("four_lobe_camshaft", &[], &[]), Ok(()));

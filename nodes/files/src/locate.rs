@@ -253,13 +253,13 @@ mod tests {
 
     #[test]
     fn a_file_that_is_too_large_is_refused_before_it_is_read() {
-        let path = std::env::temp_dir().join(format!("camwright-large-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large.stl");
         std::fs::write(&path, [7; 100]).unwrap();
         let name = path.display().to_string();
         assert_eq!(locate_bytes("surfaces", &name, "stl", None, 100).unwrap().bytes.len(), 100);
         let error = locate_bytes("surfaces", &name, "stl", None, 99).unwrap_err().to_string();
         assert!(error.ends_with("has 100 bytes, at most 99 are read"), "{error}");
-        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]

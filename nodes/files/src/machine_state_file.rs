@@ -168,10 +168,6 @@ pub fn store(path: &Path, state: &PersistentState) -> Result<(), ConfigError> {
 mod tests {
     use super::*;
 
-    fn path(name: &str) -> PathBuf {
-        std::env::temp_dir().join(format!("camwright-lasting-{}-{name}.yaml", std::process::id()))
-    }
-
     #[test]
     fn no_name_leads_out_of_the_folder() {
         for name in ["../../x", "/etc/x", "a/b", "..", ""] {
@@ -182,7 +178,8 @@ mod tests {
     #[test]
     fn what_is_known_of_the_wheel_survives_and_a_worn_out_one_is_refused() {
         let machine = camwright::machine::reference::cam_grinder();
-        let file = path("wheel");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("wheel.yaml");
         let state = PersistentState {
             wheel_radius_mm: 58.25,
             wheel_wear_mm: 0.0125,
@@ -204,6 +201,5 @@ mod tests {
         store(&file, &worn).unwrap();
         let error = load(&file, &machine).unwrap_err().to_string();
         assert!(error.contains("wheel_wear_mm is 0.02, the wheel can lose 0 to 0.0"), "{error}");
-        std::fs::remove_file(&file).unwrap();
     }
 }

@@ -104,8 +104,8 @@ mod tests {
             PartLobe { name: lobe.design.name.clone(), radius, ..PartLobe::default() }
         };
         let parts: Vec<PartLobe> = prepared.planned.lobes.iter().map(part).collect();
-        let directory = std::env::temp_dir().join(format!("camwright-learned-{}", std::process::id()));
-        let at = directory.display().to_string();
+        let directory = tempfile::tempdir().unwrap();
+        let at = directory.path().display().to_string();
         let lines = LearnedStore::new(&at).learn(&prepared, &parts).unwrap();
         assert_eq!(lines.last().unwrap(), "job four_lobe_camshaft has learned from 1 parts on cam_grinder");
         let again = LearnedStore::new(&at);
@@ -114,9 +114,9 @@ mod tests {
         assert!(learned.override_for(&prepared.job).is_some());
         assert_eq!(again.load("cam_grinder", "eccentric").unwrap().parts, 0);
         assert_eq!(again.load("other", "four_lobe_camshaft").unwrap().parts, 0);
-        std::fs::write(directory.join("cam_grinder/four_lobe_camshaft.yaml"), "nothing").unwrap();
+        std::fs::write(directory.path().join("cam_grinder/four_lobe_camshaft.yaml"), "nothing").unwrap();
         assert!(LearnedStore::new(&at).load("cam_grinder", "four_lobe_camshaft").is_err());
-        std::fs::remove_dir_all(directory).unwrap();
+        drop(directory);
         let nowhere = LearnedStore::new("none");
         nowhere.learn(&prepared, &parts).unwrap();
         assert_eq!(nowhere.load("cam_grinder", "four_lobe_camshaft").unwrap().parts, 1);

@@ -93,8 +93,8 @@ mod tests {
     #[test]
     fn what_was_measured_survives_a_restart_and_can_be_begun_afresh() {
         let prepared = prepare("journal_runout", &[], None).unwrap();
-        let directory = std::env::temp_dir().join(format!("camwright-stiffness-{}", std::process::id()));
-        let at = directory.display().to_string();
+        let directory = tempfile::tempdir().unwrap();
+        let at = directory.path().display().to_string();
         StiffnessStore::new(&at).store(&prepared, &measured([6e3, 4e3, 6e3])).unwrap();
         let again = StiffnessStore::new(&at);
         let kept = again.load("journal_grinder").unwrap();
@@ -108,7 +108,7 @@ mod tests {
         let kept = StiffnessStore::new(&at).load("journal_grinder").unwrap();
         assert_eq!((kept.parts, kept.places()[1].part, kept.places()[2].part), (2, 2, 1));
         // What cannot be read is neither taken nor lost.
-        let path = directory.join("journal_grinder.stiffness.yaml");
+        let path = directory.path().join("journal_grinder.stiffness.yaml");
         std::fs::write(&path, "schema: camwright/stiffness/7\n").unwrap();
         let error = StiffnessStore::new(&at).load("journal_grinder").unwrap_err();
         assert!(error.contains("journal_grinder.stiffness.yaml:1"), "{error}");
@@ -117,7 +117,7 @@ mod tests {
         StiffnessStore::new(&at).store(&afresh, &one).unwrap();
         let kept = StiffnessStore::new(&at).load("journal_grinder").unwrap();
         assert_eq!((kept.parts, kept.places().len()), (1, 1));
-        std::fs::remove_dir_all(directory).unwrap();
+        drop(directory);
         let nowhere = StiffnessStore::new("none");
         nowhere.store(&prepared, &one).unwrap();
         assert_eq!(nowhere.load("journal_grinder").unwrap().places().len(), 1);

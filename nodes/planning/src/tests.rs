@@ -181,34 +181,17 @@ fn gauge_commands_cover_the_gauged_turns() {
     assert!(error.contains("four_lobe_camshaft.yaml:12: profile intake: gauge: follower offset 16 mm"), "{error}");
 }
 
-/// A folder that goes with its test.
-struct Folder(std::path::PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("camwright-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Made by `camwright post`, read from the disk and ground: what the blocks and the rounding of their corners leave, and the machine's drives.
 #[test]
 fn a_job_is_ground_by_its_own_program() {
     for control in ["linuxcnc", "siemens"] {
-        let folder = Folder::new(&format!("program-{control}"));
+        let folder = tempfile::tempdir().unwrap();
         let mut set: Vec<String> =
             ["nc.rough_tolerance_um=2", "nc.path_tolerance_um=10", "work_speed_rpm=20"].map(String::from).to_vec();
         set.push(format!("nc.control={control}"));
-        let written = write_program("eccentric", &set, &folder.0, |_| {}).unwrap();
+        let written = write_program("eccentric", &set, folder.path(), |_| {}).unwrap();
         let own = prepare("eccentric", &set, None).unwrap();
-        set.push(format!("program={}", folder.0.join(&written.files[0]).display()));
+        set.push(format!("program={}", folder.path().join(&written.files[0]).display()));
         let prepared = prepare("eccentric", &set, None).unwrap();
         assert!(prepared.plan_hash() != own.plan_hash() && prepared.job.hash != own.job.hash);
         assert_eq!(prepared.planned.plan.lobes, own.planned.plan.lobes);
@@ -220,8 +203,8 @@ fn a_job_is_ground_by_its_own_program() {
 
 #[test]
 fn programs_that_a_job_cannot_be_ground_by_are_refused() {
-    let folder = Folder::new("program-refused");
-    let path = folder.0.join("short.ngc");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("short.ngc");
     let program = |text: &str| {
         std::fs::write(&path, format!("G21 G17 G90 G94\n{text}\nM2\n")).unwrap();
         format!("program={}", path.display())

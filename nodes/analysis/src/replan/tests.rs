@@ -113,19 +113,18 @@ fn a_spiral_is_compared_over_its_angle() {
 /// A job of our own with a table of our own beside it is planned again where neither is on the disk; without the table it is not.
 #[test]
 fn the_files_that_a_job_names_come_from_the_bag() {
-    let folder = std::env::temp_dir().join(format!("camwright-replan-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let text =
         |kind: &str, name: &str, extension: &str| locate(kind, name, extension, None).expect("it is shipped").text;
     let job = text("jobs", "four_lobe_camshaft", "yaml")
         .replace("intake.csv", "own_in.csv")
         .replace("exhaust.csv", "own_ex.csv");
-    std::fs::write(folder.join("own_job.yaml"), job).expect("a job");
+    std::fs::write(folder.path().join("own_job.yaml"), job).expect("a job");
     for (name, shipped) in [("own_in.csv", "intake"), ("own_ex.csv", "exhaust")] {
-        std::fs::write(folder.join(name), text("lifts", shipped, "csv")).expect("a table");
+        std::fs::write(folder.path().join(name), text("lifts", shipped, "csv")).expect("a table");
     }
-    let mut own = archived(&folder.join("own_job.yaml").display().to_string(), &[]);
-    std::fs::remove_dir_all(&folder).expect("it was made above");
+    let mut own = archived(&folder.path().join("own_job.yaml").display().to_string(), &[]);
+    drop(folder);
     assert!(own.files.iter().map(|file| file.name.as_str()).eq(["own_in.csv", "own_ex.csv"]), "{}", own.files.len());
     assert!(replanned(&own, &[], 0.0).is_same);
     own.files.clear();

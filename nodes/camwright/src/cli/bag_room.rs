@@ -57,14 +57,13 @@ mod tests {
 
     #[test]
     fn a_bag_directory_is_checked_without_a_trace() {
-        let folder = std::env::temp_dir().join(format!("camwright-bag-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+        let folder = tempfile::tempdir().expect("a folder for temporary files");
+        let folder = folder.path();
         std::fs::write(folder.join("file"), "").expect("it can be written");
         assert!(is_free(&folder.join("bags/run")).is_ok());
         assert!(!folder.join("bags").exists(), "nothing stays");
         let refusal = |path: &Path| is_free(path).expect_err("it is refused").to_string();
-        assert!(refusal(&folder).contains(" exists; name another with --bag"));
+        assert!(refusal(folder).contains(" exists; name another with --bag"));
         assert!(refusal(&folder.join("file/run")).contains(" cannot be created: "));
-        std::fs::remove_dir_all(folder).expect("it is ours");
     }
 }

@@ -21,19 +21,17 @@ fn every_value_out_of_range_is_reported_with_its_line() {
 
 /// The four lobes with an exhaust table of half as many blocks, and something more in the job.
 fn of_two_divisions(more: &str) -> Result<Job, Vec<String>> {
-    let folder = std::env::temp_dir().join(format!("camwright-divisions-{}-{}", std::process::id(), more.len()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let written =
         |kind: &str, name: &str| locate(kind, name, if kind == "jobs" { "yaml" } else { "csv" }, None).unwrap();
     let exhaust = written("lifts", "exhaust").text;
     let is_row = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit());
     let head = exhaust.lines().filter(|line| !is_row(line));
     let rows: Vec<&str> = head.chain(exhaust.lines().filter(is_row).step_by(2)).collect();
-    std::fs::write(folder.join("exhaust.csv"), rows.join("\n")).unwrap();
-    std::fs::write(folder.join("intake.csv"), written("lifts", "intake").text).unwrap();
+    std::fs::write(folder.path().join("exhaust.csv"), rows.join("\n")).unwrap();
+    std::fs::write(folder.path().join("intake.csv"), written("lifts", "intake").text).unwrap();
     let text = written("jobs", "four_lobe_camshaft").text + more;
-    let read = read(&Located::new(folder.join("job.yaml"), text), &[]);
-    std::fs::remove_dir_all(folder).unwrap();
+    let read = read(&Located::new(folder.path().join("job.yaml"), text), &[]);
     read.map_err(|findings| findings.iter().map(ToString::to_string).collect())
 }
 

@@ -290,10 +290,9 @@ fn what_is_no_groove_is_refused_with_the_line_of_its_profile_or_lift() {
 /// Ten million rows are not read to the end.
 #[test]
 fn a_table_that_is_far_too_long_is_refused_by_its_size_or_at_the_row_too_many() {
-    let folder = std::env::temp_dir().join(format!("camwright-milling-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let table = |name: &str, rows: u32| {
-        let path = folder.join(name);
+        let path = folder.path().join(name);
         let text = (0..rows).fold(String::from("cam_angle_deg,lift_mm\n"), |text, _| text + "0,0\n");
         std::fs::write(&path, text).unwrap();
         let lift = format!("profiles.track.lift={{table: {:?}}}", path.display().to_string());
@@ -303,7 +302,6 @@ fn a_table_that_is_far_too_long_is_refused_by_its_size_or_at_the_row_too_many() 
     assert!(long.contains("long.csv:36003: is a row too many: a table has at most 36001"), "{long}");
     let longer = table("longer.csv", 10_000_000);
     assert!(longer.contains("has 40000022 bytes, at most 16777216 are read"), "{longer}");
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// Bytes omitted, put in or changed, wherever: an answer, and no more than a moment for it.

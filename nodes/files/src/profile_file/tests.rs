@@ -3,19 +3,18 @@
 use super::*;
 use camwright::cam::contour::Contour;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
-use std::path::PathBuf;
+use tempfile::TempDir;
 
 /// Files in a folder of their own beside a job.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str, files: &[(&str, &str)]) -> Self {
-        let path = std::env::temp_dir().join(format!("camwright-profile-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder for temporary files");
+    fn new(files: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().expect("a folder for temporary files");
         for (file, text) in files {
-            std::fs::write(path.join(file), text).expect("a file in it");
+            std::fs::write(folder.path().join(file), text).expect("a file in it");
         }
-        Self(path)
+        Self(folder)
     }
 
     /// Reads the keys of a profile, written in YAML flow form.
@@ -28,10 +27,10 @@ impl Folder {
         struct ProfilesOnly {
             profiles: Vec<ProfileFile>,
         }
-        let error_text = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
+        let error_text = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.path().display()), "");
         let text = format!("profiles:\n  - {{name: p, {profile}}}\n");
         let document =
-            Document::parse(&self.0.join("job.yaml"), &text, &[]).map_err(|error| vec![error_text(error)])?;
+            Document::parse(&self.0.path().join("job.yaml"), &text, &[]).map_err(|error| vec![error_text(error)])?;
         let file: ProfilesOnly =
             crate::schema::read(&document).map_err(|errors| errors.into_iter().map(error_text).collect::<Vec<_>>())?;
         let found = findings("profiles", &file.profiles);
@@ -48,18 +47,12 @@ impl Folder {
     }
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _gone_already = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 fn contour(profile: &str) -> Contour {
-    Folder::new("none", &[]).contour(profile)
+    Folder::new(&[]).contour(profile)
 }
 
 fn refusal(profile: &str) -> String {
-    Folder::new("refused", &[]).read(profile).expect_err("it is no profile").join("\n")
+    Folder::new(&[]).read(profile).expect_err("it is no profile").join("\n")
 }
 
 fn azimuths() -> impl Iterator<Item = f64> {
@@ -95,7 +88,7 @@ fn a_crank_pin_is_a_circle_beside_the_axis() {
         ("{eccentric: {eccentricity_mm: 19, diameter_mm: 38, diameter_is: disc}}", 19.0, 19.0),
         ("{eccentric: {eccentricity_mm: 10, diameter_mm: 38, diameter_is: largest}}", 10.0, 9.0),
     ] {
-        let spec = Folder::new("pin", &[]).read(&format!("lift: {lift}")).expect("a pin");
+        let spec = Folder::new(&[]).read(&format!("lift: {lift}")).expect("a pin");
         assert!(spec.is_pin() && !spec.is_round(), "{lift}");
         let contour = spec.contour().expect("a circle");
         assert!((contour.throw_mm() - throw_mm).abs() < 1e-12, "{lift}: {}", contour.throw_mm());
@@ -290,7 +283,7 @@ fn a_table_of_radii_is_the_contour() {
     let inches = radii(360, "azimuth_deg,radius_inch\n", 1.0 / 25.4);
     // Half of it, from the farthest point on.
     let half: String = text.lines().take(182).fold(String::new(), |all, line| all + line + "\n");
-    let folder = Folder::new("radii", &[("r.csv", &text), ("i.csv", &inches), ("h.csv", &half)]);
+    let folder = Folder::new(&[("r.csv", &text), ("i.csv", &inches), ("h.csv", &half)]);
     for (lift, bound) in
         [("{table: r.csv}", 2e-5), ("{table: i.csv}", 3e-4), ("{half_table: h.csv, zero_deg: 0}", 2e-5)]
     {
@@ -318,7 +311,7 @@ fn a_table_of_points_is_the_contour() {
     let clockwise = text.lines().skip(1).fold(String::new(), |all, line| line.to_owned() + "\n" + &all);
     let half: String = text.lines().take(182).fold(String::new(), |all, line| all + line + "\n");
     let files = [("p.csv", text.as_str()), ("c.csv", &clockwise), ("h.csv", &half)];
-    let folder = Folder::new("points", &files);
+    let folder = Folder::new(&files);
     for lift in ["{table: p.csv}", "{table: c.csv, columns: [x_mm, y_mm]}", "{half_table: h.csv, zero_deg: 0}"] {
         let contour = folder.contour(&format!("lift: {lift}"));
         for azimuth in azimuths() {
@@ -374,14 +367,12 @@ fn tables_of_contours_are_refused_with_their_lines() {
             "t.csv:12: angle 8.5000 deg".into(),
         ),
     ] {
-        let result = Folder::new("bad", &[("t.csv", &text)])
-            .read(&format!("lift: {{table: t.csv{lift}}}"))
-            .unwrap_err()
-            .join("\n");
+        let result =
+            Folder::new(&[("t.csv", &text)]).read(&format!("lift: {{table: t.csv{lift}}}")).unwrap_err().join("\n");
         assert!(result.contains(&words), "{words}: {result}");
     }
     let text = radii(360, "azimuth_deg,radius_mm\n", 1.0);
-    let folder = Folder::new("two", &[("a.csv", &text), ("b.csv", &good)]);
+    let folder = Folder::new(&[("a.csv", &text), ("b.csv", &good)]);
     let result = folder.read("lift: {opening_table: a.csv, closing_table: b.csv}").unwrap_err().join("\n");
     assert!(result.contains("the two flanks are not tables of the same"), "{result}");
 }

@@ -8,26 +8,17 @@ use camwright::cam::surface::mesh::Triangle;
 use camwright::math::units::TURN_RAD;
 use std::path::Path;
 
-/// A folder of a test that is removed at its end.
-struct Folder(PathBuf);
+struct Folder(tempfile::TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("camwright-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
-        let path = self.0.join(name);
+        let path = self.0.path().join(name);
         std::fs::write(&path, bytes).unwrap();
         path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -75,7 +66,7 @@ fn largest_difference_mm(surface: &Surface) -> f64 {
 /// The same part from text, from bytes, in inches and metres, and along another axis.
 #[test]
 fn a_mesh_is_the_smooth_part_that_it_was_made_of_in_any_unit_and_along_any_axis() {
-    let folder = Folder::new("mesh-units");
+    let folder = Folder::new();
     let triangles = mesh(96, 20);
     let scaled = |factor: f64, axis: fn([f64; 3]) -> [f64; 3]| -> Vec<Triangle> {
         triangles.iter().map(|triangle| triangle.map(|corner| axis(corner.map(|length| length * factor)))).collect()
@@ -101,7 +92,7 @@ fn a_mesh_is_the_smooth_part_that_it_was_made_of_in_any_unit_and_along_any_axis(
 
 #[test]
 fn the_surface_file_is_hashed_and_its_errors_name_it() {
-    let folder = Folder::new("surface-hash");
+    let folder = Folder::new();
     let surface = |path: &Path| format!("{{kind: mesh, file: {:?}, unit: mm}}", path.display().to_string());
     let good = folder.write("part.stl", &binary_of(&mesh(48, 8)));
     let first = job(&surface(&good)).unwrap().hash;
@@ -168,7 +159,7 @@ fn random_below(seed: u64) -> impl FnMut(usize) -> usize {
 fn no_file_of_a_surface_makes_the_reader_panic() {
     let seed = 20_260_722;
     let mut below = random_below(seed);
-    let folder = Folder::new("surface-fuzz");
+    let folder = Folder::new();
     let triangles = mesh(24, 3);
     let mut table = Vec::new();
     grid_text::write(&cone(), 24, &[0.0, 5.0, 10.0, 20.0], &mut table).unwrap();

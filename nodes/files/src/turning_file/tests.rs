@@ -189,21 +189,19 @@ fn an_unknown_surface_key_is_reported_with_its_line() {
 
 #[test]
 fn every_file_that_is_named_is_in_the_hash() {
-    let folder = std::env::temp_dir().join(format!("camwright-turning-hash-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let located = locate("jobs", "turned_cam", "yaml", None).unwrap();
     let at = located.text.find("        segments:").unwrap();
     let end = located.text.find("    - name: low").unwrap();
     let text = format!("{}        table: own.csv\n{}", &located.text[..at], &located.text[end..]);
-    let job = Located::new(folder.join("job.yaml"), text);
+    let job = Located::new(folder.path().join("job.yaml"), text);
     let hash = |lift_mm: f64| {
         let row = |k: u32| format!("{k},{:.6}\n", 0.5 * lift_mm * (1.0 - f64::from(k).to_radians().cos()));
         let rows: String = (0..360).map(row).collect();
-        std::fs::write(folder.join("own.csv"), format!("cam_angle_deg,lift_mm\n{rows}")).unwrap();
+        std::fs::write(folder.path().join("own.csv"), format!("cam_angle_deg,lift_mm\n{rows}")).unwrap();
         parse(&job, &[]).unwrap_or_else(|error| panic!("{error}")).hash
     };
     let (first, other) = (hash(4.5), hash(4.4));
     assert_ne!(first, other);
     assert_eq!(first, hash(4.5));
-    std::fs::remove_dir_all(&folder).unwrap();
 }
