@@ -2,6 +2,7 @@
 
 use core::array;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use wide::f64x2;
 
 /// Numbers side by side.
 pub(crate) const LANES: usize = 4;
@@ -38,7 +39,7 @@ impl Lanes {
 
     #[inline(always)]
     pub(crate) fn sqrt(self) -> Self {
-        Self(self.0.map(libm::sqrt))
+        Self(square_roots(self.0))
     }
 
     #[inline(always)]
@@ -56,6 +57,17 @@ impl Lanes {
     fn zip(self, other: Self, with: impl Fn(f64, f64) -> f64) -> Self {
         Self(array::from_fn(|lane| with(self.0[lane], other.0[lane])))
     }
+}
+
+/// Square roots side by side, with the bits of `libm`, whose instruction for one of them the compiler cannot join with others.
+#[inline(always)]
+pub(crate) fn square_roots<const N: usize>(mut values: [f64; N]) -> [f64; N] {
+    let (pairs, rest) = values.as_chunks_mut::<2>();
+    for pair in pairs {
+        *pair = f64x2::new(*pair).sqrt().to_array();
+    }
+    rest.iter_mut().for_each(|value| *value = libm::sqrt(*value));
+    values
 }
 
 impl Add for Lanes {
@@ -146,6 +158,24 @@ mod tests {
             same(x.larger(y), p.max(q));
             same(x.smaller(y), p.min(q));
             same((x * x).sqrt(), libm::sqrt(p * p));
+        }
+        let odd = square_roots([0.0, 2.0, 5e-324, 1e-310, 3.0]);
+        for (root, square) in odd.into_iter().zip([0.0, 2.0, 5e-324, 1e-310, 3.0]) {
+            assert_eq!(root.to_bits(), libm::sqrt(square).to_bits());
+        }
+        let mut bits = 1_u64;
+        for _ in 0..10_000 {
+            let squares: [f64; 4] = array::from_fn(|_| {
+                // xorshift64 by Marsaglia; the sign stays positive.
+                bits ^= bits << 13;
+                bits ^= bits >> 7;
+                bits ^= bits << 17;
+                f64::from_bits(bits >> 1)
+            });
+            for (root, square) in square_roots(squares).into_iter().zip(squares).filter(|(_, square)| !square.is_nan())
+            {
+                assert_eq!(root.to_bits(), libm::sqrt(square).to_bits(), "{square}");
+            }
         }
         assert_eq!(y.largest().to_bits(), 7.0_f64.to_bits());
         assert_eq!(Lanes::load(&[0.0, 1.0, 2.0, 3.0, 4.0], 1).sum().to_bits(), 10.0_f64.to_bits());

@@ -60,16 +60,21 @@ impl PartOutline {
             self.station = lobe.station();
             self.width_mm = lobe.width_mm();
             self.centre = lobe.centre();
-            self.copy(lobe.radii_mm(), LOBE_AZIMUTHS);
+            self.copy(lobe.radii_mm().iter().copied(), LOBE_AZIMUTHS);
         }
     }
 
     /// Copies at most `max` radii at equal steps of a turn, or all of them if there are fewer.
-    fn copy(&mut self, radii_mm: &[f64], max: usize) {
-        let room = self.radii_mm.capacity() - self.radii_mm.len();
-        let count = radii_mm.len().min(max).min(room);
-        let even = (0..count).filter_map(|i| radii_mm.get(i * radii_mm.len() / count)).copied();
-        self.radii_mm.extend(even);
+    fn copy(&mut self, radii_mm: impl ExactSizeIterator<Item = f64>, max: usize) {
+        let (room, all) = (self.radii_mm.capacity() - self.radii_mm.len(), radii_mm.len());
+        let count = all.min(max).min(room);
+        let mut taken = 0;
+        let even = radii_mm.enumerate().filter(|(index, _)| {
+            let is_next = taken < count && *index == taken * all / count;
+            taken += usize::from(is_next);
+            is_next
+        });
+        self.radii_mm.extend(even.map(|(_, radius_mm)| radius_mm));
     }
 
     /// Its sections in the part's frame (m): place and radii.
@@ -92,14 +97,14 @@ mod tests {
         assert!(outline.sections().is_empty(), "nothing was taken yet");
         let radii: Vec<f64> = (0..3600).map(f64::from).collect();
         outline.places_mm.push(80.0);
-        outline.copy(&radii, LOBE_AZIMUTHS);
-        outline.copy(&radii, LOBE_AZIMUTHS);
+        outline.copy(radii.iter().copied(), LOBE_AZIMUTHS);
+        outline.copy(radii.iter().copied(), LOBE_AZIMUTHS);
         assert_eq!(outline.radii_mm.len(), LOBE_AZIMUTHS);
         let sections = outline.sections();
         assert_eq!((sections[0].0, sections[0].1[1], sections.len()), (m_from_mm(80.0), m_from_mm(5.0), 1));
         let mut few = PartOutline::for_lobe(0, false);
         few.places_mm.push(0.0);
-        few.copy(&radii[..16], LOBE_AZIMUTHS);
+        few.copy(radii[..16].iter().copied(), LOBE_AZIMUTHS);
         assert_eq!(few.radii_mm, radii[..16], "an outline with fewer radii is taken whole");
     }
 }

@@ -169,7 +169,7 @@ impl PartSnapshot {
             name: part.name().to_owned(),
             grid: *part.grid(),
             part_zero_mm: machine.part_zero_mm(),
-            radii_mm: part.radii_mm().to_vec(),
+            radii_mm: part.radii_mm().collect(),
         });
     }
 }

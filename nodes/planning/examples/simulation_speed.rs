@@ -51,7 +51,7 @@ impl Digest {
     }
 
     fn add_part(&mut self, machine: &Machine) {
-        let ground = machine.part().lobes().iter().flat_map(Lobe::radii_mm);
+        let ground = machine.part().lobes().iter().flat_map(Lobe::radii_mm).copied();
         let turned = machine.turned_part().into_iter().flat_map(|part| part.radii_mm());
         ground.chain(turned).for_each(|radius_mm| self.add(radius_mm.to_bits()));
     }

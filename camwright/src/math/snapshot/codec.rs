@@ -214,7 +214,7 @@ impl<'a> SnapshotCodec<'a> {
     }
 
     /// Numbers of the state, where they are only written or counted: thousands of them are, within a tick. False where they are not.
-    pub(super) fn put_numbers(&mut self, own: &[f64]) -> Result<bool, SnapshotError> {
+    pub(crate) fn put_numbers(&mut self, own: &[f64]) -> Result<bool, SnapshotError> {
         let (from, to) = (self.octets, self.octets.saturating_add(size_of_val(own)));
         match &mut self.mode {
             CodecMode::Measuring => {}

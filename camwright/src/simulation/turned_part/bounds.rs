@@ -1,6 +1,7 @@
 //! Upper bounds of the radii, along the lines: what was cut in the turn before is passed over by them, without a look at its cells.
 
 use super::PartGrid;
+use super::cells::Cells;
 use alloc::vec::Vec;
 
 /// Columns of a line whose largest radius is known. The edge must rise less over a chunk than it moves in a turn.
@@ -23,15 +24,11 @@ impl PartialEq for RadiusBounds {
 }
 
 impl RadiusBounds {
-    pub(super) fn new(grid: &PartGrid, radii: &[f64]) -> Self {
+    pub(super) fn new(grid: &PartGrid, cells: &Cells) -> Self {
         let per_line = grid.columns.div_ceil(CHUNK);
-        let mut chunks = alloc::vec![0.0; grid.azimuths * per_line];
-        for (column, radii) in radii.chunks(grid.azimuths).enumerate() {
-            for (line, radius) in radii.iter().enumerate() {
-                let highest = &mut chunks[line * per_line + column / CHUNK];
-                *highest = radius.max(*highest);
-            }
-        }
+        let chunks = (0..grid.azimuths)
+            .flat_map(|line| (0..per_line).map(move |chunk| super::largest(cells.chunk(line, chunk))))
+            .collect();
         let mut bounds = Self { chunks, per_line, lines: alloc::vec![0.0; grid.azimuths] };
         (0..grid.azimuths).for_each(|line| bounds.refresh_line(line));
         bounds
@@ -45,11 +42,6 @@ impl RadiusBounds {
     /// Largest radii of the chunks of a line (mm).
     pub(super) fn chunks_mut(&mut self, line: usize) -> &mut [f64] {
         &mut self.chunks[line * self.per_line..][..self.per_line]
-    }
-
-    /// Largest radius of the chunk of a column, over all lines (mm).
-    pub(super) fn chunk_mm(&self, column: usize) -> f64 {
-        self.chunks.iter().skip(column / CHUNK).step_by(self.per_line).fold(0.0, |max, radius| radius.max(max))
     }
 
     /// Lowers the bound of a line to the largest radius of its chunks.

@@ -11,6 +11,7 @@
 
 use super::bounds::CHUNK;
 use super::{Insert, InsertMove};
+use crate::math::lanes::square_roots;
 
 /// Largest terms of second, third and fourth order at the ends of the step, as shares of the first: with them, the terms of the reversed
 /// series fall by a factor of six from the fifth on.
@@ -266,7 +267,7 @@ impl LineCrossing {
     /// is compiled to instructions for two columns.
     #[inline(never)]
     pub(super) fn radii_mm(&self, columns_mm: &[f64; CHUNK], height2: f64) -> [f64; CHUNK] {
-        self.edges_mm(*columns_mm).map(|edge| edge * edge + height2).map(libm::sqrt)
+        square_roots(self.edges_mm(*columns_mm).map(|edge| edge * edge + height2))
     }
 
     /// Positions of the edge where it crosses the line at columns (mm): stage by stage, so that no root waits for another.
@@ -274,7 +275,7 @@ impl LineCrossing {
     pub(super) fn edges_mm<const N: usize>(&self, columns_mm: [f64; N]) -> [f64; N] {
         let beside = columns_mm.map(|column_mm| column_mm - self.z0);
         let e = beside.map(|beside| beside + self.beyond);
-        let roots = e.map(|e| (self.square - e * e).max(0.0)).map(libm::sqrt);
+        let roots = square_roots(e.map(|e| (self.square - e * e).max(0.0)));
         let mut edges = [0.0; N];
         for i in 0..N {
             let v = self.tilt * e[i] + self.share * roots[i] - self.u0;

@@ -94,7 +94,7 @@ impl FormMap {
         let mut deviations = Vec::with_capacity(columns.len() * grid.azimuths);
         for column in &columns {
             let z_mm = grid.z_mm(*column);
-            for (index, radius) in part.column_mm(*column).iter().enumerate() {
+            for (index, radius) in part.column_mm(*column).enumerate() {
                 let azimuth_rad = grid.azimuth_rad(index);
                 let SurfacePoint { radius_mm, by_azimuth, by_z, .. } = design(azimuth_rad, z_mm);
                 let across = by_azimuth / radius_mm;

@@ -16,6 +16,7 @@
 //! tool enters. So is the flank below the edge: clearance is the planner's to prove.
 
 mod bounds;
+mod cells;
 mod crossing;
 mod form_map;
 mod insert;
@@ -28,7 +29,7 @@ use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bounds::{CHUNK, RadiusBounds};
-use core::ops::Range;
+use cells::Cells;
 use thiserror::Error;
 
 pub use form_map::{Cusps, FormBin, FormMap, FormMapError, FormPoint};
@@ -193,8 +194,7 @@ impl TurnedRemoval {
 pub struct TurnedPart {
     name: String,
     grid: PartGrid,
-    /// Radii column by column: the insert is at few columns for a while, and passes one azimuth after the other there.
-    radii: Vec<f64>,
+    cells: Cells,
     /// Cosine and sine of every azimuth.
     cos: Vec<f64>,
     sin: Vec<f64>,
@@ -231,9 +231,10 @@ impl TurnedPart {
         let min = radii.iter().fold(reach, |min, r| min.min(*r));
         let cos = (0..azimuths).map(|i| libm::cos(grid.azimuth_rad(i))).collect();
         let sin = (0..azimuths).map(|i| libm::sin(grid.azimuth_rad(i))).collect();
-        let bounds = RadiusBounds::new(&grid, &radii);
+        let cells = Cells::new(&grid, &radii);
+        let bounds = RadiusBounds::new(&grid, &cells);
         let (raw_reach, refresh, changed) = (reach, (0, 0.0), false);
-        Ok(Self { name, grid, radii, cos, sin, bounds, raw_reach, min, reach, refresh, changed })
+        Ok(Self { name, grid, cells, cos, sin, bounds, raw_reach, min, reach, refresh, changed })
     }
 
     /// A round bar of this radius (mm).
@@ -259,22 +260,19 @@ impl TurnedPart {
     }
 
     /// Radii (mm) of a column, one for every azimuth.
-    #[must_use]
-    pub fn column_mm(&self, column: usize) -> &[f64] {
-        let start = column * self.grid.azimuths;
-        &self.radii[start..start + self.grid.azimuths]
+    pub fn column_mm(&self, column: usize) -> impl ExactSizeIterator<Item = f64> + Clone {
+        self.cells.column(column)
     }
 
     /// Radii (mm) of all cells, all azimuths of the first column first.
-    #[must_use]
-    pub fn radii_mm(&self) -> &[f64] {
-        &self.radii
+    pub fn radii_mm(&self) -> impl Iterator<Item = f64> + Clone {
+        self.cells.all()
     }
 
     /// Radius of a cell (mm).
     #[must_use]
     pub fn radius_mm(&self, azimuth: usize, column: usize) -> f64 {
-        self.radii[column * self.grid.azimuths + azimuth]
+        self.cells.cell(azimuth, column)
     }
 
     /// Largest radius of the raw part (mm).
@@ -298,7 +296,7 @@ impl TurnedPart {
     /// Volume (mm³): every cell is the sector of a ring as wide as the column spacing.
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
-        self.radii.iter().map(|r| r * r).sum::<f64>() * self.half_sector()
+        self.cells.all().map(|r| r * r).sum::<f64>() * self.half_sector()
     }
 
     /// Volume of a cell over the square of its radius (mm).
@@ -315,7 +313,7 @@ impl TurnedPart {
             let (column, so_far) = self.refresh;
             let is_last = column + 1 == self.grid.columns;
             let ends_chunk = is_last || (column + 1) % CHUNK == 0;
-            let max = if ends_chunk { so_far.max(self.bounds.chunk_mm(column)) } else { so_far };
+            let max = if ends_chunk { so_far.max(self.cells.largest_mm(column / CHUNK)) } else { so_far };
             self.refresh = if is_last {
                 // Radii only get smaller: what was the largest some time ago is no less than now.
                 self.reach = max;
@@ -327,16 +325,18 @@ impl TurnedPart {
     }
 }
 
-/// Columns of the chunk of a column.
-fn chunk_columns(column: usize, columns: usize) -> Range<usize> {
-    let first = column / CHUNK * CHUNK;
-    first..(first + CHUNK).min(columns)
-}
-
 /// Largest of radii, none of which is NaN: four at a time, which do not wait for each other.
 fn largest(radii: &[f64]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (fours, rest) = radii.as_chunks::<4>();
     let max = fours.iter().fold([0.0; 4], |max, four| core::array::from_fn(|i| larger(max[i], four[i])));
     rest.iter().chain(&max).fold(0.0, |max, radius| larger(max, *radius))
+}
+
+/// Smallest of eight radii and one more, none of which is NaN: pairs, which do not wait for each other.
+fn smallest(radii: &[f64; CHUNK], other: f64) -> f64 {
+    let smaller = |a: f64, b: f64| if b < a { b } else { a };
+    let [a, b, c, d, e, f, g, h] = *radii;
+    let (one, two) = (smaller(smaller(a, e), smaller(c, g)), smaller(smaller(b, f), smaller(d, h)));
+    smaller(smaller(one, two), other)
 }

@@ -19,7 +19,7 @@
 
 use super::bounds::CHUNK;
 use super::crossing::{LineCrossing, StepSeries};
-use super::{Insert, InsertMove, InsertPose, PartGrid, TurnedPart, TurnedRemoval, chunk_columns};
+use super::{Insert, InsertMove, InsertPose, TurnedPart, TurnedRemoval, largest, smallest};
 use crate::math::units::TURN_RAD;
 use core::ops::Range;
 
@@ -177,6 +177,38 @@ impl InsertSweep<'_> {
     }
 }
 
+/// Cut of chunks of a line.
+struct ChunkCut {
+    /// Smallest radius of the part (mm).
+    min: f64,
+    /// Volume over half the angle and the width of a cell (mm²).
+    volume: f64,
+    /// Deepest penetration (mm), and its column if a chunk of this line has it.
+    depth: f64,
+    deepest_mm: Option<f64>,
+}
+
+impl ChunkCut {
+    /// Cuts the cells of a chunk down to radii; returns false if none is larger.
+    fn cut(&mut self, cells: &mut [f64; CHUNK], left: &[f64; CHUNK], columns_mm: &[f64; CHUNK]) -> bool {
+        let depths: [f64; CHUNK] = core::array::from_fn(|i| cells[i] - left[i]);
+        let depth = largest(&depths);
+        if depth <= 0.0 {
+            return false;
+        }
+        for i in 0..CHUNK {
+            self.volume += if depths[i] > 0.0 { (cells[i] + left[i]) * depths[i] } else { 0.0 };
+            cells[i] = if left[i] < cells[i] { left[i] } else { cells[i] };
+        }
+        self.min = smallest(left, self.min);
+        if depth > self.depth {
+            self.depth = depth;
+            self.deepest_mm = depths.iter().position(|other| *other >= depth).map(|i| columns_mm[i]);
+        }
+        true
+    }
+}
+
 impl TurnedPart {
     /// The insert goes a step, less than half a turn: takes away what its edge sweeps. With `cuts` false it only looks how deep the edge
     /// stands in the part at the end.
@@ -271,8 +303,7 @@ impl TurnedPart {
     }
 
     fn cut_cell(&mut self, sweep: &InsertSweep<'_>, line: &GridLine, column: usize, removal: &mut TurnedRemoval) {
-        let at = column * self.grid.azimuths + line.index;
-        let before = self.radii[at];
+        let before = self.cells.cell(line.index, column);
         let square = sweep.height2;
         let column_mm = self.grid.from_mm + sweep.column_step * column as f64;
         let lowest = sweep.lowest_mm(column_mm, column_mm);
@@ -285,10 +316,8 @@ impl TurnedPart {
         if depth <= 0.0 {
             return;
         }
-        self.radii[at] = left;
-        let PartGrid { azimuths, columns, .. } = self.grid;
-        let cells = chunk_columns(column, columns).map(|column| self.radii[column * azimuths + line.index]);
-        self.bounds.chunks_mut(line.index)[column / CHUNK] = cells.fold(0.0, f64::max);
+        *self.cells.cell_mut(line.index, column) = left;
+        self.bounds.chunks_mut(line.index)[column / CHUNK] = largest(self.cells.chunk(line.index, column / CHUNK));
         self.min = self.min.min(left);
         self.changed = true;
         removal.volume_mm3 += (before + left) * depth * sweep.half_sector;
@@ -331,52 +360,42 @@ impl TurnedPart {
         columns: Range<usize>,
         removal: &mut TurnedRemoval,
     ) {
-        let PartGrid { azimuths, from_mm, .. } = self.grid;
+        if columns.is_empty() {
+            return;
+        }
+        let from_mm = self.grid.from_mm;
         let column_mm = |column: usize| from_mm + sweep.column_step * column as f64;
-        let (mut min, mut volume, mut deepest) = (self.min, 0.0, (removal.depth_mm, 0.0));
-        let (mut first, mut is_cut) = (columns.start, false);
-        let chunks = self.bounds.chunks_mut(line);
-        while first < columns.end {
-            let highest = &mut chunks[first / CHUNK];
-            let (begin, end) = (first, chunk_columns(first, columns.end).end);
-            first = end;
+        let mut cut = ChunkCut { min: self.min, volume: 0.0, depth: removal.depth_mm, deepest_mm: None };
+        let chunks = columns.start / CHUNK..columns.end.div_ceil(CHUNK);
+        let highest = &mut self.bounds.chunks_mut(line)[chunks.clone()];
+        let mut is_cut = false;
+        for (chunk, highest) in chunks.zip(highest) {
+            let first = chunk * CHUNK;
+            let (begin, end) = (columns.start.saturating_sub(first), (columns.end - first).min(CHUNK));
             // Beside a chunk that is cut, the next one most likely is.
             if crossing.rises && !is_cut {
-                let [nearest] = crossing.edges_mm([column_mm(if side == Side::Left { end - 1 } else { begin })]);
-                if nearest > 0.0 && nearest * nearest + sweep.height2 >= *highest * *highest {
+                let nearest = if side == Side::Left { first + end - 1 } else { first + begin };
+                let [edge] = crossing.edges_mm([column_mm(nearest)]);
+                if edge > 0.0 && edge * edge + sweep.height2 >= *highest * *highest {
                     continue;
                 }
             }
-            let columns_mm = CHUNK_COLUMNS.map(|i| from_mm + sweep.column_step * (begin as f64 + i));
-            let left = crossing.radii_mm(&columns_mm, sweep.height2);
-            let mut max = 0.0;
-            is_cut = false;
-            let cells = self.radii[begin * azimuths + line..].iter_mut().step_by(azimuths);
-            for ((i, left), cell) in left.into_iter().enumerate().zip(cells).take(end - begin) {
-                let depth = *cell - left;
-                if depth > 0.0 {
-                    volume += (*cell + left) * depth;
-                    *cell = left;
-                    is_cut = true;
-                    min = left.min(min);
-                    if depth > deepest.0 {
-                        deepest = (depth, column_mm(begin + i));
-                    }
-                }
-                max = cell.max(max);
+            let columns_mm = CHUNK_COLUMNS.map(|i| from_mm + sweep.column_step * (first as f64 + i));
+            let mut left = crossing.radii_mm(&columns_mm, sweep.height2);
+            if end - begin < CHUNK {
+                left = core::array::from_fn(|i| if i >= begin && i < end { left[i] } else { f64::INFINITY });
             }
-            let whole = chunk_columns(begin, self.grid.columns);
-            if is_cut && whole.start == begin && whole.end == end {
-                *highest = max;
-            } else if is_cut {
-                *highest = whole.map(|column| self.radii[column * azimuths + line]).fold(0.0, f64::max);
+            let cells = self.cells.chunk_mut(line, chunk);
+            is_cut = cut.cut(cells, &left, &columns_mm);
+            if is_cut {
+                *highest = largest(cells);
             }
         }
-        self.changed |= volume > 0.0;
-        self.min = min;
-        removal.volume_mm3 += volume * sweep.half_sector;
-        if deepest.0 > removal.depth_mm {
-            (removal.depth_mm, removal.deepest) = (deepest.0, Some((self.grid.azimuth_rad(line), deepest.1)));
+        self.changed |= cut.volume > 0.0;
+        self.min = cut.min;
+        removal.volume_mm3 += cut.volume * sweep.half_sector;
+        if let Some(deepest_mm) = cut.deepest_mm {
+            (removal.depth_mm, removal.deepest) = (cut.depth, Some((self.grid.azimuth_rad(line), deepest_mm)));
         }
     }
 
@@ -405,8 +424,7 @@ impl TurnedPart {
             let azimuth_rad = pose.turned_rad + libm::atan2(height, edge);
             let lines = azimuth_rad / TURN_RAD * n;
             let index = self.line_index(libm::floor(lines));
-            let radii = self.column_mm(column);
-            let (one, next) = (radii[index], radii[(index + 1) % radii.len()]);
+            let (one, next) = (self.radius_mm(index, column), self.radius_mm((index + 1) % self.grid.azimuths, column));
             let depth = one + (next - one) * (lines - libm::floor(lines)) - radius;
             if depth > removal.depth_mm {
                 (removal.depth_mm, removal.deepest) = (depth, Some((self.grid.azimuth_rad(index), column_mm)));
@@ -418,8 +436,10 @@ impl TurnedPart {
 
 #[cfg(test)]
 mod tests {
+    use super::super::PartGrid;
     use super::*;
     use alloc::string::String;
+    use alloc::vec::Vec;
 
     /// A random number generator after Marsaglia.
     struct Random(u32);
@@ -594,7 +614,7 @@ mod tests {
             let length_mm = radius_mm * random.by_magnitude(0.1, 3.0);
             let grid = PartGrid { azimuths, columns, from_mm: -0.5 * length_mm, to_mm: 0.5 * length_mm };
             let mut part = TurnedPart::round(String::from("P"), grid, part_mm).expect("a bar");
-            let (mut searched, mut longer) = (part.radii_mm().to_vec(), part.radii_mm().to_vec());
+            let (mut searched, mut longer) = (part.radii_mm().collect::<Vec<_>>(), part.radii_mm().collect::<Vec<_>>());
             let step_rad = random.by_magnitude(0.003, 0.1);
             let feed = length_mm * random.by_magnitude(0.01, 0.3) / TURN_RAD;
             let (lobes, swing) = (libm::floor(random.between(1.0, 9.0)), depth_mm * random.between(0.0, 0.8));
@@ -617,11 +637,11 @@ mod tests {
                 search_everywhere(&mut searched, &grid, &insert, &motion);
                 search_everywhere(&mut longer, &grid, &insert, &motion.between(-2e-3, 1.002));
             }
-            for (i, radius) in part.radii_mm().iter().enumerate() {
+            for (i, radius) in part.radii_mm().enumerate() {
                 let (most, least) = (searched[i], searched[i].min(longer[i]));
                 let about = (round, insert, grid, step_rad, i);
-                assert!(*radius < most + 2e-6 && *radius > least - 2e-6, "{about:?}: {radius} {most} {least}");
-                cut += u32::from(*radius < part_mm);
+                assert!(radius < most + 2e-6 && radius > least - 2e-6, "{about:?}: {radius} {most} {least}");
+                cut += u32::from(radius < part_mm);
             }
         }
         assert!(cut > 40_000, "{cut}");

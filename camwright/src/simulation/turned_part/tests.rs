@@ -172,7 +172,7 @@ fn how_a_motion_is_divided_into_steps_changes_nothing() {
             whole.refresh();
             (at, speed) = (motion.at(1.0), next);
         }
-        let apart = whole.radii_mm().iter().zip(parts.radii_mm()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let apart = whole.radii_mm().zip(parts.radii_mm()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(apart < 1e-6, "round {round}: {apart} mm");
         assert!(volume > 1.0 && (volume - volume_of_parts).abs() < 1e-5 * volume, "{volume} {volume_of_parts}");
     }
@@ -216,7 +216,7 @@ fn random_motions_leave_what_a_look_at_every_moment_leaves() {
             let height = if round == 0 { 0.0 } else { 24.0 * (next() - 0.5) };
             let grid = PartGrid { azimuths: 90, columns: 61, from_mm: -3.0, to_mm: 3.0 };
             let mut part = TurnedPart::round(String::from("P"), grid, 21.0).expect("a bar");
-            let mut slow = part.radii_mm().to_vec();
+            let mut slow = part.radii_mm().collect::<Vec<_>>();
             let insert = insert(height);
             let x0 = libm::sqrt(400.0 - height * height) + INSERT;
             let sense = if next() < 0.5 { -1.0 } else { 1.0 };
@@ -232,11 +232,11 @@ fn random_motions_leave_what_a_look_at_every_moment_leaves() {
                 slow_sweep(&mut slow, &grid, &insert, &motion, 60);
                 (at, speed) = (motion.at(1.0), new);
             }
-            for (i, (fast, slow)) in part.radii_mm().iter().zip(&slow).enumerate() {
+            for (i, (fast, slow)) in part.radii_mm().zip(&slow).enumerate() {
                 // What 60 moments in a step leave between each other.
                 assert!((fast - slow).abs() < 2e-5, "seed {seed:#x} round {round} H {height} {i}: {fast} {slow}");
             }
-            let cut = part.radii_mm().iter().filter(|r| **r < 21.0).count();
+            let cut = part.radii_mm().filter(|r| *r < 21.0).count();
             assert!(cut > 500, "seed {seed:#x} round {round}: {cut}");
         }
     }
@@ -272,7 +272,7 @@ fn a_smaller_reach_is_known_after_every_column_was_looked_at() {
     let mut part = bar(90, 11, 0.0, 1.0, 20.0);
     turn(&mut part, &insert(0.0), |_| (19.0 + INSERT, 0.0), (0.0, 0.5), (0.0, 7.0), 200);
     (0..11).for_each(|_| part.refresh());
-    let max = part.radii_mm().iter().copied().fold(0.0, f64::max);
+    let max = part.radii_mm().fold(0.0, f64::max);
     assert!(
         part.reach_mm() < 19.1 && part.reach_mm() >= max && part.raw_reach_mm() >= 20.0 && part.minimum_mm() >= 19.0,
         "{}",
