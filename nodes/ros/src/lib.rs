@@ -61,6 +61,7 @@ mod executor;
 mod fastdds_workarounds;
 mod goal_handle;
 mod goal_table;
+mod introspection;
 mod level;
 mod lifecycle;
 mod load;
