@@ -1,11 +1,12 @@
 //! Events of service calls on `<service>/_service_event`, as rcl publishes them with service introspection.
 //!
 //! Parameters switch the events while the node runs, by group of endpoints. They have the names and values of the demos of ROS 2. A group
-//! that is disabled has no topics.
+//! has no topics until it is enabled. Its topics then remain, without messages while it is disabled: peers on Fast DDS do not notice that
+//! `RustDDS` withdraws an endpoint, and would list one more publisher for each time the group is enabled.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use camwright_msgs::service_msgs::msg::ServiceEventInfo;
 use rustdds::GUID;
@@ -128,7 +129,7 @@ pub(super) struct CallEvents {
     topic: String,
     type_name: String,
     detail: AtomicU8,
-    publisher: Mutex<Option<RawPublisher>>,
+    publisher: OnceLock<RawPublisher>,
     clock: Arc<RosClock>,
     load: Arc<Load>,
     logger: Logger,
@@ -141,22 +142,16 @@ impl fmt::Debug for CallEvents {
 }
 
 impl CallEvents {
-    fn publisher(&self) -> std::sync::MutexGuard<'_, Option<RawPublisher>> {
-        self.publisher.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn detail(&self) -> Detail {
         Detail::from_number(self.detail.load(Ordering::Acquire))
     }
 
-    /// Changes the detail; the topic is there while it is not disabled.
+    /// Changes the detail. The caller lets one change come after the other.
     fn configure(&self, node: &Node, detail: Detail) -> Result<(), RosError> {
-        let mut publisher = self.publisher();
-        if detail == Detail::Disabled {
-            *publisher = None;
-        } else if publisher.is_none() {
+        if detail != Detail::Disabled && self.publisher.get().is_none() {
             let qos = Qos::services().keep_last(DEPTH);
-            *publisher = Some(node.impatient_raw_publisher(&self.topic, &self.type_name, &qos)?);
+            let publisher = node.impatient_raw_publisher(&self.topic, &self.type_name, &qos)?;
+            let _is_the_first = self.publisher.set(publisher);
         }
         self.detail.store(detail as u8, Ordering::Release);
         Ok(())
@@ -200,8 +195,7 @@ impl CallEvents {
 
     /// Publishes an event, or drops and counts it: a call never waits for a reader of its events.
     fn publish(&self, event: Result<Bytes, String>) {
-        // It may have been disabled meanwhile.
-        let Some(publisher) = self.publisher().clone() else { return };
+        let Some(publisher) = self.publisher.get() else { return };
         let sent = event.map_err(|reason| RosError::publish(&self.topic, reason));
         match sent.and_then(|body| publisher.send(body.into())) {
             Ok(()) => {}
@@ -232,7 +226,7 @@ impl Node {
             topic: format!("{service}/{TOPIC}"),
             type_name: format!("{type_name}_Event"),
             detail: AtomicU8::new(Detail::Disabled as u8),
-            publisher: Mutex::default(),
+            publisher: OnceLock::new(),
             clock: Arc::clone(self.clock()),
             load: Arc::clone(self.load()),
             logger: self.logger().clone(),

@@ -58,7 +58,7 @@ const ROWS: &[(&str, &[&str])] = &[
     (
         "Service introspection",
         &[
-            "no topic while disabled, and other values are refused",
+            "no topic before it is enabled, and other values are refused",
             "server ours: metadata, contents, then nothing",
             "server ours: the four events of a call have one client and one number",
             "client ours: the four events of a call have one client and one number",
