@@ -63,7 +63,7 @@ impl CallGroup {
 pub(super) fn parameters() -> impl Iterator<Item = Parameter> {
     CallGroup::SWITCHED.into_iter().filter_map(CallGroup::parameter).map(|(name, endpoints)| {
         Parameter::string(name, Detail::NAMES[0])
-            .describe(&format!("events that {endpoints} publish on <service>/_service_event"))
+            .describe(&format!("events of calls of {endpoints} of the node, on _service_event below each service"))
             .choices(&Detail::NAMES)
     })
 }

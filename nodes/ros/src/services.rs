@@ -676,3 +676,33 @@ impl<S: Service> Client<S> {
 
 /// RTPS's "unknown" sequence number: the server takes that of the request.
 const UNKNOWN: i64 = -(1 << 32);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guid(vendor: [u8; 2], last: u8) -> GUID {
+        let mut octets = [7; 16];
+        octets[..2].copy_from_slice(&vendor);
+        octets[15] = last;
+        GUID::from_bytes(octets)
+    }
+
+    /// In events of a call both sides name the client in the same way.
+    #[test]
+    fn a_call_has_the_identity_that_its_client_gives_it() {
+        let (reader, writer) = (4, 3);
+        let fast_dds = |last| guid([0x01, 0x0f], last);
+        let rust_dds = |last| guid(RUST_DDS, last);
+        let cyclone = |last| guid([0x01, 0x10], last);
+        let id = |client, header| RequestId { client, number: 5, header };
+        let call = id(fast_dds(reader), None).call(&fast_dds(writer));
+        assert_eq!(call, CallId::new(&fast_dds(writer), 5), "rmw_fastrtps names the writer of its requests");
+        let call = id(rust_dds(reader), None).call(&rust_dds(writer));
+        assert_eq!(call, CallId::new(&rust_dds(reader), 5), "servers on Fast DDS name the reader of the replies");
+        let header = Header { client: 0x0102, number: 9 };
+        let call = id(cyclone(writer), Some(header)).call(&cyclone(writer));
+        assert_eq!(call, CallId::new(&cyclone(writer), 9), "rmw_cyclonedds counts its requests in the header");
+        assert_eq!(header.client_gid(), [2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    }
+}
