@@ -28,7 +28,7 @@ pub(crate) enum Origin {
 pub(crate) enum Role {
     /// A message that gets a Rust structure.
     Message,
-    /// The event of a service's introspection: described, never sent by us.
+    /// The event of a service's introspection: described, without a Rust type of its own.
     Event,
     /// A service: its parts are `_Request`, `_Response`, `_Event`.
     Service,

@@ -14,3 +14,4 @@ mod player;
 mod recorder_files;
 mod recorder_load;
 mod recording;
+mod service_events;

@@ -10,6 +10,7 @@ use std::{
 };
 
 use camwright_msgs::{
+    diagnostic_msgs::msg::DiagnosticArray,
     rcl_interfaces::{
         msg::{Log, Parameter as ParameterMsg, ParameterEvent, ParameterValue as ValueMsg},
         srv::{
@@ -24,6 +25,7 @@ use camwright_msgs::{
 };
 use camwright_ros::{
     DelayInjection, Level, Node, NodeOptions, Parameter, ParameterValue, Qos, RosArgs, RosError, SpinThread,
+    diagnostic_status,
 };
 
 use crate::support;
@@ -219,6 +221,51 @@ fn a_busy_node_of_the_process_keeps_its_publishers_waiting() {
     }
     publisher.publish(&Float64 { data: -1.0 }).expect("there is room again");
     assert_eq!(receiver.recv_timeout(PATIENCE), Ok(-1.0));
+}
+
+/// A reader that lags behind costs events of calls, which are counted, and never keeps a call waiting.
+#[test]
+fn calls_do_not_wait_for_a_reader_of_their_events() {
+    const CALLS: u64 = 2500;
+    let domain = Domain::reserve();
+    let words = "--ros-args -p service_configure_introspection:=metadata";
+    let together = args(&domain, words).with_intra_process();
+    let (server, _a) = start(NodeOptions::new("server", &together));
+    let (busy, _b) = start(NodeOptions::new("busy", &together));
+    let (user, _c) = node(&domain, "user");
+    let answer = |request: SetBoolRequest| SetBoolResponse { success: request.data, message: String::new() };
+    let _flip = server.service::<SetBool>("~/flip", answer).expect("a service");
+    let _reports = server.diagnostics("test", || vec![diagnostic_status(0, "", "works", &[])]).expect("diagnostics");
+    let (go, wait) = mpsc::channel::<()>();
+    let (topic, type_name) = ("/server/flip/_service_event", "std_srvs/srv/SetBool_Event");
+    let read = Arc::new(AtomicUsize::new(0));
+    let counter = Arc::clone(&read);
+    let events = busy
+        .subscribe_raw(topic, type_name, &Qos::default_topic(), move |_, _| {
+            if counter.fetch_add(1, Ordering::AcqRel) == 0 {
+                wait.recv_timeout(PATIENCE).expect("the test lets it go on");
+            }
+        })
+        .expect("a subscription");
+    assert!(events.wait_matched(1, PATIENCE));
+    let dropped = Arc::new(AtomicUsize::new(0));
+    let seen = Arc::clone(&dropped);
+    let _diagnostics = user
+        .subscribe::<DiagnosticArray>("/diagnostics", &Qos::default_topic(), move |message, _| {
+            let values = message.status.iter().flat_map(|status| &status.values);
+            for value in values.filter(|value| value.key == "service events dropped") {
+                seen.store(value.value.parse().expect("a number"), Ordering::Release);
+            }
+        })
+        .expect("a subscription");
+    let client = user.client::<SetBool>("/server/flip").expect("a client");
+    for _ in 0..CALLS {
+        assert!(client.call(&SetBoolRequest { data: true }, PATIENCE).expect("an answer").success);
+    }
+    until("the dropped events are reported", || dropped.load(Ordering::Acquire) > 0);
+    go.send(()).expect("it waits");
+    let accounted = || (read.load(Ordering::Acquire) + dropped.load(Ordering::Acquire)) as u64;
+    until("every event is read or counted as dropped", || accounted() == 2 * CALLS);
 }
 
 /// Messages that a node has already received on a topic are not delivered to its next subscription.
@@ -450,7 +497,19 @@ fn parameters_are_guarded_described_and_reported() {
     let list = user.client::<ListParameters>("/holder/list_parameters").expect("a client");
     list.wait_for_service(PATIENCE).expect("the service is there");
     let listed = list.call(&ListParametersRequest::default(), PATIENCE).expect("an answer").result;
-    assert_eq!(listed.names, ["axes", "group.name", "rate", "start_type_description_service", "use_sim_time"]);
+    // Every node has these.
+    let common = [
+        "action_client_configure_introspection",
+        "action_server_configure_introspection",
+        "client_configure_introspection",
+        "service_configure_introspection",
+        "start_type_description_service",
+        "use_sim_time",
+    ];
+    let (listed_common, own): (Vec<&str>, Vec<&str>) =
+        listed.names.iter().map(String::as_str).partition(|name| common.contains(name));
+    assert_eq!(own, ["axes", "group.name", "rate"]);
+    assert_eq!(listed_common, common);
     assert_eq!(listed.prefixes, ["group"]);
 
     let get = user.client::<GetParameters>("/holder/get_parameters").expect("a client");

@@ -1,12 +1,13 @@
 """Reads a bag with the readers that other people use and says what they saw.
 
-usage: judge_bag.py BAG [--killed]
+usage: judge_bag.py BAG [--killed] [--undecoded SUFFIX ...]
 
 Judges: rosbags (the directory, each message decoded from the definition text within the bag), mcap (every check sum),
 mcap-ros2-support (each message decoded again, by other code). They must agree with each other on every count. Prints one
 JSON object {"messages": N, "topics": {name: {"type": ..., "count": N, "hash": ...}}, "custom_data": {...}}; exits 1 and says
 why when a judge refuses the bag.
 
+--undecoded: messages of types whose names end so are counted but not decoded, because no judge knows types of services and actions.
 --killed: the recording was never closed; only the linear readers can judge, and a torn end is no offence.
 """
 
@@ -20,15 +21,28 @@ from mcap.reader import NonSeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 
-def mcap_counts(files, killed):
+class Decoders(DecoderFactory):
+    """Leaves messages of some types as bytes."""
+
+    def __init__(self, undecoded):
+        super().__init__()
+        self.undecoded = undecoded
+
+    def decoder_for(self, message_encoding, schema):
+        if schema is not None and schema.name.endswith(self.undecoded):
+            return bytes
+        return super().decoder_for(message_encoding, schema)
+
+
+def mcap_counts(files, killed, undecoded):
     counts, types, hashes, last = {}, {}, {}, 0
     for path in files:
         sequence = {}
         with open(path, "rb") as stream:
             if killed:
-                reader = NonSeekingReader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+                reader = NonSeekingReader(stream, validate_crcs=True, decoder_factories=[Decoders(undecoded)])
             else:
-                reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+                reader = make_reader(stream, validate_crcs=True, decoder_factories=[Decoders(undecoded)])
                 assert reader.get_header().profile == "ros2", "profile is not ros2"
             try:
                 order = {} if killed else {"log_time_order": False}
@@ -59,7 +73,7 @@ def mcap_counts(files, killed):
     return counts, types, hashes
 
 
-def rosbags_counts(bag):
+def rosbags_counts(bag, undecoded):
     from rosbags.highlevel import AnyReader
 
     counts, custom = {}, {}
@@ -67,7 +81,8 @@ def rosbags_counts(bag):
         inner = reader.readers[0]
         custom = dict(getattr(inner, "metadata", {}).get("custom_data") or {})
         for connection, _, raw in reader.messages():
-            reader.deserialize(raw, connection.msgtype)
+            if not connection.msgtype.endswith(undecoded):
+                reader.deserialize(raw, connection.msgtype)
             counts[connection.topic] = counts.get(connection.topic, 0) + 1
         total = sum(counts.values())
         assert reader.message_count == total, f"metadata.yaml says {reader.message_count} messages, there are {total}"
@@ -81,13 +96,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bag", type=pathlib.Path)
     parser.add_argument("--killed", action="store_true")
+    parser.add_argument("--undecoded", nargs="+", default=[])
     args = parser.parse_args()
+    undecoded = tuple(args.undecoded)
     files = sorted(args.bag.glob("*.mcap"), key=lambda p: (len(p.name), p.name))
     assert files, f"{args.bag} has no storage file"
-    counts, types, hashes = mcap_counts(files, args.killed)
+    counts, types, hashes = mcap_counts(files, args.killed, undecoded)
     custom = {}
     if not args.killed:
-        others, custom = rosbags_counts(args.bag)
+        others, custom = rosbags_counts(args.bag, undecoded)
         assert others == counts, f"rosbags counts {others}, mcap counts {counts}"
     topics = {t: {"type": types[t], "count": counts[t], "hash": hashes[t]} for t in sorted(counts)}
     print(json.dumps({"messages": sum(counts.values()), "topics": topics, "custom_data": custom}))

@@ -25,6 +25,8 @@ from rclpy.parameter import Parameter, parameter_dict_from_yaml_file, parameter_
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
+from rclpy.qos import qos_profile_system_default
+from rclpy.service_introspection import ServiceIntrospectionState
 from rclpy.task import Future
 
 # How long a command that waits (for a node, an answer, a goal) may take unless it says so itself.
@@ -67,6 +69,7 @@ class Peer:
         self.wake = self.node.create_guard_condition(self.work)
         self.waiting = []
         self.publishers, self.subscriptions, self.clients, self.action_clients, self.kept = {}, {}, {}, {}, []
+        self.services = {}
         self.goals, self.served_goals = {}, {}
         self.running = True
         threading.Thread(target=self.read, daemon=True).start()
@@ -246,7 +249,17 @@ class Peer:
             say(event="request", service=c["service"], data=to_plain(request))
             return from_plain(kind.Response, c.get("response", {}))
 
-        self.kept.append(self.node.create_service(kind, c["service"], answer))
+        self.services[c["service"]] = self.node.create_service(kind, c["service"], answer)
+        return {}
+
+    def op_introspect(self, c):
+        """Publishes events of a service that is offered or, with its type, of the client of `op_call`: off, metadata or contents."""
+        key = ("service", c["service"])
+        if "type" in c and key not in self.clients:
+            self.clients[key] = self.node.create_client(interface(c["type"]), c["service"])
+        endpoint = self.clients[key] if "type" in c else self.services[c["service"]]
+        state = getattr(ServiceIntrospectionState, c["state"].upper())
+        endpoint.configure_introspection(self.node.get_clock(), qos_profile_system_default, state)
         return {}
 
     def op_dump(self, c):

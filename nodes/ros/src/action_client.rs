@@ -18,6 +18,7 @@ use camwright_msgs::{
 use super::{
     action::{ActionNames, GoalId, GoalStatus},
     error::RosError,
+    introspection::CallGroup,
     node::Node,
     qos::Qos,
     services::Client,
@@ -116,9 +117,9 @@ impl Node {
         })?;
         Ok(ActionClient {
             core: Arc::new(ActionClientCore {
-                send_goal: self.client(&names.send_goal)?,
-                cancel_goal: self.client(&names.cancel_goal)?,
-                get_result: self.client(&names.get_result)?,
+                send_goal: self.client_with(&names.send_goal, CallGroup::ActionClients)?,
+                cancel_goal: self.client_with(&names.cancel_goal, CallGroup::ActionClients)?,
+                get_result: self.client_with(&names.get_result, CallGroup::ActionClients)?,
                 action: names.action,
                 goals,
                 feedback,

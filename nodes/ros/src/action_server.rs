@@ -28,6 +28,7 @@ use super::error::RosError;
 use super::executor::TimerHandle;
 use super::goal_handle::GoalHandle;
 use super::goal_table::{GoalEntry, GoalTableCore, is_cancelable};
+use super::introspection::CallGroup;
 use super::node::Node;
 use super::qos::Qos;
 use super::services::{Responder, ServiceHandle};
@@ -319,16 +320,26 @@ impl Node {
         });
         let handler = Arc::new(Mutex::new(handler));
         let (accepting, accepting_handler) = (Arc::clone(&core), Arc::clone(&handler));
-        let send_goal = self.service_deferred::<A::SendGoal>(&names.send_goal, move |request, responder| {
-            accepting.send_goal(&accepting_handler, request, responder);
-        })?;
+        let send_goal = self.service_deferred_with::<A::SendGoal>(
+            &names.send_goal,
+            &Qos::services(),
+            CallGroup::ActionServers,
+            move |request, responder| accepting.send_goal(&accepting_handler, request, responder),
+        )?;
         let canceling = Arc::clone(&core);
-        let cancel_goal =
-            self.service::<CancelGoal>(&names.cancel_goal, move |request| canceling.cancel_goal(&handler, &request))?;
+        let cancel_goal = self.service_with::<CancelGoal>(
+            &names.cancel_goal,
+            &Qos::services(),
+            CallGroup::ActionServers,
+            move |request| canceling.cancel_goal(&handler, &request),
+        )?;
         let answering = Arc::clone(&core);
-        let get_result = self.service_deferred::<A::GetResult>(&names.get_result, move |request, responder| {
-            answering.get_result(request, responder);
-        })?;
+        let get_result = self.service_deferred_with::<A::GetResult>(
+            &names.get_result,
+            &Qos::services(),
+            CallGroup::ActionServers,
+            move |request, responder| answering.get_result(request, responder),
+        )?;
         let expiring = Arc::downgrade(&core);
         let expiry = self.timer(Duration::from_secs(1), move || {
             if let Some(core) = expiring.upgrade() {

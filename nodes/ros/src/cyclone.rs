@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use rustdds::{GUID, bytes::Bytes};
 use serde::de::DeserializeOwned;
 
+use super::discovery::Guid;
 use super::wire::{Octets, from_cdr};
 
 /// Vendor id of Eclipse Cyclone DDS, with which by RTPS its GUIDs begin.
@@ -52,6 +53,13 @@ impl Header {
     /// Puts the header before the fields. It takes 16 octets, so the fields stay where CDR wants them.
     pub(super) fn before(self, fields: &[u8]) -> Bytes {
         Bytes::from([&self.client.to_le_bytes()[..], &self.number.to_le_bytes(), fields].concat())
+    }
+
+    /// Identity of the client in service events, as a server on Cyclone writes it: the id and zeros.
+    pub(super) fn client_gid(self) -> Guid {
+        let mut gid = Guid::default();
+        gid[..8].copy_from_slice(&self.client.to_le_bytes());
+        gid
     }
 
     fn split(body: &[u8]) -> Option<(Self, &[u8])> {

@@ -9,6 +9,7 @@
 //! | [`RosArgs`] | `--ros-args`: remapping, parameters, parameter files, log levels, namespaces, domain and discovery range |
 //! | [`Publisher`], [`Subscription`], [`Qos`] | the quality of service profiles of ROS 2; number and times of each message; waiting for a match; serialised messages |
 //! | [`Client`], [`Responder`] | services that reply at once or later, to clients on Fast DDS and on Cyclone DDS |
+//! | `service_configure_introspection` and three more | parameters that publish service events, as in the demos of ROS 2 |
 //! | [`ActionServer`], [`ActionClient`] | any number of goals at once; deferred decisions; results that are kept |
 //! | [`Lifecycle`] | managed nodes: five services, `~/transition_event`, callbacks on a thread of their own |
 //! | [`Parameter`], [`Parameters`] | ranges, choices, read-only and optional parameters, validators, the parameter services |
@@ -61,6 +62,7 @@ mod executor;
 mod fastdds_workarounds;
 mod goal_handle;
 mod goal_table;
+mod introspection;
 mod level;
 mod lifecycle;
 mod load;

@@ -28,6 +28,8 @@ pub(super) struct Load {
     pub(super) requests_unreadable: Count,
     /// Replies whose client was not found, or that could not be written.
     pub(super) replies_undelivered: Count,
+    /// Events of service introspection that could not be published.
+    pub(super) service_events_dropped: Count,
 }
 
 impl Load {
@@ -38,6 +40,7 @@ impl Load {
             ("calls refused", &self.calls_refused),
             ("requests unreadable", &self.requests_unreadable),
             ("replies undelivered", &self.replies_undelivered),
+            ("service events dropped", &self.service_events_dropped),
         ];
         let is_news = |(_, count): &(&str, &Count)| count.get() > 0;
         let value = |(key, count): (&str, &Count)| KeyValue { key: key.to_string(), value: count.get().to_string() };

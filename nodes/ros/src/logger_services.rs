@@ -5,23 +5,18 @@ use camwright_msgs::rcl_interfaces::{
     srv::{GetLoggerLevels, GetLoggerLevelsResponse, SetLoggerLevels, SetLoggerLevelsResponse},
 };
 
-use super::{
-    error::RosError,
-    level::Level,
-    logging::Logger,
-    node::{Node, private},
-};
+use super::{error::RosError, level::Level, logging::Logger, node::Node, qos::Qos};
 
 /// Offers both services. A node has one logger, under its own name; the level of another logger is unknown (0).
 pub(super) fn offer(node: &Node) -> Result<(), RosError> {
     let logger = node.logger().clone();
-    node.retain(node.service::<GetLoggerLevels>(&private("get_logger_levels"), move |request| {
+    node.retain(node.builtin_service::<GetLoggerLevels>("get_logger_levels", &Qos::services(), move |request| {
         let level = |name: &String| if *name == logger.name() { logger.level() as u32 } else { 0 };
         let levels = request.names.iter().map(|name| LoggerLevel { name: name.clone(), level: level(name) }).collect();
         GetLoggerLevelsResponse { levels }
     })?);
     let logger = node.logger().clone();
-    node.retain(node.service::<SetLoggerLevels>(&private("set_logger_levels"), move |request| {
+    node.retain(node.builtin_service::<SetLoggerLevels>("set_logger_levels", &Qos::services(), move |request| {
         let results = request.levels.iter().map(|wanted| match set(&logger, wanted) {
             Ok(()) => SetLoggerLevelsResult { successful: true, reason: String::new() },
             Err(reason) => SetLoggerLevelsResult { successful: false, reason },

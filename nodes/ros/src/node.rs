@@ -19,6 +19,7 @@ use super::discovery::{Graph, Guid};
 use super::error::RosError;
 use super::executor::{Executor, TimerHandle};
 use super::fastdds_workarounds::FastDdsWorkarounds;
+use super::introspection::Introspection;
 use super::level::Level;
 use super::load::Load;
 use super::logging::Logger;
@@ -54,6 +55,7 @@ pub(super) struct NodeInner {
     pub(super) delay_injection: Option<DelayInjection>,
     pub(super) writer_window: WriterWindow,
     pub(super) load: Arc<Load>,
+    pub(super) introspection: Introspection,
     pub(super) warnings: Arc<RepeatedWarnings>,
     pub(super) authority: OnceLock<Arc<dyn Authority>>,
     pub(super) next_delay: Mutex<u64>,
@@ -150,6 +152,11 @@ impl Node {
     /// Counts of what was refused or lost under load.
     pub(super) fn load(&self) -> &Arc<Load> {
         &self.inner.load
+    }
+
+    /// Events of the node's services and clients.
+    pub(super) fn introspection(&self) -> &Introspection {
+        &self.inner.introspection
     }
 
     /// Warns once of what is refused again and again. Repetitions of `kind` within five seconds are counted and reported together.

@@ -12,6 +12,7 @@ use super::discovery::Graph;
 use super::error::RosError;
 use super::executor::Executor;
 use super::fastdds_workarounds::FastDdsWorkarounds;
+use super::introspection::{self, Introspection};
 use super::level::Level;
 use super::logging::Logger;
 use super::loopback::Loopback;
@@ -161,6 +162,7 @@ impl Node {
                 delay_injection,
                 writer_window,
                 load: Arc::default(),
+                introspection: Introspection::default(),
                 warnings: RepeatedWarnings::new(&executor, &logger),
                 logger,
                 executor,
@@ -186,6 +188,7 @@ impl Node {
         }
         parameter_services::publish_events(&node)?;
         sim_time::follow_parameter(&node)?;
+        introspection::follow_parameters(&node);
         parameter_services::offer(&node)?;
         type_description::offer(&node)?;
         logger_services::offer(&node)?;

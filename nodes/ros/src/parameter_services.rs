@@ -18,7 +18,7 @@ use super::{
     clock::{RosClock, to_time},
     error::RosError,
     logging::Logger,
-    node::{Node, private},
+    node::Node,
     parameter_value::ParameterValue,
     parameters::{Parameter, ParameterChanges, ParameterRange, Parameters},
     qos::Qos,
@@ -157,32 +157,33 @@ pub(super) fn offer(node: &Node) -> Result<(), RosError> {
     let qos = Qos::parameters();
 
     let store = parameters.clone();
-    node.retain(node.service_with::<GetParameters>(&private("get_parameters"), &qos, move |request| {
+    node.retain(node.builtin_service::<GetParameters>("get_parameters", &qos, move |request| {
         let values =
             request.names.iter().map(|name| store.get(name).as_ref().map(to_msg).unwrap_or_default()).collect();
         GetParametersResponse { values }
     })?);
 
     let store = parameters.clone();
-    node.retain(node.service_with::<GetParameterTypes>(&private("get_parameter_types"), &qos, move |request| {
+    node.retain(node.builtin_service::<GetParameterTypes>("get_parameter_types", &qos, move |request| {
         let types = request.names.iter().map(|name| store.get(name).map_or(0, |value| value.type_id())).collect();
         GetParameterTypesResponse { types }
     })?);
 
     let store = parameters.clone();
-    node.retain(node.service_with::<SetParameters>(&private("set_parameters"), &qos, move |request| {
+    node.retain(node.builtin_service::<SetParameters>("set_parameters", &qos, move |request| {
         let results = request.parameters.into_iter().map(|parameter| set(&store, vec![parameter])).collect();
         SetParametersResponse { results }
     })?);
 
     let store = parameters.clone();
-    let name = private("set_parameters_atomically");
-    node.retain(node.service_with::<SetParametersAtomically>(&name, &qos, move |request| {
-        SetParametersAtomicallyResponse { result: set(&store, request.parameters) }
-    })?);
+    node.retain(node.builtin_service::<SetParametersAtomically>(
+        "set_parameters_atomically",
+        &qos,
+        move |request| SetParametersAtomicallyResponse { result: set(&store, request.parameters) },
+    )?);
 
     let store = parameters.clone();
-    node.retain(node.service_with::<DescribeParameters>(&private("describe_parameters"), &qos, move |request| {
+    node.retain(node.builtin_service::<DescribeParameters>("describe_parameters", &qos, move |request| {
         let unknown = |name: &String| ParameterDescriptor { name: name.clone(), ..Default::default() };
         let descriptors = request
             .names
@@ -193,7 +194,7 @@ pub(super) fn offer(node: &Node) -> Result<(), RosError> {
     })?);
 
     let store = parameters.clone();
-    node.retain(node.service_with::<ListParameters>(&private("list_parameters"), &qos, move |request| {
+    node.retain(node.builtin_service::<ListParameters>("list_parameters", &qos, move |request| {
         ListParametersResponse { result: list(&store.names_with_values(), &request.prefixes, request.depth) }
     })?);
     Ok(())

@@ -6,7 +6,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
 };
 
-use super::{args::NodeOverride, error::RosError, parameter_value::ParameterValue};
+use super::{args::NodeOverride, error::RosError, introspection, parameter_value::ParameterValue};
 
 /// Name of the parameter that selects simulated time.
 pub(super) const USE_SIM_TIME: &str = "use_sim_time";
@@ -318,6 +318,7 @@ impl Parameters {
         declarations.push(
             Parameter::bool(START_TYPE_DESCRIPTION_SERVICE, true).describe("offers ~/get_type_description").read_only(),
         );
+        declarations.extend(introspection::parameters());
         let mut entries = BTreeMap::new();
         for declaration in declarations {
             let refuse = |reason: String| RosError::Parameter { name: declaration.name.clone(), reason };

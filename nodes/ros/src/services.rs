@@ -17,6 +17,7 @@ use std::{
 };
 
 use camwright_msgs::Service;
+use camwright_msgs::service_msgs::msg::ServiceEventInfo;
 use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key};
 
 use super::authority;
@@ -25,11 +26,12 @@ use super::discovery::{Graph, GraphListener, Guid};
 use super::error::RosError;
 use super::executor::Executor;
 use super::fastdds_workarounds::FastDdsWorkarounds;
+use super::introspection::{CallEvents, CallGroup, CallId};
 use super::load::Load;
 use super::logging::Logger;
 use super::loopback::LocalEndpoint;
 use super::names::{self, NameKind};
-use super::node::Node;
+use super::node::{Node, private};
 use super::qos::Qos;
 use super::reader_depth::DepthBounds;
 use super::reply_pace::{ReplyPace, STEP};
@@ -51,9 +53,14 @@ const MAX_UNMATCHED: usize = 8192;
 /// Vendor id of `RustDDS`, with which its GUIDs begin by RTPS.
 const RUST_DDS: [u8; 2] = [0x01, 0x12];
 
+/// Returns true for an endpoint of `RustDDS`.
+fn is_rust_dds(endpoint: &GUID) -> bool {
+    endpoint.to_bytes()[..2] == RUST_DDS
+}
+
 /// Returns true for a client that may keep no more than the ten unread replies of ROS's default. Clients of this crate keep at least 512.
 fn keeps_few_replies(client: &GUID) -> bool {
-    client.to_bytes()[..2] != RUST_DDS
+    !is_rust_dds(client)
 }
 
 /// Writes requests or replies.
@@ -91,11 +98,16 @@ impl Writer {
             self.local.write(None, None);
             return Ok(*written);
         }
-        // Samples in fragments cannot name anything; the answer to this one goes to its writer.
-        let related = (body.len() <= SHORT).then_some((answer_to, UNKNOWN));
-        *written = self.write(&body, related)?;
-        self.local.write(Some(body), Some((answer_to, UNKNOWN)));
+        let client = self.client_of(body.len(), answer_to);
+        *written = self.write(&body, (client == answer_to).then_some((client, UNKNOWN)))?;
+        self.local.write(Some(body), Some((client, UNKNOWN)));
         Ok(*written)
+    }
+
+    /// Endpoint that the server takes for the client of a request. Samples in fragments cannot name anything; the answer to such a request
+    /// goes to its writer.
+    fn client_of(&self, body_length: usize, answer_to: GUID) -> GUID {
+        if body_length <= SHORT { answer_to } else { self.guid() }
     }
 
     /// Writes the reply to a request.
@@ -150,6 +162,13 @@ impl RequestId {
             }
         }
     }
+
+    /// Identity of the call in the events of both sides. A client of rmw names the writer of its requests in its own events; a client of
+    /// this crate names the endpoint that it gives to the server.
+    fn call(&self, sender: &GUID) -> CallId {
+        let client = if is_rust_dds(&self.client) { &self.client } else { sender };
+        CallId::new(client, self.header.map_or(self.number, |header| header.number))
+    }
 }
 
 struct PendingReply {
@@ -160,6 +179,7 @@ struct PendingReply {
 
 struct ReplySide {
     writer: Writer,
+    events: Arc<CallEvents>,
     service: String,
     graph: Arc<Graph>,
     executor: Weak<Executor>,
@@ -364,7 +384,11 @@ impl<S: Service> Responder<S> {
 
     fn reply(&self, response: &S::Response) {
         match to_cdr(response) {
-            Ok(reply) => self.side.send(self.id, reply),
+            Ok(reply) => {
+                self.side.send(self.id, reply);
+                let call = self.id.call(&self.sender);
+                self.side.events.response(ServiceEventInfo::RESPONSE_SENT, call, response);
+            }
             Err(reason) => self.side.logger.warn(&format!("reply of {} cannot be sent: {reason}", self.side.service)),
         }
     }
@@ -380,16 +404,27 @@ impl Node {
         name: &str,
         callback: impl FnMut(S::Request) -> S::Response + Send + 'static,
     ) -> Result<ServiceHandle, RosError> {
-        self.service_with::<S>(name, &Qos::services(), callback)
+        self.service_with::<S>(name, &Qos::services(), CallGroup::Services, callback)
+    }
+
+    /// Offers a service that every node has, in its private namespace.
+    pub(super) fn builtin_service<S: Service>(
+        &self,
+        name: &str,
+        qos: &Qos,
+        callback: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<ServiceHandle, RosError> {
+        self.service_with::<S>(&private(name), qos, CallGroup::BuiltIn, callback)
     }
 
     pub(super) fn service_with<S: Service>(
         &self,
         name: &str,
         qos: &Qos,
+        group: CallGroup,
         mut callback: impl FnMut(S::Request) -> S::Response + Send + 'static,
     ) -> Result<ServiceHandle, RosError> {
-        self.service_deferred_with::<S>(name, qos, move |request, responder| responder.send(&callback(request)))
+        self.service_deferred_with::<S>(name, qos, group, move |request, responder| responder.send(&callback(request)))
     }
 
     /// Offers a service whose answers may come later, from any thread.
@@ -401,19 +436,21 @@ impl Node {
         name: &str,
         callback: impl FnMut(S::Request, Responder<S>) + Send + 'static,
     ) -> Result<ServiceHandle, RosError> {
-        self.service_deferred_with::<S>(name, &Qos::services(), callback)
+        self.service_deferred_with::<S>(name, &Qos::services(), CallGroup::Services, callback)
     }
 
-    fn service_deferred_with<S: Service>(
+    pub(super) fn service_deferred_with<S: Service>(
         &self,
         name: &str,
         qos: &Qos,
+        group: CallGroup,
         mut callback: impl FnMut(S::Request, Responder<S>) + Send + 'static,
     ) -> Result<ServiceHandle, RosError> {
         let service = self.names().resolve(name, NameKind::Service)?;
         let (request_topic, reply_topic) = names::dds_service(&service);
         let side = Arc::new(ReplySide {
             writer: Writer::new(self, &reply_topic, S::DDS_RESPONSE_TYPE_NAME, qos)?,
+            events: self.call_events(group, &service, S::TYPE_NAME)?,
             service: service.clone(),
             graph: Arc::clone(self.graph()),
             executor: Arc::downgrade(self.executor()),
@@ -433,6 +470,7 @@ impl Node {
         let take: OnBody = Box::new(move |body, info| match cyclone::read::<S::Request>(&body, &info.writer) {
             Ok((header, request)) => {
                 let id = RequestId::from_sample(info, header);
+                side.events.request(ServiceEventInfo::REQUEST_RECEIVED, id.call(&info.writer), &request);
                 side.note_request(id);
                 let (sender, side) = (info.writer, Arc::clone(&side));
                 let node = weak.upgrade();
@@ -468,11 +506,17 @@ impl Node {
     /// # Errors
     /// See [`Node::service`].
     pub fn client<S: Service>(&self, name: &str) -> Result<Client<S>, RosError> {
+        self.client_with(name, CallGroup::Clients)
+    }
+
+    pub(super) fn client_with<S: Service>(&self, name: &str, group: CallGroup) -> Result<Client<S>, RosError> {
         let service = self.names().resolve(name, NameKind::Service)?;
         let (request_topic, reply_topic) = names::dds_service(&service);
         let qos = Qos::services();
         let pending: Arc<Pending<S>> = Arc::default();
         let answers = Arc::clone(&pending);
+        let events = self.call_events(group, &service, S::TYPE_NAME)?;
+        let received = Arc::clone(&events);
         let own = Arc::new(OnceLock::<[GUID; 2]>::new());
         let mine = Arc::clone(&own);
         let (logger, of) = (self.logger().clone(), service.clone());
@@ -480,12 +524,17 @@ impl Node {
             let Some(own) = mine.get() else { return };
             let read = cyclone::read::<S::Response>(&body, &info.writer);
             // Replies to all clients of the service arrive here.
-            let number = match (&read, info.related) {
-                (Ok((Some(header), _)), _) if header.client == cyclone::client_of(&own[0]) => header.number,
-                (_, Some((client, number))) if own.contains(&client) => number,
+            let call = match (&read, info.related) {
+                (Ok((Some(header), _)), _) if header.client == cyclone::client_of(&own[0]) => {
+                    CallId { client: header.client_gid(), number: header.number }
+                }
+                (_, Some((client, number))) if own.contains(&client) => CallId::new(&client, number),
                 _ => return,
             };
-            let waiter = answers.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
+            if let Ok((_, reply)) = &read {
+                received.response(ServiceEventInfo::RESPONSE_RECEIVED, call, reply);
+            }
+            let waiter = answers.lock().unwrap_or_else(PoisonError::into_inner).remove(&call.number);
             match (read, waiter) {
                 (Ok((_, reply)), Some(waiter)) => waiter(reply),
                 (Err(reason), _) => logger.debug(&format!("reply of {of} cannot be read: {reason}")),
@@ -507,7 +556,7 @@ impl Node {
         let writer = Writer::new(self, &request_topic, S::DDS_REQUEST_TYPE_NAME, &qos)?;
         let _ = own.set([replies.dds_guid(), writer.guid()]);
         let (graph, executor) = (Arc::clone(self.graph()), Arc::downgrade(self.executor()));
-        Ok(Client { core: Arc::new(ClientCore { writer, replies, pending, service, graph, executor }) })
+        Ok(Client { core: Arc::new(ClientCore { writer, replies, pending, events, service, graph, executor }) })
     }
 }
 
@@ -517,6 +566,7 @@ struct ClientCore<S: Service> {
     writer: Writer,
     replies: Subscription,
     pending: Arc<Pending<S>>,
+    events: Arc<CallEvents>,
     service: String,
     graph: Arc<Graph>,
     executor: Weak<Executor>,
@@ -591,8 +641,15 @@ impl<S: Service> Client<S> {
         let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
         let server = self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies));
         let to_cyclone = server.is_some_and(|server| cyclone::is_cyclone(&server));
+        let body_length = body.len();
         let number = self.core.writer.request(body, replies, to_cyclone).map_err(failed)?;
         pending.insert(number, Box::new(answer));
+        let call = if to_cyclone {
+            CallId { client: Header { client: cyclone::client_of(&replies), number }.client_gid(), number }
+        } else {
+            CallId::new(&self.core.writer.client_of(body_length, replies), number)
+        };
+        self.core.events.request(ServiceEventInfo::REQUEST_SENT, call, request);
         Ok(number)
     }
 
@@ -619,3 +676,33 @@ impl<S: Service> Client<S> {
 
 /// RTPS's "unknown" sequence number: the server takes that of the request.
 const UNKNOWN: i64 = -(1 << 32);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guid(vendor: [u8; 2], last: u8) -> GUID {
+        let mut octets = [7; 16];
+        octets[..2].copy_from_slice(&vendor);
+        octets[15] = last;
+        GUID::from_bytes(octets)
+    }
+
+    /// In events of a call both sides name the client in the same way.
+    #[test]
+    fn a_call_has_the_identity_that_its_client_gives_it() {
+        let (reader, writer) = (4, 3);
+        let fast_dds = |last| guid([0x01, 0x0f], last);
+        let rust_dds = |last| guid(RUST_DDS, last);
+        let cyclone = |last| guid([0x01, 0x10], last);
+        let id = |client, header| RequestId { client, number: 5, header };
+        let call = id(fast_dds(reader), None).call(&fast_dds(writer));
+        assert_eq!(call, CallId::new(&fast_dds(writer), 5), "rmw_fastrtps names the writer of its requests");
+        let call = id(rust_dds(reader), None).call(&rust_dds(writer));
+        assert_eq!(call, CallId::new(&rust_dds(reader), 5), "servers on Fast DDS name the reader of the replies");
+        let header = Header { client: 0x0102, number: 9 };
+        let call = id(cyclone(writer), Some(header)).call(&cyclone(writer));
+        assert_eq!(call, CallId::new(&cyclone(writer), 9), "rmw_cyclonedds counts its requests in the header");
+        assert_eq!(header.client_gid(), [2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    }
+}

@@ -142,7 +142,8 @@ impl RawPublisher {
         }
     }
 
-    fn send(&self, body: Vec<u8>) -> Result<(), RosError> {
+    /// Publishes the body of a message.
+    pub(super) fn send(&self, body: Vec<u8>) -> Result<(), RosError> {
         let PublisherCore { writer, local, topic, durability, max_blocking, .. } = &*self.core;
         if !local.wait_room(*max_blocking) {
             return Err(RosError::Congested { topic: topic.clone() });
@@ -244,6 +245,16 @@ impl Node {
     /// The type's name is malformed; otherwise see [`Node::publisher`].
     pub fn raw_publisher(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<RawPublisher, RosError> {
         self.publisher_with(topic, &dds_type(type_name)?, qos, &self.writer_policies(qos))
+    }
+
+    /// Publishes serialised messages of a type, and never waits for room.
+    pub(super) fn impatient_raw_publisher(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawPublisher, RosError> {
+        self.publisher_with(topic, &dds_type(type_name)?, qos, &qos.impatient_writer_policies())
     }
 
     /// Publishes with policies of its own, of which peers see no more than of `qos`.

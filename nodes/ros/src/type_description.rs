@@ -3,17 +3,14 @@
 use camwright_msgs::{by_type_name, type_description_interfaces::srv::GetTypeDescription};
 
 use super::{
-    error::RosError,
-    node::{Node, private},
-    parameter_value::ParameterValue,
-    parameters::START_TYPE_DESCRIPTION_SERVICE,
+    error::RosError, node::Node, parameter_value::ParameterValue, parameters::START_TYPE_DESCRIPTION_SERVICE, qos::Qos,
 };
 
 pub(super) fn offer(node: &Node) -> Result<(), RosError> {
     if node.parameters().get(START_TYPE_DESCRIPTION_SERVICE) != Some(ParameterValue::Bool(true)) {
         return Ok(());
     }
-    let service = node.service::<GetTypeDescription>(&private("get_type_description"), |request| {
+    let service = node.builtin_service::<GetTypeDescription>("get_type_description", &Qos::services(), |request| {
         let mut response = <GetTypeDescription as camwright_msgs::Service>::Response::default();
         match by_type_name(&request.type_name) {
             None => response.failure_reason = format!("type {} is not known here", request.type_name),

@@ -100,6 +100,16 @@ fn matches(pattern: &[u8], text: &[u8]) -> bool {
     pattern[p..].iter().all(|&b| b == b'*')
 }
 
+/// Returns whether a type is a message, not a part of a service or an action.
+pub(super) fn is_message_type(type_name: &str) -> bool {
+    type_name.contains("/msg/")
+}
+
+/// Returns whether a topic has the events of calls of a service (`pkg/srv/Name_Event`) or of a service of an action.
+pub(super) fn is_service_event(topic: &str, type_name: &str) -> bool {
+    topic.ends_with("/_service_event") && type_name.ends_with("_Event")
+}
+
 /// Quality of service of a subscription that matches every publisher and misses none of its retained messages: as strong as all of them offer.
 pub(super) fn subscription_qos(offers: &[Qos], depth: u32) -> Qos {
     let mut qos = Qos::default_topic().keep_last(depth);
@@ -196,6 +206,23 @@ mod tests {
         }
         assert!(regex("(").expect_err("it is none").starts_with("'(' is no regular expression"));
         assert!(matches(b"*", b"") && matches(b"a*b*c", b"aXbYbZc") && !matches(b"a*b", b"abc") && !matches(b"?", b""));
+    }
+
+    #[test]
+    fn events_of_services_are_known_by_topic_and_type() {
+        for (topic, type_name, is_event) in [
+            ("/node/flip/_service_event", "std_srvs/srv/SetBool_Event", true),
+            ("/home/_action/send_goal/_service_event", "camwright_msgs/action/Home_SendGoal_Event", true),
+            ("/home/_action/feedback", "camwright_msgs/action/Home_FeedbackMessage", false),
+            ("/node/transition_event", "lifecycle_msgs/msg/TransitionEvent", false),
+            ("/node/_service_event", "std_msgs/msg/String", false),
+        ] {
+            assert_eq!(is_service_event(topic, type_name), is_event, "{topic}");
+        }
+        let exclude = TopicFilter { types: owned(&["*_Event"]), ..TopicFilter::default() };
+        let without = Selection::new("/", TopicFilter::default(), exclude);
+        assert!(!without.selects("/node/flip/_service_event", "std_srvs/srv/SetBool_Event"));
+        assert!(without.selects("/node/transition_event", "lifecycle_msgs/msg/TransitionEvent"));
     }
 
     #[test]

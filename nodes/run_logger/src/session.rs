@@ -12,7 +12,7 @@ use camwright_msgs::rosbag2_interfaces::msg::{MessagesLostEvent, WriteSplitEvent
 use super::arrivals::{Arrivals, TopicArrival};
 use super::definitions::{DefinitionState, DefinitionText, Definitions};
 use super::losses::PublishedLosses;
-use super::selection::{Selection, recorded_qos, subscription_qos};
+use super::selection::{Selection, is_message_type, is_service_event, recorded_qos, subscription_qos};
 use super::settings::RecorderSettings;
 use super::ticks::TickWatch;
 use camwright_bag::recording::{RecordedTopic, RecordingOptions};
@@ -281,9 +281,10 @@ impl Session {
             if found.publishers.is_empty() || !self.selection.selects(&found.name, &found.type_name) {
                 continue;
             }
-            // A type that an action implies (`pkg/action/X_FeedbackMessage`) has no name in the bag's definition language: with one
-            // of them in it, rosbags refuses the whole bag. rosbag2 leaves these hidden topics out as well.
-            if !self.settings.include_feedback && !found.type_name.contains("/msg/") {
+            // A type that an action or a service implies (`pkg/action/X_FeedbackMessage`) has no name in the bag's definition language;
+            // rosbag2 excludes these hidden topics as well. Events of service calls exist only where somebody enabled them.
+            let is_expected = is_message_type(&found.type_name) || is_service_event(&found.name, &found.type_name);
+            if !self.settings.include_feedback && !is_expected {
                 continue;
             }
             if let Some(entry) = topics.entries.get(&found.name) {
@@ -339,7 +340,8 @@ impl Session {
         let recorded = self.recording.add_topic(Topic {
             name: found.name.clone(),
             type_name: found.type_name.clone(),
-            type_hash: definition.hash,
+            // rosbags checks every hash when it opens a bag, and refuses the whole bag for the hash of a type whose name it cannot have.
+            type_hash: if is_message_type(&found.type_name) { definition.hash } else { String::new() },
             definition: definition.text,
             offered_qos: offers.iter().map(recorded_qos).collect(),
         });

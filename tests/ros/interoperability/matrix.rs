@@ -56,6 +56,18 @@ const ROWS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "Service introspection",
+        &[
+            "no topic before it is enabled, and other values are refused",
+            "server ours: metadata, contents, then nothing",
+            "server ours: the four events of a call have one client and one number",
+            "client ours: the four events of a call have one client and one number",
+            "action server ours: events of its three services",
+            "action client ours: events of its three clients",
+            "no events of the services of parameters, types and loggers",
+        ],
+    ),
+    (
         "Actions, server ours",
         &[
             "goal rejected",

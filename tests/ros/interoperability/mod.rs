@@ -11,6 +11,7 @@ mod actions;
 mod cells;
 mod clients;
 mod ground;
+mod introspection;
 mod life;
 mod matrix;
 mod parameters;
@@ -41,6 +42,8 @@ const SCENARIOS: &[Scenario] = &[
     ("services", Column::Rclpy, services::both_ways),
     ("services", Column::Cyclone, services::both_ways),
     ("long_services", Column::Rclpy, services::long_ones),
+    ("introspection", Column::Rclpy, introspection::of_services),
+    ("introspection_of_actions", Column::Rclpy, introspection::of_actions),
     ("parameters", Column::Rclpy, parameters::served),
     ("dump", Column::Rclpy, parameters::dumped_and_loaded),
     ("load", Column::Rclpy, parameters::dumped_and_set),
