@@ -32,6 +32,7 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
         grinding_n_mm2: 1.5e3,
         threshold_n_mm: 0.8,
         part_share: 0.5,
+        modes: Vec::new(),
     };
     let gauge = GaugeDescription {
         kind: GaugeKind::Diameter,

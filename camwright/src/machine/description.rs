@@ -8,7 +8,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 pub use crate::machine::axes::{AXIS_COUNT, Axis, AxisScale, MotionLimits};
-pub use crate::machine::contact::{ContactDescription, StiffnessAt};
+pub use crate::machine::contact::{ContactDescription, ContactMode, StiffnessAt};
 pub use crate::machine::drive::{DriveSettings, Structure};
 pub use crate::machine::effect::Effect;
 pub use crate::machine::gauge::{GaugeDescription, GaugeKind};

@@ -29,6 +29,7 @@ fn equipped() -> MachineDescription {
             grinding_n_mm2: 1.5e3,
             threshold_n_mm: 0.8,
             part_share: 0.5,
+            modes: Vec::new(),
         }),
         gauge: Some(GaugeDescription {
             kind: GaugeKind::Diameter,
