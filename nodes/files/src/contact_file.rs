@@ -38,7 +38,7 @@ pub(super) struct ContactFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ContactModeFile {
-    /// Natural frequency; at most a twentieth of the servo rate is simulated well.
+    /// Natural frequency.
     #[schemars(range(min = 5.0, max = 5000.0))]
     frequency_hz: f64,
     /// Damping ratio.

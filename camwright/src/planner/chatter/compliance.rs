@@ -61,6 +61,13 @@ impl ContactCompliance {
         FREQUENCY_MARGIN * self.natural_rad_s().fold(0.0, f64::max)
     }
 
+    /// Cutting stiffness up to which no wave grows at any work speed, −1/(2 min Re G) (N/mm); `None`: no cut chatters.
+    #[must_use]
+    pub fn unconditional_n_mm(&self) -> Option<f64> {
+        let (lowest, _) = self.most_negative()?;
+        (lowest < 0.0).then(|| -0.5 / lowest)
+    }
+
     /// Most negative real part over all frequencies, and its frequency (mm/N, rad/s); `None` where nothing vibrates.
     #[must_use]
     pub fn most_negative(&self) -> Option<(f64, f64)> {

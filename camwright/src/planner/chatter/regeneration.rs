@@ -166,8 +166,7 @@ impl RegenerativeCut {
     /// Cutting stiffness up to which no wave grows at any work speed, −1/(2 min Re G) (N/mm); `None`: no cut chatters.
     #[must_use]
     pub fn unconditional_n_mm(&self) -> Option<f64> {
-        let (lowest, _) = self.compliance.most_negative()?;
-        (lowest < 0.0).then(|| -0.5 / lowest)
+        self.compliance.unconditional_n_mm()
     }
 
     /// This cut at another time of a turn (s).
