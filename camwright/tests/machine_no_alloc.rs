@@ -3,7 +3,7 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
-    Axis, ContactDescription, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
+    Axis, ContactDescription, ContactMode, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
     StiffnessAt, Structure,
 };
 use camwright::machine::persistent_state::PersistentState;
@@ -32,7 +32,7 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
         grinding_n_mm2: 1.5e3,
         threshold_n_mm: 0.8,
         part_share: 0.5,
-        modes: Vec::new(),
+        modes: vec![ContactMode { frequency_rad_s: 1200.0, damping: 0.05, compliance_share: 0.3 }],
     };
     let gauge = GaugeDescription {
         kind: GaugeKind::Diameter,

@@ -165,7 +165,7 @@ fn notes(report: &ChatterReport) -> Vec<String> {
     }
     if report.x_friction_n > 0.0 {
         notes.push(format!(
-            "friction of {} N holds x_axis while the force changes by less: then its drive takes no part, and growth is lower",
+            "friction of {} N holds x_axis while the force changes by less: then growth is that of spring and modes alone",
             report.x_friction_n
         ));
     }
