@@ -3,8 +3,8 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
-    Axis, ContactDescription, ContactMode, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
-    StiffnessAt, Structure,
+    Axis, ContactDescription, ContactMode, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription,
+    ReferenceCut, StiffnessAt, Structure,
 };
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};

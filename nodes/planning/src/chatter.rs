@@ -303,6 +303,44 @@ mod tests {
         assert!(worst.unconditional_width_mm.unwrap() <= worst.limit_width_mm.unwrap() * 1.001);
     }
 
+    /// Amplitude of 60 waves on the first journal of a job that ends with so many turns of spark-out (mm), and the forecast of its growth.
+    fn left_of_planted_waves(spark_out_turns: u32, coulomb_friction: f64) -> (f64, f64) {
+        let set = [
+            format!("infeed.spark_out_turns={spark_out_turns}"),
+            "runout_correction=null".to_owned(),
+            "identification=null".to_owned(),
+            "raw_part={lobes: [{count: 60, um: 2.0}]}".to_owned(),
+            "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0.0, width_mm: 20.0}]".to_owned(),
+        ];
+        let prepared = prepare("journal_runout", &set, None).unwrap();
+        let mut machine = prepared.machine.clone();
+        let drive = &mut machine.axes[Axis::X.index()].drive;
+        drive.coulomb_friction = coulomb_friction;
+        let (_, _, outlines) = crate::simulate_outlines_on(&prepared, &machine, |_, _| {}).unwrap();
+        let radii = &outlines[0];
+        let wave = |of: fn(f64) -> f64| {
+            let angle = |i: usize| 60.0 * TURN_RAD * i as f64 / radii.len() as f64;
+            let sum: f64 = radii.iter().enumerate().map(|(i, radius)| (radius - 20.0) * of(angle(i))).sum();
+            2.0 * sum / radii.len() as f64
+        };
+        let forecast = forecast_of(&prepared, &prepared.planned.lobes[0], 1).unwrap();
+        let per_turn = forecast.cut.planted_wave_per_turn(60.0, TURN_RAD / forecast.cut.turn_s);
+        (wave(f64::cos).hypot(wave(f64::sin)), per_turn)
+    }
+
+    /// Three more turns of spark-out in a planned job shrink planted waves by the forecast, or by the contact law while friction holds the
+    /// slide of the wheelhead.
+    #[test]
+    fn planted_waves_of_a_job_shrink_in_spark_out_as_forecast() {
+        for (coulomb_friction, holds) in [(0.0, false), (20.0, true)] {
+            let (few, forecast) = left_of_planted_waves(3, coulomb_friction);
+            let (many, _) = left_of_planted_waves(6, coulomb_friction);
+            let (found, wanted) = ((many / few).cbrt(), if holds { 30.0 / 36.0 } else { forecast });
+            assert!(few > 5e-5 && many < few, "{few} mm, {many} mm");
+            assert!((found / wanted - 1.0).abs() < 0.015, "friction {coulomb_friction} N: {found}, {wanted}");
+        }
+    }
+
     #[test]
     fn a_rigid_machine_is_rejected_with_a_reason() {
         let mut prepared = prepare("journal_runout", &[], None).unwrap();
