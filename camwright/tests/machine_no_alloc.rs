@@ -3,8 +3,8 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
-    Axis, ContactDescription, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
-    StiffnessAt, Structure,
+    Axis, ContactDescription, ContactMode, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription,
+    ReferenceCut, StiffnessAt, Structure,
 };
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
@@ -32,6 +32,7 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
         grinding_n_mm2: 1.5e3,
         threshold_n_mm: 0.8,
         part_share: 0.5,
+        modes: vec![ContactMode { frequency_rad_s: 1200.0, damping: 0.05, compliance_share: 0.3 }],
     };
     let gauge = GaugeDescription {
         kind: GaugeKind::Diameter,

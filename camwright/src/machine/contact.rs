@@ -13,6 +13,23 @@ pub struct StiffnessAt {
     pub n_mm: f64,
 }
 
+/// Vibration mode between wheel and part: a share of the compliance that has a mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactMode {
+    /// Natural frequency without damping (rad/s).
+    pub frequency_rad_s: f64,
+    /// Damping ratio.
+    pub damping: f64,
+    /// Share of the static compliance 1/km that is this mode's, above 0; the rest is a spring without mass.
+    pub compliance_share: f64,
+}
+
+/// Largest sum of the shares of all modes: some spring must remain between wheel and part.
+const MAX_MODE_SHARE: f64 = 0.95;
+
+/// Largest damping ratio of a mode.
+const MAX_DAMPING: f64 = 0.99;
+
 /// Deflection of wheel and part against each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactDescription {
@@ -25,9 +42,17 @@ pub struct ContactDescription {
     pub threshold_n_mm: f64,
     /// Share of the deflection by which the part deflects and not the wheelhead, 0 to 1: a single contact on the part feels it.
     pub part_share: f64,
+    /// Modes that vibrate between wheel and part; empty: wheel and part deflect without delay.
+    pub modes: Vec<ContactMode>,
 }
 
 impl ContactDescription {
+    /// Share of the compliance that has no mass.
+    #[must_use]
+    pub fn spring_share(&self) -> f64 {
+        1.0 - self.modes.iter().map(|mode| mode.compliance_share).sum::<f64>()
+    }
+
     /// km with the table at a position (N/mm).
     #[must_use]
     pub fn machine_n_mm(&self, z_mm: f64) -> f64 {
@@ -63,6 +88,20 @@ impl ContactDescription {
             let (what, value) = ("share of the part in the deflection", self.part_share);
             return Err(DescriptionError::AboveLimit { what, value, allowed: 1.0 });
         }
+        for mode in &self.modes {
+            positive("frequency of a mode of the contact (rad/s)", mode.frequency_rad_s)?;
+            positive("damping of a mode of the contact", mode.damping)?;
+            positive("share of a mode in the compliance", mode.compliance_share)?;
+            if mode.damping > MAX_DAMPING {
+                let (what, value) = ("damping of a mode of the contact", mode.damping);
+                return Err(DescriptionError::AboveLimit { what, value, allowed: MAX_DAMPING });
+            }
+        }
+        let value = 1.0 - self.spring_share();
+        if value > MAX_MODE_SHARE {
+            let what = "share of all modes in the compliance";
+            return Err(DescriptionError::AboveLimit { what, value, allowed: MAX_MODE_SHARE });
+        }
         let value = self.threshold_n_mm;
         if !(value >= 0.0 && value.is_finite() && self.stiffness.iter().all(|point| point.z_mm.is_finite())) {
             return Err(DescriptionError::Negative { what: "threshold force (N/mm)", value });
@@ -83,6 +122,7 @@ mod tests {
             grinding_n_mm2: 2e3,
             threshold_n_mm: 0.5,
             part_share: 0.5,
+            modes: vec![],
         }
     }
 
@@ -112,5 +152,12 @@ mod tests {
         assert!(broken(&|contact| contact.grinding_n_mm2 = f64::NAN).is_err());
         assert!(broken(&|contact| contact.threshold_n_mm = -1.0).is_err());
         assert!(broken(&|contact| contact.part_share = 1.5).is_err());
+        let mode = |damping: f64, compliance_share: f64| {
+            broken(&|contact| {
+                contact.modes = vec![ContactMode { frequency_rad_s: 1e3, damping, compliance_share }; 2];
+            })
+        };
+        assert!(mode(0.03, 0.4).is_ok());
+        assert!(mode(0.03, 0.5).is_err() && mode(0.03, 0.0).is_err() && mode(1.0, 0.4).is_err());
     }
 }

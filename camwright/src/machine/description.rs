@@ -8,7 +8,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 pub use crate::machine::axes::{AXIS_COUNT, Axis, AxisScale, MotionLimits};
-pub use crate::machine::contact::{ContactDescription, StiffnessAt};
+pub use crate::machine::contact::{ContactDescription, ContactMode, StiffnessAt};
 pub use crate::machine::drive::{DriveSettings, Structure};
 pub use crate::machine::effect::Effect;
 pub use crate::machine::gauge::{GaugeDescription, GaugeKind};
@@ -277,10 +277,14 @@ impl MachineDescription {
 
 impl MachineDescription {
     /// The force of a servo step is that of the deflection before it. A mass m on the contact's spring k swings by itself when k h/m
-    /// comes near the bandwidth w of the loop that damps it.
+    /// comes near the bandwidth w of the loop that damps it. Modes with a mass do not follow within a step; the spring is what remains.
     fn validate_contact_of_drives(&self) -> Result<(), DescriptionError> {
         let axis = self.axis(Axis::X);
-        let stiffest = self.contact.iter().flat_map(|contact| &contact.stiffness).map(|at| at.n_mm).fold(0.0, f64::max);
+        let springs = self.contact.iter().flat_map(|contact| {
+            let share = contact.spring_share();
+            contact.stiffness.iter().map(move |at| at.n_mm / share)
+        });
+        let stiffest = springs.fold(0.0, f64::max);
         for drive in [Some(axis.drive), axis.good_drive].into_iter().flatten() {
             let Some(bandwidth) = drive.velocity_loop_rad_s else { continue };
             let step_s = self.cycle_time_s() / f64::from(self.servo_steps_per_tick);

@@ -14,6 +14,7 @@
 //! ```
 
 pub mod banded;
+pub mod complex;
 pub mod differences;
 pub mod extremum;
 pub mod fixed_list;

@@ -27,6 +27,7 @@
 //! assert!(refused.is_err()); // a job without a lobe, and the reason in words
 //! ```
 
+pub mod chatter;
 mod clearance;
 mod continuous_c;
 mod correct;

@@ -41,6 +41,7 @@ fn machine(random: &mut SplitMix64, mode: GaugingMode) -> MachineDescription {
         grinding_n_mm2: grinding_n_mm / WIDTH_MM,
         threshold_n_mm: random.within(0.0, 1.0),
         part_share: 0.7,
+        modes: Vec::new(),
     };
     let two = mode == GaugingMode::Exact && random.next().is_multiple_of(4);
     let first_deg: f64 = if two { 300.0 } else { random.one_of(&[270.0, 270.0, 90.0, 135.0, 225.0, 315.0]) };

@@ -181,6 +181,7 @@ fn a_stopped_wheel_touches_a_part_that_gives_way_and_leaves_it_whole() {
         grinding_n_mm2: 1500.0,
         threshold_n_mm: 0.8,
         part_share: 0.0,
+        modes: Vec::new(),
     };
     let machine = MachineDescription { contact: Some(contact), ..description() };
     for speed in [0.05, 0.2, 0.9] {

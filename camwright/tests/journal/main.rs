@@ -45,6 +45,7 @@ fn grinder(ratio: f64, gamma_deg: f64) -> MachineDescription {
         grinding_n_mm2: KG_N_MM / WIDTH_MM,
         threshold_n_mm: 15.0 / WIDTH_MM,
         part_share: 0.7,
+        modes: Vec::new(),
     };
     let gauge = GaugeDescription {
         kind: GaugeKind::Diameter,

@@ -22,6 +22,7 @@ fn soft(machine_n_mm: f64, threshold_n: f64) -> (MachineDescription, ContactLaw)
         grinding_n_mm2: KG_N_MM / WIDTH_MM,
         threshold_n_mm: threshold_n / WIDTH_MM,
         part_share: 0.5,
+        modes: Vec::new(),
     };
     let law = contact.law(Z_MM, WIDTH_MM).expect("a law");
     (MachineDescription { contact: Some(contact), ..ideal() }, law)

@@ -33,6 +33,7 @@ fn journal_grinder(machine_n_mm: f64, gamma_deg: f64, noise_mm: f64) -> (Machine
         grinding_n_mm2: KG_N_MM / WIDTH_MM,
         threshold_n_mm: 15.0 / WIDTH_MM,
         part_share: 0.7,
+        modes: Vec::new(),
     };
     let law = contact.law(Z_MM, WIDTH_MM).expect("a law");
     let gauge = GaugeDescription {

@@ -182,6 +182,7 @@ fn the_grinding_force_is_seen_in_the_motor() {
         grinding_n_mm2: 2.0e3,
         threshold_n_mm: 1.0,
         part_share: 0.5,
+        modes: Vec::new(),
     };
     let description = MachineDescription { contact: Some(contact), ..ordinary() };
     let mut machine = machine(&description);
@@ -215,6 +216,7 @@ fn the_headstock_feels_the_force_by_its_arm() {
             grinding_n_mm2: 2.0e3,
             threshold_n_mm: 1.0,
             part_share: 0.5,
+            modes: Vec::new(),
         };
         let mut description = MachineDescription { contact: Some(contact), rotation_sense: sense, ..ordinary() };
         description.axes[0].drive.coulomb_friction = 0.0;
@@ -279,6 +281,7 @@ fn drives_that_are_none_are_refused() {
         grinding_n_mm2: 2.0e3,
         threshold_n_mm: 1.0,
         part_share: 0.5,
+        modes: Vec::new(),
     });
     assert!(matches!(description.validate(), Err(DescriptionError::AboveLimit { .. })));
 }

@@ -22,6 +22,7 @@ fn grinder(process: Option<GrindingProcess>) -> MachineDescription {
         grinding_n_mm2: 1e3,
         threshold_n_mm: 0.5,
         part_share: 0.5,
+        modes: Vec::new(),
     };
     MachineDescription { contact: Some(contact), process, ..ideal() }
 }

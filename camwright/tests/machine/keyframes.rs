@@ -4,7 +4,7 @@
 use super::turned::{self, Eccentric};
 use super::{ideal, machine};
 use camwright::machine::description::{
-    Axis, ContactDescription, GapDetector, GaugeDescription, GaugeKind, GrindingProcess, KeyWayProbe,
+    Axis, ContactDescription, ContactMode, GapDetector, GaugeDescription, GaugeKind, GrindingProcess, KeyWayProbe,
     LoadingDescription, MachineDescription, ReferenceCut, StiffnessAt, Structure, ThermalDescription,
 };
 use camwright::machine::reference::lathe;
@@ -29,6 +29,7 @@ fn equipped() -> MachineDescription {
             grinding_n_mm2: 1.5e3,
             threshold_n_mm: 0.8,
             part_share: 0.5,
+            modes: vec![ContactMode { frequency_rad_s: 1200.0, damping: 0.05, compliance_share: 0.3 }],
         }),
         gauge: Some(GaugeDescription {
             kind: GaugeKind::Diameter,

@@ -1,5 +1,6 @@
 //! The simulated machine: what it does with setpoints, and what it leaves of a part.
 
+mod chatter;
 mod compliance;
 mod correcting;
 mod drives;

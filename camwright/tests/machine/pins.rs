@@ -102,6 +102,7 @@ fn soft(sense: i8) -> MachineDescription {
         grinding_n_mm2: 5e4 / WIDTH_MM,
         threshold_n_mm: 15.0 / WIDTH_MM,
         part_share: 0.5,
+        modes: Vec::new(),
     };
     MachineDescription { contact: Some(contact), ..crank_grinder(sense) }
 }

@@ -110,6 +110,7 @@ fn what_gives_way_softens_the_waves() {
         grinding_n_mm2: 2e3,
         threshold_n_mm: 0.0,
         part_share: 0.5,
+        modes: Vec::new(),
     };
     let mut description = MachineDescription { contact: Some(contact), ..ideal() };
     description.wheel.unbalance_mm = 5e-4;

@@ -2,7 +2,8 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::machine::description::{ContactDescription, StiffnessAt};
+use camwright::machine::description::{ContactDescription, ContactMode, StiffnessAt};
+use camwright::math::units::TURN_RAD;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -27,6 +28,38 @@ pub(super) struct ContactFile {
     #[schemars(range(min = 0.0, max = 1.0))]
     #[serde(default = "half")]
     part_share: f64,
+    /// Modes that vibrate between wheel and part, from a tap test. Default: none, the deflection follows the force at once.
+    #[schemars(length(max = 8))]
+    #[serde(default)]
+    modes: Vec<ContactModeFile>,
+}
+
+/// Vibration mode between wheel and part.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct ContactModeFile {
+    /// Natural frequency.
+    #[schemars(range(min = 5.0, max = 5000.0))]
+    frequency_hz: f64,
+    /// Damping ratio.
+    #[schemars(range(min = 1e-3, max = 0.9))]
+    #[serde(default = "bolted")]
+    damping: f64,
+    /// Share of the static compliance 1/km that is the mode's; all modes together at most 0.95.
+    #[schemars(range(min = 1e-3, max = 0.95))]
+    compliance_share: f64,
+}
+
+/// Damping of a bolted machine of steel and iron.
+fn bolted() -> f64 {
+    0.04
+}
+
+impl ContactModeFile {
+    fn mode(&self) -> ContactMode {
+        let Self { frequency_hz, damping, compliance_share } = *self;
+        ContactMode { frequency_rad_s: frequency_hz * TURN_RAD, damping, compliance_share }
+    }
 }
 
 /// Equal shares of part and wheelhead.
@@ -56,6 +89,7 @@ impl ContactFile {
             grinding_n_mm2: PER_MM * self.grinding_stiffness_n_um_mm,
             threshold_n_mm: self.threshold_force_n_mm,
             part_share: self.part_share,
+            modes: self.modes.iter().map(ContactModeFile::mode).collect(),
         }
     }
 

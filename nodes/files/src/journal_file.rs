@@ -54,7 +54,7 @@ pub(super) struct RawPartFile {
 #[serde(deny_unknown_fields)]
 struct RawLobeFile {
     /// Crests of the wave around the part.
-    #[schemars(range(min = 2, max = 100))]
+    #[schemars(range(min = 2, max = 400))]
     count: u32,
     /// Amplitude of the wave.
     #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]

@@ -3,7 +3,7 @@
 use super::finding::{CheckReport, Finding, warning};
 use super::program::check_milled;
 use super::turning::check_turned;
-use super::{PreparedJob, deflection, error_location::blame, plan, process_warnings};
+use super::{PreparedJob, chatter, deflection, error_location::blame, plan, process_warnings};
 use camwright::job::grinding::{JobError, LobeSpec};
 use camwright::machine::wheel_state::WheelNow;
 use camwright::math::units::{deg_from_rad, um_from_mm};
@@ -156,6 +156,9 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     }
     if let Some(message) = deflection::too_little_spark_out(prepared) {
         findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
+    }
+    if let Some(message) = chatter::chatter_warning(prepared) {
+        findings.push(warning(prepared.job.document.error("work_speed_rpm", message)));
     }
     findings.extend(process_warnings::of_process(prepared));
     findings

@@ -14,6 +14,7 @@ pub mod surface_view;
 mod any_prepared;
 mod capability;
 mod causes;
+mod chatter;
 mod check_file;
 mod compensation;
 mod cut_table;
@@ -53,6 +54,7 @@ pub use camwright::cam::gauge_report::Alignment;
 pub use camwright_files::convert::machine_now::MachineNow;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe, tolerance_text};
 pub use causes::{Causes, EffectRemoved, OtherMachine, causes};
+pub use chatter::{ChatterReport, PassChatter, VariationSummary, WaveSummary, chatter};
 pub use check_file::check_file;
 pub use compensation::{
     LearnedJob, LobeReport, ReportedCorrections, ReportedLobe, learn_reports, simulate_learned, with_learned,

@@ -97,6 +97,7 @@ pub(crate) fn contact() -> ContactDescription {
         grinding_n_mm2: 1.5e3,
         threshold_n_mm: 0.8,
         part_share: 0.5,
+        modes: Vec::new(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Contact of wheel and lobe: the sweep along a servo step, deflection, force, and the detectors that feel it.
 
+use super::contact_modes::ContactModes;
 use super::inputs::{Inputs, Sensing};
 use super::probes::{GapWatch, engagement_mm};
 use super::wheel::WheelSurface;
@@ -46,6 +47,8 @@ pub(super) struct ContactState {
     push_n: f64,
     force_monitor: ForceMonitor,
     gap: Option<GapWatch>,
+    /// Vibration between wheel and part; `None`: they deflect without delay.
+    modes: Option<ContactModes>,
     /// The wheel in the present tick.
     pass: WheelPass,
 }
@@ -53,6 +56,7 @@ pub(super) struct ContactState {
 snapshot_groups!(ContactState {
     keep_force(fields: deflection, force_n, push_n, force_monitor),
     keep_gap(equipment: gap),
+    keep_modes(equipment: modes),
 } on { pass });
 
 impl ContactState {
@@ -63,6 +67,7 @@ impl ContactState {
             push_n: 0.0,
             force_monitor: ForceMonitor::default(),
             gap: GapWatch::new(description),
+            modes: description.contact.as_ref().and_then(ContactModes::new),
             pass: WheelPass::new(),
         }
     }
@@ -105,6 +110,14 @@ impl ContactState {
     /// Wheel and part are apart.
     pub(super) fn separate(&mut self) {
         (self.deflection, self.force_n) = (Deflection::default(), 0.0);
+        if let Some(modes) = &mut self.modes {
+            modes.rest();
+        }
+    }
+
+    /// Something moves between wheel and part although no axis does.
+    pub(super) fn vibrates(&self) -> bool {
+        self.modes.as_ref().is_some_and(ContactModes::vibrates)
     }
 
     /// Forces of the contact on the axes (N of a slide, N m of the headstock): along its normal it pushes the wheelhead away, and turns
@@ -168,7 +181,9 @@ impl ContactState {
         let turn = libm::round(TURN_RAD * per_rad);
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
-        let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm();
+        let vibration_mm = self.modes.as_ref().map_or(0.0, ContactModes::reach_mm);
+        let nearest_mm =
+            (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm() - vibration_mm;
         if nearest_mm - surface.radius_mm >= lobe.reach_mm() + lobe.throw_mm() {
             let removal = lobe.finish(&mut self.pass);
             lobe.leave();
@@ -179,7 +194,8 @@ impl ContactState {
         let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
         let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
         let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
-        let positions = libm::ceil(path / longest).max(surface.positions()).clamp(1.0, 10_000.0) as u32;
+        let by_modes = self.modes.as_ref().map_or(1.0, |modes| modes.steps(step_s));
+        let positions = libm::ceil(path / longest).max(surface.positions()).max(by_modes).clamp(1.0, 10_000.0) as u32;
         let from_rad = line_rad(c.from, turn, sense);
         let begin = WheelCentre {
             azimuth_rad: from_rad,
@@ -187,7 +203,7 @@ impl ContactState {
             radius_mm: surface.radius_mm,
         }
         .seen_from(throw);
-        let margin_mm = path + surface.maximum_thrown_mm() + self.deflection.mm + DEFLECTS_MM;
+        let margin_mm = path + surface.maximum_thrown_mm() + self.deflection.mm.abs() + DEFLECTS_MM;
         lobe.list_blocks(begin, law.is_some(), margin_mm, &mut self.pass);
         let mut removal = Removal::default();
         for j in 1..=positions {
@@ -202,6 +218,9 @@ impl ContactState {
                 // The gap detector feels the depth in its moment.
                 None if cuts && self.gap.is_none() => lobe.pass_later(wheel, &mut self.pass),
                 None => lobe.pass(wheel, cuts),
+                Some(law) if self.modes.is_some() => {
+                    self.press_on_modes(lobe, wheel, law, (cuts, step_s / f64::from(positions)))
+                }
                 Some(law) => {
                     let time_s = step_s / f64::from(positions);
                     let (taken, deflection) = lobe.press(wheel, law, self.deflection, (cuts, time_s), &mut self.pass);
@@ -216,6 +235,29 @@ impl ContactState {
             removal = removal.and(taken);
         }
         removal
+    }
+
+    /// The wheel presses at a position of its path, from which the modes of the contact carry it away along the normal.
+    fn press_on_modes(
+        &mut self,
+        lobe: &mut Lobe,
+        wheel: WheelCentre,
+        law: &ContactLaw,
+        (cuts, time_s): (bool, f64),
+    ) -> Removal {
+        let Some(step) = self.modes.as_ref().and_then(|modes| modes.begin(law, time_s)) else {
+            return lobe.pass(wheel, cuts);
+        };
+        let normal = self.deflection.normal;
+        let carried = wheel.carried(Deflection { mm: step.away_mm, normal });
+        let before = Deflection { mm: self.deflection.mm - step.away_mm, normal };
+        let (taken, deflection) = lobe.press(carried, &step.law, before, (cuts, time_s), &mut self.pass);
+        self.force_n = step.law.force_n(deflection.mm);
+        self.deflection = Deflection { mm: step.away_mm + deflection.mm, ..deflection };
+        if let Some(modes) = &mut self.modes {
+            modes.finish(law, time_s, self.force_n);
+        }
+        taken
     }
 }
 

@@ -8,6 +8,7 @@ mod axis_watch;
 mod build_report;
 mod command;
 mod contact;
+mod contact_modes;
 mod fault_injection;
 mod gauging;
 mod inputs;
@@ -498,7 +499,7 @@ impl Machine {
         spans: &[Span; AXIS_COUNT],
     ) -> Removal {
         let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
-        if c.is_still() && x.is_still() {
+        if c.is_still() && x.is_still() && !self.contact.vibrates() {
             return Removal::default();
         }
         let sweep = LobeSweep {

@@ -85,6 +85,7 @@ impl Snapshot for Machine {
         equipment!(codec: work_area);
         gauging.keep_gauge(codec)?;
         contact.keep_gap(codec)?;
+        contact.keep_modes(codec)?;
         inputs.keep_switches(codec)?;
         gauging.keep_watch(codec)?;
         inputs.keep_references(codec)?;

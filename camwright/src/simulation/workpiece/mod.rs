@@ -136,6 +136,17 @@ impl WheelCentre {
         let (centre_mm, azimuth_rad) = centre.relative(self.centre_mm, self.azimuth_rad);
         Self { azimuth_rad, centre_mm, ..self }
     }
+
+    /// The wheel where something carries it along a normal.
+    #[must_use]
+    pub fn carried(self, by: Deflection) -> Self {
+        let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
+        Self {
+            azimuth_rad: self.azimuth_rad + libm::atan2(across, along),
+            centre_mm: libm::hypot(along, across),
+            ..self
+        }
+    }
 }
 
 /// The wheel as it faces the part: which way its centre lies, as a direction.

@@ -139,6 +139,16 @@ Example: camwright drives turned_cam --set turned.to_mm=20 --tolerance-um 2
 
 Exit codes: 0 done, 2 rejected, or not a turning job";
 
+pub(super) const CHATTER: &str = "\
+Examples:
+  camwright chatter journal_runout
+  camwright chatter my_job.yaml --variation 20 --period 5.5 --plot lobes.svg
+
+Growth is the factor of the worst wave per turn; above 1 it grows. The machine
+file states what vibrates: the drive of x_axis, and contact.modes of a tap test.
+
+Exit codes: 0 stable, 1 a pass chatters, 2 rejected or not written";
+
 pub(super) const HOLD: &str = "\
 Example: camwright hold
 

@@ -4,6 +4,7 @@ pub mod bag;
 
 mod bag_room;
 mod batch;
+mod chatter;
 mod check;
 mod check_machine;
 mod check_parameters;
@@ -83,6 +84,8 @@ enum CommandLine {
     CheckMachine(check_machine::CheckMachineArgs),
     /// Find the drive gains that a turned part needs.
     Drives(drives::DrivesArgs),
+    /// Forecast chatter: waves that grow, stable work speeds, a varying speed.
+    Chatter(chatter::ChatterArgs),
     #[command(flatten)]
     Operate(operate::OperateCommand),
     /// Set up a running cell: move, probe, dress, touch off, find the phase.
@@ -145,6 +148,7 @@ pub fn main() -> ExitCode {
         CommandLine::Schema(args) => schema::main(&args),
         CommandLine::CheckMachine(args) => check_machine::main(&args, &ros_args),
         CommandLine::Drives(args) => drives::main(&args),
+        CommandLine::Chatter(args) => chatter::main(&args),
         CommandLine::Operate(command) => operate::main(&command, &ros_args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Page(args) => page::main(&args, &ros_args),

@@ -13,8 +13,10 @@ mod contour;
 mod curves;
 pub(super) mod nc;
 mod sheet;
+mod stability;
 mod turned;
 
+pub(crate) use stability::stability_plot;
 pub(crate) use turned::turned_plots;
 
 use super::PreparedJob;
