@@ -214,7 +214,8 @@ impl Contour {
         }
         let concave = smallest(&|angle| contour.local(angle).curvature());
         let steepest = smallest(&|angle| -contour.pressure_angle(angle).abs());
-        contour.max_concave = (concave.value < 0.0).then_some(concave);
+        // A flat is not hollow.
+        contour.max_concave = (concave.value * base_radius_mm < -ROUNDING).then_some(concave);
         let value = contour.pressure_angle(steepest.angle_rad);
         contour.max_pressure_angle = Extremum { angle_rad: steepest.angle_rad, value };
         Ok(contour)

@@ -24,5 +24,6 @@ pub mod inspection;
 pub mod lift;
 pub mod lobe_inspection;
 pub mod motion_law;
+pub mod outline;
 pub mod surface;
 pub mod wave_cause;

@@ -38,6 +38,7 @@ pub mod machine_file;
 pub mod milling_file;
 pub(crate) mod names;
 pub mod nc_file;
+mod outline_file;
 mod pass_file;
 mod probe_file;
 mod process_file;

@@ -13,6 +13,7 @@ use super::lift_formula::{self, CrankPinFile, EccentricFile, SCamFile, SegmentFi
 use super::lift_preset::LiftPreset;
 use super::lift_text::{self, AngleUnitFile, Content, Printed, TextFormat};
 use super::locate::Located;
+use super::outline_file::{self, OutlineFile, PolygonFile};
 use super::schema;
 use super::table_files::TableFiles;
 use super::yaml::Document;
@@ -64,6 +65,10 @@ pub struct LiftFile {
     eccentric: Option<EccentricFile>,
     /// Crank pin by its throw and diameter, in grinding jobs.
     crank_pin: Option<CrankPinFile>,
+    /// Lines and arcs of the part's outline, instead of a follower and a base circle.
+    outline: Option<OutlineFile>,
+    /// Regular polygon with rounded corners, instead of a follower and a base circle.
+    polygon: Option<PolygonFile>,
     /// S-cam of a drum brake: two equal arms, half a turn apart, for a roller with `offset_mm`.
     s_cam: Option<SCamFile>,
     /// Profile before this one whose follower is joined to this one, so that both cams hold it without play: the lift is the
@@ -170,13 +175,15 @@ pub(super) fn read(
         file.segments.is_some(),
         file.eccentric.is_some(),
         file.crank_pin.is_some(),
+        file.outline.is_some(),
+        file.polygon.is_some(),
         file.s_cam.is_some(),
         file.conjugate_of.is_some(),
         is_round,
     ];
     if sources.iter().filter(|given| **given).count() != 1 {
         let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, crank_pin, \
-                       s_cam, conjugate_of, round: true";
+                       outline, polygon, s_cam, conjugate_of, round: true";
         return Err(profile.refuse("", message));
     }
     refuse_misplaced(file, &profile)?;
@@ -212,6 +219,10 @@ fn read_formula(file: &LiftFile, profile: &LiftContext<'_>) -> Option<Result<Pro
         lift_formula::eccentric(eccentric, profile)
     } else if let Some(pin) = &file.crank_pin {
         return Some(lift_formula::crank_pin(pin, profile));
+    } else if let Some(outline) = &file.outline {
+        return Some(outline_file::outline(outline, profile));
+    } else if let Some(polygon) = &file.polygon {
+        return Some(outline_file::polygon(polygon, profile));
     } else if let Some(s_cam) = &file.s_cam {
         lift_formula::s_cam(s_cam, profile)
     } else if let Some(name) = &file.conjugate_of {
@@ -247,6 +258,8 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
     let is_formula = file.segments.is_some()
         || file.eccentric.is_some()
         || file.crank_pin.is_some()
+        || file.outline.is_some()
+        || file.polygon.is_some()
         || file.s_cam.is_some()
         || file.conjugate_of.is_some()
         || file.round == Some(true);

@@ -22,7 +22,7 @@ pub(super) struct ProfileFile {
     #[schemars(schema_with = "names::schema")]
     pub(super) name: String,
     /// Radius of the base circle. Not with a lift that defines the contour itself (an eccentric by its diameter,
-    /// a crank pin, tables of radii or points).
+    /// a crank pin, an outline, a polygon, tables of radii or points).
     #[schemars(range(min = 1e-6, max = 1e4))]
     base_radius_mm: Option<f64>,
     /// Follower that the lift belongs to. Not with a lift that defines the contour itself.
@@ -30,7 +30,7 @@ pub(super) struct ProfileFile {
     /// Follower that inspects the lobes; `camwright plan` writes its readings. Default: no inspection.
     gauge: Option<FollowerFile>,
     /// Lift of the follower: exactly one of `table`, `half_table`, `opening_table` with `closing_table`,
-    /// `segments`, `eccentric`, `crank_pin`, `s_cam`, `conjugate_of`, `round: true`.
+    /// `segments`, `eccentric`, `crank_pin`, `outline`, `polygon`, `s_cam`, `conjugate_of`, `round: true`.
     lift: LiftFile,
 }
 

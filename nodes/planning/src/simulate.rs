@@ -267,6 +267,22 @@ mod tests {
         }
     }
 
+    /// Flats, corners and arcs of the shipped punches: ground within 0.1 µm on ideal drives without deflection, and within 2 µm with good
+    /// drives.
+    #[test]
+    fn punches_of_lines_and_arcs_are_ground_to_their_outline() {
+        let short = ["infeed.total_mm=0.072", "stock_mm=0.06"].map(str::to_owned);
+        let prepared = prepare("punches", &short, None).unwrap();
+        let worst = |description: &MachineDescription| {
+            let (_, lobes, _) = simulate_outlines_on(&prepared, description, |_, _| {}).unwrap();
+            lobes.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs()))).fold(0.0, f64::max)
+        };
+        let ideal = Effect::ALL.into_iter().fold(prepared.machine.clone(), |machine, effect| machine.without(effect));
+        let good = prepared.machine.clone().with_good_drives().expect("the machine file has them");
+        let (ideal_um, good_um) = (worst(&ideal), worst(&good));
+        assert!(ideal_um < 0.1 && good_um < 2.0, "{ideal_um} um, {good_um} um");
+    }
+
     /// A cam for a finger follower, its lift in degrees: the whole way from the job file to the ground part.
     #[test]
     fn the_cam_of_an_oscillating_roller_is_ground_within_a_micrometre() {

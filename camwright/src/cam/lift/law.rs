@@ -3,6 +3,7 @@
 use super::program::{MotionProgram, ProgramError};
 use super::reading::{TableMethod, TableReading};
 use super::table::LiftTable;
+use crate::cam::outline::Outline;
 use crate::math::extremum::smallest_over_turn;
 use crate::math::periodic_cubic::PeriodicCubic;
 use crate::math::periodic_spline::{PeriodicSpline, Sample};
@@ -73,6 +74,7 @@ enum LawShape {
     Spline(PeriodicSpline),
     Cubic(PeriodicCubic),
     Program(MotionProgram),
+    Outline(Outline),
     EccentricFlat { eccentricity_mm: f64, nose_rad: f64 },
     EccentricRound { eccentricity_mm: f64, pitch_radius_mm: f64, nose_rad: f64 },
     Conjugate { of: Box<LiftLaw>, ratio: f64, at_rad: f64 },
@@ -147,6 +149,14 @@ impl LiftLaw {
     /// A blend that falls below the base circle between its ends.
     pub fn from_program(program: MotionProgram) -> Result<Self, LiftLawError> {
         Self::new(LawShape::Program(program), BELOW_BASE_MM)
+    }
+
+    /// Distance of an outline from the axis, above its smallest: the lift of a knife edge on the cam's centre line.
+    ///
+    /// # Errors
+    /// An outline that falls below its smallest distance by more than rounding.
+    pub fn from_outline(outline: Outline) -> Result<Self, LiftLawError> {
+        Self::new(LawShape::Outline(outline), BELOW_BASE_MM)
     }
 
     /// A formula of period 2π, sampled so densely that the spline between the samples is right to 1e-10 mm.
@@ -242,6 +252,7 @@ impl LiftLaw {
             LawShape::Spline(spline) => spline.sample(angle_rad),
             LawShape::Cubic(spline) => spline.sample(angle_rad),
             LawShape::Program(program) => program.sample(angle_rad),
+            LawShape::Outline(outline) => outline.sample(angle_rad),
             LawShape::EccentricFlat { eccentricity_mm: e, nose_rad } => {
                 let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
                 Sample { value: e * (1.0 + cos), first: -e * sin, second: -e * cos, third: e * sin }
@@ -306,6 +317,7 @@ impl LiftLaw {
     pub fn breaks(&self) -> Vec<f64> {
         match &self.shape {
             LawShape::Program(program) => program.joints().collect(),
+            LawShape::Outline(outline) => outline.breaks(),
             LawShape::Cubic(spline) => {
                 (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
             }
@@ -323,6 +335,7 @@ impl LiftLaw {
         match &self.shape {
             LawShape::Spline(spline) => (2 * spline.coefficients().len()).max(MIN_STEPS),
             LawShape::Cubic(spline) => (2 * spline.knots()).max(MIN_STEPS),
+            LawShape::Outline(outline) => outline.grid(),
             LawShape::Conjugate { of, .. } => of.grid(),
             _ => MIN_STEPS,
         }

@@ -86,6 +86,7 @@ mod tests {
             ("journal_runout", vec![], 24),
             ("plate_cam", vec![], 5),
             ("crank_pins", vec![], 16),
+            ("punches", vec![], 10),
         ] {
             let plots = drawn(job, &set);
             assert_eq!(plots.len(), count, "{job} {set:?}");
