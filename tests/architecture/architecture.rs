@@ -87,7 +87,7 @@ fn crates_know_only_what_stands_before_them() {
     }
     assert_eq!(
         dependencies["camwright"],
-        set(&["libm", "nalgebra", "thiserror"]),
+        set(&["libm", "nalgebra", "thiserror", "wide"]),
         "the core is no_std: the compiler proves that it knows no file, clock or thread"
     );
 }

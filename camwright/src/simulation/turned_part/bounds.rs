@@ -1,7 +1,7 @@
 //! Upper bounds of the radii, along the lines: what was cut in the turn before is passed over by them, without a look at its cells.
 
 use super::PartGrid;
-use super::cells::Cells;
+use super::cell_radii::CellRadii;
 use alloc::vec::Vec;
 
 /// Columns of a line whose largest radius is known. The edge must rise less over a chunk than it moves in a turn.
@@ -24,7 +24,7 @@ impl PartialEq for RadiusBounds {
 }
 
 impl RadiusBounds {
-    pub(super) fn new(grid: &PartGrid, cells: &Cells) -> Self {
+    pub(super) fn new(grid: &PartGrid, cells: &CellRadii) -> Self {
         let per_line = grid.columns.div_ceil(CHUNK);
         let chunks = (0..grid.azimuths)
             .flat_map(|line| (0..per_line).map(move |chunk| super::largest(cells.chunk(line, chunk))))

@@ -16,7 +16,7 @@
 //! tool enters. So is the flank below the edge: clearance is the planner's to prove.
 
 mod bounds;
-mod cells;
+mod cell_radii;
 mod crossing;
 mod form_map;
 mod insert;
@@ -29,7 +29,7 @@ use crate::math::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bounds::{CHUNK, RadiusBounds};
-use cells::Cells;
+use cell_radii::CellRadii;
 use thiserror::Error;
 
 pub use form_map::{Cusps, FormBin, FormMap, FormMapError, FormPoint};
@@ -194,7 +194,7 @@ impl TurnedRemoval {
 pub struct TurnedPart {
     name: String,
     grid: PartGrid,
-    cells: Cells,
+    cells: CellRadii,
     /// Cosine and sine of every azimuth.
     cos: Vec<f64>,
     sin: Vec<f64>,
@@ -231,7 +231,7 @@ impl TurnedPart {
         let min = radii.iter().fold(reach, |min, r| min.min(*r));
         let cos = (0..azimuths).map(|i| libm::cos(grid.azimuth_rad(i))).collect();
         let sin = (0..azimuths).map(|i| libm::sin(grid.azimuth_rad(i))).collect();
-        let cells = Cells::new(&grid, &radii);
+        let cells = CellRadii::new(&grid, &radii);
         let bounds = RadiusBounds::new(&grid, &cells);
         let (raw_reach, refresh, changed) = (reach, (0, 0.0), false);
         Ok(Self { name, grid, cells, cos, sin, bounds, raw_reach, min, reach, refresh, changed })

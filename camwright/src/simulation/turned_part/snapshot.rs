@@ -1,6 +1,6 @@
 //! A turned part in a keyframe: its radii are read as those of a raw part are taken.
 
-use super::cells::Cells;
+use super::cell_radii::CellRadii;
 use super::{PartGrid, TurnedPart};
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use alloc::string::String;
@@ -12,7 +12,7 @@ crate::snapshot!(PartGrid { azimuths, columns, from_mm, to_mm } on {});
 const WRITTEN: usize = 64;
 
 /// Walks through the radii of a part that is written or compared.
-fn snapshot_radii(codec: &mut SnapshotCodec<'_>, cells: &Cells) -> Result<(), SnapshotError> {
+fn snapshot_radii(codec: &mut SnapshotCodec<'_>, cells: &CellRadii) -> Result<(), SnapshotError> {
     codec.count(cells.len(), super::MAX_CELLS)?;
     let (mut all, mut first) = (cells.all(), 0);
     while first < cells.len() {

@@ -6,14 +6,14 @@ use alloc::vec::Vec;
 
 /// Radii of a part. The insert cuts neighbouring columns of one azimuth at a time, so a chunk of columns lies together.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Cells {
+pub(super) struct CellRadii {
     azimuths: usize,
     columns: usize,
     /// All azimuths of the first chunk of columns first (mm). A chunk at the end is filled up with 0, which nothing cuts.
     chunks: Vec<[f64; CHUNK]>,
 }
 
-impl Cells {
+impl CellRadii {
     /// Takes radii (mm) of all cells, all azimuths of the first column first.
     pub(super) fn new(grid: &PartGrid, radii: &[f64]) -> Self {
         let PartGrid { azimuths, columns, .. } = *grid;
