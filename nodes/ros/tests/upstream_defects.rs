@@ -15,9 +15,11 @@ use std::sync::Mutex;
 /// Names the check that a process of this test runs.
 const CHECK: &str = "CAMWRIGHT_UPSTREAM_CHECK";
 
-/// Checks and their states, from the rows "| `name` | item | state | observation |" of `UPSTREAM.md`.
+/// Checks and their states, from the rows "| `name` | item | state | observation |" below the heading "Checks" of `UPSTREAM.md`.
 fn claimed() -> BTreeMap<&'static str, &'static str> {
-    let rows = include_str!("../UPSTREAM.md").lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
+    let (_, section) = include_str!("../UPSTREAM.md").split_once("\n## Checks\n").expect("a section of checks");
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let rows = section.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
     rows.filter_map(|(name, cells)| Some((name, cells.split('|').nth(1)?.trim()))).collect()
 }
 
