@@ -1,8 +1,8 @@
 //! Delivery within a node, and within a process.
 //!
-//! `RustDDS` matches a participant's writer with a reader of the same participant only sometimes (in 3 of 4 trials the writer never
-//! learned of the reader), so messages and requests of a node to itself are delivered here, and the node ignores what DDS brings of them.
-//! A node that records its own log or calls its own service needs this.
+//! `RustDDS` does not match a participant's writer with a reader of the same participant (`UPSTREAM.md`, item 8), so messages and requests
+//! of a node to itself are delivered here, and the node ignores what DDS brings of them. A node that records its own log or calls its own
+//! service needs this.
 //!
 //! Nodes that share an [`IntraProcess`] deliver topics to each other in the same way. A volatile message that has no reader elsewhere is
 //! then not written to DDS at all. A reader that lags behind keeps its reliable writers waiting, as over DDS. Services always use DDS.
