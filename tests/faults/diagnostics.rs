@@ -101,30 +101,35 @@ fn node_with_a_dying_thread(binary: &str, thread: &str, domain: &Domain, paramet
 fn a_thread_that_dies_is_reported_and_ends_its_process() {
     let domain = Domain::reserve();
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
-    let (sender, levels) = mpsc::channel();
-    let on_message = move |array: DiagnosticArray, _: &_| {
-        for status in array.status.into_iter().filter(|status| status.level == DiagnosticStatus::ERROR) {
-            drop(sender.send(status.message));
-        }
-    };
-    let _diagnostics =
-        node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), on_message).expect("a subscription");
+    // Announced before the diagnostics: a writer that knows their reader knows this one too.
     let (sender, states) = mpsc::channel();
     let on_message = move |event: TransitionEvent, _: &_| drop(sender.send(event.goal_state.label));
     let events = "job_planner/transition_event";
     let _events = node.subscribe(events, &Qos::default_topic().keep_last(100), on_message).expect("a subscription");
+    let (sender, diagnostics) = mpsc::channel();
+    let on_message =
+        move |array: DiagnosticArray, _: &_| array.status.into_iter().for_each(|status| drop(sender.send(status)));
+    let _diagnostics =
+        node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), on_message).expect("a subscription");
     let validate = node.client::<ValidateJob>("job_planner/validate_job").expect("a client");
     let _spinning = node.spin_in_thread().expect("a thread");
     let mut planner = node_with_a_dying_thread(env!("CARGO_BIN_EXE_job_planner"), "planning", &domain, &[]);
     validate.wait_for_service(PATIENCE).expect("the planner offers it");
+    // A planner that dies before it knows the readers reaches none of them.
+    diagnostics.recv_timeout(PATIENCE).expect("a first diagnostic of the planner");
     let request = ValidateJobRequest { job: "eccentric".into(), ..ValidateJobRequest::default() };
     let answer = validate.call(&request, PATIENCE).expect("it is answered");
     assert!(!answer.success && answer.message.starts_with("no answer is possible"), "{}", answer.message);
     let status = planner.wait(PATIENCE);
     assert_eq!(status.code(), Some(101), "{}", planner.complaint());
     assert!(planner.stderr().contains("thread planning was ended by a defect"), "{}", planner.stderr());
-    let level = levels.recv_timeout(PATIENCE).expect("a diagnostic");
-    assert!(level.starts_with("thread planning was ended by a defect"), "{level}");
+    let error = loop {
+        let status: DiagnosticStatus = diagnostics.recv_timeout(PATIENCE).expect("a diagnostic of the error");
+        if status.level == DiagnosticStatus::ERROR {
+            break status.message;
+        }
+    };
+    assert!(error.starts_with("thread planning was ended by a defect"), "{error}");
     while states.recv_timeout(PATIENCE).expect("a transition") != "errorprocessing" {}
 
     let machine = env!("CARGO_BIN_EXE_machine_sim");
