@@ -4,17 +4,8 @@ use crate::support;
 
 use camwright_bag::Bag;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use support::{Domain, Folder};
-
-fn camwright(args: &[&str], set: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
-    command.current_dir(support::repository()).args(args);
-    for over in set {
-        command.args(["--set", over]);
-    }
-    command.output().expect("camwright runs")
-}
+use std::process::Command;
+use support::{Domain, Folder, camwright};
 
 fn planned(job: &str, name: &str, set: &[&str]) -> serde_json::Value {
     let folder = Folder::new(&format!("wheel-{name}"));

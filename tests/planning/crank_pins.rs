@@ -4,21 +4,11 @@
 use crate::support;
 
 use std::path::Path;
-use std::process::{Command, Output};
-use support::Folder;
+use support::{Folder, camwright, refusal_of_check};
 
 const THROW_MM: f64 = 40.0;
 const PIN_MM: f64 = 25.0;
 const WHEEL_MM: f64 = 250.0;
-
-fn camwright(words: &[&str], set: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
-    command.current_dir(support::repository()).args(words);
-    for over in set {
-        command.args(["--set", over]);
-    }
-    command.output().expect("camwright runs")
-}
 
 fn planned(out: &Path, set: &[&str]) -> serde_json::Value {
     let out = out.display().to_string();
@@ -111,12 +101,6 @@ fn contact_speed_and_removal_rate_are_those_of_the_job() {
 /// One key wrong each: the refusal names it, what is wrong, and what would do.
 #[test]
 fn pins_that_cannot_be_ground_are_refused() {
-    let refused = |set: &[&str]| {
-        let output = camwright(&["check", "crank_pins", "--details"], set);
-        assert_eq!(output.status.code(), Some(2), "{set:?}: {}", String::from_utf8_lossy(&output.stdout));
-        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-        text.split_whitespace().collect::<Vec<_>>().join(" ")
-    };
     let throw = |throw_mm: u32| format!("profiles.pin.lift={{crank_pin: {{throw_mm: {throw_mm}, diameter_mm: 50}}}}");
     let far = throw(320);
     for (set, words) in [
@@ -136,7 +120,7 @@ fn pins_that_cannot_be_ground_are_refused() {
             ["work speed of 140 rpm", "the largest work speed that fits"],
         ),
     ] {
-        let text = refused(&set);
+        let text = refusal_of_check("crank_pins", &set);
         for word in words {
             assert!(text.contains(word), "{set:?}: {word:?} is not in {text}");
         }

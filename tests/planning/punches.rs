@@ -3,20 +3,10 @@
 
 use crate::support;
 
-use std::process::{Command, Output};
-use support::Folder;
+use support::{Folder, camwright, refusal_of_check};
 
 const WHEEL_MM: f64 = 60.0;
 const BLEND_MM: f64 = 0.002;
-
-fn camwright(words: &[&str], set: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
-    command.current_dir(support::repository()).args(words);
-    for over in set {
-        command.args(["--set", over]);
-    }
-    command.output().expect("camwright runs")
-}
 
 /// Distance of the wheel's centre from the axis over the azimuth, if it touches a flat: the flat lies so far from the axis.
 fn on_a_flat(flat_mm: f64, azimuth_rad: f64) -> f64 {
@@ -29,7 +19,7 @@ fn on_an_arc(centre_mm: f64, radius_mm: f64, azimuth_rad: f64) -> f64 {
     centre_mm * cos + ((radius_mm + WHEEL_MM).powi(2) - (centre_mm * sin).powi(2)).sqrt()
 }
 
-/// Where the wheel touches a flat or a corner, and not a blend between them, X is that of the closed form to a hundredth of a micrometre.
+/// X equals the closed form within 0.01 µm wherever the wheel touches a flat or a corner. On the blends it lies between the two.
 #[test]
 fn the_wheel_follows_flats_and_corners() {
     let folder = Folder::new("punches");
@@ -61,12 +51,6 @@ fn the_wheel_follows_flats_and_corners() {
 /// One key wrong each: the refusal names it, what is wrong, and what would do.
 #[test]
 fn what_is_no_outline_is_refused() {
-    let refused = |set: &[&str]| {
-        let output = camwright(&["check", "punches", "--details"], set);
-        assert_eq!(output.status.code(), Some(2), "{set:?}: {}", String::from_utf8_lossy(&output.stdout));
-        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-        text.split_whitespace().collect::<Vec<_>>().join(" ")
-    };
     let outline =
         |segments: &str| format!("profiles.oblong.lift={{outline: {{start_mm: [18, 0], segments: [{segments}]}}}}");
     for (set, words) in [
@@ -95,7 +79,7 @@ fn what_is_no_outline_is_refused() {
         ("profiles.square.base_radius_mm=15".into(), ["base_radius_mm is given", "defines the contour itself"]),
         ("profiles.square.lift.start_deg=3".into(), ["start_deg is about segments", "this lift has none"]),
     ] {
-        let text = refused(&[&set]);
+        let text = refusal_of_check("punches", &[&set]);
         for word in words {
             assert!(text.contains(word), "{set}: {word:?} is not in {text}");
         }
@@ -114,9 +98,6 @@ fn a_wheel_that_does_not_fit_into_a_hollow_is_refused() {
          {{to_mm: [-{tx}, {ty}], radius_mm: -{hollow}}}, {{to_mm: [-{end}, 0], radius_mm: {r}}}, {{to_mm: [-{tx}, -{ty}], radius_mm: {r}}}, \
          {{to_mm: [{tx}, -{ty}], radius_mm: -{hollow}}}, {{to_mm: [{end}, 0], radius_mm: {r}}}]}}}}"
     );
-    let output = camwright(&["check", "punches", "--details"], &[&set, "wheel_radius_mm=60"]);
-    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert_eq!(output.status.code(), Some(2), "{text}");
+    let text = refusal_of_check("punches", &[&set, "wheel_radius_mm=60"]);
     assert!(text.contains("19.998"), "the largest wheel: {text}");
 }

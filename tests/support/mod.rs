@@ -5,6 +5,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 pub mod command;
+mod command_line;
 mod domain;
 mod env;
 mod folder;
@@ -16,6 +17,7 @@ pub mod processes;
 pub mod rtps;
 pub mod tutorial;
 
+pub use command_line::{camwright, refusal_of_check};
 pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
 pub use folder::Folder;
