@@ -80,10 +80,10 @@ pub(super) fn read<T: DeserializeOwned>(body: &Octets, writer: &GUID) -> Result<
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn guid(vendor: [u8; 2], last: u8) -> GUID {
+    pub(crate) fn guid(vendor: [u8; 2], last: u8) -> GUID {
         let mut octets = [7; 16];
         octets[..2].copy_from_slice(&vendor);
         octets[15] = last;

@@ -679,14 +679,8 @@ const UNKNOWN: i64 = -(1 << 32);
 
 #[cfg(test)]
 mod tests {
+    use super::cyclone::tests::guid;
     use super::*;
-
-    fn guid(vendor: [u8; 2], last: u8) -> GUID {
-        let mut octets = [7; 16];
-        octets[..2].copy_from_slice(&vendor);
-        octets[15] = last;
-        GUID::from_bytes(octets)
-    }
 
     /// In events of a call both sides name the client in the same way.
     #[test]

@@ -107,6 +107,19 @@ pub(crate) fn memory_kb(field: &str) -> Result<u64, String> {
         .ok_or(format!("no {field} in /proc/self/status"))
 }
 
+/// Growth of the largest memory since a measurement (kB), once it exceeds a bound; an action comes before each look.
+pub(crate) fn memory_growth(
+    before_kb: u64,
+    above_kb: u64,
+    patience: Duration,
+    mut act: impl FnMut() -> Option<()>,
+) -> Option<u64> {
+    wait(patience, || {
+        act()?;
+        memory_kb("VmHWM").ok().map(|now| now - before_kb).filter(|grown| *grown > above_kb)
+    })
+}
+
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Records panics of all threads instead of printing them.

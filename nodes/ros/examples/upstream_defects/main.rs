@@ -15,8 +15,6 @@ mod data_frag_memory;
 mod disposal;
 mod first_acknack;
 mod fragment_inline_qos;
-mod gap_memory;
-mod heartbeat_memory;
 mod info_reply;
 mod interrupted_poll;
 mod large_message;
@@ -25,6 +23,7 @@ mod nack_frag_panic;
 mod one_participant;
 mod participant_limit;
 mod peer_addresses;
+mod range_memory;
 mod socket_address;
 
 use common::{Checked, Verdict};
@@ -44,8 +43,8 @@ pub(crate) const CHECKS: [Check; 18] = [
     ("cache_after_take", cache_after_take::check),
     ("interrupted_poll", interrupted_poll::check),
     ("data_frag_memory", data_frag_memory::check),
-    ("heartbeat_memory", heartbeat_memory::check),
-    ("gap_memory", gap_memory::check),
+    ("heartbeat_memory", range_memory::heartbeat),
+    ("gap_memory", range_memory::gap),
     ("nack_frag_panic", nack_frag_panic::check),
     ("info_reply", info_reply::check),
     ("socket_address", socket_address::check),
