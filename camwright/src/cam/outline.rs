@@ -1,13 +1,13 @@
 //! Closed outlines of lines and arcs, with a curvature that is continuous.
 //!
-//! Where a line meets an arc, the curvature jumps, and with it the acceleration of X: the jerk would be unbounded at any speed. So every
-//! element is moved outwards by a little, the less the more it is curved,
+//! The curvature jumps between a line and an arc, and with it the acceleration of X: the jerk would be unbounded at any speed. Each element
+//! therefore moves outwards, and more curved elements move less:
 //!
 //! ```text
 //! o = t (κmax − κ)/(κmax − κmin)        t: tolerance, κ: curvature of the element
 //! ```
-//! and in the gap between two of them a clothoid, whose curvature changes linearly with its length, leads from one to the other. A clothoid of
-//! length l bridges a gap of Δκ l²/24, as between a straight and a curve of a road. Lines stay straight, arcs stay arcs about their
+//! A clothoid, whose curvature changes linearly with its length, bridges the gap between two elements. With length l it bridges Δκ l²/24, as
+//! between a straight and a curve of a road. Lines stay straight, arcs stay arcs about their
 //! centres, the curvature is nowhere outside the range of the drawing, and the curve lies 0 to t outside the drawing.
 
 use crate::math::extremum::smallest_over_turn;
@@ -35,10 +35,18 @@ pub enum OutlineError {
     /// Too few segments, or too many.
     #[error("an outline has {count} segments; 2 to {max} are allowed")]
     SegmentCount { count: usize, max: usize },
-    /// A number that is not finite, or not in its range.
-    #[error("segment {segment}: {what} is {value}; it must be {bound}")]
+    /// A number of the whole outline that is not in its range.
+    #[error("{what} is {value}; it must be {bound}")]
     BadNumber {
-        /// Number of the segment, from 1; 0 for the outline.
+        what: &'static str,
+        value: f64,
+        /// Condition that it violates.
+        bound: &'static str,
+    },
+    /// A number of a segment that is not finite, or not in its range.
+    #[error("segment {segment}: {what} is {value}; it must be {bound}")]
+    BadSegment {
+        /// Number of the segment, from 1.
         segment: usize,
         what: &'static str,
         value: f64,
@@ -130,7 +138,7 @@ const MAX_CORNER_DEG: f64 = 0.05;
 /// The same of two segments of one curvature (deg), between which no blend takes it up.
 const SAME_DEG: f64 = 1e-7;
 
-/// What rounding may leave of a gap at the end of a blend (mm).
+/// Largest gap at the end of a blend, by rounding (mm).
 const FOUND_MM: f64 = 1e-9;
 
 /// Largest turn of a piece (rad), so that the axis sees it under less than half a turn.
@@ -268,7 +276,7 @@ impl Outline {
         }
         if !(tolerance_mm > 0.0 && tolerance_mm.is_finite()) {
             let (what, bound) = ("the tolerance (mm)", "above 0");
-            return Err(OutlineError::BadNumber { segment: 0, what, value: tolerance_mm, bound });
+            return Err(OutlineError::BadNumber { what, value: tolerance_mm, bound });
         }
         let elements = joined(&elements(start_mm, segments)?)?;
         let curvatures = elements.iter().map(|(_, element)| element.curvature);
@@ -309,7 +317,7 @@ impl Outline {
         corner_radius_mm: f64,
         tolerance_mm: f64,
     ) -> Result<Self, OutlineError> {
-        let bad = |what, value, bound| Err(OutlineError::BadNumber { segment: 0, what, value, bound });
+        let bad = |what, value, bound| Err(OutlineError::BadNumber { what, value, bound });
         if sides < 3 || 2 * sides > MAX_SEGMENTS {
             return bad("the number of sides", sides as f64, "3 to 500");
         }
@@ -438,19 +446,20 @@ fn passes_axis(piece: &OutlinePiece) -> Option<(f64, f64)> {
     (nearest.1 <= SAME_MM).then_some(nearest)
 }
 
+fn finite(segment: usize, what: &'static str, value: f64) -> Result<(), OutlineError> {
+    if value.is_finite() { Ok(()) } else { Err(OutlineError::BadSegment { segment, what, value, bound: "finite" }) }
+}
+
 /// Segments as pieces of constant curvature.
 fn elements(start_mm: [f64; 2], segments: &[OutlineSegment]) -> Result<Vec<OutlinePiece>, OutlineError> {
     let mut from = Vector2::from(start_mm);
+    finite(1, "x of the start (mm)", from.x)?;
+    finite(1, "y of the start (mm)", from.y)?;
     let mut elements = Vec::with_capacity(segments.len());
     for (i, OutlineSegment { to_mm, radius_mm }) in segments.iter().enumerate() {
         let (segment, to) = (i + 1, Vector2::from(*to_mm));
-        for (what, value) in
-            [("x (mm)", to.x), ("y (mm)", to.y), ("x of the start (mm)", from.x), ("y of the start (mm)", from.y)]
-        {
-            if !value.is_finite() {
-                return Err(OutlineError::BadNumber { segment, what, value, bound: "finite" });
-            }
-        }
+        finite(segment, "x (mm)", to.x)?;
+        finite(segment, "y (mm)", to.y)?;
         let chord = to - from;
         let chord_mm = chord.norm();
         if chord_mm <= SAME_MM {
@@ -460,7 +469,7 @@ fn elements(start_mm: [f64; 2], segments: &[OutlineSegment]) -> Result<Vec<Outli
         let radius_mm = radius_mm.unwrap_or(f64::INFINITY);
         if radius_mm == 0.0 || radius_mm.is_nan() {
             let (what, bound) = ("its radius (mm)", "positive, or negative where the outline is hollow");
-            return Err(OutlineError::BadNumber { segment, what, value: radius_mm, bound });
+            return Err(OutlineError::BadSegment { segment, what, value: radius_mm, bound });
         }
         let sine = 0.5 * chord_mm / radius_mm;
         if sine.abs() > 1.0 + SAME {
@@ -479,7 +488,7 @@ fn elements(start_mm: [f64; 2], segments: &[OutlineSegment]) -> Result<Vec<Outli
     let gap = from - Vector2::from(start_mm);
     if gap.norm() > 1e-6 {
         let (what, bound) = ("the distance of its end from the start (mm)", "0: the outline is closed");
-        return Err(OutlineError::BadNumber { segment: segments.len(), what, value: gap.norm(), bound });
+        return Err(OutlineError::BadSegment { segment: segments.len(), what, value: gap.norm(), bound });
     }
     Ok(elements)
 }

@@ -93,12 +93,15 @@ fn lift_of(outline: Outline, key: &str, profile: &LiftContext<'_>) -> Result<Pro
 /// Number of the segment at fault, from 1; 0 for the whole.
 fn segment_of(error: &OutlineError) -> usize {
     match *error {
-        OutlineError::BadNumber { segment, .. }
+        OutlineError::BadSegment { segment, .. }
         | OutlineError::NoLength { segment }
         | OutlineError::ArcTooSmall { segment, .. }
         | OutlineError::Corner { segment, .. }
         | OutlineError::BlendsOverlap { segment, .. }
         | OutlineError::NoBlend { segment, .. } => segment,
-        OutlineError::SegmentCount { .. } | OutlineError::Turn { .. } | OutlineError::PassesAxis { .. } => 0,
+        OutlineError::SegmentCount { .. }
+        | OutlineError::BadNumber { .. }
+        | OutlineError::Turn { .. }
+        | OutlineError::PassesAxis { .. } => 0,
     }
 }

@@ -282,7 +282,7 @@ impl Session {
                 continue;
             }
             // A type that an action or a service implies (`pkg/action/X_FeedbackMessage`) has no name in the bag's definition language;
-            // rosbag2 excludes these hidden topics as well. Events of service calls exist only where somebody enabled them.
+            // rosbag2 excludes these hidden topics as well. Events of service calls exist only where a parameter enables them.
             let is_expected = is_message_type(&found.type_name) || is_service_event(&found.name, &found.type_name);
             if !self.settings.include_feedback && !is_expected {
                 continue;

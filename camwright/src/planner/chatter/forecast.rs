@@ -133,10 +133,4 @@ impl ChatterForecast {
         let above = speeds().find(|speed| *speed > planned);
         (below, above)
     }
-
-    /// Share by which the cutting stiffness may grow, of the narrowest lobe at any speed: unconditional limit over that of the cut.
-    #[must_use]
-    pub fn unconditional_margin(&self) -> f64 {
-        self.cut.unconditional_n_mm().map_or(f64::INFINITY, |limit| limit / self.cut.grinding_n_mm)
-    }
 }
