@@ -615,6 +615,13 @@ impl<S: Service> Client<S> {
         }
     }
 
+    /// Waits until so many servers are matched, those that were killed and are not forgotten yet included; `false` after the timeout. The
+    /// node must spin on another thread.
+    pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
+        let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
+        self.core.graph.wait_until(timeout, |matches| matches.count(&requests).min(matches.count(&replies)) >= count)
+    }
+
     fn refuse_on_executor(&self) -> Result<(), RosError> {
         match self.core.executor.upgrade() {
             Some(executor) if executor.is_current_thread() => {
