@@ -10,7 +10,7 @@ use crate::support;
 
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
-use camwright_msgs::lifecycle_msgs::msg::{Transition, TransitionEvent};
+use camwright_msgs::lifecycle_msgs::msg::Transition;
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest, GetState, GetStateRequest};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::{ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
