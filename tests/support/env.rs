@@ -1,7 +1,6 @@
 //! The Python environment of the ROS 2 peers, made once under `target/` and shared by all test binaries.
 
 use super::Domain;
-use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -53,43 +52,16 @@ impl PeerEnv {
         let root = target_directory().join("ros-peers");
         std::fs::create_dir_all(&root).expect("the target directory can be written");
         let lock = File::create(root.join("lock")).expect("a lock file can be made");
-        let support = repository().join("tests/support");
-        let msgs = repository().join("msgs");
-        let recipe = support.join("make_env.py");
-        let faster = support.join("faster_build.cmake");
-        let requirements = support.join("requirements.txt");
-        let cyclone = support.join("cyclone_requirements.txt");
-        let tables = support.join("tables_requirements.txt");
-
-        // A virtual environment cannot be moved, so its place is part of what it is made from.
-        let venv_hash = hash_of(&[&recipe, &requirements], root.to_string_lossy().as_bytes());
-        let mut sources = vec![faster, msgs.join("package.xml"), msgs.join("CMakeLists.txt")];
-        for kind in ["msg", "srv", "action", "standard"] {
-            list_files(&msgs.join(kind), &mut sources);
-        }
-        let interfaces_hash = hash_of(&sources.iter().map(PathBuf::as_path).collect::<Vec<_>>(), venv_hash.as_bytes());
-        let cyclone_hash = hash_of(&[&cyclone], venv_hash.as_bytes());
-        let tables_hash = hash_of(&[&tables], venv_hash.as_bytes());
-        let steps = [
-            ("venv", &venv_hash, &requirements),
-            ("interfaces", &interfaces_hash, &msgs),
-            ("cyclone", &cyclone_hash, &cyclone),
-            ("tables", &tables_hash, &tables),
-        ];
-
+        let recipe = repository().join("tests/support/make_env.py");
+        let mut making = Command::new(python_3_11());
+        let made = making.arg(recipe).arg(&root).output().expect("the interpreter was found a moment ago");
+        assert!(
+            made.status.success(),
+            "making {} for the tests with real ROS 2 peers failed (without network, {SKIP}=1 skips these tests):\n{}",
+            root.display(),
+            String::from_utf8_lossy(&made.stderr)
+        );
         lock.lock_shared().expect("a file of our own can be locked");
-        if steps.iter().any(|(step, hash, _)| !is_made(&root, step, hash)) {
-            lock.unlock().expect("it was locked");
-            lock.lock().expect("a file of our own can be locked");
-            for (step, hash, source) in steps {
-                // Another test binary may have made it while this one waited for the lock.
-                if !is_made(&root, step, hash) {
-                    make_step(&root, step, hash, &recipe, source);
-                }
-            }
-            lock.unlock().expect("it was locked");
-            lock.lock_shared().expect("a file of our own can be locked");
-        }
         Self { root, _in_use: lock }
     }
 
@@ -154,46 +126,6 @@ impl PeerEnv {
     }
 }
 
-/// A step leaves a stamp with the hash of what it was made from as its last act, so half a build has none.
-fn is_made(root: &Path, step: &str, hash: &str) -> bool {
-    std::fs::read_to_string(root.join(format!("{step}.stamp"))).is_ok_and(|stamp| stamp == hash)
-}
-
-fn make_step(root: &Path, step: &str, hash: &str, recipe: &Path, source: &Path) {
-    let stamp = root.join(format!("{step}.stamp"));
-    let _ = std::fs::remove_file(&stamp);
-    eprintln!(
-        "making {} for the tests with real ROS 2 peers, once; this takes a minute or two",
-        root.join(step).display()
-    );
-    let mut command = if matches!(step, "cyclone" | "tables") {
-        let mut pip = Command::new(root.join("venv/bin/python"));
-        pip.args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "--no-deps",
-            "--upgrade",
-            "--target",
-        ]);
-        pip.arg(root.join(step)).arg("-r").arg(source);
-        pip
-    } else {
-        let mut python = Command::new(python_3_11());
-        python.arg(recipe).arg(step).args([root, source]);
-        python
-    };
-    let output = command.output().expect("the interpreter was found a moment ago");
-    assert!(
-        output.status.success(),
-        "making the {step} of the ROS 2 peers failed (without network, {SKIP}=1 skips these tests):\n{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    std::fs::write(&stamp, hash).expect("the target directory can be written");
-}
-
 /// The wheels are built for Python 3.11 and nothing else.
 fn python_3_11() -> String {
     let named = std::env::var(PYTHON).ok();
@@ -218,25 +150,4 @@ pub fn repository() -> PathBuf {
 /// Cargo's build folder; Cargo gives tests a directory `tmp` in it.
 pub fn target_directory() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("tmp lies in the target directory").to_owned()
-}
-
-fn list_files(directory: &Path, into: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(directory) else { return };
-    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    for path in paths {
-        if path.is_dir() { list_files(&path, into) } else { into.push(path) }
-    }
-}
-
-fn hash_of(files: &[&Path], first: &[u8]) -> String {
-    let mut hash = Sha256::new();
-    hash.update(first);
-    for file in files {
-        let content = std::fs::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-        hash.update(file.to_string_lossy().as_bytes());
-        hash.update(content.len().to_le_bytes());
-        hash.update(&content);
-    }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,13 +1,14 @@
-"""Makes the environment of the ROS 2 peers: a virtual environment with real ROS 2 Jazzy from the Python package index, and the
-interface packages that have no wheel (camwright_msgs and some standard ones), built by the real rosidl.
+"""Makes the environment of the ROS 2 peers, or what is missing or out of date of it: a virtual environment with real ROS 2 Jazzy from
+the Python package index, the interface packages that have no wheel (camwright_msgs and some standard ones), built by the real rosidl, and
+two folders of packages that only some peers see.
 
-    make_env.py venv       ROOT REQUIREMENTS
-    make_env.py interfaces ROOT MSGS
+    make_env.py ROOT
 
-ROOT/venv and ROOT/interfaces are made from nothing; the caller (tests/support/env.rs) holds the lock and writes the stamps.
-Run with any Python 3.11; only the standard library is needed here.
+A lock in ROOT keeps others waiting meanwhile. Run with any Python 3.11; only the standard library is needed here.
 """
 
+import fcntl
+import hashlib
 import os
 import re
 import shutil
@@ -34,11 +35,15 @@ def site_packages(venv):
     return venv / "lib" / "python3.11" / "site-packages"
 
 
+def install(python, requirements, *options):
+    run([str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", *options, "-r", str(requirements)])
+
+
 def make_venv(root, requirements):
     venv = root / "venv"
     shutil.rmtree(venv, ignore_errors=True)
     run([sys.executable, "-m", "venv", str(venv)])
-    run([str(venv / "bin/python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "-r", str(requirements)])
+    install(venv / "bin/python", requirements)
     include = sysconfig.get_path("include")
     if not Path(include, "Python.h").is_file():
         raise SystemExit(f"{include}/Python.h is missing: install the development files of Python 3.11 (python3-dev)")
@@ -146,17 +151,58 @@ def make_interfaces(root, msgs):
     shutil.rmtree(out / "build")
 
 
+def make_folder(root, name, requirements):
+    install(root / "venv/bin/python", requirements, "--upgrade", "--target", str(root / name))
+
+
+def hash_of(first, files):
+    """Hash of the files and of what they belong to."""
+    digest = hashlib.sha256(first.encode())
+    for file in files:
+        content = file.read_bytes()
+        digest.update(f"{file} {len(content)} ".encode())
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def steps(root):
+    """Name, hash of the sources and function of each step, in order."""
+    support = Path(__file__).resolve().parent
+    msgs = support.parents[1] / "msgs"
+    requirements, cyclone, tables = (support / f"{name}requirements.txt" for name in ("", "cyclone_", "tables_"))
+    # A virtual environment cannot be moved, so its place is part of what it is made from.
+    venv = hash_of(str(root), [Path(__file__).resolve(), requirements])
+    sources = [support / "faster_build.cmake", msgs / "package.xml", msgs / "CMakeLists.txt"]
+    sources += sorted(file for kind in (*KINDS, "standard") for file in (msgs / kind).rglob("*") if file.is_file())
+    return [
+        ("venv", venv, lambda: make_venv(root, requirements)),
+        ("interfaces", hash_of(venv, sources), lambda: make_interfaces(root, msgs)),
+        ("cyclone", hash_of(venv, [cyclone]), lambda: make_folder(root, "cyclone", cyclone)),
+        ("tables", hash_of(venv, [tables]), lambda: make_folder(root, "tables", tables)),
+    ]
+
+
 def main():
     if sys.version_info[:2] != (3, 11):
         raise SystemExit(f"Python 3.11 is needed (the wheels are built for it), this is {sys.version.split()[0]}")
-    what, root, source = sys.argv[1], Path(sys.argv[2]).resolve(), Path(sys.argv[3]).resolve()
+    root = Path(sys.argv[1]).resolve()
     root.mkdir(parents=True, exist_ok=True)
-    if what == "venv":
-        make_venv(root, source)
-    elif what == "interfaces":
-        make_interfaces(root, source)
-    else:
-        raise SystemExit(f"unknown step {what}")
+
+    def missing():
+        stamps = {step: root / f"{step}.stamp" for step, _, _ in steps(root)}
+        return [(stamps[step], made_from, make) for step, made_from, make in steps(root)
+                if not stamps[step].is_file() or stamps[step].read_text(encoding="utf-8") != made_from]
+
+    if not missing():
+        return
+    with open(root / "lock", "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        # Another process may have made it while this one waited.
+        for stamp, made_from, make in missing():
+            # Half a step has no stamp.
+            stamp.unlink(missing_ok=True)
+            make()
+            stamp.write_text(made_from, encoding="utf-8")
 
 
 main()
