@@ -126,17 +126,21 @@ pub fn follow(name: &str, env: Option<&PeerEnv>) {
         env.enter(&mut shell, &domain);
         path.push(env.programs());
     }
-    follow_page(name, folder.path(), Shell::start(name, folder.path(), &domain, shell, path));
+    follow_page(name, folder.path(), Shell::start(name, folder.path(), &domain, shell, path))
+        .unwrap_or_else(|difference| panic!("{difference}"));
 }
 
 /// Follows a tutorial in this folder, with the programs of another, in this shell: as another user.
-pub fn follow_in(name: &str, (folder, programs): (&Path, &Path), shell: Command) {
+///
+/// # Errors
+/// A command that fails or prints something else, with the logs.
+pub fn follow_in(name: &str, (folder, programs): (&Path, &Path), shell: Command) -> Result<(), String> {
     let domain = Domain::reserve();
     let shell = Shell::start(name, folder, &domain, shell, vec![programs.to_owned()]);
-    follow_page(name, folder, shell);
+    follow_page(name, folder, shell)
 }
 
-fn follow_page(name: &str, folder: &Path, mut shell: Shell) {
+fn follow_page(name: &str, folder: &Path, mut shell: Shell) -> Result<(), String> {
     let page = repository().join("docs/tutorials").join(name);
     let text = std::fs::read_to_string(&page).expect("a tutorial");
     let (mut commands, mut compared) = (0, 0);
@@ -146,21 +150,21 @@ fn follow_page(name: &str, folder: &Path, mut shell: Shell) {
             Step::Command { line, command, output } => {
                 let (code, lines) = shell.run(&command);
                 let printed = lines.join("\n");
-                let is_success = code == "0" || command.contains("|| ");
-                assert!(is_success, "{name}:{line}: {command}: exit code {code}\n{printed}\n{}", logs(folder));
+                if code != "0" && !command.contains("|| ") {
+                    return Err(format!("{name}:{line}: {command}: exit code {code}\n{printed}\n{}", logs(folder)));
+                }
                 let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
-                let is_right = output.is_empty() || is_shown(&output, &lines);
-                assert!(
-                    is_right,
-                    "{name}:{line}: {command} does not print what the page shows, but\n{printed}\n{}",
-                    logs(folder)
-                );
+                if !output.is_empty() && !is_shown(&output, &lines) {
+                    let difference = "does not print what the page shows, but";
+                    return Err(format!("{name}:{line}: {command} {difference}\n{printed}\n{}", logs(folder)));
+                }
                 commands += 1;
                 compared += usize::from(!output.is_empty());
             }
         }
     }
     assert!(commands >= 2 && compared >= 1, "{name}: {commands} commands, {compared} with output");
+    Ok(())
 }
 
 /// Log files of processes in the background.
