@@ -185,7 +185,13 @@ fn a_camshaft_that_is_ground_too_fast_is_seen_to_be_bad_and_why() {
 
 #[test]
 fn journals_show_their_runout_before_and_after() {
-    let holds = ["id=\"gauge\"", "runout before µm", "last turn before the correction", "last part of the job"];
+    let holds = [
+        "id=\"gauge\"",
+        "runout before µm",
+        "expected after it µm",
+        "last turn before the correction",
+        "last part of the job",
+    ];
     grinding("runout", "journal_runout", &[], "GOOD", &["At that place"], &holds);
 }
 

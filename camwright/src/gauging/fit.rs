@@ -16,6 +16,7 @@ use super::record::{GaugeRecord, RunoutReading};
 use super::reference_motion::{ROUNDING_RAD, ReferenceMotion};
 use super::runout::phase_rad;
 use super::state_error::StateError;
+use crate::math::noise::Noise;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
@@ -50,6 +51,34 @@ pub(super) struct FittedLaw {
     pub(super) deviations: Vec<f64>,
     /// Standard deviation of a reading about the law (mm), where there is more to it than numbers found.
     pub(super) scatter_mm: Option<f64>,
+    /// Errors of g from those of the readings; `None` for a fit to depths.
+    pub(super) errors: Option<FitErrors>,
+}
+
+/// Distribution of the errors of g, if those of the readings are independent.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FitErrors {
+    /// L of the normal matrix L Lᵀ.
+    factor: DMatrix<f64>,
+    kept: usize,
+    /// Standard deviation of a reading (mm).
+    reading_mm: f64,
+}
+
+impl FitErrors {
+    /// A random error of g at `count` equal phases (mm).
+    pub(super) fn draw(&self, noise: &mut Noise, count: usize) -> Vec<f64> {
+        // With z of independent normal numbers, L⁻ᵀ z has the covariance (L Lᵀ)⁻¹ of the unknowns.
+        let z = DVector::from_fn(self.factor.nrows(), |_, _| self.reading_mm * noise.normal());
+        let Some(error) = self.factor.tr_solve_lower_triangular(&z) else { return alloc::vec![f64::INFINITY; count] };
+        series(&error, self.kept).values(count)
+    }
+}
+
+/// Mean and kept harmonics of g from the unknowns of the fit.
+fn series(unknowns: &DVector<f64>, kept: usize) -> FourierSeries {
+    let pairs = unknowns.as_slice()[2..2 + 2 * kept].chunks(2).map(|pair| (pair[0], pair[1]));
+    FourierSeries::from_parts(unknowns[1], pairs.collect())
 }
 
 /// Angles of the headstock at which a phase is cut between two others.
@@ -107,7 +136,8 @@ pub(super) fn by_depths(
         deviations = FourierSeries::from_values(&deviations, kept).without_echo(echo, delay_rad).values(phases);
     }
     // A depth is the difference of two readings.
-    Ok(FittedLaw { deviations, scatter_mm: (spare > 0.0).then(|| libm::sqrt(0.5 * squares / spare)) })
+    let scatter_mm = (spare > 0.0).then(|| libm::sqrt(0.5 * squares / spare));
+    Ok(FittedLaw { deviations, scatter_mm, errors: None })
 }
 
 /// From all readings from an angle on.
@@ -141,12 +171,12 @@ pub(super) fn by_readings(
     if readings <= unknowns {
         return Err(undetermined);
     }
-    let Some((solution, squares)) = normal.solve() else { return Err(undetermined) };
-    let pairs = solution.as_slice()[2..2 + 2 * kept].chunks(2).map(|pair| (pair[0], pair[1]));
-    let spare = (readings - unknowns) as f64;
+    let Some((solution, squares, factor)) = normal.solve() else { return Err(undetermined) };
+    let reading_mm = libm::sqrt(squares.max(0.0) / (readings - unknowns) as f64);
     Ok(FittedLaw {
-        deviations: FourierSeries::from_parts(solution[1], pairs.collect()).values(phases),
-        scatter_mm: Some(libm::sqrt(squares.max(0.0) / spare)),
+        deviations: series(&solution, kept).values(phases),
+        scatter_mm: Some(reading_mm),
+        errors: Some(FitErrors { factor, kept, reading_mm }),
     })
 }
 
@@ -221,11 +251,11 @@ impl Normal {
         }
     }
 
-    /// The unknowns, and the sum of the squares of what they leave.
-    fn solve(self) -> Option<(DVector<f64>, f64)> {
+    /// The unknowns, the sum of the squares of what they leave, and L of the normal matrix L Lᵀ.
+    fn solve(self) -> Option<(DVector<f64>, f64, DMatrix<f64>)> {
         let factor = self.matrix.cholesky()?;
         let solution = factor.solve(&self.right);
         let left = self.squares - solution.dot(&self.right);
-        solution.iter().all(|value| value.is_finite()).then_some((solution, left))
+        solution.iter().all(|value| value.is_finite()).then(|| (solution, left, factor.unpack()))
     }
 }

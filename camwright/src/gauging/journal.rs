@@ -19,6 +19,7 @@ use super::GaugingMode;
 use super::correction::{
     Correction, CorrectionError, CorrectionStart, CorrectionTarget, Forecast, LEFT_MM, LEFT_SHARE,
 };
+use super::expected_runout::ExpectedRunout;
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
 use super::gauge_setup::{GaugeSetup, Readings};
@@ -80,6 +81,8 @@ pub struct JournalRequest<'a> {
     pub gauged: &'a [GaugedTick],
     /// Contact law at the journal.
     pub law: ContactLaw,
+    /// Standard uncertainty of km/kg of the law; `None` if it is not known.
+    pub ratio_uncertainty: Option<f64>,
     /// Law of the correction.
     pub mode: GaugingMode,
     pub harmonics: u32,
@@ -87,6 +90,15 @@ pub struct JournalRequest<'a> {
     pub radius_mm: f64,
     /// C where it rested after the log, counted as in the log (rad).
     pub rest_rad: f64,
+}
+
+impl JournalRequest<'_> {
+    /// The law with km/kg larger by its standard uncertainty.
+    fn with_another_ratio(&self) -> Option<ContactLaw> {
+        let (machine_n_mm, grinding_n_mm) = (self.law.machine_n_mm(), self.law.grinding_n_mm());
+        let ratio = machine_n_mm / grinding_n_mm + self.ratio_uncertainty?;
+        ContactLaw::new(machine_n_mm, machine_n_mm / ratio, self.law.threshold_n()).ok()
+    }
 }
 
 /// Why a journal cannot be corrected.
@@ -157,8 +169,10 @@ pub struct JournalCorrection {
     pub size_offset_mm: Option<f64>,
     /// Runout before it (mm): of the part as the gauge knew it.
     pub before_mm: f64,
-    /// Predicted result of an exact correction.
+    /// Result of an exact correction by the contact law, as if everything were known exactly.
     pub forecast: Option<Forecast>,
+    /// Runout after an exact correction, with what is not known exactly.
+    pub expected: Option<ExpectedRunout>,
     /// Standard deviation of the readings about the contact law (mm).
     pub scatter_mm: Option<f64>,
     /// The first and the last tick that it was decided from.
@@ -214,6 +228,7 @@ impl JournalCorrection {
             size_offset_mm: None,
             before_mm: 0.0,
             forecast: None,
+            expected: None,
             scatter_mm: None,
             ticks: (0, 0),
             allowed_below_mm: LEFT_MM,
@@ -243,7 +258,7 @@ impl JournalCorrection {
         let size_offset_mm = size_offset_mm(&gauge, readings, &state);
         let clear_mm = clear_mm(&state)?;
         let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
-        let (decided, begins) = match request.mode {
+        let (decided, begins, expected) = match request.mode {
             GaugingMode::Exact => {
                 let target = CorrectionTarget::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
                 let start = CorrectionStart::AtMinRadius { from_rad: earliest_rad };
@@ -260,7 +275,12 @@ impl JournalCorrection {
                     }
                     other => other?,
                 };
-                (decided, begins)
+                let other = request.with_another_ratio().and_then(|law| {
+                    let settings = MeasureSettings { max_scatter_mm: None, ..settings };
+                    PartState::measure(&record, WheelLog::new(&logged).ok()?, law, &settings).ok()
+                });
+                let expected = ExpectedRunout::of(&decided, &entered, other.as_ref());
+                (decided, begins, Some(expected))
             }
             GaugingMode::Published => {
                 if !gauge.fits_published() {
@@ -274,7 +294,7 @@ impl JournalCorrection {
                 // The slope and curvature of a turn through noisy phases, carried on over a way in of more than half a turn, would take
                 // the wheel millimetres into the part: the way in is a step without either.
                 let begins = Sample { value: decided.at(0.0).value, ..Sample::default() };
-                (decided, begins)
+                (decided, begins, None)
             }
         };
         let before = state.radii_at(request.rest_rad)?;
@@ -291,6 +311,7 @@ impl JournalCorrection {
             size_offset_mm,
             before_mm: high - low,
             forecast: decided.forecast().copied(),
+            expected,
             scatter_mm: state.scatter_mm(),
             ticks: (readings[0].tick, readings[readings.len() - 1].tick),
             allowed_below_mm: left_mm + MAX_BELOW_MM,
@@ -397,8 +418,8 @@ impl core::fmt::Display for JournalCorrection {
             GaugingMode::Published => "published",
         };
         write!(f, "{mode} correction of {:.2} um", um_from_mm(self.before_mm))?;
-        if let Some(forecast) = &self.forecast {
-            write!(f, " to {:.3} um", um_from_mm(forecast.left_mm))?;
+        if let Some(expected) = &self.expected {
+            write!(f, ": {expected}")?;
         }
         if let Some(offset_mm) = self.size_offset_mm {
             write!(f, ", the gauge reads {:+.2} um in radius against x_axis", um_from_mm(offset_mm))?;

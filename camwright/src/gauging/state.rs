@@ -19,7 +19,7 @@
 //!
 //! What harmonics cannot show is a wheel that was moved abruptly while it cut: it leaves a step on the part that decays by λ a turn.
 
-use super::fit::{self, Fit};
+use super::fit::{self, Fit, FitErrors};
 use super::record::GaugeRecord;
 use super::reference_motion::{ROUNDING_RAD, ReferenceMotion};
 use super::runout::{FEWEST_PHASES, RadiusByPhase, phase_rad};
@@ -94,6 +94,7 @@ enum Source {
         until_rad: f64,
         /// Standard deviation of a reading about the law, where there is more to it than unknowns (mm).
         scatter_mm: Option<f64>,
+        errors: Option<FitErrors>,
     },
 }
 
@@ -175,6 +176,7 @@ impl<'a> PartState<'a> {
             base_mm: known.base_mm,
             until_rad,
             scatter_mm: fitted.scatter_mm,
+            errors: fitted.errors,
         };
         Ok(Self { law, log: Some(log), phases, source })
     }
@@ -197,6 +199,24 @@ impl<'a> PartState<'a> {
             Source::Known(_) => None,
             Source::Measured { scatter_mm, .. } => *scatter_mm,
         }
+    }
+
+    /// Errors of g by the noise of the readings; `None` for radii that are known or fitted to depths.
+    pub(super) const fn errors(&self) -> Option<&FitErrors> {
+        match &self.source {
+            Source::Measured { errors, .. } => errors.as_ref(),
+            Source::Known(_) => None,
+        }
+    }
+
+    /// The part with another g, larger by `by_mm` at every phase.
+    pub(super) fn with_larger_deviation(&self, by_mm: f64) -> Self {
+        let mut part = self.clone();
+        if let Source::Measured { deviation, .. } = &mut part.source {
+            let larger = deviation.coefficients().iter().map(|coefficient| coefficient + by_mm);
+            *deviation = PeriodicSpline::from_coefficients(larger.collect()).expect("as many finite numbers as before");
+        }
+        part
     }
 
     /// Angle of the headstock from which on nothing is logged and the wheel is taken to stay; nothing where it is clear of the part.

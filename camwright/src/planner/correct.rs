@@ -53,13 +53,15 @@ pub fn decide_corrections(
     let decided = logged.each(|index, journal| {
         let spec = job.correction.as_ref().ok_or(unknown("how it is corrected"))?;
         let seen = logged.seen()?;
-        let measured = measured.get(index).and_then(Option::as_ref).map(|measured| measured.law);
-        let (law, _) = journal.lobe.contact(job, machine, measured).ok_or(unknown("the stiffness"))?;
+        let measured = measured.get(index).and_then(Option::as_ref);
+        let law = measured.map(|measured| measured.law);
+        let (law, _) = journal.lobe.contact(job, machine, law).ok_or(unknown("the stiffness"))?;
         let dwell_turns = job.passes.last().map_or(0, |pass| pass.spark_out_turns);
         JournalCorrection::decide(&JournalRequest {
             seen,
             gauged: needed_log(&journal.log.gauged, journal.rest_rad, dwell_turns),
             law,
+            ratio_uncertainty: measured.map(|measured| measured.known_to.ratio.uncertainty),
             mode: spec.mode,
             harmonics: spec.harmonics,
             radius_mm: journal.lobe.design.contour.radius_at(0.0),

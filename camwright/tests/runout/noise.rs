@@ -1,7 +1,8 @@
 //! Effect of the noise of the readings.
 
-use crate::part::{DWELLS_FROM_RAD, GaugeStation, diameter, from, journal, law};
+use crate::part::{DWELLS_FROM_RAD, GaugeStation, NoiseSource, diameter, from, journal, law};
 use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
+use camwright::gauging::expected_runout::ExpectedRunout;
 use camwright::gauging::fit::Fit;
 use camwright::gauging::record::GaugeRecord;
 use camwright::gauging::sensitivity::{noise_after_dwell, noise_of_radius_mm};
@@ -116,5 +117,51 @@ fn the_noise_of_a_radius_is_as_derived() {
             // Of 3600 errors, of which some share readings.
             assert!((found / wanted - 1.0).abs() < 0.05, "{found} {wanted}");
         }
+    }
+}
+
+/// Runout left, and what was expected, of journals with readings of σ = 0.2 um and a km/kg that differs from the assumed 0.2 by a normal
+/// error with this standard deviation.
+fn left_and_expected(ratio_deviation: f64, seeds: u64) -> Vec<(f64, ExpectedRunout)> {
+    let settings =
+        MeasureSettings { max_scatter_mm: None, from_rad: Some(DWELLS_FROM_RAD), ..MeasureSettings::default() };
+    let of_seed = |seed: u64| {
+        let ratio = 0.2 + ratio_deviation * NoiseSource::new(seed).gauss();
+        let station = GaugeStation { sigma_mm: 2e-4, ..GaugeStation::diameter(270.0, 1.0) };
+        let (mut part, wheel_mm) = journal(720, ratio, &[station], 2.0, SEED + seed);
+        let (readings, log) = (part.readings[0].clone(), part.log.clone());
+        let record = GaugeRecord::from_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD - 1.6)).unwrap();
+        let measure = |ratio| PartState::measure(&record, WheelLog::new(&log).unwrap(), law(ratio), &settings).unwrap();
+        let state = measure(0.2);
+        let start = CorrectionStart::AtMinRadius { from_rad: part.c_rad() };
+        let correction = Correction::exact(&state, start, CorrectionTarget::MinRadius { extra_depth_mm: 0.0 }).unwrap();
+        let other = (ratio_deviation > 0.0).then(|| measure(0.2 + ratio_deviation));
+        let expected = ExpectedRunout::of(&correction, &state, other.as_ref());
+        (part.correct(&correction, wheel_mm).1, expected)
+    };
+    (0..seeds).map(of_seed).collect()
+}
+
+/// Of 200 corrections, about half leave less than the expected median, and about 95 of 100 less than the limit: within three standard
+/// deviations of the count.
+#[test]
+fn what_a_correction_leaves_is_distributed_as_expected() {
+    for ratio_deviation in [0.0, 0.01] {
+        let results = left_and_expected(ratio_deviation, 200);
+        let share = |is_below: &dyn Fn(&(f64, ExpectedRunout)) -> bool| {
+            results.iter().filter(|result| is_below(result)).count() as f64 / results.len() as f64
+        };
+        let (half, most) = (share(&|(left, e)| *left <= e.median_mm), share(&|(left, e)| *left <= e.limit_mm));
+        let mean = |of: &dyn Fn(&(f64, ExpectedRunout)) -> f64| results.iter().map(of).sum::<f64>() / 0.2;
+        eprintln!(
+            "km/kg known to {ratio_deviation}: {:.3} um left on the mean, {:.3} expected; {half} below the median, {most} below the limit",
+            mean(&|(left, _)| *left),
+            mean(&|(_, expected)| expected.median_mm),
+        );
+        assert!((half - 0.5).abs() < 0.106, "{half} below the median");
+        assert!((most - 0.95).abs() < 0.046, "{most} below the limit");
+        let (_, first) = results[0];
+        assert!(first.by_noise_mm.is_some_and(|noise| noise > 3e-4 && noise < 1.5e-3), "{first}");
+        assert_eq!(first.by_stiffness_mm.is_some(), ratio_deviation > 0.0, "{first}");
     }
 }

@@ -12,8 +12,8 @@ use camwright::planner::{
     decide_corrections, identify, measured_stocks, plan_corrections, plan_measured_job, plan_measuring,
 };
 use camwright_files::ConfigError;
-use camwright_files::convert::mm_from_m;
 use camwright_files::convert::plan::{Provenance, pages_from_plan};
+use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_files::job_file::Job;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use thiserror::Error;
@@ -99,7 +99,11 @@ impl PreparedCorrection {
     pub fn add_to(&self, results: &mut [LobeResult]) {
         self.measured.add_to(results);
         for (result, decided) in results.iter_mut().zip(&self.decided) {
-            result.runout_before = camwright_files::convert::m_from_mm(decided.before_mm);
+            result.runout_before = m_from_mm(decided.before_mm);
+            if let Some(expected) = &decided.expected {
+                result.runout_expected = m_from_mm(expected.median_mm);
+                result.runout_limit = m_from_mm(expected.limit_mm);
+            }
             result.turns += f64::from(decided.turns);
             // As round as it is now by sparking out alone.
             result.spark_out_turns = decided.spark_out_turns_to(mm_from_m(result.runout)).unwrap_or_default();

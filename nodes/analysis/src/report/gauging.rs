@@ -45,6 +45,8 @@ fn results(out: &mut String, lobes: &[&LobeResult]) {
         vec![
             escape(&lobe.name),
             given(lobe.runout_before, fixed(um(lobe.runout_before), 2)),
+            given(lobe.runout_limit, fixed(um(lobe.runout_expected), 2)),
+            given(lobe.runout_limit, fixed(um(lobe.runout_limit), 2)),
             given(lobe.runout, fixed(um(lobe.runout), 3)),
             given(lobe.spark_out_turns, fixed(lobe.spark_out_turns.ceil(), 0)),
             given(
@@ -68,6 +70,8 @@ fn results(out: &mut String, lobes: &[&LobeResult]) {
     let heads = [
         ("journal", true),
         ("runout before µm", false),
+        ("expected after it µm", false),
+        ("below, in 95 of 100 cases µm", false),
         ("after µm", false),
         ("turns that sparking out would take", false),
         ("stiffness of machine N/µm", false),

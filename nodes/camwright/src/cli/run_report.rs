@@ -240,11 +240,15 @@ impl Report<'_> {
     fn print_runout(&self) {
         let journals: Vec<&LobeResult> = self.result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0).collect();
         if !journals.is_empty() {
-            say!("\nrunout    measured   after the correction turn   spark-out turns it replaces");
+            say!("\nrunout   measured   expected (95 % below)   after the correction   spark-out turns");
         }
         for lobe in journals {
+            let expected = match lobe.runout_limit {
+                0.0 => "not known".to_owned(),
+                limit => format!("{:.2} ({:.2}) um", um(lobe.runout_expected), um(limit)),
+            };
             say!(
-                "{:<5} {:>10.2} um {:>24.3} um {:>29.0}",
+                "{:<5} {:>8.2} um {expected:>23} {:>19.3} um {:>17.0}",
                 lobe.name,
                 um(lobe.runout_before),
                 um(lobe.runout),
@@ -410,6 +414,8 @@ impl Report<'_> {
                     "lift_error_pv_um": um(lobe.lift_error),
                     "runout_um": um(lobe.runout),
                     "runout_before_um": um(lobe.runout_before),
+                    "runout_expected_um": um(lobe.runout_expected),
+                    "runout_limit_um": um(lobe.runout_limit),
                     "spark_out_turns": lobe.spark_out_turns,
                     "power_max_w": lobe.power_max,
                     "power_max_deg": deg_from_rad(lobe.power_max_angle),
