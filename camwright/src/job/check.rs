@@ -1,8 +1,8 @@
 //! Validates a job before path planning.
 
 use super::grinding::{
-    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_SPARK_OUT_TURNS,
-    MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
+    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_SPARK_OUT_TURNS,
+    MAX_SIZE_ABOVE_MM, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
 };
 use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
@@ -85,6 +85,7 @@ impl JobSpec {
         let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
         within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
         self.check_spark_out(pass, machine)?;
+        self.check_size(pass, machine)?;
         let first = &self.passes[0];
         if pass.infeed_direction == first.infeed_direction {
             return Ok(());
@@ -177,6 +178,49 @@ impl JobSpec {
         }
         if self.rotary_indexing {
             return refused("rotary indexing turns c_axis to where it would be after all turns");
+        }
+        Ok(())
+    }
+
+    /// Checks the requirements of a gauge-controlled size on machine and job.
+    fn check_size(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
+        let Some(size) = pass.gauge_size else { return Ok(()) };
+        let place = || Subject::Pass(pass.name.clone());
+        let above = (0.0, MAX_SIZE_ABOVE_MM);
+        within(place, JobKey::GaugeSizeAbove, size.ends_above_mm, above, "0 to 10 (0 is the finished diameter)")?;
+        within(place, JobKey::GaugeSizeBeyond, size.beyond_mm, (0.0, MAX_BEYOND_MM), "0 to 1")?;
+        let refused = |why| Err(JobError::NoGaugeSize { pass: pass.name.clone(), why });
+        if self.passes.last().is_none_or(|last| last.name != pass.name) {
+            return refused("a pass follows that begins where this one ends; give the size to the last pass");
+        }
+        match machine.gauge.map(|gauge| gauge.kind) {
+            Some(GaugeKind::Diameter) => {}
+            Some(GaugeKind::Radius) => {
+                return refused(
+                    "the gauge has a single contact, which reads the deflection of the part as size; use one of two contacts (gauge.kind: diameter)",
+                );
+            }
+            None => return refused("the machine has no in-process gauge"),
+        }
+        if self.correction.is_some() {
+            return refused("runout_correction brings the journal to its size with a turn of its own; leave out one of them");
+        }
+        if self.c_between_lobes != BetweenLobes::Stops || self.rotary_indexing {
+            return refused(
+                "c_axis must rest where a cut ends and begin from there: not with c_between_lobes: turns_on or rotary_indexing",
+            );
+        }
+        self.check_gauged("gauge_size")?;
+        let is_round = |lobe: &LobeSpec| self.profiles.get(lobe.profile).is_none_or(ProfileSpec::is_round);
+        if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
+            return Err(JobError::SizeNotRound { lobe: lobe.name.clone() });
+        }
+        // Passes before it leave what this one takes, but for its infeed beyond the size.
+        let left_mm = if self.passes.len() > 1 { pass.total_infeed_mm - size.beyond_mm } else { self.stock_mm };
+        let before_mm = 2.0 * left_mm.min(self.stock_mm);
+        if size.ends_above_mm >= before_mm {
+            let (pass, above_mm) = (pass.name.clone(), size.ends_above_mm);
+            return Err(JobError::SizeAboveRaw { pass, above_mm, before_mm });
         }
         Ok(())
     }

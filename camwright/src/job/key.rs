@@ -20,6 +20,8 @@ named! {
         ReferenceEquivalentDiameter = "reference.equivalent_diameter_mm",
         SparkOutTurns = "spark_out_turns",
         SparkOutUntil = "spark_out_until_n",
+        GaugeSizeAbove = "gauge_size.ends_above_mm",
+        GaugeSizeBeyond = "gauge_size.beyond_mm",
         Phase = "phase_rad",
         Width = "width_mm",
         RapidAdvance = "rapid_advance_mm",

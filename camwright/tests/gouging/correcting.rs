@@ -74,6 +74,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 1 + u32::try_from(random.next() % 4).expect("0 to 3"),
         spark_out_until_n: None,
+        gauge_size: None,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(random.within(30.0, 80.0)) },
     }];
     let raw_part = RawPart {

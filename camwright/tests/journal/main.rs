@@ -92,6 +92,7 @@ fn job(mode: GaugingMode) -> JobSpec {
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 3,
             spark_out_until_n: None,
+            gauge_size: None,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: TURN_RAD },
         }],
         retract_clearance_mm: 2.0,
