@@ -266,10 +266,7 @@ impl CutExecution {
 
     /// Infeed since the cut began (mm), at an angle since then.
     pub(crate) fn infed_mm(&self, angle_rad: f64, curves: &Curves<'_>) -> f64 {
-        self.ended.map_or_else(
-            || curves.infed_mm(angle_rad),
-            |ended| curves.infeed_at(0.0).value - ended.level_mm,
-        )
+        self.ended.map_or_else(|| curves.infed_mm(angle_rad), |ended| curves.infeed_at(0.0).value - ended.level_mm)
     }
 
     /// C and X without any hold at a path time.

@@ -5,8 +5,8 @@ use super::line::{FULL, LineExecution};
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::AxisPose;
 use super::{
-    ExecutionMode, InfeedEnd, Interpolator, InterpolatorAlarm, InterpolatorEvent, MotionOutcome, Order, OrderKind, Prepared,
-    Purpose, StepOutput,
+    ExecutionMode, InfeedEnd, Interpolator, InterpolatorAlarm, InterpolatorEvent, MotionOutcome, Order, OrderKind,
+    Prepared, Purpose, StepOutput,
 };
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;

@@ -41,8 +41,8 @@ mod trajectory_limits;
 mod trajectory_replacement;
 
 pub use exchange::{
-    AppliedInput, InfeedEnd, InterpolatorEvent, MAX_APPLIED, MotionOutcome, MotionRequest, Order, OrderKind, ProbeOutcome,
-    StartError, StepOutput, TickInputs,
+    AppliedInput, InfeedEnd, InterpolatorEvent, MAX_APPLIED, MotionOutcome, MotionRequest, Order, OrderKind,
+    ProbeOutcome, StartError, StepOutput, TickInputs,
 };
 pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};

@@ -11,7 +11,9 @@ use crate::machine::setpoint::Input;
 use crate::math::hermite::Knot;
 use crate::math::units::TURN_RAD;
 use crate::motion::path_stop::path_stop_s;
-use crate::motion::plan::{AxisTarget, CutSegment, GaugeSize, HomeStep, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment};
+use crate::motion::plan::{
+    AxisTarget, CutSegment, GaugeSize, HomeStep, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment,
+};
 use crate::motion::point_to_point::{MOVE_SHARE, MoveLaw, whole_ticks};
 use crate::motion::spiral_motion::SpiralMotion;
 use alloc::boxed::Box;

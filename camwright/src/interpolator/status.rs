@@ -170,7 +170,10 @@ impl fmt::Display for InterpolatorAlarm {
             InterpolatorAlarm::BadSegment { segment } => write!(f, "segment {segment} cannot be executed"),
             InterpolatorAlarm::SizeNotReached { diameter_nm, turns } => {
                 let diameter_mm = mm_from_nm(*diameter_nm);
-                write!(f, "{turns} turns of infeed are over, and the gauge has not read the size of {diameter_mm:.4} mm")
+                write!(
+                    f,
+                    "{turns} turns of infeed are over, and the gauge has not read the size of {diameter_mm:.4} mm"
+                )
             }
         }
     }

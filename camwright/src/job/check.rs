@@ -1,8 +1,8 @@
 //! Validates a job before path planning.
 
 use super::grinding::{
-    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_SPARK_OUT_TURNS,
-    MAX_SIZE_ABOVE_MM, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
+    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM, MAX_PASSES,
+    MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
 };
 use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
@@ -203,7 +203,9 @@ impl JobSpec {
             None => return refused("the machine has no in-process gauge"),
         }
         if self.correction.is_some() {
-            return refused("runout_correction brings the journal to its size with a turn of its own; leave out one of them");
+            return refused(
+                "runout_correction brings the journal to its size with a turn of its own; leave out one of them",
+            );
         }
         if self.c_between_lobes != BetweenLobes::Stops || self.rotary_indexing {
             return refused(
@@ -214,6 +216,11 @@ impl JobSpec {
         let is_round = |lobe: &LobeSpec| self.profiles.get(lobe.profile).is_none_or(ProfileSpec::is_round);
         if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
             return Err(JobError::SizeNotRound { lobe: lobe.name.clone() });
+        }
+        if pass.total_infeed_mm <= size.beyond_mm {
+            return refused(
+                "its total infeed is not more than what it may go beyond the size, which is part of it; raise infeed.total_mm",
+            );
         }
         // Passes before it leave what this one takes, but for its infeed beyond the size.
         let left_mm = if self.passes.len() > 1 { pass.total_infeed_mm - size.beyond_mm } else { self.stock_mm };

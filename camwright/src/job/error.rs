@@ -40,7 +40,9 @@ pub enum JobError {
         before_mm: f64,
     },
     /// A gauge reads the size of round parts only.
-    #[error("lobe {lobe} is not round; the infeed ends at a size on the gauge (gauge_size) only where all lobes are journals")]
+    #[error(
+        "lobe {lobe} is not round; the infeed ends at a size on the gauge (gauge_size) only where all lobes are journals"
+    )]
     SizeNotRound { lobe: String },
     /// C cannot turn on and be turned to a lobe.
     #[error("c_between_lobes is turns_on and rotary_indexing is true; with rotary indexing C stops before each lobe")]

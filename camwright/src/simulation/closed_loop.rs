@@ -6,8 +6,8 @@
 //! stream's work and gives the same samples as long as no chunk is lost.
 
 use crate::interpolator::{
-    InfeedEnd, Interpolator, InterpolatorEvent, MotionOutcome, MotionRequest, OrderKind, Prepared, ProbeOutcome, StartError,
-    TickInputs,
+    InfeedEnd, Interpolator, InterpolatorEvent, MotionOutcome, MotionRequest, OrderKind, Prepared, ProbeOutcome,
+    StartError, TickInputs,
 };
 use crate::machine::alarm::{Alarm, AlarmKind, AlarmSeverity};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};

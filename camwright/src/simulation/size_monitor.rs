@@ -79,7 +79,9 @@ impl SizeMonitor {
         let at = c_rad / TURN_RAD * f64::from(SECTORS);
         match self.last.replace([at, diameter_mm]) {
             // A part that turns forwards, by less than a turn in a tick.
-            Some([from, from_mm]) if at > from && at - from < f64::from(SECTORS) => self.add(from, from_mm, at, diameter_mm),
+            Some([from, from_mm]) if at > from && at - from < f64::from(SECTORS) => {
+                self.add(from, from_mm, at, diameter_mm)
+            }
             Some([from, _]) if at.to_bits() == from.to_bits() => {}
             _ => self.begin_again(Some([at, diameter_mm])),
         }
@@ -132,4 +134,104 @@ impl SizeMonitor {
 #[allow(clippy::cast_possible_truncation, reason = "turns of a job, then below the number of sectors")]
 fn place(sector: f64) -> usize {
     (sector as i64).rem_euclid(i64::from(SECTORS)) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::snapshot::{Snapshot, SnapshotCodec};
+    use alloc::vec::Vec;
+
+    /// C (turns) at which the output closes, read so many times a turn; the diameter depends on C.
+    fn closes_at(nm: i64, per_turn: u32, turns: u32, diameter_mm: impl Fn(f64) -> f64) -> Option<f64> {
+        let mut monitor = SizeMonitor::default();
+        monitor.watch(nm);
+        let mut at = (0..per_turn * turns).map(|tick| 0.37 / 72.0 + f64::from(tick) / f64::from(per_turn));
+        at.find(|at| monitor.tick(at * TURN_RAD, Some(diameter_mm(*at))))
+    }
+
+    /// At a diameter that falls by 2f a turn the mean over a turn is the diameter half a turn ago, at every number of readings; waves of
+    /// the part and its raw size do not matter.
+    #[test]
+    fn the_mean_of_a_turn_is_the_closed_form() {
+        let fall_mm = 0.02;
+        for per_turn in [997, 1000, 61, 7200] {
+            for waves_mm in [0.0, 0.004] {
+                let diameter = |at: f64| 40.1 - fall_mm * at + waves_mm * libm::cos(2.0 * TURN_RAD * at);
+                let closed = closes_at(40_000_000, per_turn, 9, diameter).expect("it falls below");
+                let expected = 5.0 + 0.5;
+                let tick = 1.0 / f64::from(per_turn);
+                let off = closed - expected;
+                // 5 nm of the diameter, and the trapezoids of a wave between few readings.
+                let slack = if per_turn > 100 { 2.5e-4 } else { 0.02 };
+                assert!(off > -slack && off < tick + slack, "{per_turn} a turn, {waves_mm} mm: {closed} turns");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_closes_before_a_whole_turn_and_after_it_stays_closed() {
+        let closed = closes_at(40_000_000, 1000, 3, |_| 39.0).expect("it is below");
+        assert!(closed > 1.0 && closed < 1.0 + 2.0 / 72.0, "{closed}");
+        let mut monitor = SizeMonitor::default();
+        monitor.watch(40_000_000);
+        let edges: Vec<f64> = (0..4000_u32)
+            .map(|tick| f64::from(tick) / 1000.0)
+            .filter(|at| monitor.tick(at * TURN_RAD, Some(if *at < 2.0 { 39.0 } else { 41.0 })))
+            .collect();
+        assert!(edges.len() == 1 && monitor.is_closed(), "{edges:?}");
+        monitor.watch(40_000_000);
+        assert!(!monitor.is_closed());
+        monitor.watch(0);
+        assert!(!monitor.is_watching() && !monitor.tick(1.0, Some(1.0)));
+    }
+
+    /// A gauge that lifts off, reads no number or sees the part turn back has to read a whole turn again.
+    #[test]
+    fn what_interrupts_a_turn_begins_it_anew() {
+        for broken in [None, Some(f64::NAN), Some(-1.0)] {
+            let mut monitor = SizeMonitor::default();
+            monitor.watch(40_000_000);
+            let mut closed = None;
+            for tick in 0..3000_u32 {
+                let at = f64::from(tick) / 1000.0;
+                let (c, diameter) = match (tick, broken) {
+                    (900, Some(-1.0)) => (at - 0.01, Some(39.0)),
+                    (900, reading) => (at, reading),
+                    _ => (at, Some(39.0)),
+                };
+                if monitor.tick(c * TURN_RAD, diameter) {
+                    closed = Some(at);
+                }
+            }
+            let closed = closed.expect("it closes later");
+            assert!(closed > 1.89 && closed < 1.95, "{broken:?}: {closed}");
+        }
+    }
+
+    /// The tail of a keyframe is there only while the monitor watches, and brings it back to the bit.
+    #[test]
+    fn its_state_is_a_tail_that_comes_back() {
+        let mut idle = SizeMonitor::default();
+        let mut octets = [0; 1024];
+        let mut codec = SnapshotCodec::writing(&mut octets);
+        codec.tail(&mut idle, false).expect("nothing to write");
+        assert_eq!(codec.octets(), 0);
+        let mut monitor = SizeMonitor::default();
+        monitor.watch(40_000_000);
+        (0..700_u32).for_each(|tick| assert!(!monitor.tick(f64::from(tick) * 6e-3, Some(40.5))));
+        let mut codec = SnapshotCodec::writing(&mut octets);
+        codec.tail(&mut monitor, true).expect("it fits");
+        let written = codec.octets();
+        let mut again = SizeMonitor::default();
+        let mut codec = SnapshotCodec::reading(&octets[..written]);
+        codec.tail(&mut again, false).and_then(|()| codec.end()).expect("as written");
+        assert_eq!(again, monitor);
+        SnapshotCodec::comparing(&octets[..written]).tail(&mut again, true).expect("the same");
+        assert!(SnapshotCodec::comparing(&[]).tail(&mut again, true).is_err(), "it watches, and the record has none");
+        let mut codec = SnapshotCodec::reading(&[]);
+        codec.tail(&mut again, false).expect("nothing to read");
+        assert_eq!(again, SizeMonitor::default());
+        assert!(SizeMonitor::default().snapshot(&mut SnapshotCodec::reading(&octets[..written - 1])).is_err());
+    }
 }

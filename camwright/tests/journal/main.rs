@@ -1,6 +1,7 @@
 //! A journal that runs out, from job to round part: the first half of its plan feeds and dwells, what the gauge reads decides the turn
 //! that corrects, the second half drives it.
 
+mod size;
 mod stiffness;
 mod stock;
 
@@ -132,7 +133,11 @@ struct MachineUnderTest(ClosedLoop);
 
 impl MachineUnderTest {
     fn new(description: &MachineDescription, job: &JobSpec) -> Self {
-        let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
+        Self::with_wheel(description, job, PersistentState::new(description))
+    }
+
+    fn with_wheel(description: &MachineDescription, job: &JobSpec, lasting: PersistentState) -> Self {
+        let mut machine = Machine::new(description.clone(), lasting).expect("a machine");
         for lobe in &job.lobes {
             let z_mm = description.station(&lobe.station).expect("it is there").position_mm;
             let azimuth = |i: usize| i as f64 * TURN_RAD / DEFAULT_AZIMUTHS as f64;
