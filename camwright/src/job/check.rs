@@ -1,16 +1,22 @@
 //! Validates a job before path planning.
 
 use super::grinding::{
-    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM, MAX_PASSES,
-    MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
+    BetweenLobes, CorrectionSpec, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM,
+    MAX_PASSES, MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec,
+    StiffnessSource,
 };
 use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::GaugingMode;
-use crate::gauging::state::MAX_HARMONICS;
+use crate::gauging::gauge::Gauge;
+use crate::gauging::journal::DWELL_LEAVES_RAD;
+use crate::gauging::published::PublishedWindow;
+use crate::gauging::runout::FEWEST_PHASES;
+use crate::gauging::state::{MAX_HARMONICS, MAX_PHASES};
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
 use crate::math::range::minimum_and_maximum;
+use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -252,6 +258,7 @@ impl JobSpec {
                 },
             });
         }
+        self.check_published(correction, &seen.gauge)?;
         if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {
             return Err(JobError::CorrectsAndTurnsOn);
         }
@@ -279,6 +286,24 @@ impl JobSpec {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Checks window and step of the published measurement: a whole turn of depths must lie in the dwell and the turn before it.
+    fn check_published(&self, correction: &CorrectionSpec, gauge: &Gauge) -> Result<(), JobError> {
+        let PublishedWindow { turned_rad, phases } = correction.published;
+        if !(FEWEST_PHASES..=MAX_PHASES).contains(&(phases as usize)) {
+            let (key, wanted) = (JobKey::PublishedStep, "8 to 7200 steps in a turn");
+            return Err(JobError::OutOfRange { place: Subject::Job, key, value: f64::from(phases), wanted });
+        }
+        let Some(window_rad) = turned_rad else { return Ok(()) };
+        let spark_out_turns = self.passes.last().map_or(0, |pass| pass.spark_out_turns);
+        let min_rad = TURN_RAD + gauge.span_rad();
+        let max_rad = f64::from(spark_out_turns + 1) * TURN_RAD - DWELL_LEAVES_RAD.0 + gauge.known_after_rad();
+        if window_rad >= min_rad * (1.0 - 1e-12) && window_rad <= max_rad {
+            return Ok(());
+        }
+        let [window_deg, min_deg, max_deg] = [window_rad, min_rad, max_rad].map(deg_from_rad);
+        Err(JobError::PublishedWindow { window_deg, min_deg, max_deg, spark_out_turns })
     }
 
     /// Refuses crank pins under a gauge, which measures about the spindle axis.

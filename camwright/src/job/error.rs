@@ -142,6 +142,12 @@ pub enum JobError {
         "runout_correction.mode is published, which needs one gauge that reads a diameter; machine {machine} has {gauge}: set          runout_correction.mode to exact"
     )]
     PublishedGauge { machine: String, gauge: &'static str },
+    /// The dwell is too short, or the window, for the published measurement.
+    #[error(
+        "runout_correction.published_window_deg is {window_deg:.1}; it must be {min_deg:.0} to {max_deg:.0} with this gauge and \
+         {spark_out_turns} spark-out turns of the last pass"
+    )]
+    PublishedWindow { window_deg: f64, min_deg: f64, max_deg: f64, spark_out_turns: u32 },
     /// The measured stiffness would only be used by a correction, which the job lacks.
     #[error("the stiffness is measured for the correction of runout, and the job has none")]
     IdentifiesForNothing,

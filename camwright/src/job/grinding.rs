@@ -14,6 +14,7 @@ use crate::cam::follower::Follower;
 use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
+use crate::gauging::published::PublishedWindow;
 use crate::job::dressing::DressingSpec;
 use crate::job::raw_part::RawPart;
 use crate::machine::contact_law::ContactLaw;
@@ -97,6 +98,8 @@ pub struct CorrectionSpec {
     pub mode: GaugingMode,
     /// Number of harmonics of the part resolved in the gauge readings.
     pub harmonics: u32,
+    /// Window and step of the published measurement.
+    pub published: PublishedWindow,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
     pub allowance_mm: f64,
     /// Source of the stiffness where it is not measured.

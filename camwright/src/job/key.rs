@@ -41,6 +41,8 @@ named! {
         PartPhase = "part_phase_rad",
         RunoutCorrectionHarmonics = "runout_correction.harmonics",
         RunoutCorrectionAllowance = "runout_correction.allowance_mm",
+        PublishedWindow = "runout_correction.published_window_rad",
+        PublishedStep = "runout_correction.published_phases",
         MeasureStockSpeed = "measure_stock.speed_rad_s",
         MeasureStockMargin = "measure_stock.margin_mm",
         FormCompensationGain = "form_compensation.gain",

@@ -62,6 +62,7 @@ pub fn decide_corrections(
             law,
             mode: spec.mode,
             harmonics: spec.harmonics,
+            published: spec.published,
             radius_mm: journal.lobe.design.contour.radius_at(0.0),
             rest_rad: journal.rest_rad,
         })

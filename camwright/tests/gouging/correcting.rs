@@ -7,6 +7,7 @@ use crate::grinding::journal;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
+use camwright::gauging::published::PublishedWindow;
 use camwright::interpolator::{Interpolator, MotionOutcome, MotionRequest};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, SpeedLaw, StiffnessSource,
@@ -87,6 +88,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
     let correction = CorrectionSpec {
         mode,
         harmonics: 15,
+        published: PublishedWindow::default(),
         allowance_mm: random.one_of(&[0.02, 0.02, 0.005, 0.0]),
         stiffness: StiffnessSource::Best,
         contacts: Vec::new(),
