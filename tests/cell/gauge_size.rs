@@ -47,7 +47,7 @@ fn a_wheel_that_wears_is_compensated_reported_and_replayed() {
     assert_replays(&bag);
     // From a keyframe in which the gauge watches.
     let window = Window { from_tick: Some(25_000), ..Window::default() };
-    let verdict = within(&bag, &window).expect("it has keyframes");
+    let verdict = within(&bag, window).expect("it has keyframes");
     assert!(verdict.is_identical(), "{}", verdict.to_text());
     let html = std::fs::read_to_string(bag.join("report.html")).expect("a report beside the bag");
     let sizes = html.split("<section id=\"size\">").nth(1).expect("a table of sizes").split("</section>").next();
