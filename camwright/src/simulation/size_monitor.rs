@@ -80,7 +80,7 @@ impl SizeMonitor {
         match self.last.replace([at, diameter_mm]) {
             // A part that turns forwards, by less than a turn in a tick.
             Some([from, from_mm]) if at > from && at - from < f64::from(SECTORS) => {
-                self.add(from, from_mm, at, diameter_mm)
+                self.add(from, from_mm, at, diameter_mm);
             }
             Some([from, _]) if at.to_bits() == from.to_bits() => {}
             _ => self.begin_again(Some([at, diameter_mm])),
