@@ -51,6 +51,7 @@
 //!     infeed_direction: InfeedDirection::X,
 //!     spark_out_turns: 1,
 //!     spark_out_until_n: None,
+//!     gauge_size: None,
 //!     speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 3.0 },
 //! };
 //! let job = JobSpec {

@@ -19,6 +19,7 @@ mod axis_interpolator;
 mod batch;
 mod crank_pins;
 mod gauge;
+mod gauge_size;
 mod interrupted;
 mod job_planner;
 mod joint_trajectory;

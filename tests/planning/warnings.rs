@@ -61,12 +61,56 @@ fn no_shipped_job_has_a_warning() {
         "dressed_batch",
         "eccentric_disc",
         "journal_runout",
+        "journal_size",
         "rough_and_finish",
         "turned_cam",
     ] {
         let (code, text) = check(job, &[]);
         assert_eq!(code, 0, "{job}: {text}");
     }
+}
+
+/// A size that the gauge cannot control, or that the job cannot reach, is refused or warned of with its key and the value that fits.
+#[test]
+fn a_gauge_controlled_size_is_checked_with_the_value_that_fits() {
+    for (job, set, words) in [
+        (
+            "journal_size",
+            "infeed.gauge_size.ends_above_um=-1",
+            "infeed.gauge_size.ends_above_um is -1; it must be 0 to 10000",
+        ),
+        (
+            "journal_size",
+            "infeed.gauge_size.ends_above_um=90",
+            "the journal has 72.0 um on the diameter before the pass",
+        ),
+        ("journal_size", "infeed.gauge_size.beyond_um=86.4", "raise infeed.total_mm"),
+        ("journal_size", "rotary_indexing=true", "not with c_between_lobes: turns_on or rotary_indexing"),
+        ("journal_runout", "infeed.gauge_size={ends_above_um: 10}", "leave out one of them"),
+        ("four_lobe_camshaft", "infeed.gauge_size={ends_above_um: 10}", "the machine has no in-process gauge"),
+        (
+            "four_lobe_camshaft",
+            "roughing=[{name: r, infeed: {total_mm: 0.36, per_block_um: 0.05, spark_out_turns: 1, gauge_size: {ends_above_um: 10}}, work_speed_rpm: 60}]",
+            "give the size to the last pass",
+        ),
+        ("journal_runout", "runout_correction.published_step_deg=7", "it must be a whole part of 360 deg"),
+        ("journal_runout", "runout_correction.published_window_deg=400", "it must be 540 to 1278"),
+    ] {
+        let (code, text) = check(job, &[set]);
+        assert!(code == 2 && text.contains(words), "{set}: {code} {text}");
+    }
+    let (code, text) = check("journal_size", &["infeed.spark_out_turns=2", "infeed.gauge_size.ends_above_um=21.2"]);
+    assert_eq!(code, 1, "{text}");
+    let enough = number_after(&text, "more than 0.50 um; ");
+    let wanted = number_after(&text, "tolerance 5; ");
+    let (spark_out, ends) =
+        (format!("infeed.spark_out_turns={enough}"), format!("infeed.gauge_size.ends_above_um={wanted}"));
+    let (_, text) = check("journal_size", &[&spark_out]);
+    assert!(!text.contains("on where in a turn"), "{text}");
+    let (_, text) = check("journal_size", &["infeed.spark_out_turns=2", &ends]);
+    assert!(!text.contains("off its finished radius"), "{text}");
+    let (code, text) = check("journal_size", &["infeed.gauge_size.beyond_um=0"]);
+    assert!(code == 1 && text.contains("alarm 142 will stop the machine: raise gauge_size.beyond_um to "), "{text}");
 }
 
 #[test]

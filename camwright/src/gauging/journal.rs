@@ -25,7 +25,7 @@ use super::gauge::{Gauge, GaugeError};
 use super::gauge_setup::{GaugeSetup, Readings};
 use super::gauged_tick::{GaugedTick, turning_on};
 use super::identify::IdentifyError;
-use super::published::{PublishedError, PublishedRunout};
+use super::published::{PublishedError, PublishedRunout, PublishedWindow};
 use super::record::{RecordError, RunoutReading};
 use super::smallest_radius::{self, PLACES, SmallestRadius, place_rad};
 use super::spark_out::{self, SparkOutError};
@@ -53,8 +53,6 @@ const CLEAR_MM: f64 = 0.03;
 const PHASES: u32 = 720;
 /// Places at which the way in is logged.
 const ENTRY_PLACES: u32 = 600;
-/// Steps of the published measurement: 5° as in the text.
-const PUBLISHED_PHASES: usize = 72;
 /// Permitted depth of the wheel below the target after entry (mm): less than a gauge resolves.
 const MAX_BELOW_MM: f64 = 1e-4;
 /// Rounding tolerance between the last turn of readings and the end of its log (rad).
@@ -86,6 +84,8 @@ pub struct JournalRequest<'a> {
     /// Law of the correction.
     pub mode: GaugingMode,
     pub harmonics: u32,
+    /// Window and step of the published measurement.
+    pub published: PublishedWindow,
     /// Radius that the journal is to have (mm).
     pub radius_mm: f64,
     /// C where it rested after the log, counted as in the log (rad).
@@ -286,8 +286,15 @@ impl JournalCorrection {
                 if !gauge.fits_published() {
                     return Err(JournalError::NoDiameter);
                 }
-                let window_rad = record.end_rad() - (TURN_RAD + gauge.span_rad()) - ROUNDING_RAD;
-                let runout = PublishedRunout::measure(&record, &request.law, window_rad, PUBLISHED_PHASES)?.runout;
+                let PublishedWindow { turned_rad, phases } = request.published;
+                let turned_rad = turned_rad.unwrap_or_else(|| TURN_RAD + gauge.span_rad());
+                let window_rad = record.end_rad() - turned_rad - ROUNDING_RAD;
+                let read_rad = record.end_rad() - readings[0].c_rad;
+                if read_rad < turned_rad {
+                    let (turned_deg, needed_deg) = (deg_from_rad(read_rad), deg_from_rad(turned_rad));
+                    return Err(PublishedError::WindowTooShort { turned_deg, needed_deg }.into());
+                }
+                let runout = PublishedRunout::measure(&record, &request.law, window_rad, phases as usize)?.runout;
                 // Where the wheel stood while it was measured.
                 let wheel_mm = positions.iter().map(|position| position.x_mm).fold(f64::INFINITY, f64::min);
                 let decided = Correction::published(&runout, &request.law, wheel_mm, earliest_rad)?;

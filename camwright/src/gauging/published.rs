@@ -20,6 +20,21 @@ use thiserror::Error;
 /// Rounding tolerance of an angle (rad).
 const ROUNDING_RAD: f64 = 1e-9;
 
+/// Window and step of the published measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PublishedWindow {
+    /// Turn of C over which readings are taken (rad); `None`: a turn and the angle between two readings, the 540° of the text.
+    pub turned_rad: Option<f64>,
+    /// Steps of a turn: 72 are the 5° of the text.
+    pub phases: u32,
+}
+
+impl Default for PublishedWindow {
+    fn default() -> Self {
+        Self { turned_rad: None, phases: 72 }
+    }
+}
+
 /// Why there is no published measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PublishedError {

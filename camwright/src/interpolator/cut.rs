@@ -11,6 +11,7 @@
 //! same velocity and acceleration: afterwards the path is the one that was left. A hold that stops the infeed only is the
 //! same with no distance to go.
 
+use super::exchange::InfeedEnd;
 use super::free_rotation::{FreeRotation, SpinFacts, next_start};
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
 use super::pose::{AxisPose, in_counts};
@@ -128,6 +129,16 @@ struct InterruptedInfeed {
     moving: Sample,
 }
 
+/// Infeed that ended before its law did: the gauge read the size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct EndedInfeed {
+    /// The infeed there (mm), where it stays.
+    level_mm: f64,
+    /// Way to rest relative to the level (mm over s of path time), from `begin` on.
+    law: JerkLaw,
+    begin: i64,
+}
+
 /// A cut in execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CutExecution {
@@ -136,6 +147,7 @@ pub(crate) struct CutExecution {
     /// Turns of C inserted by holds that are over.
     inserted: i64,
     offset: Offset,
+    ended: Option<EndedInfeed>,
     plateau: (i64, i64),
     turn: i64,
     /// Angle from which the wheel has been on the path without a break (rad), and the tick from which a whole turn of spark-out lies
@@ -201,6 +213,7 @@ impl CutExecution {
             start_counts: start.c_counts,
             inserted: 0,
             offset: Offset::Infeed,
+            ended: None,
             plateau: (ticks(cut.plateau_s.0), ticks(cut.plateau_s.1)),
             turn: ticks(cut.turn_s),
             undisturbed_rad: 0.0,
@@ -236,15 +249,41 @@ impl CutExecution {
         (tau - turns * self.turn, turns)
     }
 
+    /// Infeed at an angle since the start (mm).
+    fn level_mm(&self, angle_rad: f64, curves: &Curves<'_>) -> f64 {
+        self.ended.map_or_else(|| curves.infeed_at(angle_rad).value, |ended| ended.level_mm)
+    }
+
+    /// Addition of the infeed to X at a path time, for the motion of C there.
+    fn infeed(&self, tau: i64, c: Sample, curves: &Curves<'_>) -> Sample {
+        match &self.ended {
+            None => curves.infeed(c),
+            Some(EndedInfeed { level_mm, law, begin }) => {
+                sum(curves.standing(*level_mm, c), law.sample(self.seconds(tau - begin)))
+            }
+        }
+    }
+
+    /// Infeed since the cut began (mm), at an angle since then.
+    pub(crate) fn infed_mm(&self, angle_rad: f64, curves: &Curves<'_>) -> f64 {
+        self.ended.map_or_else(|| curves.infed_mm(angle_rad), |ended| curves.infeed_at(0.0).value - ended.level_mm)
+    }
+
     /// C and X without any hold at a path time.
     fn follow(&self, tau: i64, curves: &Curves<'_>) -> (Sample, Sample) {
         if tau >= self.end && !self.turns_on {
             // Exactly: counts close after whole turns.
             let c = Sample { value: f64::from(curves.cut.turns) * TURN_RAD, ..Sample::default() };
-            return (c, sum(curves.path(c), curves.infeed(c)));
+            return (c, sum(curves.path(c), self.infeed(tau, c, curves)));
         }
         let time_s = self.seconds(tau);
-        let x = curves.x(time_s);
+        let x = match &self.ended {
+            None => curves.x(time_s),
+            Some(_) => {
+                let c = curves.angle(time_s);
+                sum(curves.path(c), self.infeed(tau, c, curves))
+            }
+        };
         let rests = tau < self.start || tau > self.end;
         (curves.angle(time_s), if rests { Sample { value: x.value, ..Sample::default() } } else { x })
     }
@@ -399,21 +438,64 @@ impl CutExecution {
             Offset::Off { left, .. } | Offset::Back { left, .. } => left,
             Offset::Infeed => {
                 let c = curves.angle(self.seconds(tau.min(self.end)));
-                let infeed_mm = curves.infeed_at(c.value).value;
-                let (goes, stands) = (curves.infeed(c), curves.standing(infeed_mm, c));
-                let moving = Sample {
-                    value: 0.0,
-                    first: goes.first - stands.first,
-                    second: goes.second - stands.second,
-                    third: goes.third - stands.third,
-                };
-                InterruptedInfeed { at: tau, infeed_mm, moving }
+                let infeed_mm = self.level_mm(c.value, curves);
+                InterruptedInfeed { at: tau, infeed_mm, moving: self.moving(tau, c, infeed_mm, curves) }
             }
         };
         (self.undisturbed_rad, self.sparked_out) = (f64::INFINITY, None);
         let off = if self.offset == Offset::Infeed { left.moving } else { self.off_part(tau) };
         let law = solve(to_mm - off.value, off.first, off.second, 0.0, &self.retract_limits);
         self.offset = Offset::Off { left, to_mm, law: law.shifted(off.value), begin: tau };
+    }
+
+    /// Motion of X by the infeed at a path time, beyond an infeed that rests at `infeed_mm` (mm over s of path time).
+    fn moving(&self, tau: i64, c: Sample, infeed_mm: f64, curves: &Curves<'_>) -> Sample {
+        let (goes, stands) = (self.infeed(tau, c, curves), curves.standing(infeed_mm, c));
+        Sample {
+            value: 0.0,
+            first: goes.first - stands.first,
+            second: goes.second - stands.second,
+            third: goes.third - stands.third,
+        }
+    }
+
+    pub(crate) fn is_infeed_ended(&self) -> bool {
+        self.ended.is_some()
+    }
+
+    /// The law of the infeed is at its end, all whole turns with infeed included.
+    pub(crate) fn is_infeed_over(&self, tick: u64, curves: &Curves<'_>) -> bool {
+        let angle_rad = curves.angle(self.seconds(self.clock.at(tick).tau)).value;
+        let over_rad = curves.motion.infeed.end().max(f64::from(curves.cut.infeed_turns) * TURN_RAD);
+        self.is_on_path() && angle_rad >= over_rad
+    }
+
+    /// Ends the infeed where it is, continuing the state of a tick: X comes to rest beside the path, and the turns with infeed that would
+    /// follow are left out. The turn under way is finished, and every turn of spark-out follows it. `None` while a hold has the wheel off
+    /// its way, and where C does not yet turn as it does in every turn.
+    pub(crate) fn end_infeed(&mut self, tick: u64, curves: &Curves<'_>) -> Option<InfeedEnd> {
+        let tau = self.clock.at(tick).tau;
+        if !self.is_on_path() || tau < self.plateau.0 || tau > self.plateau.1 {
+            return None;
+        }
+        let c = curves.angle(self.seconds(tau));
+        let level_mm = self.level_mm(c.value, curves);
+        let moving = self.moving(tau, c, level_mm, curves);
+        let law = solve(0.0, moving.first, moving.second, 0.0, &self.retract_limits);
+        let turn = c.value / TURN_RAD;
+        let repeating = (self.plateau.1 - tau).div_euclid(self.turn.max(1));
+        #[allow(clippy::cast_possible_truncation, reason = "turns of a cut")]
+        let left_out = (i64::from(curves.cut.infeed_turns) - libm::ceil(turn) as i64).clamp(0, repeating.max(0));
+        let skipped = left_out * self.turn;
+        self.ended = Some(EndedInfeed { level_mm, law, begin: tau + skipped });
+        self.clock.rewind(-skipped);
+        self.inserted -= left_out;
+        Some(InfeedEnd {
+            lobe: 0,
+            turn,
+            infed_mm: curves.infeed_at(0.0).value - level_mm,
+            left_out: u32::try_from(left_out).unwrap_or(u32::MAX),
+        })
     }
 
     /// Sends the wheel back to the phase at which it left, as soon as C comes by.

@@ -83,6 +83,11 @@ pub enum OrderKind {
         /// Most that the force may differ by over a turn (N); 0: not any more.
         max_n: i64,
     },
+    /// The size monitor of the gauge watches.
+    WatchSize {
+        /// Mean diameter over a turn (nm); 0: no longer.
+        diameter_nm: i64,
+    },
 }
 
 /// An order to the machine, and the tick at which it takes effect. No setpoint of that tick or later may be sent before
@@ -138,6 +143,8 @@ pub enum InterpolatorEvent {
         lobe: usize,
         turns: u32,
     },
+    /// The infeed of a cut ended because the gauge read the size.
+    InfeedEnded(InfeedEnd),
     /// The interpolator raises an alarm.
     Alarm(InterpolatorAlarm),
     /// A probe came to its end.
@@ -150,6 +157,19 @@ impl Default for InterpolatorEvent {
     fn default() -> Self {
         InterpolatorEvent::Segment(0)
     }
+}
+
+/// End of the infeed of a cut at a gauge-controlled size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InfeedEnd {
+    /// Index of the lobe.
+    pub lobe: usize,
+    /// Turns since the cut began.
+    pub turn: f64,
+    /// Infeed since the cut began (mm).
+    pub infed_mm: f64,
+    /// Turns with infeed that are left out.
+    pub left_out: u32,
 }
 
 /// Most inputs that one tick applies; the rest waits for the next.

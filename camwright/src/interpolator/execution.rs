@@ -5,8 +5,8 @@ use super::line::{FULL, LineExecution};
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::AxisPose;
 use super::{
-    ExecutionMode, Interpolator, InterpolatorAlarm, InterpolatorEvent, MotionOutcome, Order, OrderKind, Prepared,
-    Purpose, StepOutput,
+    ExecutionMode, InfeedEnd, Interpolator, InterpolatorAlarm, InterpolatorEvent, MotionOutcome, Order, OrderKind,
+    Prepared, Purpose, StepOutput,
 };
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
@@ -151,6 +151,10 @@ impl Interpolator {
                     PlanCommand::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
                     PlanCommand::Push { max_n } => OrderKind::Push { max_n: *max_n },
                     PlanCommand::WatchForce { max_n } => OrderKind::WatchForce { max_n: *max_n },
+                    PlanCommand::WatchSize(size) => {
+                        (self.size_watched_from, self.is_size_reached) = (until, false);
+                        OrderKind::WatchSize { diameter_nm: size.diameter_nm }
+                    }
                 };
                 out.orders.push(Order { tick: until, kind });
                 self.mode = ExecutionMode::Command { until };
@@ -332,6 +336,7 @@ impl Interpolator {
             if cut.is_on_path() || cut.is_off(before) { wanted } else { wanted.max(LEAVE_RATE) }
         } else {
             cut.come_back(before);
+            self.end_infeed(&mut cut, before, &curves, motion, out);
             let turns = cut.leave_out(before, &curves, self.is_steady, self.machine.feedback_delay_ticks);
             if let Some(lobe) = motion.plan.segments.get(self.segment).and_then(|own| own.lobe).filter(|_| turns > 0) {
                 out.events.push(InterpolatorEvent::LeftOut { lobe, turns });
@@ -349,6 +354,33 @@ impl Interpolator {
         } else if cut.is_still(tick) && (self.alarm.is_some() || (self.cancel && rate == 0)) {
             self.rest();
             self.leaves_at_rest(tick, motion, out);
+        }
+    }
+
+    /// Ends the infeed of a cut whose size the gauge has read, or raises an alarm where the whole infeed did not reach it.
+    fn end_infeed(
+        &mut self,
+        cut: &mut CutExecution,
+        before: u64,
+        curves: &Curves<'_>,
+        motion: &Prepared,
+        out: &mut StepOutput,
+    ) {
+        let Some(size) = motion.facts.get(self.segment).and_then(|facts| facts.size) else { return };
+        if cut.is_infeed_ended() {
+            return;
+        }
+        if self.is_size_reached {
+            let lobe = motion.plan.segments.get(self.segment).and_then(|own| own.lobe);
+            let ended = cut.end_infeed(before, curves).zip(lobe);
+            if let Some((end, lobe)) = ended {
+                out.events.push(InterpolatorEvent::InfeedEnded(InfeedEnd { lobe, ..end }));
+            }
+        } else if cut.is_infeed_over(before, curves) {
+            let (diameter_nm, turns) = (size.diameter_nm, curves.cut.infeed_turns);
+            let alarm = InterpolatorAlarm::SizeNotReached { diameter_nm, turns };
+            out.events.push(InterpolatorEvent::Alarm(alarm));
+            self.alarm = Some(alarm.number());
         }
     }
 

@@ -41,8 +41,8 @@ mod trajectory_limits;
 mod trajectory_replacement;
 
 pub use exchange::{
-    AppliedInput, InterpolatorEvent, MAX_APPLIED, MotionOutcome, MotionRequest, Order, OrderKind, ProbeOutcome,
-    StartError, StepOutput, TickInputs,
+    AppliedInput, InfeedEnd, InterpolatorEvent, MAX_APPLIED, MotionOutcome, MotionRequest, Order, OrderKind,
+    ProbeOutcome, StartError, StepOutput, TickInputs,
 };
 pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};
@@ -159,6 +159,9 @@ pub struct Interpolator {
     decisions: u32,
     /// The force monitor's input, as far as it is in sight.
     is_steady: bool,
+    /// The size monitor's input, as far as it is in sight, and the first tick of its present watch.
+    is_size_reached: bool,
+    size_watched_from: u64,
     history: SetpointHistory,
     following: PathFollowing,
 }
@@ -188,6 +191,8 @@ impl Interpolator {
             alarm: None,
             decisions: 0,
             is_steady: false,
+            is_size_reached: false,
+            size_watched_from: 0,
             history: SetpointHistory::new(machine),
             following: PathFollowing::default(),
         }
@@ -261,6 +266,7 @@ impl Interpolator {
         self.alarm = None;
         self.decisions = 0;
         self.is_steady = false;
+        self.is_size_reached = false;
         self.following = PathFollowing::default();
         Ok(())
     }
@@ -349,6 +355,9 @@ impl Interpolator {
                     out.applied.push(AppliedInput::Feedback(latch));
                     if latch.input == Input::SteadyForce {
                         self.is_steady = latch.rising;
+                    }
+                    if latch.input == Input::SizeReached && latch.tick >= self.size_watched_from {
+                        self.is_size_reached = latch.rising;
                     }
                     self.catch(latch);
                 }

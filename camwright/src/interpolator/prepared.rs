@@ -11,7 +11,9 @@ use crate::machine::setpoint::Input;
 use crate::math::hermite::Knot;
 use crate::math::units::TURN_RAD;
 use crate::motion::path_stop::path_stop_s;
-use crate::motion::plan::{AxisTarget, CutSegment, HomeStep, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment};
+use crate::motion::plan::{
+    AxisTarget, CutSegment, GaugeSize, HomeStep, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment,
+};
 use crate::motion::point_to_point::{MOVE_SHARE, MoveLaw, whole_ticks};
 use crate::motion::spiral_motion::SpiralMotion;
 use alloc::boxed::Box;
@@ -51,6 +53,8 @@ pub(crate) struct SegmentData {
     pub(crate) retract_limits: MotionLimits,
     /// C between this cut and the next, where it turns on.
     pub(crate) spin: Option<SpinFacts>,
+    /// Size on the gauge that ends the infeed of a cut.
+    pub(crate) size: Option<GaugeSize>,
     /// Predicted ticks of all segments before this one.
     pub(crate) ticks_before: u64,
 }
@@ -215,6 +219,7 @@ impl<'a> PlanWalk<'a> {
             input: None,
             retract_limits: machine.axis(Axis::X).limits,
             spin: None,
+            size: None,
             ticks_before: self.ticks,
         };
         match &segment.kind {
@@ -273,6 +278,8 @@ impl<'a> PlanWalk<'a> {
             return Err(PrepareError::BadCut { segment: index, what });
         }
         check_ends(index, &curves, self.turns_on, self.machine)?;
+        facts.size = self.plan.size_of(index).filter(|size| size.diameter_nm > 0);
+        check_size(index, &curves, facts.size, self.machine)?;
         facts.retract_limits = spare_limits(index, &curves, self.machine)?;
         facts.spin = spin_after(index, &curves, self.plan, self.machine)?;
         self.turns_on = facts.spin.is_some();
@@ -321,6 +328,29 @@ fn check_plateau(index: usize, cut: &CutSegment, segment: &Segment, curves: &Cur
     }
     if segment.stop_ticks == 0 {
         return Err(PrepareError::NoStop { segment: index });
+    }
+    Ok(())
+}
+
+/// An infeed that ends at a size needs a gauge, and turns that repeat, without which no turn can be left out.
+fn check_size(
+    index: usize,
+    curves: &Curves<'_>,
+    size: Option<GaugeSize>,
+    machine: &MachineDescription,
+) -> Result<(), PrepareError> {
+    let wrong = |what| Err(PrepareError::BadCut { segment: index, what });
+    if size.is_none() {
+        return Ok(());
+    }
+    if machine.gauge.is_none() {
+        return wrong("the infeed of a cut ends at a size, but the machine has no gauge");
+    }
+    if curves.motion().end_speeds_rad_s().1 > 0.0 {
+        return wrong("the infeed of a cut ends at a size, but c_axis turns on at its end");
+    }
+    if curves.cut.infeed_turns >= curves.cut.turns {
+        return wrong("the infeed of a cut ends at a size, and no turn without infeed follows");
     }
     Ok(())
 }

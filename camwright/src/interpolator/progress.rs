@@ -69,7 +69,7 @@ impl Interpolator {
             let (turn, angle) = cut.progress(self.tick, &curves);
             status.turn = turn;
             status.turns = f64::from(curves.cut.turns);
-            status.stock_mm = (segment.stock_mm - curves.infed_mm(angle.max(0.0))).max(0.0);
+            status.stock_mm = (segment.stock_mm - cut.infed_mm(angle.max(0.0), &curves)).max(0.0);
             if angle < 0.0 {
                 status.phase = Some(Phase::Approach);
             } else if angle > f64::from(curves.cut.turns) * TURN_RAD {

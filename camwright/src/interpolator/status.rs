@@ -3,6 +3,7 @@
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::machine::setpoint::Input;
+use crate::machine::wheel_state::mm_from_nm;
 use crate::motion::plan::Phase;
 use core::fmt;
 
@@ -104,6 +105,13 @@ pub enum InterpolatorAlarm {
     },
     /// A segment that preparation should have refused.
     BadSegment { segment: usize },
+    /// All of the infeed was driven, and the gauge has not read the size.
+    SizeNotReached {
+        /// Size at which the infeed should have ended (nm).
+        diameter_nm: i64,
+        /// Turns with infeed that were driven.
+        turns: u32,
+    },
 }
 
 impl InterpolatorAlarm {
@@ -117,6 +125,7 @@ impl InterpolatorAlarm {
             InterpolatorAlarm::NotHomed { axis } => AlarmKind::NotHomed(axis),
             InterpolatorAlarm::NotAtStart { axis, .. } => AlarmKind::NotAtStart(axis),
             InterpolatorAlarm::BadSegment { .. } => AlarmKind::BadSegment,
+            InterpolatorAlarm::SizeNotReached { .. } => AlarmKind::SizeNotReached,
         }
     }
 
@@ -146,6 +155,7 @@ impl fmt::Display for InterpolatorAlarm {
                     Input::WheelContact => "gap detector",
                     Input::KeyWay => "keyway",
                     Input::SteadyForce => "steady force",
+                    Input::SizeReached => "size",
                     Input::Home(_) | Input::Origin | Input::Station(_) => "home switch",
                 };
                 write!(f, "{} searched its whole travel and did not find its {what}", axis.joint())
@@ -158,6 +168,13 @@ impl fmt::Display for InterpolatorAlarm {
                 write!(f, "the cut begins at {wanted} counts of {}, the axis is at {actual}", axis.joint())
             }
             InterpolatorAlarm::BadSegment { segment } => write!(f, "segment {segment} cannot be executed"),
+            InterpolatorAlarm::SizeNotReached { diameter_nm, turns } => {
+                let diameter_mm = mm_from_nm(*diameter_nm);
+                write!(
+                    f,
+                    "{turns} turns of infeed are over, and the gauge has not read the size of {diameter_mm:.4} mm"
+                )
+            }
         }
     }
 }

@@ -1,16 +1,22 @@
 //! Validates a job before path planning.
 
 use super::grinding::{
-    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_SPARK_OUT_TURNS,
-    MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
+    BetweenLobes, CorrectionSpec, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM,
+    MAX_PASSES, MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec,
+    StiffnessSource,
 };
 use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::GaugingMode;
-use crate::gauging::state::MAX_HARMONICS;
+use crate::gauging::gauge::Gauge;
+use crate::gauging::journal::DWELL_LEAVES_RAD;
+use crate::gauging::published::PublishedWindow;
+use crate::gauging::runout::FEWEST_PHASES;
+use crate::gauging::state::{MAX_HARMONICS, MAX_PHASES};
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
 use crate::math::range::minimum_and_maximum;
+use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -85,6 +91,7 @@ impl JobSpec {
         let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
         within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
         self.check_spark_out(pass, machine)?;
+        self.check_size(pass, machine)?;
         let first = &self.passes[0];
         if pass.infeed_direction == first.infeed_direction {
             return Ok(());
@@ -181,6 +188,56 @@ impl JobSpec {
         Ok(())
     }
 
+    /// Checks the requirements of a gauge-controlled size on machine and job.
+    fn check_size(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
+        let Some(size) = pass.gauge_size else { return Ok(()) };
+        let place = || Subject::Pass(pass.name.clone());
+        let above = (0.0, MAX_SIZE_ABOVE_MM);
+        within(place, JobKey::GaugeSizeAbove, size.ends_above_mm, above, "0 to 10 (0 is the finished diameter)")?;
+        within(place, JobKey::GaugeSizeBeyond, size.beyond_mm, (0.0, MAX_BEYOND_MM), "0 to 1")?;
+        let refused = |why| Err(JobError::NoGaugeSize { pass: pass.name.clone(), why });
+        if self.passes.last().is_none_or(|last| last.name != pass.name) {
+            return refused("a pass follows that begins where this one ends; give the size to the last pass");
+        }
+        match machine.gauge.map(|gauge| gauge.kind) {
+            Some(GaugeKind::Diameter) => {}
+            Some(GaugeKind::Radius) => {
+                return refused(
+                    "the gauge has a single contact, which reads the deflection of the part as size; use one of two contacts (gauge.kind: diameter)",
+                );
+            }
+            None => return refused("the machine has no in-process gauge"),
+        }
+        if self.correction.is_some() {
+            return refused(
+                "runout_correction brings the journal to its size with a turn of its own; leave out one of them",
+            );
+        }
+        if self.c_between_lobes != BetweenLobes::Stops || self.rotary_indexing {
+            return refused(
+                "c_axis must rest where a cut ends and begin from there: not with c_between_lobes: turns_on or rotary_indexing",
+            );
+        }
+        self.check_gauged("gauge_size")?;
+        let is_round = |lobe: &LobeSpec| self.profiles.get(lobe.profile).is_none_or(ProfileSpec::is_round);
+        if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
+            return Err(JobError::SizeNotRound { lobe: lobe.name.clone() });
+        }
+        if pass.total_infeed_mm <= size.beyond_mm {
+            return refused(
+                "its total infeed is not more than what it may go beyond the size, which is part of it; raise infeed.total_mm",
+            );
+        }
+        // Passes before it leave what this one takes, but for its infeed beyond the size.
+        let left_mm = if self.passes.len() > 1 { pass.total_infeed_mm - size.beyond_mm } else { self.stock_mm };
+        let before_mm = 2.0 * left_mm.min(self.stock_mm);
+        if size.ends_above_mm >= before_mm {
+            let (pass, above_mm) = (pass.name.clone(), size.ends_above_mm);
+            return Err(JobError::SizeAboveRaw { pass, above_mm, before_mm });
+        }
+        Ok(())
+    }
+
     /// Checks the requirements of a runout correction on machine and job.
     fn check_correction(&self, machine: &MachineDescription) -> Result<(), JobError> {
         let Some(correction) = &self.correction else {
@@ -201,6 +258,7 @@ impl JobSpec {
                 },
             });
         }
+        self.check_published(correction, &seen.gauge)?;
         if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {
             return Err(JobError::CorrectsAndTurnsOn);
         }
@@ -228,6 +286,24 @@ impl JobSpec {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Checks window and step of the published measurement: a whole turn of depths must lie in the dwell and the turn before it.
+    fn check_published(&self, correction: &CorrectionSpec, gauge: &Gauge) -> Result<(), JobError> {
+        let PublishedWindow { turned_rad, phases } = correction.published;
+        if !(FEWEST_PHASES..=MAX_PHASES).contains(&(phases as usize)) {
+            let (key, wanted) = (JobKey::PublishedStep, "8 to 7200 steps in a turn");
+            return Err(JobError::OutOfRange { place: Subject::Job, key, value: f64::from(phases), wanted });
+        }
+        let Some(window_rad) = turned_rad else { return Ok(()) };
+        let spark_out_turns = self.passes.last().map_or(0, |pass| pass.spark_out_turns);
+        let min_rad = TURN_RAD + gauge.span_rad();
+        let max_rad = f64::from(spark_out_turns + 1) * TURN_RAD - DWELL_LEAVES_RAD.0 + gauge.known_after_rad();
+        if window_rad >= min_rad * (1.0 - 1e-12) && window_rad <= max_rad {
+            return Ok(());
+        }
+        let [window_deg, min_deg, max_deg] = [window_rad, min_rad, max_rad].map(deg_from_rad);
+        Err(JobError::PublishedWindow { window_deg, min_deg, max_deg, spark_out_turns })
     }
 
     /// Refuses crank pins under a gauge, which measures about the spindle axis.

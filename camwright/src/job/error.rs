@@ -18,6 +18,32 @@ pub enum JobError {
         pass: String,
         why: &'static str,
     },
+    /// The infeed cannot end at a size.
+    #[error("pass {pass}: the infeed is to end at a size on the gauge (gauge_size), but {why}")]
+    NoGaugeSize {
+        /// Name of the pass.
+        pass: String,
+        why: &'static str,
+    },
+    /// The size is above what the pass begins with.
+    #[error(
+        "pass {pass}: gauge_size.ends_above_um is {:.1}, and the journal has {:.1} um on the diameter before the pass: its infeed would end \
+         before it begins; set less than that",
+        um_from_mm(*.above_mm), um_from_mm(*.before_mm)
+    )]
+    SizeAboveRaw {
+        /// Name of the pass.
+        pass: String,
+        /// Diameter above the finished one at which the infeed ends (mm).
+        above_mm: f64,
+        /// Diameter above the finished one before the pass (mm).
+        before_mm: f64,
+    },
+    /// A gauge reads the size of round parts only.
+    #[error(
+        "lobe {lobe} is not round; the infeed ends at a size on the gauge (gauge_size) only where all lobes are journals"
+    )]
+    SizeNotRound { lobe: String },
     /// C cannot turn on and be turned to a lobe.
     #[error("c_between_lobes is turns_on and rotary_indexing is true; with rotary indexing C stops before each lobe")]
     TurnsAndIndexes,
@@ -116,6 +142,12 @@ pub enum JobError {
         "runout_correction.mode is published, which needs one gauge that reads a diameter; machine {machine} has {gauge}: set          runout_correction.mode to exact"
     )]
     PublishedGauge { machine: String, gauge: &'static str },
+    /// The dwell is too short, or the window, for the published measurement.
+    #[error(
+        "runout_correction.published_window_deg is {window_deg:.1}; it must be {min_deg:.0} to {max_deg:.0} with this gauge and \
+         {spark_out_turns} spark-out turns of the last pass"
+    )]
+    PublishedWindow { window_deg: f64, min_deg: f64, max_deg: f64, spark_out_turns: u32 },
     /// The measured stiffness would only be used by a correction, which the job lacks.
     #[error("the stiffness is measured for the correction of runout, and the job has none")]
     IdentifiesForNothing,

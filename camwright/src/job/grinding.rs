@@ -14,6 +14,7 @@ use crate::cam::follower::Follower;
 use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
+use crate::gauging::published::PublishedWindow;
 use crate::job::dressing::DressingSpec;
 use crate::job::raw_part::RawPart;
 use crate::machine::contact_law::ContactLaw;
@@ -97,6 +98,8 @@ pub struct CorrectionSpec {
     pub mode: GaugingMode,
     /// Number of harmonics of the part resolved in the gauge readings.
     pub harmonics: u32,
+    /// Window and step of the published measurement.
+    pub published: PublishedWindow,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
     pub allowance_mm: f64,
     /// Source of the stiffness where it is not measured.
@@ -318,6 +321,15 @@ pub enum BetweenLobes {
     },
 }
 
+/// Gauge-controlled size: the infeed of a pass ends when the gauge reads a diameter. The planned infeed is its upper bound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizeControl {
+    /// Diameter above the finished one, as the mean of a turn (mm).
+    pub ends_above_mm: f64,
+    /// Infeed of X beyond the finished size (mm): for a wheel that is smaller than it should be.
+    pub beyond_mm: f64,
+}
+
 /// One pass over a lobe: turns with infeed, then turns without.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PassSpec {
@@ -334,6 +346,8 @@ pub struct PassSpec {
     pub spark_out_turns: u32,
     /// Variation of the normal force over a turn (N) at which they end; `None`: all of them are turned.
     pub spark_out_until_n: Option<u32>,
+    /// Size on the gauge that ends the infeed, of the last pass; `None`: all of the infeed is driven.
+    pub gauge_size: Option<SizeControl>,
     /// Speed of the headstock.
     pub speed: SpeedLaw,
 }
@@ -424,6 +438,10 @@ pub const MAX_SPARK_OUT_TURNS: u32 = 1000;
 /// Largest variation of the force at which spark-out may end (N): more is no spark-out.
 pub const MAX_VARIATION_N: u32 = 10_000;
 
+/// Largest diameter above the finished one at which an infeed may end, and largest infeed beyond the finished size (mm).
+pub const MAX_SIZE_ABOVE_MM: f64 = 10.0;
+pub const MAX_BEYOND_MM: f64 = 1.0;
+
 /// Most passes over a lobe: roughing, finishing and some between; more is likelier a mistake.
 pub const MAX_PASSES: usize = 16;
 
@@ -462,6 +480,12 @@ impl JobSpec {
             identification: None,
             measure_stock: None,
         }
+    }
+
+    /// Size on the gauge that ends the infeed of the last pass. A dry run cuts nothing, so the gauge reads no size.
+    #[must_use]
+    pub fn size_control(&self) -> Option<SizeControl> {
+        self.passes.last().and_then(|pass| pass.gauge_size).filter(|_| self.dry_run_mm.is_none())
     }
 
     /// Infeed of all passes together (mm).

@@ -271,6 +271,10 @@ alarms! {
     GaugeStuck = 141 Stop "gauge stuck":
         "the gauge gave the same reading {value} times",
         remedy "check that the gauge's contacts touch and move, then reset";
+    /// The whole infeed was driven and the gauge has not read the size. The interpolator says which.
+    SizeNotReached = 142 Stop "size not reached":
+        "the infeed is over and the gauge has not read the size",
+        remedy "reset; check wheel radius and gauge zero, or dress the wheel; raise infeed.gauge_size.beyond_um if the wheel wears as expected";
     /// The door was opened, or is open, while axes or wheel move.
     DoorOpened = 150 PowerOff "door opened":
         "the door is open while axes or wheel move",

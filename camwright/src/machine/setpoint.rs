@@ -33,9 +33,20 @@ pub enum Input {
     WheelContact,
     /// The switch that sees the part's keyway. It catches C.
     KeyWay,
+    /// The in-process gauge has read its size: see [`crate::simulation::size_monitor`]. It catches C.
+    SizeReached,
 }
 
-crate::snapshot_cases!(Input { 0 Origin, 1 Station(index), 2 Home(axis), 3 Index(axis), 4 SteadyForce, 5 WheelContact, 6 KeyWay });
+crate::snapshot_cases!(Input {
+    0 Origin,
+    1 Station(index),
+    2 Home(axis),
+    3 Index(axis),
+    4 SteadyForce,
+    5 WheelContact,
+    6 KeyWay,
+    7 SizeReached,
+});
 
 impl Input {
     /// Inputs that are no station and not the origin: what a machine may have in addition.
@@ -54,6 +65,7 @@ impl Input {
             Input::Index(axis) => machine.axis(axis).homing.is_some_and(|homing| homing.use_index),
             Input::WheelContact => machine.gap_detector.is_some(),
             Input::KeyWay => machine.key_way_probe.is_some(),
+            Input::SizeReached => machine.gauge.is_some(),
         }
     }
 
@@ -62,7 +74,7 @@ impl Input {
     pub const fn axis(self) -> crate::machine::description::Axis {
         use crate::machine::description::Axis;
         match self {
-            Input::Origin | Input::KeyWay | Input::SteadyForce => Axis::C,
+            Input::Origin | Input::KeyWay | Input::SteadyForce | Input::SizeReached => Axis::C,
             Input::Station(_) => Axis::Z,
             Input::Home(axis) | Input::Index(axis) => axis,
             Input::WheelContact => Axis::X,

@@ -201,11 +201,22 @@ pub enum PlanCommand {
         /// Most that the normal force may differ by over a turn of C (N); 0: it does not watch.
         max_n: i64,
     },
+    /// The infeed of the next cut ends when the gauge reads a size.
+    WatchSize(GaugeSize),
     /// Dress the wheel, at the dresser, to this radius; `x_axis` stays the distance of its cutting point.
     Dress {
         /// Radius after it (nm).
         radius_nm: i64,
     },
+}
+
+/// Size at which the gauge ends the infeed of a cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GaugeSize {
+    /// Mean diameter over a turn, as the gauge reads it (nm).
+    pub diameter_nm: i64,
+    /// Infeed that the cut may drive below its path before it gives up (nm).
+    pub beyond_nm: i64,
 }
 
 /// One step of a plan.
@@ -278,4 +289,18 @@ pub struct Plan {
     pub duration_s: f64,
     /// Predicted duration of the same job with rotary indexing before each lobe (s).
     pub duration_with_indexing_s: f64,
+}
+
+impl Plan {
+    /// Size that ends the infeed of the cut in this segment; `None`: it drives all of its infeed.
+    #[must_use]
+    pub fn size_of(&self, segment: usize) -> Option<GaugeSize> {
+        let before = self.segments.get(..segment)?.iter().rev();
+        let mut deciding = before.filter_map(|segment| match &segment.kind {
+            SegmentKind::Command(PlanCommand::WatchSize(size)) => Some(Some(*size)),
+            SegmentKind::Cut(_) => Some(None),
+            _ => None,
+        });
+        deciding.next().flatten()
+    }
 }

@@ -64,6 +64,7 @@ pub fn decide_corrections(
             ratio_uncertainty: measured.map(|measured| measured.known_to.ratio.uncertainty),
             mode: spec.mode,
             harmonics: spec.harmonics,
+            published: spec.published,
             radius_mm: journal.lobe.design.contour.radius_at(0.0),
             rest_rad: journal.rest_rad,
         })

@@ -8,7 +8,7 @@
 //! | move of X or C before a lobe is cut | its raw surface |
 //! | the same afterwards | its finished contour |
 //! | push of a stopped wheel | what the job lets it push |
-//! | cut | the path keeps to the contour; infeed and lead never go below the path |
+//! | cut | the path keeps to the contour; infeed and lead never go below the path, but for what a gauge-controlled size allows |
 //! | correction of runout | the radius that the contact law leaves, over the whole way |
 
 use super::error::PlanError;
@@ -251,7 +251,11 @@ impl GougeCheck<'_> {
             }
             None => {
                 let law = |law: &HermiteSpline| (lowest(law), LAW_ROUNDING_MM, "rounding");
-                let of_infeed = (law(motion.infeed), true);
+                let (size_mm, why) = match self.request.job.size_control() {
+                    Some(size) => (size.beyond_mm, "gauge_size.beyond_um, before which the gauge ends the infeed"),
+                    None => (0.0, "rounding"),
+                };
+                let of_infeed = ((lowest(motion.infeed), size_mm + LAW_ROUNDING_MM, why), true);
                 let of_lead = motion.lead.map(|lead| (law(lead), false));
                 for ((found, allowed_mm, why), is_angle) in [Some(of_infeed), of_lead].into_iter().flatten() {
                     if is_deeper(-found.value, allowed_mm) {

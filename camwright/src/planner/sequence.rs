@@ -8,13 +8,14 @@ use super::steps::{PlanSteps, StepSubject, shared};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription, Station};
+use crate::machine::wheel_state::nm_from_mm;
 use crate::math::hermite::HermiteSpline;
 use crate::math::periodic_spline::PeriodicSpline;
 use crate::math::units::TURN_RAD;
-use crate::motion::plan::{CutSegment, Half, Phase, Plan, PlanCommand, SegmentKind};
+use crate::motion::plan::{CutSegment, GaugeSize, Half, Phase, Plan, PlanCommand, SegmentKind};
 use crate::motion::point_to_point::whole_ticks;
 use crate::motion::speed_plan::{FixedPathSpeed, SpeedPlan};
-use crate::planner::deflection::GroundLobe;
+use crate::planner::deflection::{GaugedSize, GroundLobe};
 
 /// Distance of the table before a station's switch at the start of the search (mm), and the limit of the search beyond the switch.
 /// It covers a shifted switch and lets the table reach its search speed; a longer distance costs time at the slow search speed.
@@ -27,6 +28,8 @@ pub(super) struct Sequence<'a> {
     pub(super) steps: PlanSteps<'a>,
     /// Last force threshold sent to the monitor (N).
     watched_n: i64,
+    /// The infeed of a cut ends at a size on the gauge.
+    watches_size: bool,
 }
 
 impl<'a> Sequence<'a> {
@@ -44,7 +47,7 @@ impl<'a> Sequence<'a> {
             ..Plan::default()
         };
         let steps = PlanSteps { machine, at: start.counts, ticks: 0, plan };
-        Self { job, start, steps, watched_n: 0 }
+        Self { job, start, steps, watched_n: 0, watches_size: false }
     }
 
     /// Wheel clear of the part, C on its origin, wheel up to speed.
@@ -115,6 +118,14 @@ impl<'a> Sequence<'a> {
                 self.steps.command(of(Phase::Position, stock_mm), PlanCommand::WatchForce { max_n }, &label);
                 self.watched_n = max_n;
             }
+            let size = self.job.size_control().filter(|_| number + 1 == lobe.passes.len());
+            if let Some(size) = size {
+                let diameter_mm = 2.0 * lobe.design.contour.radius_at(0.0) + size.ends_above_mm;
+                let size = GaugeSize { diameter_nm: nm_from_mm(diameter_mm), beyond_nm: nm_from_mm(size.beyond_mm) };
+                let label = alloc::format!("gauge to {diameter_mm:.4} mm");
+                self.steps.command(of(Phase::Position, stock_mm), PlanCommand::WatchSize(size), &label);
+                self.watches_size = true;
+            }
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
             let motion = self.steps.plan.motion_of(&cut).expect("its splines have just been put into the plan");
             let first = self.steps.counts(Axis::X, motion.x_mm(motion.start_s()));
@@ -134,6 +145,9 @@ impl<'a> Sequence<'a> {
                 alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
             if let Some(max_n) = until_steady_n {
                 label += &alloc::format!(" or until the force is steady within {max_n} N");
+            }
+            if size.is_some() {
+                label += ", infeed until the gauge reads the size";
             }
             if comes_turning || goes_turning {
                 label += ", c_axis turning on";
@@ -267,15 +281,20 @@ impl<'a> Sequence<'a> {
         Ok(self.done())
     }
 
-    /// Predicts the time of cuts whose spark-out ends when the force is steady.
+    /// Predicts the time of cuts whose infeed ends at a size, or whose spark-out ends when the force is steady.
     fn foresee(&mut self) {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
             let Some(law) = self.steps.machine.contact_law(&lobe.station, lobe.width_mm) else { continue };
             let mut surface = GroundLobe::new(self.job.stock_mm, &law);
-            for segment in self.steps.plan.segments.iter_mut().filter(|segment| segment.lobe == Some(index)) {
+            for number in 0..self.steps.plan.segments.len() {
+                let size = GaugedSize::from_plan(&self.steps.plan, number, self.steps.machine);
+                let segment = &mut self.steps.plan.segments[number];
                 let SegmentKind::Cut(cut) = &segment.kind else { continue };
+                if segment.lobe != Some(index) {
+                    continue;
+                }
                 let Some(infeed) = self.steps.plan.angle_laws.get(cut.infeed) else { continue };
-                let left_out = cut.turns.saturating_sub(surface.after(cut, infeed));
+                let left_out = cut.turns.saturating_sub(surface.after(cut, infeed, size.as_ref()));
                 let saved =
                     whole_ticks(f64::from(left_out) * cut.turn_s, self.steps.machine.cycle_time_s()).min(segment.ticks);
                 segment.ticks -= saved;
@@ -285,7 +304,7 @@ impl<'a> Sequence<'a> {
     }
 
     fn done(mut self) -> Plan {
-        if self.watched_n > 0 {
+        if self.watched_n > 0 || self.watches_size {
             self.foresee();
         }
         self.steps.done()

@@ -6,8 +6,8 @@
 //! stream's work and gives the same samples as long as no chunk is lost.
 
 use crate::interpolator::{
-    Interpolator, InterpolatorEvent, MotionOutcome, MotionRequest, OrderKind, Prepared, ProbeOutcome, StartError,
-    TickInputs,
+    InfeedEnd, Interpolator, InterpolatorEvent, MotionOutcome, MotionRequest, OrderKind, Prepared, ProbeOutcome,
+    StartError, TickInputs,
 };
 use crate::machine::alarm::{Alarm, AlarmKind, AlarmSeverity};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -60,6 +60,7 @@ struct SetpointSender {
     next_tick: Option<u64>,
     outcome: Option<MotionOutcome>,
     probed: Option<ProbeOutcome>,
+    infeed_ends: Vec<InfeedEnd>,
 }
 
 /// The stream of chunks between interpolator and machine.
@@ -102,6 +103,7 @@ impl ClosedLoop {
             next_tick: None,
             outcome: None,
             probed: None,
+            infeed_ends: Vec::new(),
         };
         Self { sender, stream: None, machine, setpoint: None }
     }
@@ -109,6 +111,12 @@ impl ClosedLoop {
     #[must_use]
     pub fn machine(&self) -> &Machine {
         &self.machine
+    }
+
+    /// Ends of infeeds at a gauge-controlled size, in the order of the cuts.
+    #[must_use]
+    pub fn infeed_ends(&self) -> &[InfeedEnd] {
+        &self.sender.infeed_ends
     }
 
     #[must_use]
@@ -280,6 +288,7 @@ impl SetpointSender {
                     }
                 }
                 InterpolatorEvent::Probed(probed) => self.probed = Some(*probed),
+                InterpolatorEvent::InfeedEnded(end) => self.infeed_ends.push(*end),
                 InterpolatorEvent::Segment(_) | InterpolatorEvent::LeftOut { .. } => {}
             }
         }
@@ -400,6 +409,7 @@ impl From<OrderKind> for MachineCommand {
             OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
             OrderKind::Push { max_n } => MachineCommand::Push { max_n },
             OrderKind::WatchForce { max_n } => MachineCommand::WatchForce { max_n },
+            OrderKind::WatchSize { diameter_nm } => MachineCommand::WatchSize { diameter_nm },
         }
     }
 }

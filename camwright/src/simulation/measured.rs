@@ -38,7 +38,7 @@ impl WiredInputs {
             Input::Origin => Some(self.origin),
             Input::Station(index) => Some(index < 64 && self.stations >> index & 1 == 1),
             Input::Home(axis) => Some(self.homes >> axis.index() & 1 == 1),
-            Input::Index(_) | Input::SteadyForce | Input::WheelContact | Input::KeyWay => None,
+            Input::Index(_) | Input::SteadyForce | Input::WheelContact | Input::KeyWay | Input::SizeReached => None,
         }
     }
 

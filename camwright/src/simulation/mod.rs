@@ -35,6 +35,7 @@ pub mod plausibility;
 pub mod process_monitor;
 pub mod sensors;
 pub mod servo;
+pub mod size_monitor;
 pub mod tick_report;
 pub mod turned_part;
 pub mod wheel_spindle;

@@ -117,6 +117,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
             infeed_direction: direction,
             spark_out_turns: 2,
             spark_out_until_n: None,
+            gauge_size: None,
             speed,
         }],
         retract_clearance_mm: 2.0,

@@ -7,6 +7,7 @@ use crate::grinding::journal;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
+use camwright::gauging::published::PublishedWindow;
 use camwright::interpolator::{Interpolator, MotionOutcome, MotionRequest};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, SpeedLaw, StiffnessSource,
@@ -74,6 +75,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 1 + u32::try_from(random.next() % 4).expect("0 to 3"),
         spark_out_until_n: None,
+        gauge_size: None,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(random.within(30.0, 80.0)) },
     }];
     let raw_part = RawPart {
@@ -86,6 +88,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
     let correction = CorrectionSpec {
         mode,
         harmonics: 15,
+        published: PublishedWindow::default(),
         allowance_mm: random.one_of(&[0.02, 0.02, 0.005, 0.0]),
         stiffness: StiffnessSource::Best,
         contacts: Vec::new(),

@@ -83,6 +83,7 @@ fn pass(random: &mut SplitMix64, name: &str, along: InfeedDirection, course: Inf
         infeed_direction: along,
         spark_out_turns: 1 + u32::try_from(random.next() % 2).expect("0 or 1"),
         spark_out_until_n: None,
+        gauge_size: None,
         speed: speed(random),
     }
 }

@@ -13,7 +13,7 @@ use camwright::machine::description::{
 use camwright::machine::setpoint::{Input, Latch, Setpoint};
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::TURN_RAD;
-use camwright::motion::plan::{AxisTarget, CutSegment, Phase, Plan, PlanCommand, Segment, SegmentKind};
+use camwright::motion::plan::{AxisTarget, CutSegment, GaugeSize, Phase, Plan, PlanCommand, Segment, SegmentKind};
 use camwright::motion::speed_plan::{FlyingStart, SpeedPlan, SpeedRequest};
 use std::sync::Arc;
 
@@ -304,6 +304,17 @@ pub(crate) fn sparking_out(machine: &MachineDescription, max_turns: u32) -> (Pla
     (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])
 }
 
+/// A cut alone whose infeed ends at 60.012 mm on the gauge, and where it starts.
+pub(crate) fn sizing(machine: &MachineDescription, spark_out_turns: u32) -> (Plan, [i64; AXIS_COUNT]) {
+    let (mut plan, start) = sparking_out(machine, spark_out_turns);
+    let size = GaugeSize { diameter_nm: 60_012_000, beyond_nm: 0 };
+    plan.segments[0].kind = SegmentKind::Command(PlanCommand::WatchSize(size));
+    if let SegmentKind::Cut(cut) = &mut plan.segments[1].kind {
+        cut.until_steady_n = None;
+    }
+    (plan, start)
+}
+
 /// One tick of a run. Positions are absolute: the machine's own, whatever zero is in force.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
@@ -414,6 +425,12 @@ impl Bench {
     pub(crate) fn force_is_steady(&mut self, rising: bool) {
         let counts = self.counts()[0];
         self.deliver(Latch { tick: self.tick - 1, input: Input::SteadyForce, rising, axis: Axis::C, counts });
+    }
+
+    /// The size monitor's input closes in the tick that was computed last.
+    pub(crate) fn size_is_reached(&mut self) {
+        let counts = self.counts()[0];
+        self.deliver(Latch { tick: self.tick - 1, input: Input::SizeReached, rising: true, axis: Axis::C, counts });
     }
 
     fn deliver(&mut self, latch: Latch) {

@@ -11,6 +11,7 @@ mod joining;
 mod manual;
 mod on_the_machine;
 mod setup;
+mod size;
 #[path = "../solids/mod.rs"]
 mod solids;
 mod sparking_out;

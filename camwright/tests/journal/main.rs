@@ -1,6 +1,7 @@
 //! A journal that runs out, from job to round part: the first half of its plan feeds and dwells, what the gauge reads decides the turn
 //! that corrects, the second half drives it.
 
+mod size;
 mod stiffness;
 mod stock;
 
@@ -10,6 +11,7 @@ use camwright::cam::lift::LiftLaw;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::gauging::journal::JournalCorrection;
+use camwright::gauging::published::PublishedWindow;
 use camwright::interpolator::{Motion, Prepared};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobError, JobSpec, LobeSpec,
@@ -92,6 +94,7 @@ fn job(mode: GaugingMode) -> JobSpec {
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 3,
             spark_out_until_n: None,
+            gauge_size: None,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: TURN_RAD },
         }],
         retract_clearance_mm: 2.0,
@@ -114,6 +117,7 @@ fn job(mode: GaugingMode) -> JobSpec {
         correction: Some(CorrectionSpec {
             mode,
             harmonics: 15,
+            published: PublishedWindow::default(),
             allowance_mm: 0.02,
             stiffness: StiffnessSource::Best,
             contacts: Vec::new(),
@@ -131,7 +135,11 @@ struct MachineUnderTest(ClosedLoop);
 
 impl MachineUnderTest {
     fn new(description: &MachineDescription, job: &JobSpec) -> Self {
-        let mut machine = Machine::new(description.clone(), PersistentState::new(description)).expect("a machine");
+        Self::with_wheel(description, job, PersistentState::new(description))
+    }
+
+    fn with_wheel(description: &MachineDescription, job: &JobSpec, lasting: PersistentState) -> Self {
+        let mut machine = Machine::new(description.clone(), lasting).expect("a machine");
         for lobe in &job.lobes {
             let z_mm = description.station(&lobe.station).expect("it is there").position_mm;
             let azimuth = |i: usize| i as f64 * TURN_RAD / DEFAULT_AZIMUTHS as f64;
@@ -244,6 +252,30 @@ fn the_published_turn_takes_a_machine_that_gives_way_for_runout() {
     let (published, exact) = (left(GaugingMode::Published), left(GaugingMode::Exact));
     eprintln!("left: published {published:.3}, exact {exact:.4}");
     assert!(published > 0.5 && exact < 0.01, "{published} {exact}");
+}
+
+/// The published measurement reads over the window and at the step of the job: the default is the 540° and 5° of the text to the bit,
+/// a longer window takes older cuts, another step another turn. A window that the dwell does not hold is refused before anything moves.
+#[test]
+fn window_and_step_of_the_published_method_are_those_of_the_job() {
+    let machine = grinder(0.2, 270.0);
+    let with = |turned_rad: Option<f64>, phases: u32| {
+        let mut job = job(GaugingMode::Published);
+        job.correction.as_mut().expect("it corrects").published = PublishedWindow { turned_rad, phases };
+        job
+    };
+    let way = |job: &JobSpec| ground(&machine, job)[0].3.way.clone();
+    let text = way(&with(None, 72));
+    assert_eq!(way(&with(Some(1.5 * TURN_RAD), 72)), text);
+    assert_ne!(way(&with(Some(2.5 * TURN_RAD), 72)), text);
+    assert_ne!(way(&with(None, 36)), text);
+    let refusal =
+        |turned_rad: f64, phases: u32| with(Some(turned_rad), phases).check(&machine).unwrap_err().to_string();
+    for turned_rad in [1.4 * TURN_RAD, 3.6 * TURN_RAD] {
+        let error = refusal(turned_rad, 72);
+        assert!(error.contains("it must be 540 to 1278 with this gauge and 3 spark-out turns"), "{error}");
+    }
+    assert!(refusal(1.5 * TURN_RAD, 7).contains("8 to 7200"));
 }
 
 /// A noisy gauge gives the published turn a slope and a curvature where it begins; neither is carried on over the way in.

@@ -143,7 +143,7 @@ impl ActiveGoal {
         *self = Self { goal: Some(goal), name, plan_hash, ..Self::default() };
     }
 
-    /// Spark-out of a lobe was over before its last turn.
+    /// Turns of a lobe are skipped: its spark-out is over, or its infeed.
     pub(super) fn leave_out(&mut self, lobe: usize, turns: u32) {
         if self.turns_left_out.len() <= lobe {
             self.turns_left_out.resize(lobe + 1, 0);

@@ -11,6 +11,7 @@ use camwright::interpolator::{
 };
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::MachineDescription;
+use camwright::math::units::um_from_mm;
 use camwright_files::convert::applied_input;
 use camwright_files::convert::m_from_mm;
 use camwright_files::convert::machine_report::input_name;
@@ -234,6 +235,14 @@ impl EnginePump {
                     .info(&format!("the force is steady at tick {tick}: {turns} spark-out turns are skipped"));
                 self.served().leave_out(lobe, turns);
             }
+            InterpolatorEvent::InfeedEnded(end) => {
+                let (turn, infed_um, left_out) = (end.turn, um_from_mm(end.infed_mm), end.left_out);
+                self.node.logger().info(&format!(
+                    "the gauge has read the size: the infeed ends at tick {tick} in turn {turn:.2} after {infed_um:.1} um, {left_out} turns \
+                     with infeed are skipped"
+                ));
+                self.served().leave_out(end.lobe, left_out);
+            }
             InterpolatorEvent::Probed(probed) => self.served().probed = Some(probed),
             InterpolatorEvent::Segment(_) | InterpolatorEvent::Finished(_) => {}
         }
@@ -446,6 +455,9 @@ fn message(sequence: u32, command: SequencedCommand, clock: TickClock, machine: 
             OrderKind::Push { max_n } => MachineCommand { counts: max_n, ..base(order.tick, MachineCommand::PUSH) },
             OrderKind::WatchForce { max_n } => {
                 MachineCommand { counts: max_n, ..base(order.tick, MachineCommand::WATCH_FORCE) }
+            }
+            OrderKind::WatchSize { diameter_nm } => {
+                MachineCommand { counts: diameter_nm, ..base(order.tick, MachineCommand::WATCH_SIZE) }
             }
         },
     }

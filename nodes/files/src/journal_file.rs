@@ -4,6 +4,7 @@ use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::GaugingMode;
+use camwright::gauging::published::PublishedWindow;
 use camwright::gauging::state::{MAX_HARMONICS, USUAL_HARMONICS};
 use camwright::job::grinding::{
     CorrectionSpec, IdentificationSpec, KnownContact, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, StiffnessSource, StockSpec,
@@ -112,6 +113,14 @@ pub(super) struct CorrectionFile {
     #[schemars(range(min = 1, max = MAX_HARMONICS))]
     #[serde(default = "usual_harmonics")]
     harmonics: u32,
+    /// Turn of C over which `mode: published` reads the gauge before the wheel leaves; a longer window takes older cuts. It must fit into
+    /// the spark-out turns of the last pass. Default: a turn and the angle between two readings, the 540 deg of the text with a diameter.
+    #[schemars(range(min = 360.0, max = 36000.0))]
+    published_window_deg: Option<f64>,
+    /// Step of the readings of `mode: published`: a whole part of 360 deg.
+    #[schemars(range(min = 0.05, max = 45.0))]
+    #[serde(default = "published_step_deg")]
+    published_step_deg: f64,
     /// Stock that the passes leave for the correcting turn.
     #[schemars(range(min = 0.0, max = um_from_mm(MAX_ALLOWANCE_MM)))]
     #[serde(default = "usual_allowance_um")]
@@ -252,12 +261,37 @@ const fn usual_harmonics() -> u32 {
     USUAL_HARMONICS
 }
 
+/// The step of the text.
+const fn published_step_deg() -> f64 {
+    5.0
+}
+
+/// Steps of a turn; `None`: the step is no whole part of a turn.
+fn published_phases(step_deg: f64) -> Option<u32> {
+    let phases = (360.0 / step_deg).round();
+    #[allow(clippy::cast_possible_truncation, reason = "a few thousand")]
+    ((360.0 / phases - step_deg).abs() <= 1e-9 * step_deg).then_some(phases as u32)
+}
+
 /// More than a machine grows while it warms up.
 const fn usual_allowance_um() -> f64 {
     20.0
 }
 
 impl CorrectionFile {
+    /// Error where the step of the published measurement is no whole part of a turn.
+    pub(super) fn finding(&self, document: &Document) -> Option<ConfigError> {
+        let step_deg = self.published_step_deg;
+        if published_phases(step_deg).is_some() {
+            return None;
+        }
+        let nearest_deg = 360.0 / (360.0 / step_deg).round();
+        let message = format!(
+            "published_step_deg is {step_deg}; it must be a whole part of 360 deg, the nearest is {nearest_deg}"
+        );
+        Some(document.error("runout_correction.published_step_deg", message))
+    }
+
     pub(super) fn spec(&self) -> CorrectionSpec {
         CorrectionSpec {
             mode: match self.mode {
@@ -265,6 +299,10 @@ impl CorrectionFile {
                 ModeFile::Published => GaugingMode::Published,
             },
             harmonics: self.harmonics,
+            published: PublishedWindow {
+                turned_rad: self.published_window_deg.map(rad_from_deg),
+                phases: published_phases(self.published_step_deg).unwrap_or_default(),
+            },
             allowance_mm: mm_from_um(self.allowance_um),
             stiffness: match self.stiffness {
                 SourceFile::Best => StiffnessSource::Best,

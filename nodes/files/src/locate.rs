@@ -17,6 +17,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("machines/lathe.yaml", include_str!("../../../params/machines/lathe.yaml")),
     ("machines/journal_grinder.yaml", include_str!("../../../params/machines/journal_grinder.yaml")),
     ("jobs/journal_runout.yaml", include_str!("../../../params/jobs/journal_runout.yaml")),
+    ("jobs/journal_size.yaml", include_str!("../../../params/jobs/journal_size.yaml")),
     ("jobs/dressed_batch.yaml", include_str!("../../../params/jobs/dressed_batch.yaml")),
     ("jobs/four_lobe_camshaft.yaml", include_str!("../../../params/jobs/four_lobe_camshaft.yaml")),
     ("jobs/rough_and_finish.yaml", include_str!("../../../params/jobs/rough_and_finish.yaml")),

@@ -2,7 +2,7 @@
 
 use super::names;
 use camwright::job::grinding::{
-    InfeedCourse, InfeedDirection, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, PassSpec, SpeedLaw,
+    InfeedCourse, InfeedDirection, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, PassSpec, SizeControl, SpeedLaw,
 };
 use camwright::machine::description::ReferenceCut;
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
@@ -32,12 +32,33 @@ pub(super) struct InfeedFile {
     /// is then the maximum. Not with `runout_correction` or `rotary_indexing`. Default: all turns.
     #[schemars(range(min = 1, max = MAX_VARIATION_N))]
     spark_out_until_n: Option<u32>,
+    /// Gauge-controlled size: the infeed ends as soon as the gauge reads a size; spark-out follows. The planned infeed is the upper
+    /// bound: if it does not reach the size, alarm 142 stops the machine. Only in the last pass of a job of journals, with a gauge of two
+    /// contacts; not with `runout_correction`, `rotary_indexing` or `c_between_lobes: turns_on`. Default: all of the infeed.
+    gauge_size: Option<GaugeSizeFile>,
     /// Distribution of the infeed over a turn.
     #[serde(default)]
     course: CourseFile,
     /// Direction in which the infeed is measured; the same for all passes.
     #[serde(default)]
     along: AlongFile,
+}
+
+/// Size on the gauge that ends an infeed.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct GaugeSizeFile {
+    /// Diameter above the finished one at which the infeed ends, as the mean of a turn of the gauge.
+    #[schemars(range(min = 0.0, max = 1e4))]
+    ends_above_um: f64,
+    /// Infeed of X that may go beyond the finished size, for a wheel that is smaller than X is counted with. It is part of `total_mm`.
+    #[serde(default = "default_beyond_um")]
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    beyond_um: f64,
+}
+
+const fn default_beyond_um() -> f64 {
+    50.0
 }
 
 impl InfeedFile {
@@ -206,6 +227,10 @@ fn pass((name, infeed): (&str, &InfeedFile), work_speed_rpm: f64, speed: &SpeedF
         },
         spark_out_turns: infeed.spark_out_turns,
         spark_out_until_n: infeed.spark_out_until_n,
+        gauge_size: infeed.gauge_size.map(|size| SizeControl {
+            ends_above_mm: mm_from_um(size.ends_above_um),
+            beyond_mm: mm_from_um(size.beyond_um),
+        }),
         speed: speed.law(work_speed_rpm),
     }
 }

@@ -15,6 +15,8 @@ const MAX_BEYOND_CREDIT: u64 = 1000;
 const MAX_TURNS: i64 = 1_000_000;
 /// Largest radius of a wheel (nm).
 const MAX_RADIUS_NM: i64 = 1_000_000_000;
+/// Largest diameter on a gauge (nm).
+const MAX_DIAMETER_NM: i64 = 2 * MAX_RADIUS_NM;
 /// Longest target: the hash of a plan, or the name of an input.
 const MAX_TARGET: usize = 64;
 
@@ -68,6 +70,7 @@ fn count_bounds(message: &CommandMessage, machine: &MachineDescription) -> (i64,
         }
         CommandMessage::EXPECT_WHEEL | CommandMessage::DRESS => (1, MAX_RADIUS_NM),
         CommandMessage::PUSH | CommandMessage::WATCH_FORCE => (0, force_n()),
+        CommandMessage::WATCH_SIZE => (0, MAX_DIAMETER_NM),
         CommandMessage::ALARM => (1, i64::from(u16::MAX)),
         _ => (0, 0),
     }
@@ -103,6 +106,7 @@ fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Machi
         CommandMessage::DRESS => MachineCommand::Dress { radius_nm: counts },
         CommandMessage::PUSH => MachineCommand::Push { max_n: counts },
         CommandMessage::WATCH_FORCE => MachineCommand::WatchForce { max_n: counts },
+        CommandMessage::WATCH_SIZE => MachineCommand::WatchSize { diameter_nm: counts },
         CommandMessage::ALARM => MachineCommand::Raise { number: u16::try_from(counts).ok()? },
         CommandMessage::JOB_BEGIN => return Some(MachineOrder::JobBegin),
         CommandMessage::JOB_END => return Some(MachineOrder::JobEnd),
@@ -128,6 +132,7 @@ pub fn message(command: &TimedCommand, machine: &MachineDescription) -> CommandM
             MachineCommand::Dress { radius_nm } => (CommandMessage::DRESS, String::new(), radius_nm),
             MachineCommand::Push { max_n } => (CommandMessage::PUSH, String::new(), max_n),
             MachineCommand::WatchForce { max_n } => (CommandMessage::WATCH_FORCE, String::new(), max_n),
+            MachineCommand::WatchSize { diameter_nm } => (CommandMessage::WATCH_SIZE, String::new(), diameter_nm),
             MachineCommand::Raise { number } => (CommandMessage::ALARM, String::new(), i64::from(number)),
         },
     };
@@ -154,6 +159,7 @@ mod tests {
             MachineCommand::Dress { radius_nm: 59_980_000 },
             MachineCommand::Push { max_n: 30 },
             MachineCommand::WatchForce { max_n: 2 },
+            MachineCommand::WatchSize { diameter_nm: 40_012_000 },
             MachineCommand::Raise { number: 301 },
         ];
         let orders = orders.map(MachineOrder::Machine).into_iter().chain([
@@ -193,6 +199,7 @@ mod tests {
             (command(CommandMessage::PUSH, "", i64::MAX), "counts"),
             (command(CommandMessage::PUSH, "", -1), "counts"),
             (command(CommandMessage::WATCH_FORCE, "", i64::MAX), "counts"),
+            (command(CommandMessage::WATCH_SIZE, "", i64::MAX), "counts"),
             (command(CommandMessage::EXPECT_WHEEL, "", 0), "counts"),
             (command(CommandMessage::DRESS, "", -1), "counts"),
             (command(CommandMessage::ALARM, "", 9999), "9999"),

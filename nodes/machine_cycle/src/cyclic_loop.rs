@@ -11,6 +11,7 @@ use super::servo_bus::BusState;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, AlarmSeverity};
 use camwright::machine::persistent_state::PersistentState;
+use camwright::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use camwright::simulation::buffer::{SetpointBuffer, Supply};
 use camwright::simulation::fault::Fault;
 use camwright::simulation::tick_report::{MotionState, TickReport};
@@ -84,6 +85,15 @@ camwright::snapshot!(CyclicLoop { machine, buffer, commands, faults, losing, sta
 });
 
 impl CyclicLoop {
+    /// Walks through the state of a keyframe, at whose end stands what only some machines have in use.
+    ///
+    /// # Errors
+    /// Those of the walk.
+    pub fn walk_keyframe(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        self.snapshot(codec)?;
+        self.machine.snapshot_size_monitor(codec)
+    }
+
     pub fn new(
         machine: Machine,
         pace: Pace,

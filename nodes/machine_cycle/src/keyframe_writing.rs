@@ -3,7 +3,7 @@
 use super::cyclic_loop::CyclicLoop;
 use super::keyframes::{Keyframes, MAX_MOVING, Room, SLACK};
 use super::messages::Outbound;
-use camwright::math::snapshot::{Snapshot, SnapshotCodec};
+use camwright::math::snapshot::SnapshotCodec;
 
 impl CyclicLoop {
     /// With keyframes from now on.
@@ -20,7 +20,7 @@ impl CyclicLoop {
     /// A part was taken: there is room for it. Called where allocating is allowed, at rest.
     pub fn measure_keyframe(&mut self) {
         let mut codec = SnapshotCodec::measuring();
-        if self.keyframes.period_s <= 0.0 || self.snapshot(&mut codec).is_err() {
+        if self.keyframes.period_s <= 0.0 || self.walk_keyframe(&mut codec).is_err() {
             return;
         }
         self.keyframes.size = codec.octets();
@@ -41,7 +41,7 @@ impl CyclicLoop {
         }
         let Some(mut room) = self.keyframes.room.take() else { return };
         let mut codec = SnapshotCodec::writing(&mut room.octets);
-        let written = self.snapshot(&mut codec);
+        let written = self.walk_keyframe(&mut codec);
         room.written = written.map(|()| codec.octets()).map_err(|error| (error, codec.place()));
         let ticks = self.keyframes.ticks().max(1);
         self.keyframes.due = (tick / ticks + 1).saturating_mul(ticks);

@@ -128,6 +128,7 @@ fn input_word(input: Input) -> u64 {
         Input::SteadyForce => 1,
         Input::WheelContact => 2,
         Input::KeyWay => 3,
+        Input::SizeReached => 4,
         Input::Home(axis) => 10 + axis.index() as u64,
         Input::Index(axis) => 20 + axis.index() as u64,
         Input::Station(index) => 100 + index as u64,

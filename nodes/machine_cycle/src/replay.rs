@@ -15,7 +15,7 @@ use super::part::RawBar;
 use super::stream_state::StreamState;
 use camwright::machine::description::MachineDescription;
 use camwright::machine::persistent_state::PersistentState;
-use camwright::math::snapshot::{Snapshot, SnapshotCodec};
+use camwright::math::snapshot::SnapshotCodec;
 use camwright::simulation::Machine;
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::setpoints::ChunkBuffer;
@@ -109,7 +109,7 @@ impl MachineReplay {
     /// # Errors
     /// Where it cannot be gone through, and why.
     pub fn follow(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), String> {
-        let followed = self.ticker.snapshot(codec).and_then(|()| codec.end());
+        let followed = self.ticker.walk_keyframe(codec).and_then(|()| codec.end());
         followed.map_err(|error| format!("{}: {error}", codec.place()))
     }
 

@@ -3,7 +3,7 @@
 use super::{PreparedJob, tolerance_text};
 use camwright::machine::contact_law::ContactLaw;
 use camwright::math::units::um_from_mm;
-use camwright::planner::deflection::Deflections;
+use camwright::planner::deflection::{Deflections, SizeForecast};
 use serde::Serialize;
 
 /// Most spark-out turns that are proposed: a job that needs more needs another infeed.
@@ -22,6 +22,9 @@ pub struct LobeDeflection {
     pub turns: u32,
     /// Turns of all passes, as planned.
     pub most_turns: u32,
+    /// Turn of the last pass in which the gauge reads the size that ends its infeed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size_read_at_turn: Option<f64>,
 }
 
 impl std::fmt::Display for LobeDeflection {
@@ -32,7 +35,9 @@ impl std::fmt::Display for LobeDeflection {
             "{:.1} um at {:.0} N; a turn without infeed leaves {percent:.0} % of it, the last turn {:.2} um",
             self.largest_um, self.largest_n, self.left_um
         )?;
-        if self.turns < self.most_turns {
+        if let Some(turn) = self.size_read_at_turn {
+            write!(f, "; the gauge reads the size in turn {turn:.1} of the last pass")?;
+        } else if self.turns < self.most_turns {
             write!(f, "; the force is steady after {} of {} turns", self.turns, self.most_turns)?;
         }
         Ok(())
@@ -44,10 +49,15 @@ fn law_of(prepared: &PreparedJob, lobe: usize) -> Option<ContactLaw> {
     machine.contact_law(&design.station, design.width_mm)
 }
 
+fn forecast(prepared: &PreparedJob, lobe: usize, law: &ContactLaw) -> Option<Deflections> {
+    let (plan, stock_mm) = (&prepared.planned.plan, prepared.job.spec.stock_mm);
+    Deflections::from_lobe(plan, lobe, stock_mm, law, &prepared.machine)
+}
+
 /// Deflection at one lobe; `None` on a rigid machine.
 pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDeflection> {
     let law = law_of(prepared, lobe)?;
-    let found = Deflections::from_lobe(&prepared.planned.plan, lobe, prepared.job.spec.stock_mm, &law)?;
+    let found = forecast(prepared, lobe, &law)?;
     Some(LobeDeflection {
         left_by_a_turn: law.decay(),
         largest_um: um_from_mm(found.largest_mm),
@@ -55,6 +65,10 @@ pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDefle
         left_um: um_from_mm(found.left_mm),
         turns: found.turns,
         most_turns: prepared.planned.plan.cuts_of(lobe).map(|cut| cut.turns).sum(),
+        size_read_at_turn: match found.size {
+            Some(SizeForecast::Reached { turn, .. }) => Some(turn),
+            Some(SizeForecast::Missed { .. }) | None => None,
+        },
     })
 }
 
@@ -62,7 +76,7 @@ pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDefle
 pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, from_lobe(prepared, lobe)?)));
     // What is left before the turn that corrects is not what is left of the job.
-    if prepared.job.spec.correction.is_some() {
+    if prepared.job.spec.correction.is_some() || prepared.job.spec.size_control().is_some() {
         return None;
     }
     let tolerance_mm = |lobe: usize| prepared.planned.lobes[lobe].design.tolerance.smallest_mm();
@@ -97,6 +111,65 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
          of {tolerance} um; {remedy}",
         way.left_um
     ))
+}
+
+/// Share of the form tolerance by which the size may differ from part to part without a warning.
+const SIZE_SHARE: f64 = 0.1;
+
+/// Warnings about a gauge-controlled size, each with its key: a size that the infeed does not reach, a finished size out of tolerance, a
+/// spark-out so short that the size depends on where in the turn it was read.
+pub(super) fn size_warnings(prepared: &PreparedJob) -> Vec<(&'static str, String)> {
+    let Some(size) = prepared.job.spec.size_control() else { return Vec::new() };
+    let (Some(pass), Some(schedule)) =
+        (prepared.job.spec.passes.last(), prepared.planned.lobes.first().and_then(|lobe| lobe.passes.last()))
+    else {
+        return Vec::new();
+    };
+    let per_turn_um = um_from_mm(schedule.infeed().schedule().per_turn_mm());
+    let above_um = um_from_mm(size.ends_above_mm);
+    let mut warnings = Vec::new();
+    for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
+        let Some((law, found)) = law_of(prepared, index).and_then(|law| Some((law, forecast(prepared, index, &law)?)))
+        else {
+            continue;
+        };
+        let (name, tolerance_mm) = (&lobe.design.name, lobe.design.tolerance.smallest_mm());
+        if let Some(SizeForecast::Missed { above_mm }) = found.size {
+            let (missed_um, needed_um) = (um_from_mm(above_mm), um_from_mm(size.beyond_mm + 0.5 * above_mm));
+            let message = format!(
+                "lobe {name}: with a wheel as planned the gauge still reads {missed_um:.1} um more than the size when the infeed is over; \
+                 alarm 142 will stop the machine: raise gauge_size.beyond_um to {:.0} or more, and infeed.total_mm with it",
+                (needed_um + per_turn_um).ceil()
+            );
+            warnings.push(("infeed.gauge_size.beyond_um", message));
+            continue;
+        }
+        let left_um = um_from_mm(found.left_mm);
+        if left_um.abs() > um_from_mm(tolerance_mm) {
+            let message = format!(
+                "lobe {name}: an infeed that ends {above_um} um above the finished diameter leaves the journal {left_um:+.1} um off its finished \
+                 radius, tolerance {}; {:.1} um would bring it there",
+                tolerance_text(tolerance_mm),
+                (above_um - 2.0 * left_um).max(0.0)
+            );
+            warnings.push(("infeed.gauge_size.ends_above_um", message));
+        }
+        // The turn under way is finished, so up to a turn more sparks out.
+        let differs_um = |turns: u32| per_turn_um * law.decay().powf(f64::from(turns) + 1.0);
+        let (turns, allowed_um) = (pass.spark_out_turns, SIZE_SHARE * um_from_mm(tolerance_mm));
+        if differs_um(turns) > allowed_um {
+            let enough = (turns..=turns + MAX_TURNS).find(|more| differs_um(*more) <= allowed_um);
+            let remedy = enough
+                .map_or_else(|| "reduce the infeed per turn".to_owned(), |enough| format!("{enough} turns are enough"));
+            let message = format!(
+                "lobe {name}: after {turns} spark-out turns the size depends by up to {:.2} um of the radius on where in a turn the gauge reads \
+                 it, more than {allowed_um:.2} um; {remedy}",
+                differs_um(turns)
+            );
+            warnings.push(("infeed.spark_out_turns", message));
+        }
+    }
+    warnings
 }
 
 #[cfg(test)]

@@ -100,9 +100,12 @@ fn job_key(job: &Job, error: &JobError) -> String {
             "form_compensation".into()
         }
         JobError::SparkOutByForce { pass, .. } => pass_key(job, pass, "infeed.spark_out_until_n"),
+        JobError::NoGaugeSize { pass, .. } => pass_key(job, pass, "infeed.gauge_size"),
+        JobError::SizeAboveRaw { pass, .. } => pass_key(job, pass, "infeed.gauge_size.ends_above_um"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
         JobError::CannotCorrect { .. } | JobError::GaugeSeesNoCut { .. } => "runout_correction".into(),
+        JobError::PublishedWindow { .. } => "runout_correction.published_window_deg".into(),
         JobError::PublishedGauge { .. } => "runout_correction.mode".into(),
         JobError::KeptElsewhere { .. } => "runout_correction.contacts".into(),
         JobError::NothingKept { .. } => "runout_correction.stiffness".into(),
@@ -110,7 +113,10 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::MarginTooSmall { .. } => "measure_stock.margin_um".into(),
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
-        JobError::NotRound { lobe } | JobError::StockNotRound { lobe } | JobError::PinUnderGauge { lobe, .. } => {
+        JobError::NotRound { lobe }
+        | JobError::StockNotRound { lobe }
+        | JobError::SizeNotRound { lobe }
+        | JobError::PinUnderGauge { lobe, .. } => {
             format!("{}.profile", lobe_key(lobe))
         }
         JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
@@ -151,11 +157,15 @@ fn file_key(key: JobKey) -> &'static str {
         JobKey::ReferenceEquivalentDiameter => "speed.reference_equivalent_diameter_mm",
         JobKey::Phase => "phase_deg",
         JobKey::SparkOutUntil => "infeed.spark_out_until_n",
+        JobKey::GaugeSizeAbove => "infeed.gauge_size.ends_above_um",
+        JobKey::GaugeSizeBeyond => "infeed.gauge_size.beyond_um",
         JobKey::SparkOutTurns => "infeed.spark_out_turns",
         JobKey::PartPhase => "part_phase_deg",
         JobKey::FormCompensationMax => "form_compensation.most_um",
         JobKey::FormCompensationMaxSlope => "form_compensation.most_um_per_deg",
         JobKey::CBetweenLobesMargin => "arrival_margin_ms",
+        JobKey::PublishedWindow => "runout_correction.published_window_deg",
+        JobKey::PublishedStep => "runout_correction.published_step_deg",
         JobKey::MeasureStockMargin => "measure_stock.margin_um",
         JobKey::MeasureStockSpeed => "measure_stock.work_speed_rpm",
         JobKey::RunoutCorrectionAllowance => "runout_correction.allowance_um",

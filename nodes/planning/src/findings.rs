@@ -157,6 +157,9 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     if let Some(message) = deflection::too_little_spark_out(prepared) {
         findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
     }
+    for (key, message) in deflection::size_warnings(prepared) {
+        findings.push(warning(prepared.job.document.error(key, message)));
+    }
     if let Some(message) = chatter::chatter_warning(prepared) {
         findings.push(warning(prepared.job.document.error("work_speed_rpm", message)));
     }

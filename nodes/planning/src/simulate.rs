@@ -2,7 +2,8 @@
 //! an effect which leaves an error.
 
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
-use camwright::interpolator::{Motion, Prepared};
+use camwright::interpolator::{Motion, MotionOutcome, Prepared};
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::setpoint::Setpoint;
@@ -34,6 +35,11 @@ pub struct SimulationFailed {
 impl SimulationFailed {
     pub(super) fn new(job: &str, reason: &dyn Display) -> Self {
         Self { job: job.to_owned(), reason: reason.to_string(), alarm: None }
+    }
+
+    fn alarmed(job: &str, number: u16) -> Self {
+        let name = AlarmKind::from_number(number).map_or("an unknown alarm", |kind| kind.entry().name);
+        Self { alarm: Some(number), ..Self::new(job, &format!("alarm {number}: {name}")) }
     }
 
     pub(super) fn stopped(job: &str, error: &SimulationError) -> Self {
@@ -125,7 +131,12 @@ fn simulate_whole(
         let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
         let motion =
             Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
-        closed_loop.simulate(Box::new(motion), on_tick).map_err(|error| SimulationFailed::stopped(job, &error))
+        let simulated = closed_loop.simulate(Box::new(motion), on_tick);
+        match simulated.map_err(|error| SimulationFailed::stopped(job, &error))? {
+            // An alarm of the interpolator itself, as of a size that the infeed does not reach.
+            Simulated { outcome: MotionOutcome::Failed(number), .. } => Err(SimulationFailed::alarmed(job, number)),
+            simulated => Ok(simulated),
+        }
     };
     let mut logged = |pages: &[PlanPage], on_tick: &mut dyn FnMut(&Setpoint, &TickReport)| {
         let mut logs = vec![JournalReadings::default(); prepared.planned.lobes.len()];
@@ -299,6 +310,16 @@ mod tests {
         let (_, lobes) = simulate_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
         let worst_um = um_from_mm(mm_from_m(lobes[0].form_error_max.abs()));
         assert!(worst_um < 1.0, "{worst_um} um");
+    }
+
+    /// A simulation whose infeed does not reach the size on the gauge is no part: it fails with the alarm of the machine.
+    #[test]
+    fn a_size_that_is_not_reached_is_a_failed_simulation() {
+        let prepared = prepare("journal_size", &[], None).unwrap();
+        let mut worn = prepared.machine.clone();
+        worn.wheel.grinding_ratio = Some(0.8);
+        let failed = simulate_job_on(&prepared, &worn, |_, _| {}).unwrap_err();
+        assert_eq!((failed.alarm, failed.reason.as_str()), (Some(142), "alarm 142: size not reached"));
     }
 
     /// The error of a batch equals the predicted wear of its wheel, over a dress and with a wheel that is already worn.

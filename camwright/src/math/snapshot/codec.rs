@@ -1,5 +1,6 @@
 //! The codec: where the octets of a state go to, or come from.
 
+use super::Snapshot;
 use core::fmt;
 use thiserror::Error;
 
@@ -154,6 +155,25 @@ impl<'a> SnapshotCodec<'a> {
             0 | usize::MAX => Ok(()),
             octets => Err(SnapshotError::Rest { octets }),
         }
+    }
+
+    /// Walks through a part at the end of a state that is only written while it is in use; read where there is none, it is as new.
+    ///
+    /// # Errors
+    /// Those of the walk.
+    pub fn tail<T: Snapshot + Default>(&mut self, part: &mut T, is_in_use: bool) -> Result<(), SnapshotError> {
+        let is_there = match &self.mode {
+            CodecMode::Measuring | CodecMode::Writing(_) => is_in_use,
+            CodecMode::Reading(_) => self.left() > 0,
+            CodecMode::Comparing(_) => is_in_use || self.left() > 0,
+        };
+        if is_there {
+            return part.snapshot(self);
+        }
+        if self.is_reading() {
+            *part = T::default();
+        }
+        Ok(())
     }
 
     /// Walks through a field with this name.

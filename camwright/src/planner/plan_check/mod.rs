@@ -251,7 +251,8 @@ impl PlanCheck<'_> {
                 PlanCommand::WheelStart
                 | PlanCommand::WheelStop
                 | PlanCommand::Push { .. }
-                | PlanCommand::WatchForce { .. },
+                | PlanCommand::WatchForce { .. }
+                | PlanCommand::WatchSize(_),
             )
             | SegmentKind::Dwell
             | SegmentKind::Wait => Ok(None),

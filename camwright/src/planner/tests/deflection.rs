@@ -30,7 +30,7 @@ fn what_giving_way_leaves_on_a_lobe_is_predicted() {
             let design = &lobe.design;
             let station = soft.station(&design.station).expect("it was planned for it");
             let law = contact().law(station.position_mm, design.width_mm).expect("a width");
-            let predicted = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
+            let predicted = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law, &soft).expect("it is cut");
             let radii = ground.part().lobe(&design.name).expect("it was loaded").radii_mm();
             let form = Form::measure(radii, &design.contour, design.phase_rad).expect("radii");
             let off_mm = form.largest.deviation_mm - predicted.left_mm;

@@ -154,6 +154,7 @@ pub(crate) fn job() -> JobSpec {
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 2,
             spark_out_until_n: None,
+            gauge_size: None,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
         }],
         retract_clearance_mm: 2.0,

@@ -14,6 +14,7 @@ fn in_two_passes() -> JobSpec {
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 2,
         spark_out_until_n: None,
+        gauge_size: None,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
     };
     let rough = PassSpec {
@@ -24,6 +25,7 @@ fn in_two_passes() -> JobSpec {
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 1,
         spark_out_until_n: None,
+        gauge_size: None,
         speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 40.0, max_rad_s: 31.0 },
     };
     job.passes = vec![rough, finish];

@@ -44,7 +44,7 @@ fn spark_out_ends_when_the_force_is_steady_after_the_predicted_turns() {
             let design = &lobe.design;
             let station = soft.station(&design.station).expect("it was planned for it");
             let law = contact().law(station.position_mm, design.width_mm).expect("a width");
-            let predicted = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law).expect("it is cut");
+            let predicted = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law, &soft).expect("it is cut");
             let turns = libm::round(turned[index].1 - turned[index].0);
             let off = (turns - f64::from(predicted.turns)).abs();
             assert!(off < 1.5, "{max_n} N: {turns} turns, {predicted:?}");
@@ -69,7 +69,7 @@ fn without_a_steady_force_every_turn_is_turned() {
     let planned = plan_job(&job, &soft, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
     let cut = planned.plan.cuts_of(0).next().expect("a cut");
     let law = contact().law(50.0, 14.0).expect("a width");
-    let predicted = Deflections::from_lobe(&planned.plan, 0, job.stock_mm, &law).expect("it is cut");
+    let predicted = Deflections::from_lobe(&planned.plan, 0, job.stock_mm, &law, &soft).expect("it is cut");
     assert_eq!(predicted.turns, cut.turns);
     let watches = |plan: &Plan| {
         let is = |segment: &&Segment| matches!(segment.kind, SegmentKind::Command(PlanCommand::WatchForce { .. }));

@@ -38,6 +38,11 @@ pub enum MachineCommand {
         /// The most (N).
         max_n: i64,
     },
+    /// The size monitor watches for this diameter on the gauge; 0: no longer.
+    WatchSize {
+        /// Mean diameter over a turn (nm).
+        diameter_nm: i64,
+    },
     /// An alarm found by the interpolator, by its number; the interpolator publishes its text.
     Raise { number: u16 },
     /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
@@ -59,6 +64,7 @@ crate::snapshot_cases!(MachineCommand {
     7 WatchForce { max_n },
     8 Raise { number },
     9 Dress { radius_nm },
+    10 WatchSize { diameter_nm },
 });
 
 /// Why a reset was refused.

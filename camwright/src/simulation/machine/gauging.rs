@@ -1,12 +1,16 @@
 //! The in-process gauge, its faults, and supervision of its readings.
 
 use super::contact::line_rad;
+use super::inputs::Sensing;
 use crate::machine::alarm::AlarmKind;
-use crate::machine::description::MachineDescription;
+use crate::machine::description::{Axis, GaugeKind, MachineDescription};
+use crate::machine::setpoint::Input;
+use crate::math::snapshot::{SnapshotCodec, SnapshotError};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::AxisState;
 use crate::simulation::fault::GaugeFault;
 use crate::simulation::gauge::SimulatedGauge;
+use crate::simulation::size_monitor::SizeMonitor;
 use crate::simulation::workpiece::{Deflection, Lobe};
 
 /// Equal readings in a row that are suspicious.
@@ -32,21 +36,53 @@ crate::snapshot!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
 pub(super) struct Gauging {
     gauge: Option<SimulatedGauge>,
     gauge_watch: GaugeWatch,
+    size_monitor: SizeMonitor,
 }
 
-snapshot_groups!(Gauging { keep_gauge(equipment: gauge), keep_watch(fields: gauge_watch) } on {});
+// The state of the size monitor stands at the end of a keyframe, which has it only while it watches.
+snapshot_groups!(Gauging { keep_gauge(equipment: gauge), keep_watch(fields: gauge_watch) } on { size_monitor });
 
 impl Gauging {
     pub(super) fn new(description: &MachineDescription) -> Self {
         Self {
             gauge: description.gauge.map(|gauge| SimulatedGauge::new(gauge, description.cycle_time_s())),
             gauge_watch: GaugeWatch::default(),
+            size_monitor: SizeMonitor::default(),
         }
     }
 
     pub(super) fn begin_job(&mut self) {
         if let Some(gauge) = &mut self.gauge {
             gauge.begin_job();
+        }
+        self.size_monitor = SizeMonitor::default();
+    }
+
+    pub(super) fn watch_size(&mut self, diameter_nm: i64) {
+        self.size_monitor.watch(diameter_nm);
+    }
+
+    pub(super) fn is_size_reached(&self) -> bool {
+        self.size_monitor.is_closed()
+    }
+
+    pub(super) fn snapshot_size_monitor(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        let watches = self.size_monitor.is_watching();
+        codec.tail(&mut self.size_monitor, watches)
+    }
+
+    /// Edge of the size monitor at the end of a tick. A single contact reads the deflection of the part as well, which is no size.
+    pub(super) fn sense_size(
+        &mut self,
+        readings_mm: [Option<f64>; 2],
+        description: &MachineDescription,
+        sensing: &mut Sensing<'_>,
+    ) {
+        let is_diameter = description.gauge.is_some_and(|gauge| gauge.kind == GaugeKind::Diameter);
+        let headstock = &sensing.axes[Axis::C.index()];
+        let c_rad = headstock.true_position() / headstock.counts_per_unit;
+        if self.size_monitor.tick(c_rad, readings_mm[0].filter(|_| is_diameter)) {
+            sensing.latch(Input::SizeReached, true, None);
         }
     }
 

@@ -75,6 +75,7 @@ pub(super) struct ProcessLevels {
     pub(super) steady_force: bool,
     pub(super) wheel_contact: bool,
     pub(super) key_way: bool,
+    pub(super) size_reached: bool,
 }
 
 /// Edges and alarms of a tick in progress.
@@ -186,6 +187,7 @@ impl Inputs {
             Input::SteadyForce => process.steady_force,
             Input::WheelContact => process.wheel_contact,
             Input::KeyWay => process.key_way,
+            Input::SizeReached => process.size_reached,
         };
         own(input) || self.partner(input).is_some_and(own)
     }
@@ -317,7 +319,12 @@ impl Inputs {
                 }
             }
             Input::Station(index) => self.note_edge(index, rising, state.reading_at(position), sensing),
-            Input::Home(_) | Input::Index(_) | Input::SteadyForce | Input::WheelContact | Input::KeyWay => {}
+            Input::Home(_)
+            | Input::Index(_)
+            | Input::SteadyForce
+            | Input::WheelContact
+            | Input::KeyWay
+            | Input::SizeReached => {}
         }
     }
 
@@ -380,7 +387,7 @@ impl Inputs {
                     own.switch.set_stuck(level);
                 }
             }
-            Input::SteadyForce | Input::WheelContact | Input::KeyWay => {}
+            Input::SteadyForce | Input::WheelContact | Input::KeyWay | Input::SizeReached => {}
         }
     }
 

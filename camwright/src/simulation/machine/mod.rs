@@ -386,6 +386,10 @@ impl Machine {
         self.inputs.watch_switches(&self.axes, process, self.tick, &mut self.supervision);
         self.wheel.watch_contact(removal, self.contact.pushes(), self.tick, &mut self.supervision);
         let gauge_mm = self.gauge(lobe, removal, measurement.map(|measured| measured.gauge_mm));
+        let tick = self.shown_tick();
+        let sensing =
+            &mut Sensing { tick, axes: &self.axes, latches: &mut latches, supervision: &mut self.supervision };
+        self.gauging.sense_size(gauge_mm, &self.description, sensing);
         self.end_of_retreat();
         self.react();
         self.report(setpoint.is_some(), latches, (lobe, removal, turned), gauge_mm)
@@ -438,6 +442,7 @@ impl Machine {
             }
             MachineCommand::Push { max_n } => self.contact.allow_push(max_n as f64),
             MachineCommand::WatchForce { max_n } => self.contact.watch_force(max_n as f64),
+            MachineCommand::WatchSize { diameter_nm } => self.gauging.watch_size(diameter_nm),
         }
     }
 
@@ -470,6 +475,7 @@ impl Machine {
         let key_way = self.workholding.keyway(headstock, &self.description);
         ProcessLevels {
             steady_force: self.contact.is_force_steady(),
+            size_reached: self.gauging.is_size_reached(),
             wheel_contact: self.contact.is_gap_closed(),
             key_way: key_way.is_some_and(|key_way| key_way.is_under_switch(headstock.true_position())),
         }

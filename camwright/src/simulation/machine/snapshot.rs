@@ -49,8 +49,19 @@ impl Snapshot for AlarmKind {
     }
 }
 
+impl Machine {
+    /// Walks through the state of the size monitor, which stands at the end of a keyframe and only while the monitor watches.
+    ///
+    /// # Errors
+    /// Those of the walk.
+    pub fn snapshot_size_monitor(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        codec.field("size_monitor", |codec| self.gauging.snapshot_size_monitor(codec))
+    }
+}
+
 impl Snapshot for Machine {
-    /// A keyframe is read into a machine of the same description.
+    /// A keyframe is read into a machine of the same description. The size monitor is walked separately: see
+    /// [`Machine::snapshot_size_monitor`].
     fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let Self {
             description,

@@ -16,6 +16,7 @@ mod edge;
 mod error;
 mod findings;
 mod gather;
+mod gauge_size;
 mod gauging;
 mod head;
 mod inspection;

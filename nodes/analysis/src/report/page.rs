@@ -1,7 +1,7 @@
 //! The page: what is said first, and behind it everything that it rests on.
 
 use super::findings::Findings;
-use super::{alarms, gauging, head, inspection, lobes, pins, provenance, time_line, turned};
+use super::{alarms, gauge_size, gauging, head, inspection, lobes, pins, provenance, time_line, turned};
 use camwright_planning::markup::escape;
 
 /// The page's look, for screens that are light or dark and for paper.
@@ -20,6 +20,7 @@ pub(super) fn html(findings: &Findings<'_>) -> String {
     head::write(&mut out, findings);
     lobes::table(&mut out, findings);
     pins::table(&mut out, findings);
+    gauge_size::table(&mut out, findings);
     inspection::table(&mut out, findings);
     turned::write(&mut out, findings);
     gauging::write(&mut out, findings);

@@ -152,6 +152,7 @@ mod tests {
             Applied::Feedback(latch(Input::Station(2), true)),
             Applied::Feedback(latch(Input::Home(Axis::Z), false)),
             Applied::Feedback(latch(Input::SteadyForce, true)),
+            Applied::Feedback(latch(Input::SizeReached, true)),
             Applied::OutOfTolerance(broken),
             Applied::Settled,
             Applied::Alarm(140),

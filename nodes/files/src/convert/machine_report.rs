@@ -74,7 +74,7 @@ pub fn input_named(name: &str, description: &MachineDescription) -> Option<Input
         })
     };
     let of_station = || description.stations.iter().position(|station| station.switch == name).map(Input::Station);
-    let single = [Input::Origin, Input::SteadyForce, Input::WheelContact, Input::KeyWay];
+    let single = [Input::Origin, Input::SteadyForce, Input::WheelContact, Input::KeyWay, Input::SizeReached];
     let of_name = |input: &Input| input_name(*input, description) == name;
     single.into_iter().find(of_name).or_else(of_homing).or_else(of_station)
 }
@@ -86,6 +86,7 @@ pub fn input_name(input: Input, description: &MachineDescription) -> &str {
         Input::SteadyForce => "steady_force",
         Input::WheelContact => "wheel_contact",
         Input::KeyWay => "key_way",
+        Input::SizeReached => "size_reached",
         Input::Home(axis) => home_inputs(axis)[0],
         Input::Index(axis) => home_inputs(axis)[1],
         Input::Station(index) => description.stations.get(index).map_or("", |station| station.switch.as_str()),

@@ -99,6 +99,7 @@ fn command_to(base: PlanSegment, command: &PlanCommand) -> PlanSegment {
         PlanCommand::Dress { radius_nm } => (MachineCommand::DRESS, "", vec![*radius_nm]),
         PlanCommand::Push { max_n } => (MachineCommand::PUSH, "", vec![*max_n]),
         PlanCommand::WatchForce { max_n } => (MachineCommand::WATCH_FORCE, "", vec![*max_n]),
+        PlanCommand::WatchSize(size) => (MachineCommand::WATCH_SIZE, "", vec![size.diameter_nm, size.beyond_nm]),
     };
     PlanSegment { kind: PlanSegment::COMMAND, command, target: target.to_owned(), target_counts, ..base }
 }

@@ -4,7 +4,9 @@ use super::phase::phase_from;
 use super::plan_splines::SplineIndices;
 use super::{core_from_si, mm_from_m};
 use camwright::machine::description::{Axis, MachineDescription, MotionLimits};
-use camwright::motion::plan::{AxisTarget, CutSegment, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment};
+use camwright::motion::plan::{
+    AxisTarget, CutSegment, GaugeSize, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment,
+};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, PlanSegment, PlanSpline};
 
 /// The step that a message means; `splines` are those of the plan's pages.
@@ -112,6 +114,10 @@ impl SegmentReader<'_> {
             MachineCommand::DRESS => PlanCommand::Dress { radius_nm: radius_nm(self.target(0)?)? },
             MachineCommand::PUSH => PlanCommand::Push { max_n: force_n(self.target(0)?)? },
             MachineCommand::WATCH_FORCE => PlanCommand::WatchForce { max_n: force_n(self.target(0)?)? },
+            MachineCommand::WATCH_SIZE => PlanCommand::WatchSize(GaugeSize {
+                diameter_nm: size_nm("diameter", self.target(0)?)?,
+                beyond_nm: size_nm("infeed beyond the size", self.target(1)?)?,
+            }),
             other => return Err(format!("its command is {other}")),
         })
     }
@@ -166,6 +172,11 @@ fn radius_nm(radius_nm: i64) -> Result<i64, String> {
     } else {
         Err(format!("its wheel has a radius of {radius_nm} nm"))
     }
+}
+
+/// A length of up to 20 m: what is larger was not meant.
+fn size_nm(name: &str, nm: i64) -> Result<i64, String> {
+    if (0..=20_000_000_000).contains(&nm) { Ok(nm) } else { Err(format!("its {name} is {nm} nm")) }
 }
 
 fn whole(name: &str, value: f64) -> Result<u32, String> {

@@ -126,6 +126,7 @@ pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError
     let refusals = [
         (spec.correction.is_some(), "runout_correction", "corrects runout by a gauge during the run"),
         (spec.measure_stock.is_some(), "measure_stock", "measures the stock before it cuts"),
+        (spec.size_control().is_some(), "infeed.gauge_size", "ends the infeed at the size that a gauge reads"),
         (spec.dry_run_mm.is_some(), "dry_run", "is a dry run"),
         (spec.dressing.is_some(), "dressing", "dresses the wheel, after which every path is another"),
     ];
