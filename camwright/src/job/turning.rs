@@ -42,6 +42,12 @@ pub struct TurningJob {
 }
 
 impl TurningJob {
+    /// X of the centre of an insert of a radius (mm) clear of the bar (mm).
+    #[must_use]
+    pub fn clear_mm(&self, insert_radius_mm: f64) -> f64 {
+        self.bar_radius_mm + insert_radius_mm + self.clearance_mm
+    }
+
     /// Between which z it is turned, the lower first (mm).
     #[must_use]
     pub fn range_mm(&self) -> (f64, f64) {
