@@ -15,6 +15,14 @@ pub enum TurningSpeed {
     Varied,
 }
 
+impl TurningSpeed {
+    /// Returns whether the job states the speed.
+    #[must_use]
+    pub fn is_stated(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+}
+
 /// A part to be turned that is not round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurningJob {
