@@ -88,7 +88,7 @@ fn runs(motion: &ProgramMotion) -> Vec<ProgramRun> {
     moves.map(place).collect()
 }
 
-/// X of the centre of a round insert over a section, by trying the section: max over z of x(z) + √(R² − (z − z_R)²), where the rake plane
+/// X of the centre of a round insert over a section, by trying the section: max over z of x(z) + √(R² − (z − zc)²), where the rake plane
 /// y = y₀ meets the surface farthest from the axis, found by bisection.
 fn centre_by_trial(job: &TurningJob, path: &PathRequest, turned_rad: f64, z_mm: f64) -> f64 {
     let (y, reach) = (path.plane_y_mm, path.insert_radius_mm + path.stock_mm);

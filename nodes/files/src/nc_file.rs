@@ -47,7 +47,7 @@ pub struct NcFile {
     /// of the pass.
     #[schemars(range(min = 0.01, max = 1000.0))]
     path_tolerance_um: Option<f64>,
-    /// Angle of C over which the cutter enters and leaves a cam.
+    /// Angle of C over which the cutter enters and leaves a cam; not in turning jobs.
     #[schemars(range(min = 1.0, max = 360.0))]
     lead_deg: f64,
     /// Number of the tool. A milling job has `tool.number`.

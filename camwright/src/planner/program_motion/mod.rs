@@ -87,7 +87,7 @@ pub fn program_steps(
     machine: &MachineDescription,
     start: [i64; AXIS_COUNT],
 ) -> Result<Vec<(usize, ProgramStep)>, ProgramMotionError> {
-    walk_program(motion, files, setup, machine, start, None).map(|(steps, _)| steps)
+    walk_program(motion, files, setup, machine, start, None).map(|walk| walk.steps)
 }
 
 /// Largest share of its programmed speed at which the machine drives each run of feeds of a program, 0 to 1: corners are rounded as the path
@@ -102,18 +102,18 @@ pub fn drivable_shares(
     machine: &MachineDescription,
     start: [i64; AXIS_COUNT],
 ) -> Result<Vec<f64>, ProgramMotionError> {
-    walk_program(motion, files, setup, machine, start, Some(Vec::new())).map(|(_, shares)| shares)
+    walk_program(motion, files, setup, machine, start, Some(Vec::new())).map(|walk| walk.shares.unwrap_or_default())
 }
 
-/// Steps of a program; with `shares` runs are slowed down where an axis would exceed a limit, and their shares are added.
-fn walk_program(
+/// Walks through a program; with `shares` runs are slowed down where an axis would exceed a limit, and their shares are added.
+fn walk_program<'a>(
     motion: &ProgramMotion,
     files: &[ProgramFile],
-    setup: &ProgramSetup,
-    machine: &MachineDescription,
+    setup: &'a ProgramSetup,
+    machine: &'a MachineDescription,
     start: [i64; AXIS_COUNT],
     shares: Option<Vec<f64>>,
-) -> Result<(Vec<(usize, ProgramStep)>, Vec<f64>), ProgramMotionError> {
+) -> Result<ProgramWalk<'a>, ProgramMotionError> {
     let at_line = |(done, fault): (usize, ProgramMotionFault)| {
         let place = motion.done.get(done).copied();
         let file = place.and_then(|done| files.get(done.file as usize)).map_or(String::new(), |file| file.name.clone());
@@ -140,7 +140,7 @@ fn walk_program(
     if !walk.steps.iter().any(|(_, step)| matches!(step, ProgramStep::Run(_))) {
         return Err(at_line((motion.done.len().saturating_sub(1), ProgramMotionFault::NoFeed)));
     }
-    Ok((walk.steps, walk.shares.unwrap_or_default()))
+    Ok(walk)
 }
 
 impl ProgramSetup {

@@ -1,6 +1,6 @@
 //! Blocks of a pass in whole increments: cut, rounded, timed, and judged as they will be driven.
 
-use super::spiral::SpiralMotion;
+use super::spiral::InsertMotion;
 use super::{InsertPassRequest, InsertPostRequest, PostedInsertPass};
 use crate::gcode::NcAxis;
 use crate::gcode::archimedean::{Chain, ChainDeviation, ChainRequest, Travelling, theoretical_pieces};
@@ -41,7 +41,7 @@ pub(super) struct SpiralBlocks {
 impl SpiralBlocks {
     /// The fewest blocks within the tolerance, or within a wider one where the control would not read them in time.
     pub(super) fn fitting(request: &InsertPostRequest<'_>, pass: &InsertPassRequest<'_>) -> Result<Self, PostError> {
-        let motion = SpiralMotion::new(pass);
+        let motion = InsertMotion::new(pass);
         let min_s = request.control.dialect.shortest_block_s();
         let max_s = request.control.max_blocks_s.min(1.0 / min_s);
         let mut tolerance_mm = pass.tolerance_mm;
@@ -72,7 +72,7 @@ impl SpiralBlocks {
     fn new(
         request: &InsertPostRequest<'_>,
         pass: &InsertPassRequest<'_>,
-        motion: &SpiralMotion<'_>,
+        motion: &InsertMotion<'_>,
         tolerance_mm: f64,
     ) -> Result<Self, PostError> {
         let (from_rad, to_rad) = motion.range();
@@ -111,7 +111,7 @@ impl SpiralBlocks {
     fn add(
         &mut self,
         request: &InsertPostRequest<'_>,
-        motion: &SpiralMotion<'_>,
+        motion: &InsertMotion<'_>,
         chain: &Chain,
     ) -> Result<(), PostError> {
         let format = request.control.format;
@@ -149,7 +149,7 @@ impl SpiralBlocks {
     }
 
     /// Judges the blocks, in increments, against the path.
-    fn judge(&mut self, request: &InsertPostRequest<'_>, motion: &SpiralMotion<'_>) -> Result<(), PostError> {
+    fn judge(&mut self, request: &InsertPostRequest<'_>, motion: &InsertMotion<'_>) -> Result<(), PostError> {
         let format = request.control.format;
         let angle = |knot: &SpiralKnot| format.value(NcAxis::C, knot.c);
         let mut begin = 0;

@@ -1,6 +1,6 @@
 //! Comparison of the program of a turned part, as it was read back, with the paths it was made for.
 
-use super::spiral::SpiralMotion;
+use super::spiral::InsertMotion;
 use super::{InsertPostRequest, PostedInsertProgram};
 use crate::gcode::NcAxis;
 use crate::gcode::archimedean::Chain;
@@ -26,7 +26,7 @@ pub fn compare_insert(
     let sense = f64::from(request.control.rotation_sense);
     let mut compared = ProgramComparison { moves: moves.len(), calls: runs.len(), ..ProgramComparison::default() };
     for (index, (run, (pass, posted_pass))) in runs.iter().zip(request.passes.iter().zip(&posted.passes)).enumerate() {
-        let motion = SpiralMotion::new(pass);
+        let motion = InsertMotion::new(pass);
         let position = |axis: NcAxis, shift_mm: f64| run.iter().map(move |ran| ran.pose[axis.index()] - shift_mm);
         let chain = Chain {
             angles_rad: run.iter().map(|ran| sense * ran.pose[NcAxis::C.index()] - posted_pass.c_shift_rad).collect(),

@@ -16,13 +16,13 @@ const PIECE_TURNS: f64 = 8.0;
 const BISECTIONS: u32 = 60;
 
 /// A pass as motion over its turned angle.
-pub(super) struct SpiralMotion<'a> {
+pub(super) struct InsertMotion<'a> {
     path: &'a InsertPath,
     spindle: &'a SpindleLaw,
     speed_share: f64,
 }
 
-impl<'a> SpiralMotion<'a> {
+impl<'a> InsertMotion<'a> {
     pub(super) fn new(pass: &InsertPassRequest<'a>) -> Self {
         Self { path: pass.path, spindle: pass.spindle, speed_share: pass.speed_share }
     }
