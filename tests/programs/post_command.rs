@@ -68,6 +68,82 @@ fn shipped_jobs_give_programs_for_every_control_that_come_back_within_their_tole
     }
 }
 
+/// A short piece of the shipped turned part.
+const TURNED: [&str; 3] = ["turned.to_mm=21.5", "finishing.along_z_mm=0.4", "roughing.along_z_mm=0.8"];
+
+fn turned<'a>(set: &[&'a str]) -> Vec<&'a str> {
+    TURNED.iter().chain(set).copied().collect()
+}
+
+#[test]
+fn a_turned_part_gives_a_program_that_states_what_it_is() {
+    for (set, name) in [
+        (vec![], "turned_cam.ngc"),
+        (vec!["nc.control=siemens", "nc.x_values=diameter", "nc.x_of=cutting_edge"], "TURNED_CAM.MPF"),
+        (vec!["nc.rotation_sense=-1", "nc.knots=free", "spindle.law=varied"], "turned_cam.ngc"),
+        // Eight digits: three decimals of C for the turns of a pass; a block takes 6 ms at least.
+        (vec!["nc.control=fanuc", "nc.rotary_decimals=3", "spindle.law=constant", "spindle.rpm=25"], "O1000.NC"),
+    ] {
+        let folder = Folder::new("post-turned");
+        let set = turned(&set);
+        let summary = posted("turned_cam", folder.path(), &set);
+        let back = &summary["read_back"];
+        let share = back["share_of_tolerance"].as_f64().expect("a number");
+        assert!(share > 0.5 && share <= 1.0, "{set:?}: {share}");
+        assert_eq!(summary["calls"], 3, "{set:?}");
+        let passes = summary["turns"].as_array().expect("passes");
+        let names: Vec<&str> = passes.iter().filter_map(|pass| pass["pass"].as_str()).collect();
+        assert_eq!(names, ["roughing 1", "roughing 2", "finishing"], "{set:?}");
+        for pass in passes {
+            let number = |key: &str| pass[key].as_f64().expect("a number");
+            assert!(number("error_um") <= number("tolerance_um") && number("blocks_s") <= 500.0, "{pass}");
+        }
+        let text = std::fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let text = text.to_lowercase();
+        let hash = summary["job_hash"].as_str().expect("a hash");
+        for words in [
+            "lengths in mm",
+            "angles in degrees",
+            "tolerances",
+            "round insert",
+            "radius 8.000",
+            "rake face 14.000 mm below centre",
+            "largest error",
+            &hash[..16],
+        ] {
+            assert!(text.contains(words), "{set:?}: {words}\n{text:.1200}");
+        }
+        let segments = std::fs::read_to_string(folder.join("turned_cam").join("finishing_segments.csv"));
+        let segments = segments.expect("segments");
+        assert!(segments.starts_with("c_deg,x_mm,z_mm,x_slope_mm_deg,z_slope_mm_deg\n"), "{segments:.100}");
+        assert_eq!(segments.lines().count() as u64, passes[2]["blocks"].as_u64().expect("a count") + 2, "{set:?}");
+    }
+}
+
+#[test]
+fn what_makes_no_program_of_a_turned_part_is_refused_with_its_key() {
+    for (set, words) in [
+        (vec!["nc.lead_deg=30"], "nc.lead_deg does not apply to a turning job"),
+        (vec!["nc.finish_tolerance_um=0"], "finish_tolerance_um is 0; it must be 0.01 to 1000"),
+        (vec!["nc.finish_tolerance_um=0.05"], "finishing: a tolerance of 0.05 um leaves nothing beside"),
+        (vec!["nc.most_blocks_s=20", "spindle.law=constant", "spindle.rpm=50"], "the control reads 20. It would at "),
+        (
+            vec!["nc.control=fanuc", "turned.to_mm=10", "spindle.law=constant", "spindle.rpm=20"],
+            "fewer decimals of angles",
+        ),
+        (vec!["machine=cam_grinder"], "the machine grinds with a wheel; turning needs a lathe"),
+        (
+            vec!["spindle.law=constant", "spindle.rpm=340", "nc.most_blocks_s=5000", "nc.path_tolerance_um=0.5"],
+            "rpm, or more with a larger",
+        ),
+    ] {
+        let found = refusal("turned_cam", &turned(&set));
+        assert!(found.contains(words) && found.contains(".yaml"), "{set:?}: {found}");
+    }
+    let found = refusal("turned_cam", &turned(&["program=nothing.ngc"]));
+    assert!(found.contains("nothing.ngc: not found"), "{found}");
+}
+
 /// Three figures to a program and its pictures, and the same contour as the closed form's: X(θ) = E cos θ + √((D/2 + R)² − E² sin² θ).
 #[test]
 fn three_figures_give_a_program_and_pictures_of_an_eccentric() {
@@ -131,7 +207,6 @@ fn what_makes_no_program_is_refused_with_its_key() {
             "the control reads 20. It would at ",
             eccentric(&["nc.most_blocks_s=20", "nc.widest_tolerance_um=1", "work_speed_rpm=200"]),
         ),
-        ("the insert's path of a turning job differs in every turn", refusal("turned_cam", &[])),
         ("an NC program cannot do this; remove it (--set runout_correction=null)", refusal("journal_runout", &[])),
         ("dresses the wheel", refusal("dressed_batch", &[])),
         ("is a dry run", eccentric(&["dry_run.stand_off_mm=5"])),

@@ -180,6 +180,19 @@ fn programs_of_jobs_drive_their_paths_on_linuxcnc() {
         ("rough_and_finish", vec!["nc.x_of=cutting_edge", "nc.x_values=diameter"]),
         ("plate_cam", vec!["nc.rotation_sense=-1"]),
         ("brake_cam", vec![]),
+        ("turned_cam", vec!["turned.to_mm=21", "nc.finish_tolerance_um=2"]),
+        (
+            "turned_cam",
+            vec![
+                "turned.to_mm=21",
+                "nc.finish_tolerance_um=5",
+                // Half of a diameter with three places has four.
+                "nc.x_values=diameter",
+                "nc.linear_decimals=3",
+                "nc.x_of=cutting_edge",
+                "nc.rotation_sense=-1",
+            ],
+        ),
     ] {
         let what = format!("{job} {set:?}");
         let set: Vec<String> = set.into_iter().map(str::to_owned).collect();

@@ -1,5 +1,6 @@
 //! The controls that programs are written for, and what they read.
 
+use super::{NcAxis, NumberFormat};
 use alloc::string::String;
 
 /// A family of controls.
@@ -97,6 +98,12 @@ impl Dialect {
             Dialect::Fanuc => &FANUC,
             Dialect::Siemens => &SIEMENS,
         }
+    }
+
+    /// Largest position of C in increments.
+    pub(super) fn max_c_increments(self, format: NumberFormat) -> i64 {
+        let digits = self.rules().digits.min(8 + format.decimals(NcAxis::C));
+        10_i64.saturating_pow(digits) - 1
     }
 
     /// The shortest time that a block can be given (s): an inverse time has a largest value.

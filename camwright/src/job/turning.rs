@@ -15,6 +15,14 @@ pub enum TurningSpeed {
     Varied,
 }
 
+impl TurningSpeed {
+    /// Returns whether the job states the speed.
+    #[must_use]
+    pub fn is_stated(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+}
+
 /// A part to be turned that is not round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurningJob {
@@ -42,6 +50,12 @@ pub struct TurningJob {
 }
 
 impl TurningJob {
+    /// X of the centre of an insert of a radius (mm) clear of the bar (mm).
+    #[must_use]
+    pub fn clear_mm(&self, insert_radius_mm: f64) -> f64 {
+        self.bar_radius_mm + insert_radius_mm + self.clearance_mm
+    }
+
     /// Between which z it is turned, the lower first (mm).
     #[must_use]
     pub fn range_mm(&self) -> (f64, f64) {

@@ -202,7 +202,7 @@ pub fn plan_turning(
     let flank = Flank::from_insert(&insert);
     let (low, high) = job.range_mm();
     let clearance = ClearanceMap::new(&job.surface, low, high, flank)?.check(-insert.height_mm)?;
-    let clear_mm = job.bar_radius_mm + insert.radius_mm + job.clearance_mm;
+    let clear_mm = job.clear_mm(insert.radius_mm);
     let mut passes = Vec::new();
     let requests = requests(job, &insert)?;
     let knots: f64 = requests.iter().map(|(_, request)| knots(request)).sum();
@@ -215,10 +215,7 @@ pub fn plan_turning(
     }
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
     let first_z_mm = passes.first().map_or(0.0, |pass| pass.path.request().from_mm) - job.part_zero_mm;
-    let start = start.unwrap_or_else(|| PlanStart {
-        counts: [0, counts(Axis::X, clear_mm), counts(Axis::Z, first_z_mm)],
-        c_homed: false,
-    });
+    let start = start.unwrap_or_else(|| PlanStart::clear_of_bar(machine, clear_mm, first_z_mm));
     let plan = Plan { job: job.name.clone(), lobes: alloc::vec![job.name.clone()], ..Plan::default() };
     let mut steps = PlanSteps { machine, at: start.counts, ticks: 0, plan };
     let home = StepSubject::part(Phase::Home);

@@ -94,6 +94,13 @@ impl PlanStart {
         let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
         Self { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
     }
+
+    /// A lathe with the insert's centre clear of the bar, C not homed.
+    #[must_use]
+    pub fn clear_of_bar(machine: &MachineDescription, x_mm: f64, z_mm: f64) -> Self {
+        let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
+        Self { counts: [0, counts(Axis::X, x_mm), counts(Axis::Z, z_mm)], c_homed: false }
+    }
 }
 
 /// A job planned: what to execute, and what it was made of.

@@ -29,6 +29,8 @@ pub struct ProgramRequest<'a> {
     pub files: &'a [ProgramFile],
     /// Setup of the program on the machine.
     pub setup: ProgramSetup,
+    /// X of a lathe clear of the bar (mm), where it moves before the headstock turns. `None`: X is clear at the start.
+    pub x_clear_mm: Option<f64>,
     /// Lobes of the part in report order; empty if it does not matter which one is ground.
     pub lobes: &'a [ProgramLobe<'a>],
 }
@@ -105,6 +107,9 @@ pub fn plan_program(
     if !machine.is_lathe() {
         let radius_nm = nm_from_mm(request.setup.cutter_radius_mm);
         steps.command(home, PlanCommand::ExpectWheel { radius_nm }, "the program's cutter");
+    }
+    if let Some(x_clear_mm) = request.x_clear_mm {
+        steps.move_axis(home, Axis::X, steps.counts(Axis::X, x_clear_mm), None, "insert clear of the bar")?;
     }
     steps.home_headstock(home, start.c_homed)?;
     let driven = program_steps(request.motion, request.files, &request.setup, machine, steps.at)?;

@@ -7,5 +7,6 @@ mod solids;
 
 mod milling_job;
 mod random_cams;
+mod turned_program;
 mod turning_drives;
 mod turning_job;

@@ -12,7 +12,7 @@ use camwright::machine::description::{DriveSettings, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::math::units::TURN_RAD;
-use camwright::motion::plan::SegmentKind;
+use camwright::motion::plan::{Plan, SegmentKind};
 use camwright::planner::{PlannedTurning, TurningError, TurningKey, plan_turning};
 use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
@@ -21,12 +21,12 @@ use camwright::toolpath::insert_clearance::InsertClearanceError;
 use camwright::toolpath::insert_path::{InsertFeed, Passes};
 use std::sync::Arc;
 
-const LENGTH_MM: f64 = 4.0;
+pub(crate) const LENGTH_MM: f64 = 4.0;
 const LIFT_MM: f64 = 3.0;
 const FEED_MM: f64 = 0.2;
 
 /// A cam of 20 mm base radius, turned from a bar that just holds it: two roughing passes, then finishing.
-fn cam() -> TurningJob {
+pub(crate) fn cam() -> TurningJob {
     let contour = solids::raised_cosine(LIFT_MM);
     let surface = Surface::cams(&[CamAlong { contour: &contour, phase_rad: 0.5, from_mm: 0.0, to_mm: LENGTH_MM }]);
     TurningJob {
@@ -44,17 +44,21 @@ fn cam() -> TurningJob {
     }
 }
 
-fn ideal() -> MachineDescription {
+pub(crate) fn ideal() -> MachineDescription {
     lathe().with_drives(DriveSettings::IDEAL)
 }
 
-fn planned(job: &TurningJob, machine: &MachineDescription) -> PlannedTurning {
+pub(crate) fn planned(job: &TurningJob, machine: &MachineDescription) -> PlannedTurning {
     plan_turning(job, machine, None).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The part after the job, on a machine that begins anywhere; turns of the spindle that the machine made.
 fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
-    let plan = planned(job, machine).plan;
+    turned_by(planned(job, machine).plan, job, machine)
+}
+
+/// The part of a job after a plan.
+pub(crate) fn turned_by(plan: Plan, job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
     let mut lathe = Machine::new(machine.clone(), PersistentState::new(machine)).expect("a lathe");
     let grid = PartGrid { azimuths: 720, columns: 401, from_mm: 0.0, to_mm: job.turned_mm.0 };
     let bar = TurnedPart::round("bar".into(), grid, job.bar_radius_mm).expect("a bar");
@@ -66,7 +70,7 @@ fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
     closed_loop.machine().turned_part().expect("it was loaded").clone()
 }
 
-fn form(job: &TurningJob, part: &TurnedPart) -> FormMap {
+pub(crate) fn form(job: &TurningJob, part: &TurnedPart) -> FormMap {
     // The insert stands over the end of what is turned: its groove goes out by its own radius.
     FormMap::new(part, |azimuth, z| job.surface.point(azimuth, z), 0.0, LENGTH_MM).expect("a map")
 }

@@ -134,7 +134,8 @@ pub(crate) fn plan(
     let lobes = [("I1", STATION_MM), ("E1", STATION_MM + 50.0)];
     let lobes = lobes.map(|(name, z_mm)| ProgramLobe { name, z_mm, width_mm: 15.0 });
     let lobes = if machine.is_lathe() { &[][..] } else { &lobes[..] };
-    let request = ProgramRequest { name: "cam", motion: &read.motion, files: &read.files, setup, lobes };
+    let request =
+        ProgramRequest { name: "cam", motion: &read.motion, files: &read.files, setup, x_clear_mm: None, lobes };
     plan_program(&request, machine, start(machine))
 }
 

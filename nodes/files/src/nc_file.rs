@@ -27,15 +27,17 @@ pub struct NcFile {
     x_values: XValuesFile,
     /// Point that X is programmed for.
     x_of: XOfFile,
-    /// Position of the ends of segments.
-    knots: KnotsFile,
+    /// Position of the ends of segments. Default: free, in turning jobs `on_curve`, which a control drives
+    /// faster.
+    knots: Option<KnotsFile>,
     /// Tolerance of passes that leave material. A milling job has a tolerance per pass.
     #[schemars(range(min = 0.01, max = 1000.0))]
     rough_tolerance_um: f64,
     /// Tolerance of passes that leave no material. A milling job has a tolerance per pass.
     #[schemars(range(min = 0.01, max = 1000.0))]
     finish_tolerance_um: f64,
-    /// Maximum tolerance for a control that reads blocks slowly. Default: `rough_tolerance_um`.
+    /// Maximum tolerance for a control that reads blocks slowly. Default: `rough_tolerance_um`; in turning jobs
+    /// the tolerance of the pass, and C turns more slowly instead.
     #[schemars(range(min = 0.01, max = 1000.0))]
     widest_tolerance_um: Option<f64>,
     /// Blocks that the control reads per second, over ten of them.
@@ -45,7 +47,7 @@ pub struct NcFile {
     /// of the pass.
     #[schemars(range(min = 0.01, max = 1000.0))]
     path_tolerance_um: Option<f64>,
-    /// Angle of C over which the cutter enters and leaves a cam.
+    /// Angle of C over which the cutter enters and leaves a cam; not in turning jobs.
     #[schemars(range(min = 1.0, max = 360.0))]
     lead_deg: f64,
     /// Number of the tool. A milling job has `tool.number`.
@@ -68,7 +70,7 @@ impl Default for NcFile {
             rotary_decimals: 4,
             x_values: XValuesFile::Radius,
             x_of: XOfFile::ToolCentre,
-            knots: KnotsFile::Free,
+            knots: None,
             rough_tolerance_um: 10.0,
             finish_tolerance_um: 0.5,
             widest_tolerance_um: None,
@@ -136,7 +138,7 @@ pub struct NcSettings {
     pub rough_tolerance_mm: f64,
     /// Tolerance of those that leave none (mm).
     pub finish_tolerance_mm: f64,
-    /// Largest tolerance for controls that read too slowly (mm).
+    /// Largest tolerance for controls that read too slowly (mm); no pass has less than its own.
     pub widest_tolerance_mm: f64,
     /// Angle of C over which the cutter comes and goes (rad).
     pub lead_rad: f64,
@@ -151,6 +153,16 @@ pub struct NcSettings {
 impl NcFile {
     /// Settings of the program.
     pub(super) fn settings(&self, document: &Document) -> Result<NcSettings, ConfigError> {
+        self.settings_with(document, Knots::Free, self.rough_tolerance_um)
+    }
+
+    /// Settings of the program of a turning job: knots on the path, and no tolerance wider than that of the pass unless the job states it.
+    pub(super) fn turning_settings(&self, document: &Document) -> Result<NcSettings, ConfigError> {
+        self.settings_with(document, Knots::OnCurve, 0.0)
+    }
+
+    /// Settings with defaults for the positions of the knots and for the widest tolerance (µm).
+    fn settings_with(&self, document: &Document, knots: Knots, widest_um: f64) -> Result<NcSettings, ConfigError> {
         let x_values = match self.x_values {
             XValuesFile::Radius => XValues::Radius,
             XValuesFile::Diameter => XValues::Diameter,
@@ -172,12 +184,13 @@ impl NcFile {
             program_number: self.program_number,
             x_of_edge: matches!(self.x_of, XOfFile::CuttingEdge),
             knots: match self.knots {
-                KnotsFile::OnCurve => Knots::OnCurve,
-                KnotsFile::Free => Knots::Free,
+                Some(KnotsFile::OnCurve) => Knots::OnCurve,
+                Some(KnotsFile::Free) => Knots::Free,
+                None => knots,
             },
             rough_tolerance_mm: mm_from_um(self.rough_tolerance_um),
             finish_tolerance_mm: mm_from_um(self.finish_tolerance_um),
-            widest_tolerance_mm: mm_from_um(self.widest_tolerance_um.unwrap_or(self.rough_tolerance_um)),
+            widest_tolerance_mm: mm_from_um(self.widest_tolerance_um.unwrap_or(widest_um)),
             lead_rad: rad_from_deg(self.lead_deg),
             tool_number: self.tool_number,
             spindle_rpm: self.spindle_rpm,

@@ -7,6 +7,8 @@ use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, MachineConfig};
 use super::names;
+use super::nc_file::{NcFile, NcSettings};
+use super::program_file::{self, JobProgram};
 use super::recorded_files::NamedFile;
 use super::schema;
 use super::surface_file::SurfaceFile;
@@ -94,6 +96,12 @@ pub(super) struct TurningFile {
     #[schemars(length(max = 100))]
     #[serde(default)]
     faults: Vec<FaultFile>,
+    /// Settings of the NC program that `camwright post` makes of the job.
+    #[serde(default)]
+    nc: NcFile,
+    /// NC program that drives the part instead of the job's own passes, for the control `nc.control`. Default: the
+    /// job's own passes.
+    program: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -216,6 +224,10 @@ pub struct TurnedJob {
     pub grid: PartGrid,
     /// Form tolerance in addition to the cusps of the feed (mm).
     pub tolerance_mm: f64,
+    /// Settings of the NC program.
+    pub nc: NcSettings,
+    /// The NC program that turns the part, instead of the job's own passes.
+    pub program: Option<JobProgram>,
     /// The job file, for messages that point into it.
     pub document: Document,
 }
@@ -246,18 +258,24 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
     document.require_schema("turning_job", SCHEMA_VERSION).map_err(one)?;
     let file: TurningFile = schema::read(&document)?;
     let mut findings: Vec<ConfigError> = spindle(&document, &file).into_iter().collect();
+    findings.extend(lead(&document));
+    let nc = file.nc.turning_settings(&document).map_err(|error| findings.push(error)).ok();
     let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
     let mut files = JobFiles::from_document(&document);
     let surface = file.surface.read(&document, &mut files).map_err(|errors| findings.extend(errors)).ok();
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let feeds = feeds(&document, &file).map_err(|errors| findings.extend(errors)).ok();
     let grid = feeds.and_then(|(_, feed)| grid(&document, &file, feed).map_err(|error| findings.push(error)).ok());
-    let (Some(machine), Some(surface), Some((rough_feed, feed)), Some(grid)) = (machine, surface, feeds, grid) else {
+    let (Some(machine), Some(surface), Some((rough_feed, feed)), Some(grid), Some(nc)) =
+        (machine, surface, feeds, grid, nc)
+    else {
         return Err(findings);
     };
     if !findings.is_empty() {
         return Err(findings);
     }
+    let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut files));
+    let program = program.transpose().map_err(one)?;
     let height_mm = machine.description.insert.map_or(0.0, |insert| insert.height_mm);
     let passes = passes(&file, &surface.surface, height_mm, rough_feed);
     let spec = TurningJob {
@@ -290,6 +308,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
         faults,
         grid,
         tolerance_mm: mm_from_um(file.tolerance_um),
+        nc,
+        program,
         document,
     })
 }
@@ -305,6 +325,14 @@ fn spindle(document: &Document, file: &TurningFile) -> Option<ConfigError> {
         ),
         _ => None,
     }
+}
+
+/// Refuses the lead of a grinding wheel: the insert enters and leaves beside the part.
+fn lead(document: &Document) -> Option<ConfigError> {
+    document.root.get("nc.lead_deg").map(|_| {
+        let message = "nc.lead_deg does not apply to a turning job: the insert begins before the part's end and leaves along X; remove it";
+        document.error("nc.lead_deg", message)
+    })
 }
 
 /// Feeds of roughing and finishing.

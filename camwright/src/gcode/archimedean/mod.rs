@@ -137,6 +137,22 @@ impl Chain {
         })
     }
 
+    /// As many pieces as [`Self::new`] has, in the narrowest tolerance that takes no more of them: no piece is left over at the end.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn evenly(request: &ChainRequest<'_>) -> Result<Self, ChainError> {
+        let grid = SampleGrid::new(request, 1)?;
+        let half_width_mm = grid.half_width_mm(request);
+        if request.knots == Knots::Free
+            && let [values] = &grid.values[..]
+            && let Some((angles_rad, positions)) = tunnel::fewest_evenly(&grid.angles_rad, values, half_width_mm)
+        {
+            return Ok(Self { angles_rad, positions_mm: alloc::vec![positions] });
+        }
+        Ok(on_curve::farthest_evenly(&grid, half_width_mm))
+    }
+
     #[must_use]
     pub fn pieces(&self) -> usize {
         self.angles_rad.len().saturating_sub(1)

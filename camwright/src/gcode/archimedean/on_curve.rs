@@ -11,6 +11,25 @@ struct Cone {
     max: f64,
 }
 
+/// Halvings in search of the narrowest tolerance that takes no more pieces.
+const HALVINGS: u32 = 12;
+
+/// The same number of pieces in the narrowest half width that takes no more of them, so their errors are even.
+pub(super) fn farthest_evenly(grid: &SampleGrid, half_width_mm: f64) -> Chain {
+    let mut best = farthest(grid, half_width_mm);
+    let (mut too_narrow, mut wide_enough) = (0.0, half_width_mm);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (too_narrow + wide_enough);
+        let tried = farthest(grid, middle);
+        if tried.pieces() <= best.pieces() {
+            (best, wide_enough) = (tried, middle);
+        } else {
+            too_narrow = middle;
+        }
+    }
+    best
+}
+
 /// From every knot the farthest place of the grid that all axes reach in one piece.
 pub(super) fn farthest(grid: &SampleGrid, half_width_mm: f64) -> Chain {
     let places = grid.angles_rad.len();

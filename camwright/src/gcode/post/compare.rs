@@ -93,7 +93,7 @@ pub fn compare(
 }
 
 /// Runs of feeds, each with the pose from which it begins.
-fn runs(moves: &[ProgramRun]) -> Vec<&[ProgramRun]> {
+pub(super) fn runs(moves: &[ProgramRun]) -> Vec<&[ProgramRun]> {
     let mut runs = Vec::new();
     let mut from = None;
     for (index, ran) in moves.iter().enumerate() {

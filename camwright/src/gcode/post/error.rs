@@ -27,6 +27,25 @@ pub enum PostError {
         blocks: u64,
         allowed: u64,
     },
+    /// More blocks in a pass than a program should have.
+    #[error("the pass takes more than {allowed} blocks ({blocks} so far): a larger tolerance, or a larger feed")]
+    TooLongPass {
+        /// Number of blocks so far.
+        blocks: u64,
+        allowed: u64,
+    },
+    /// More turns than C has digits for.
+    #[error(
+        "C counts on over {turns:.1} turns; with {decimals} decimals the control has digits for {max:.1}: fewer decimals of angles, or a \
+         larger feed"
+    )]
+    TooManyTurns {
+        turns: f64,
+        /// Turns that the control has digits for.
+        max: f64,
+        /// Decimals of angles.
+        decimals: u32,
+    },
     /// A number that makes no program.
     #[error("{what} is {value}; {allowed}")]
     BadNumber {
@@ -82,6 +101,18 @@ pub enum PostError {
     /// Another number of calls came back.
     #[error("{found} runs of feeds, but {expected} calls")]
     OtherCalls { found: usize, expected: usize },
+    /// A run of feeds that is not over the angles of its pass.
+    #[error(
+        "pass {pass}: the feeds turn C from {:.3} to {:.3} deg, the path from {:.3} to {:.3} deg", found[0], found[1], expected[0],
+        expected[1]
+    )]
+    OtherAngles {
+        pass: String,
+        /// Begin and end as they were read (deg).
+        found: [f64; 2],
+        /// Begin and end of the path (deg).
+        expected: [f64; 2],
+    },
     /// A rapid beside the part that is not clear of it.
     #[error("{feature}: a rapid at {at_mm:.4} mm; it is clear at {clear_mm:.4} mm")]
     RapidNotClear {
@@ -182,6 +213,6 @@ fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
     })
 }
 
-fn bad_unless(good: bool, what: &str, value: f64, allowed: &'static str) -> Result<(), PostError> {
+pub(super) fn bad_unless(good: bool, what: &str, value: f64, allowed: &'static str) -> Result<(), PostError> {
     if good { Ok(()) } else { Err(PostError::BadNumber { what: what.into(), value, allowed }) }
 }

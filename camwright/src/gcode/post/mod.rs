@@ -8,11 +8,15 @@
 
 mod compare;
 mod error;
+mod insert;
 mod pieces;
 mod turn;
 
 pub use compare::{ProgramComparison, ProgramRun, compare};
 pub use error::PostError;
+pub use insert::{
+    InsertPassRequest, InsertPostRequest, PostedInsertPass, PostedInsertProgram, compare_insert, post_insert,
+};
 
 use crate::gcode::archimedean::{ChainDeviation, Knots};
 use crate::gcode::{

@@ -9,13 +9,13 @@ use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
 
 /// Growth of the tolerance from one attempt to the next if blocks come too fast.
-const WIDER: f64 = 1.1;
+pub(super) const WIDER: f64 = 1.1;
 
 /// Blocks over which their rate is taken: a control reads some ahead.
 const RATE_OVER: usize = 10;
 
 /// Factor on a printed speed, so that the rounded value still keeps the limit.
-const ROUNDED_DOWN: f64 = 0.999;
+pub(super) const ROUNDED_DOWN: f64 = 0.999;
 
 /// Looks per turn for the steepest travel.
 const LOOKS_PER_TURN: u32 = 720;
@@ -312,9 +312,7 @@ impl Pieces {
     }
 
     fn count_rate(&mut self) {
-        let over = RATE_OVER.min(self.times_s.len()).max(1);
-        let rate = |window: &[f64]| window.len() as f64 / window.iter().sum::<f64>();
-        self.blocks_s = self.times_s.windows(over).map(rate).fold(0.0, f64::max);
+        self.blocks_s = blocks_per_second(&self.times_s);
     }
 
     /// Blocks that the control's format has no time for take as long as it has.
@@ -447,4 +445,11 @@ impl Pieces {
             axes: self.axes.clone(),
         }
     }
+}
+
+/// Most blocks in a second, over some of them.
+pub(super) fn blocks_per_second(times_s: &[f64]) -> f64 {
+    let over = RATE_OVER.min(times_s.len()).max(1);
+    let rate = |window: &[f64]| window.len() as f64 / window.iter().sum::<f64>();
+    times_s.windows(over).map(rate).fold(0.0, f64::max)
 }

@@ -120,3 +120,19 @@ pub enum ProgramMotionFault {
     #[error("no block of the program feeds")]
     NoFeed,
 }
+
+impl ProgramMotionFault {
+    /// Share of the speed that would keep the exceeded limit; `None` if no speed would.
+    pub(super) fn speed_share(&self) -> Option<f64> {
+        let share = match self {
+            Self::TooFast { speed, allowed, .. } => allowed / speed,
+            Self::Limit { quantity, value, allowed, .. } => match quantity {
+                LimitedQuantity::Velocity => allowed / value,
+                LimitedQuantity::Acceleration => libm::sqrt(allowed / value),
+                LimitedQuantity::Jerk => libm::cbrt(allowed / value),
+            },
+            _ => return None,
+        };
+        (share > 0.0 && share < 1.0).then_some(share)
+    }
+}

@@ -35,8 +35,8 @@ const FARTHEST: f64 = 1e6;
 pub struct ProgramSetup {
     /// Radius of the cutter (mm).
     pub cutter_radius_mm: f64,
-    /// The program's X is the distance of the cutting point, as `x_axis` is; else that of the cutter's centre. On a lathe `x_axis` is the
-    /// insert's centre itself, and so is X.
+    /// The program's X is the distance of the cutting point; else that of the cutter's centre. `x_axis` is the cutting point on a grinder
+    /// and the insert's centre on a lathe.
     pub x_of_edge: bool,
     /// `z_axis` where the program's Z is 0 (mm).
     pub z_zero_mm: f64,
@@ -87,6 +87,33 @@ pub fn program_steps(
     machine: &MachineDescription,
     start: [i64; AXIS_COUNT],
 ) -> Result<Vec<(usize, ProgramStep)>, ProgramMotionError> {
+    walk_program(motion, files, setup, machine, start, None).map(|walk| walk.steps)
+}
+
+/// Largest share of its programmed speed at which the machine drives each run of feeds of a program, 0 to 1: corners are rounded as the path
+/// tolerance allows, and every axis keeps its limits.
+///
+/// # Errors
+/// As [`program_steps`], but for limits that a slower run keeps.
+pub fn drivable_shares(
+    motion: &ProgramMotion,
+    files: &[ProgramFile],
+    setup: &ProgramSetup,
+    machine: &MachineDescription,
+    start: [i64; AXIS_COUNT],
+) -> Result<Vec<f64>, ProgramMotionError> {
+    walk_program(motion, files, setup, machine, start, Some(Vec::new())).map(|walk| walk.shares.unwrap_or_default())
+}
+
+/// Walks through a program; with `shares` runs are slowed down where an axis would exceed a limit, and their shares are added.
+fn walk_program<'a>(
+    motion: &ProgramMotion,
+    files: &[ProgramFile],
+    setup: &'a ProgramSetup,
+    machine: &'a MachineDescription,
+    start: [i64; AXIS_COUNT],
+    shares: Option<Vec<f64>>,
+) -> Result<ProgramWalk<'a>, ProgramMotionError> {
     let at_line = |(done, fault): (usize, ProgramMotionFault)| {
         let place = motion.done.get(done).copied();
         let file = place.and_then(|done| files.get(done.file as usize)).map_or(String::new(), |file| file.name.clone());
@@ -102,6 +129,8 @@ pub fn program_steps(
         tolerance_mm: setup.path_tolerance_mm,
         run_tolerance_mm: setup.path_tolerance_mm,
         tool: None,
+        is_known: [true, true, !machine.is_lathe()],
+        shares,
         steps: Vec::new(),
     };
     for (index, done) in motion.done.iter().enumerate() {
@@ -111,7 +140,7 @@ pub fn program_steps(
     if !walk.steps.iter().any(|(_, step)| matches!(step, ProgramStep::Run(_))) {
         return Err(at_line((motion.done.len().saturating_sub(1), ProgramMotionFault::NoFeed)));
     }
-    Ok(walk.steps)
+    Ok(walk)
 }
 
 impl ProgramSetup {
@@ -152,8 +181,11 @@ impl ProgramSetup {
     fn position(&self, axis: Axis, pose: &ProgramPose, machine: &MachineDescription) -> Option<f64> {
         match axis {
             Axis::C => pose.position(NcAxis::C),
-            Axis::X if machine.is_lathe() || self.x_of_edge => pose.position(NcAxis::X),
-            Axis::X => pose.position(NcAxis::X).map(|centre_mm| centre_mm - self.cutter_radius_mm),
+            Axis::X if machine.is_lathe() == self.x_of_edge => {
+                let to_axis_mm = if self.x_of_edge { self.cutter_radius_mm } else { -self.cutter_radius_mm };
+                pose.position(NcAxis::X).map(|x_mm| x_mm + to_axis_mm)
+            }
+            Axis::X => pose.position(NcAxis::X),
             Axis::Z => pose.position(NcAxis::Z).map(|z_mm| z_mm + self.z_zero_mm),
         }
     }
@@ -172,6 +204,10 @@ struct ProgramWalk<'a> {
     tolerance_mm: f64,
     run_tolerance_mm: f64,
     tool: Option<u32>,
+    /// Whether an axis stands at its start for sure: a lathe leaves Z where its last part ended.
+    is_known: [bool; AXIS_COUNT],
+    /// Shares of the programmed speed of the runs so far, where they may be slowed down.
+    shares: Option<Vec<f64>>,
     steps: Vec<(usize, ProgramStep)>,
 }
 
@@ -243,7 +279,8 @@ impl ProgramWalk<'_> {
         let mut moves = Vec::new();
         for (axis, target) in Axis::ALL.into_iter().zip(self.targets(pose)?) {
             let Some(counts) = target.map(|position| self.machine.axis(axis).scale.counts(position)) else { continue };
-            if counts != self.at[axis.index()] {
+            let is_known = core::mem::replace(&mut self.is_known[axis.index()], true);
+            if counts != self.at[axis.index()] || !is_known {
                 moves.push((axis, counts));
                 self.at[axis.index()] = counts;
             }
@@ -256,10 +293,17 @@ impl ProgramWalk<'_> {
 
     /// Ends the current run of feeds.
     fn end_run(&mut self) -> Result<(), LocatedFault> {
-        let feeds = core::mem::take(&mut self.feeds);
+        let mut feeds = core::mem::take(&mut self.feeds);
         let (Some(first), Some(last)) = (feeds.first(), feeds.last()) else { return Ok(()) };
         let done = (first.done, last.done);
-        let laws = RunLaws::new(self.from, &feeds, self.run_tolerance_mm, self.machine)?;
+        let laws = match &mut self.shares {
+            None => RunLaws::new(self.from, &feeds, self.run_tolerance_mm, self.machine)?,
+            Some(shares) => {
+                let (laws, share) = RunLaws::slowed(self.from, &mut feeds, self.run_tolerance_mm, self.machine)?;
+                shares.push(share);
+                laws
+            }
+        };
         let start_counts = self.at[Axis::C.index()];
         let angle_rad = laws.angle_rad();
         let counts = |axis: Axis, end: f64| self.machine.axis(axis).scale.counts(end);

@@ -22,6 +22,10 @@ const LONGER: f64 = 1.25;
 /// Ratio of the window to the smallest sufficient one.
 const NEAR: f64 = 1.01;
 
+/// Share of a speed that keeps a limit exactly which is used, and the slowest share that is tried.
+const SLOWED_SPARE: f64 = 0.999;
+const SLOWEST_SHARE: f64 = 0.01;
+
 /// A block that feeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FeedBlock {
@@ -105,6 +109,28 @@ impl RunLaws {
             (feeds[block].done, fault)
         })?;
         lines.laws(&tried).map_err(|source| wrong(source.into()))
+    }
+
+    /// The same, with all blocks slowed down by one share where an axis would exceed a limit; the blocks have their new times.
+    pub(super) fn slowed(
+        from: [f64; AXIS_COUNT],
+        feeds: &mut [FeedBlock],
+        tolerance_mm: f64,
+        machine: &MachineDescription,
+    ) -> Result<(Self, f64), RunFault> {
+        let mut share = 1.0;
+        loop {
+            let (done, fault) = match Self::new(from, feeds, tolerance_mm, machine) {
+                Ok(laws) => return Ok((laws, share)),
+                Err(fault) => fault,
+            };
+            let slower = fault.speed_share().map(|slower| SLOWED_SPARE * slower);
+            let Some(slower) = slower.filter(|slower| share * slower >= SLOWEST_SHARE) else {
+                return Err((done, fault));
+            };
+            share *= slower;
+            feeds.iter_mut().for_each(|feed| feed.time_s /= slower);
+        }
     }
 
     /// Angle of C from its start to its end (rad).

@@ -94,6 +94,7 @@ pub(super) const POST: &str = "\
 Examples:
   camwright post four_lobe_camshaft --out nc --set nc.control=fanuc
   camwright post --eccentric 4.2 --diameter 38 --tool-radius 15 --out nc
+  camwright post turned_cam --out nc --set nc.finish_tolerance_um=1
 
 Exit codes: 0 written and verified, 2 rejected or not written";
 

@@ -8,27 +8,30 @@
 //! | `<feature>/tool_path.svg`, `.png` | the shape, the cutter along its path, the segments in turn in two colours |
 //! | `<feature>/<pass>_segments.svg`, `.png` | travels over the angle with their knots, slopes, errors with the tolerance |
 //!
-//! Paths between the walls of a groove have no drawings.
+//! Paths between the walls of a groove have no drawings, and neither have turned parts.
 
 use super::super::files::Files;
 use super::super::finding::{CheckReport, Finding, Severity};
 use super::super::plan;
+use super::super::plan_turned;
 use super::super::plots::nc::program_plots;
 use super::request::ToPost;
 use super::summary::{self, ProgramSummary};
-use super::{ground, milled};
-use camwright::gcode::post::{PostError, PostedTurn, ProgramComparison, ProgramRun, compare, post};
-use camwright::gcode::{MotionAction, NcAxis, ProgramFile, ProgramPose, read};
+use super::{ground, milled, turned};
+use camwright::gcode::post::{NcControl, PostError, ProgramComparison, ProgramRun, compare, post};
+use camwright::gcode::{MotionAction, NcAxis, ProgramFile, ProgramMotion, ProgramPose, read};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::any_job::{self, AnyJob};
 use camwright_files::milling_file::MilledJob;
+use camwright_files::nc_file::NcSettings;
+use camwright_files::yaml::Document;
 use camwright_files::{ConfigError, FileLocation};
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
 /// Displayed digits of a hash.
-const HASH_DIGITS: usize = 16;
+pub(super) const HASH_DIGITS: usize = 16;
 
 /// Makes the program of a job, writes it into a folder with its summary, reads it back and compares; calls `progress` for every file.
 ///
@@ -40,7 +43,10 @@ pub fn write_program(
     out: &Path,
     progress: impl FnMut(&Path),
 ) -> Result<ProgramSummary, ConfigError> {
-    with_request(job, overrides, |to_post| write(to_post, out, progress))
+    match any_job::load(job, overrides)? {
+        AnyJob::Turned(job) => turned::write(&plan_turned(*job, None)?, out, progress),
+        job => with_request(job, |to_post| write(to_post, out, progress)),
+    }
 }
 
 /// Compares what a control drives of the program of a job with the paths that it was made for.
@@ -52,7 +58,11 @@ pub fn compare_program(
     overrides: &[String],
     driven: &[ProgramRun],
 ) -> Result<ProgramComparison, ConfigError> {
-    with_request(job, overrides, |to_post| {
+    let job = match any_job::load(job, overrides)? {
+        AnyJob::Turned(job) => return turned::compare(&plan_turned(*job, None)?, driven),
+        job => job,
+    };
+    with_request(job, |to_post| {
         let blamed = |error: PostError| to_post.document.error(key(&error), error.to_string());
         let posted = post(&to_post.request).map_err(blamed)?;
         compare(&to_post.request, &posted, driven).map_err(blamed)
@@ -82,22 +92,19 @@ pub(crate) fn check_milled(path: &Path, job: &MilledJob) -> CheckReport {
     }
 }
 
-/// Makes the request of a job of any kind and hands it on.
-fn with_request<R>(
-    job: &str,
-    overrides: &[String],
-    done: impl FnOnce(ToPost<'_>) -> Result<R, ConfigError>,
-) -> Result<R, ConfigError> {
-    match any_job::load(job, overrides)? {
+/// Makes the request of a job whose cutter goes in turns and hands it on.
+fn with_request<R>(job: AnyJob, done: impl FnOnce(ToPost<'_>) -> Result<R, ConfigError>) -> Result<R, ConfigError> {
+    match job {
         AnyJob::Ground(job) => {
             let settings = job.nc;
             ground::with_request(&plan(*job, None)?, &settings, done)
         }
         AnyJob::Milled(job) => milled::with_request(&job, done),
-        AnyJob::Turned(job) => Err(job.document.error(
-            "schema",
-            "the insert's path of a turning job differs in every turn; there is no NC program of it, only its plan (camwright run)",
-        )),
+        AnyJob::Turned(job) => {
+            let message =
+                format!("{} is turned along a spiral; its program has no subprogram for a turn", job.spec.name);
+            Err(job.document.error("schema", message))
+        }
     }
 }
 
@@ -112,13 +119,15 @@ fn write(mut to_post: ToPost<'_>, out: &Path, progress: impl FnMut(&Path)) -> Re
     for file in &files {
         to.write(&out.join(&file.name), &|to| to.write_all(file.text.as_bytes()))?;
     }
-    let found = read_back(&to_post, out, &files)?;
+    let motion = read_back(to_post.document, &to_post.request.control, out, &files)?;
+    let found = runs(&motion);
     let compared = compare(&to_post.request, &posted, &found).map_err(|error| blamed(&error))?;
     for turn in &posted.turns {
         let of = &to_post.request.features[turn.feature];
         let path =
             out.join(file_name(&of.name)).join(format!("{}_segments.csv", file_name(&of.passes[turn.pass].name)));
-        to.write(&path, &|to| write_segments(turn, to))?;
+        let letters: Vec<char> = turn.axes.iter().map(|axis| axis.letter().to_ascii_lowercase()).collect();
+        to.write(&path, &|to| write_segments(&letters, &turn.knots, to))?;
     }
     for (folder, plot) in program_plots(&to_post, &posted) {
         to.plot(&out.join(file_name(folder)), &plot)?;
@@ -129,7 +138,7 @@ fn write(mut to_post: ToPost<'_>, out: &Path, progress: impl FnMut(&Path)) -> Re
 }
 
 /// A name as part of a path: letters, digits, `-` and `_`.
-fn file_name(name: &str) -> String {
+pub(super) fn file_name(name: &str) -> String {
     let fit = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
     name.chars().map(fit).collect()
 }
@@ -137,16 +146,6 @@ fn file_name(name: &str) -> String {
 /// Header comments: contents and sources of the program. Nothing in them depends on the date.
 fn header(to_post: &ToPost<'_>) -> Vec<String> {
     let (request, settings) = (&to_post.request, &to_post.settings);
-    let x = match (settings.x_of_edge, settings.control.format.x_values()) {
-        (false, camwright::gcode::XValues::Radius) => {
-            "X is the distance of the centre of the cutter from the axis of C"
-        }
-        (false, camwright::gcode::XValues::Diameter) => {
-            "X is twice the distance of the centre of the cutter from the axis of C"
-        }
-        (true, camwright::gcode::XValues::Radius) => "X is the distance of the cutting edge from the axis of C",
-        (true, camwright::gcode::XValues::Diameter) => "X is twice the distance of the cutting edge from the axis of C",
-    };
     let mut tolerances: Vec<String> = Vec::new();
     for pass in request.features.iter().flat_map(|of| &of.passes) {
         let tolerance = format!("{} {} um", pass.name, rounded_um(pass.tolerance_mm));
@@ -158,32 +157,51 @@ fn header(to_post: &ToPost<'_>) -> Vec<String> {
         format!("{} - {}", to_post.job, request.tool.text),
         format!("camwright {}, job {:.HASH_DIGITS$}", env!("CARGO_PKG_VERSION"), to_post.job_hash),
         format!("tolerances: {}", tolerances.join(", ")),
-        x.to_owned(),
-        format!(
-            "positive C turns the part {} seen from +Z",
-            if settings.control.rotation_sense > 0 { "clockwise" } else { "counterclockwise" }
-        ),
+        x_line(settings, "cutter"),
+        c_line(settings),
     ]
 }
 
+/// Meaning of X, as a comment.
+pub(super) fn x_line(settings: &NcSettings, tool: &str) -> String {
+    let factor = match settings.control.format.x_values() {
+        camwright::gcode::XValues::Radius => "",
+        camwright::gcode::XValues::Diameter => "twice ",
+    };
+    let point = if settings.x_of_edge { "cutting edge".to_owned() } else { format!("centre of the {tool}") };
+    format!("X is {factor}the distance of the {point} from the axis of C")
+}
+
+/// Meaning of a positive C, as a comment.
+pub(super) fn c_line(settings: &NcSettings) -> String {
+    let way = if settings.control.rotation_sense > 0 { "clockwise" } else { "counterclockwise" };
+    format!("positive C turns the part {way} seen from +Z")
+}
+
 /// A tolerance for people, without the digits of its conversion.
-fn rounded_um(mm: f64) -> f64 {
+pub(super) fn rounded_um(mm: f64) -> f64 {
     (um_from_mm(mm) * 1e6).round() / 1e6
 }
 
 /// The key of the job that is behind a refusal.
-fn key(error: &PostError) -> &'static str {
+pub(super) fn key(error: &PostError) -> &'static str {
     match error {
         PostError::Of { source, .. } => key(source),
         PostError::TooManyBlocks { .. } => "nc.most_blocks_s",
-        PostError::Chain(_) | PostError::OffThePath { .. } => "nc.finish_tolerance_um",
+        PostError::Chain(_) | PostError::OffThePath { .. } | PostError::TooLongPass { .. } => "nc.finish_tolerance_um",
+        PostError::TooManyTurns { .. } => "nc.rotary_decimals",
         PostError::Format(_) => "nc.linear_decimals",
         _ => "nc",
     }
 }
 
 /// The files as they are on the disk, as a control would drive them.
-fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Result<Vec<ProgramRun>, ConfigError> {
+pub(super) fn read_back(
+    document: &Document,
+    control: &NcControl,
+    out: &Path,
+    written: &[ProgramFile],
+) -> Result<ProgramMotion, ConfigError> {
     let mut files = Vec::with_capacity(written.len());
     for file in written {
         let path = out.join(&file.name);
@@ -191,36 +209,46 @@ fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Resul
             .map_err(|error| ConfigError::at(FileLocation::file(&path), format!("cannot be read back: {error}")))?;
         files.push(ProgramFile { name: file.name.clone(), text });
     }
-    let control = &to_post.request.control;
-    let motion = read(control.dialect, control.format.x_values(), &files)
-        .map_err(|error| to_post.document.error("nc", format!("the written program cannot be read back: {error}")))?;
+    read(control.dialect, control.format.x_values(), &files)
+        .map_err(|error| document.error("nc", format!("the written program cannot be read back: {error}")))
+}
+
+/// Motions of a program that was read.
+pub(super) fn runs(motion: &ProgramMotion) -> Vec<ProgramRun> {
     let place = |pose: ProgramPose| NcAxis::ALL.map(|axis| pose.position(axis).unwrap_or(f64::NAN));
     let ran = motion.done.iter().filter_map(|done| match done.action {
         MotionAction::Rapid(pose) => Some(ProgramRun { pose: place(pose), time_s: None }),
         MotionAction::Feed { pose, time_s } => Some(ProgramRun { pose: place(pose), time_s: Some(time_s) }),
         _ => None,
     });
-    Ok(ran.collect())
+    ran.collect()
 }
 
-fn write_segments(turn: &PostedTurn, to: &mut dyn Write) -> io::Result<()> {
-    let letters = || turn.axes.iter().map(|axis| axis.letter().to_ascii_lowercase());
+/// Writes knots with the slopes of the segments behind them; the letters are those of the axes.
+pub(super) fn write_segments<P: AsRef<[f64]>>(
+    letters: &[char],
+    knots: &[(f64, P)],
+    to: &mut dyn Write,
+) -> io::Result<()> {
     write!(to, "c_deg")?;
-    for letter in letters() {
+    for letter in letters {
         write!(to, ",{letter}_mm")?;
     }
-    for letter in letters() {
+    for letter in letters {
         write!(to, ",{letter}_slope_mm_deg")?;
     }
     writeln!(to)?;
-    for (index, (u_rad, positions)) in turn.knots.iter().enumerate() {
+    for (index, (u_rad, positions)) in knots.iter().enumerate() {
+        let positions = positions.as_ref();
         write!(to, "{}", deg_from_rad(*u_rad))?;
         for position in positions {
             write!(to, ",{position}")?;
         }
         for (axis, position) in positions.iter().enumerate() {
-            match turn.knots.get(index + 1) {
-                Some((next_rad, next)) => write!(to, ",{}", (next[axis] - position) / deg_from_rad(next_rad - u_rad))?,
+            match knots.get(index + 1) {
+                Some((next_rad, next)) => {
+                    write!(to, ",{}", (next.as_ref()[axis] - position) / deg_from_rad(next_rad - u_rad))?;
+                }
                 None => write!(to, ",")?,
             }
         }
@@ -246,7 +274,7 @@ mod tests {
             "plate_cam",
             "brake_cam",
         ] {
-            let count = with_request(job, &[], |to_post| {
+            let count = with_request(any_job::load(job, &[]).expect("a job"), |to_post| {
                 let posted = post(&to_post.request).map_err(|error| to_post.document.error("nc", error.to_string()))?;
                 let plots = program_plots(&to_post, &posted);
                 for (folder, plot) in &plots {
@@ -263,7 +291,7 @@ mod tests {
     #[test]
     fn paths_between_the_walls_have_no_drawings() {
         let wide = ["profiles.two_dwells.follower.radius_mm=30".to_owned()];
-        let drawn = with_request("plate_groove", &wide, |to_post| {
+        let drawn = with_request(any_job::load("plate_groove", &wide).expect("a job"), |to_post| {
             let posted = post(&to_post.request).map_err(|error| to_post.document.error("nc", error.to_string()))?;
             assert!(to_post.request.features.iter().any(|feature| feature.name == "G between 1"));
             let plots = program_plots(&to_post, &posted);

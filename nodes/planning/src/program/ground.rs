@@ -113,7 +113,7 @@ pub(super) fn with_request<R>(
 }
 
 /// Speed of a spindle for the speed of its wheel's surface (1/min).
-fn spindle_rpm(surface_m_s: f64, radius_mm: f64) -> u32 {
+pub(super) fn spindle_rpm(surface_m_s: f64, radius_mm: f64) -> u32 {
     let rad_s = camwright_files::convert::mm_from_m(surface_m_s) / radius_mm;
     #[allow(clippy::cast_possible_truncation, reason = "a spindle's speed")]
     let rpm = rpm_from_rad_s(rad_s).clamp(1.0, 99_999.0).round() as u32;

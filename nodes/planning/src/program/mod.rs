@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! PreparedJob ─► ground ─┐
-//! MilledJob ───► milled ─┴► ProgramRequest ─► camwright::gcode::post ─► Program ─► files ─► read back from the disk ─► compared with the paths
+//! MilledJob ───► milled ─┴► PostRequest ─► camwright::gcode::post ─► Program ─► files ─► read back from the disk ─► compared with the paths
+//! PreparedTurning ─► turned ─► InsertPostRequest ─► the same
 //! ```
 
 mod export;
@@ -10,6 +11,7 @@ mod ground;
 mod milled;
 pub(super) mod request;
 mod summary;
+mod turned;
 
 pub(super) use export::check_milled;
 pub use export::{compare_program, write_program};

@@ -1,6 +1,7 @@
 //! A turning job, planned and ready to send.
 
 use super::error_location;
+use crate::programmed::turned_with_program;
 use crate::{fits_cell, hash_of, not_too_long};
 use camwright::machine::description::MachineDescription;
 use camwright::math::units::rpm_from_rad_s;
@@ -82,6 +83,7 @@ pub fn plan_turned(job: TurnedJob, machine: Option<&MachineNow>) -> Result<Prepa
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: machine.hash.clone() };
     let planned =
         plan_turning(&job.spec, &machine, None).map_err(|error| error_location::blame(&job, &machine, &error))?;
+    let planned = turned_with_program(&job, &machine, planned)?;
     not_too_long(&job.document, planned.plan.duration_s)?;
     let pages = pages_from_plan(&planned.plan, &provenance);
     Ok(PreparedTurning { job, planned, machine, provenance, pages })
