@@ -4,6 +4,7 @@
 //! their cause is gone, and never restarts motion.
 
 use crate::machine::description::Axis;
+use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::math::units::deg_from_rad;
 use core::fmt;
 
@@ -378,7 +379,14 @@ pub struct Alarm {
     pub bound: f64,
 }
 
-crate::snapshot!(Alarm { kind, tick, value, bound } on {});
+impl Snapshot for Alarm {
+    fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
+        codec.field("kind", |codec| self.kind.snapshot(codec))?;
+        codec.field("tick", |codec| self.tick.snapshot(codec))?;
+        codec.field("value", |codec| codec.measured(&mut self.value))?;
+        codec.field("bound", |codec| codec.measured(&mut self.bound))
+    }
+}
 
 impl Quantity {
     fn write(self, f: &mut fmt::Formatter<'_>, axis: Option<Axis>, value: f64) -> fmt::Result {
@@ -454,6 +462,22 @@ mod tests {
         assert_eq!(alarm(AlarmKind::ChunkRefused, 7.0, 0.0), "the setpoints from tick 7 on were refused");
         assert!(alarm(AlarmKind::ChunkRefused, NO_TICK, 0.0).starts_with("malformed setpoints"));
         assert_eq!(alarm(AlarmKind::WheelWorn, 44.5, 45.0), "wheel radius 44.500 mm, smallest usable 45.000 mm");
+    }
+
+    /// Of an alarm of another node the values are not known. A machine with such an alarm has keyframes, too.
+    #[test]
+    fn an_alarm_without_values_is_kept_in_a_keyframe() {
+        let mut alarm = Alarm { kind: AlarmKind::Underrun, tick: 5, value: f64::NAN, bound: f64::NAN };
+        let mut octets = alloc::vec![0; 64];
+        let mut codec = SnapshotCodec::writing(&mut octets);
+        alarm.snapshot(&mut codec).expect("there is room");
+        let written = codec.octets();
+        let mut read = Alarm::default();
+        read.snapshot(&mut SnapshotCodec::reading(&octets[..written])).expect("an alarm");
+        assert!((read.kind, read.tick) == (alarm.kind, 5) && read.value.is_nan() && read.bound.is_nan(), "{read:?}");
+        let end = written - 16;
+        octets[end..end + 8].copy_from_slice(&f64::INFINITY.to_le_bytes());
+        assert!(read.snapshot(&mut SnapshotCodec::reading(&octets[..written])).is_err());
     }
 
     #[test]

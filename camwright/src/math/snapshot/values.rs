@@ -131,6 +131,20 @@ impl Snapshot for f64 {
     }
 }
 
+impl SnapshotCodec<'_> {
+    /// Walks through a number that may be NaN, for "not measured".
+    ///
+    /// # Errors
+    /// A number that is larger than it can be; see [`Snapshot::snapshot`].
+    pub fn measured(&mut self, own: &mut f64) -> Result<(), SnapshotError> {
+        let there = f64::from_le_bytes(self.word(own.to_le_bytes())?);
+        if there.abs() > MAX_NUMBER {
+            return Err(SnapshotError::Impossible("a number is larger than it can be"));
+        }
+        self.settle(own, there, there.to_bits() == own.to_bits(), SnapshotValue::Number)
+    }
+}
+
 impl Snapshot for bool {
     fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
         let [there] = codec.word([u8::from(*self)])?;
