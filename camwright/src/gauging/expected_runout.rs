@@ -37,9 +37,9 @@ pub struct ExpectedRunout {
 }
 
 impl ExpectedRunout {
-    /// Of a correction of a part. `other` is the part as the readings show it if km/kg is larger by its standard uncertainty.
+    /// Draws the errors of a correction of a part. `other` is the part as the readings show it if km/kg is larger by its standard uncertainty.
     #[must_use]
-    pub fn of(correction: &Correction, state: &PartState<'_>, other: Option<&PartState<'_>>) -> Self {
+    pub fn from_correction(correction: &Correction, state: &PartState<'_>, other: Option<&PartState<'_>>) -> Self {
         let start_rad = correction.start_rad();
         let since = |place: usize| wrap_turn(phase_rad(place, PLACES) - start_rad);
         let after = |part: &PartState<'_>| -> Vec<f64> {

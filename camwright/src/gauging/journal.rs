@@ -279,7 +279,7 @@ impl JournalCorrection {
                     let settings = MeasureSettings { max_scatter_mm: None, ..settings };
                     PartState::measure(&record, WheelLog::new(&logged).ok()?, law, &settings).ok()
                 });
-                let expected = ExpectedRunout::of(&decided, &entered, other.as_ref());
+                let expected = ExpectedRunout::from_correction(&decided, &entered, other.as_ref());
                 (decided, begins, Some(expected))
             }
             GaugingMode::Published => {

@@ -19,6 +19,9 @@ const SPARK_OUT_TURNS: u32 = 8;
 /// Stiffness of the machine by that of the cut at the two journals of [`grinder`] at 0.5.
 const RATIOS: [f64; 2] = [0.5, 0.4];
 
+/// Steps of a turn in the forecast of the size.
+const FORECAST_PHASES: f64 = 72.0;
+
 /// Infeed beyond the finished size (mm).
 const BEYOND_MM: f64 = 0.0504;
 
@@ -132,7 +135,11 @@ fn a_worn_wheel_does_not_change_the_size_of_a_compliant_machine() {
         let found = Deflections::from_lobe(&planned.plan, index, job.stock_mm, &law, &machine).expect("it is cut");
         assert!(matches!(found.size, Some(SizeForecast::Reached { .. })), "{found:?}");
         let off_um = 1e3 * (size_mm - found.left_mm);
-        assert!(off_um.abs() < 0.2, "{off_um} um off the forecast {found:?}");
+        // The forecast ends the infeed within a phase of the turn, and may finish another turn than the real one.
+        let phase_um = 1e3 * FEED_MM / FORECAST_PHASES;
+        let allowed_um = 1e3 * FEED_MM * (1.0 / (1.0 + ratio)).powi(1 + SPARK_OUT_TURNS as i32) + phase_um;
+        eprintln!("{off_um:.3} um off the forecast, {allowed_um:.3} um allowed");
+        assert!(off_um.abs() < allowed_um, "{off_um} um off the forecast {found:?}, {allowed_um} um allowed");
     }
 }
 

@@ -136,7 +136,7 @@ fn left_and_expected(ratio_deviation: f64, seeds: u64) -> Vec<(f64, ExpectedRuno
         let start = CorrectionStart::AtMinRadius { from_rad: part.c_rad() };
         let correction = Correction::exact(&state, start, CorrectionTarget::MinRadius { extra_depth_mm: 0.0 }).unwrap();
         let other = (ratio_deviation > 0.0).then(|| measure(0.2 + ratio_deviation));
-        let expected = ExpectedRunout::of(&correction, &state, other.as_ref());
+        let expected = ExpectedRunout::from_correction(&correction, &state, other.as_ref());
         (part.correct(&correction, wheel_mm).1, expected)
     };
     (0..seeds).map(of_seed).collect()
