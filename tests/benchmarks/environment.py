@@ -25,8 +25,9 @@ def enter(script):
     if not (stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted and python.is_file()):
         print("making the environment in target/benchmarks/venv", flush=True)
         stamp.unlink(missing_ok=True)
-        make = ROOT / "tests" / "support" / "make_env.py"
-        subprocess.run([sys.executable, make, "venv", WORK, requirements], check=True)
+        subprocess.run([sys.executable, "-m", "venv", "--clear", WORK / "venv"], check=True)
+        pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "-r", requirements]
+        subprocess.run(pip, check=True)
         stamp.write_text(wanted, encoding="utf-8")
     if Path(sys.prefix).resolve() != python.parent.parent.resolve():
         threads = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
