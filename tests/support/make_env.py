@@ -189,9 +189,9 @@ def main():
     root.mkdir(parents=True, exist_ok=True)
 
     def missing():
-        stamps = {step: root / f"{step}.stamp" for step, _, _ in steps(root)}
-        return [(stamps[step], made_from, make) for step, made_from, make in steps(root)
-                if not stamps[step].is_file() or stamps[step].read_text(encoding="utf-8") != made_from]
+        stamped = [(root / f"{step}.stamp", made_from, make) for step, made_from, make in steps(root)]
+        return [(stamp, made_from, make) for stamp, made_from, make in stamped
+                if not stamp.is_file() or stamp.read_text(encoding="utf-8") != made_from]
 
     if not missing():
         return
