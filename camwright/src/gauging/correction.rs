@@ -320,18 +320,17 @@ impl Correction {
         (0..=count).map(move |place| phase_rad(place, count))
     }
 
-    /// Radius with which a part leaves the turn (mm), at an angle since the start of 0 to 2π (rad).
-    pub(super) fn radius_after_mm(&self, state: &PartState<'_>, since_rad: f64) -> f64 {
+    /// Radii with which a part meets and leaves the turn (mm), at an angle since the start of 0 to 2π (rad).
+    pub(super) fn radii_mm(&self, state: &PartState<'_>, since_rad: f64) -> (f64, f64) {
         let before_mm = state.radius_mm(self.start_rad + since_rad - TURN_RAD);
-        state.law().radius_after_mm(before_mm, self.at(since_rad).value)
+        (before_mm, state.law().radius_after_mm(before_mm, self.at(since_rad).value))
     }
 
     /// Result according to the contact law.
     fn ground(&self, state: &PartState<'_>) -> Forecast {
         let (mut before, mut after, mut depth) = (ValueRange::EMPTY, ValueRange::EMPTY, ValueRange::EMPTY);
         for since_rad in self.places() {
-            let before_mm = state.radius_mm(self.start_rad + since_rad - TURN_RAD);
-            let after_mm = state.law().radius_after_mm(before_mm, self.at(since_rad).value);
+            let (before_mm, after_mm) = self.radii_mm(state, since_rad);
             before.add(before_mm);
             after.add(after_mm);
             depth.add(before_mm - after_mm);

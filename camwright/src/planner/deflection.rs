@@ -25,7 +25,7 @@ pub struct Deflections {
     pub left_mm: f64,
     /// Turns of all passes: fewer than planned where spark-out ends when the force is steady, or the infeed at a size.
     pub turns: u32,
-    /// Where the infeed ends at a size on the gauge; `None`: no cut of the lobe does.
+    /// End of the infeed at a size on the gauge; `None` if no cut of the lobe has one.
     pub size: Option<SizeForecast>,
 }
 

@@ -367,6 +367,25 @@ impl Bench {
         self.start(Motion::Plan(Arc::new(plan)));
     }
 
+    /// Runs a plan to its end with a hold from a tick on for so many ticks, and an edge of an input in another, counted from the start.
+    pub(crate) fn run_held(&mut self, plan: Plan, (hold, length): (u64, u64), (at, edge): (u64, fn(&mut Self))) {
+        self.start_plan(plan);
+        for row in 0..60_000_u64 {
+            if self.outcome.is_some() {
+                break;
+            }
+            let requests: &[MotionRequest] = match row {
+                row if row == hold => &[MotionRequest::Hold],
+                row if row == hold + length => &[MotionRequest::Unhold],
+                _ => &[],
+            };
+            self.step(requests);
+            if row == at && self.outcome.is_none() {
+                edge(self);
+            }
+        }
+    }
+
     /// Machine with a homed C at the start of a cut.
     pub(crate) fn at(machine: MachineDescription, counts: [i64; AXIS_COUNT]) -> Self {
         let mut bench = Self::new(machine);

@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, START_RAD, TURN, TestNoise, sizing};
 use camwright::interpolator::{
-    InfeedEnd, InterpolatorAlarm, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, PrepareError, Prepared,
+    InfeedEnd, InterpolatorAlarm, InterpolatorEvent, Motion, MotionOutcome, PrepareError, Prepared,
 };
 use camwright::machine::description::{Axis, GaugeDescription, GaugeKind, MachineDescription};
 use camwright::motion::plan::{Plan, SegmentKind};
@@ -123,22 +123,8 @@ fn holds_and_delivery_do_not_disturb_it() {
         let run = |delivery: Box<dyn FnMut() -> u64>| {
             let mut bench = Bench::at(machine.clone(), start);
             bench.delivery = delivery;
-            bench.start_plan(plan.clone());
-            for row in 0..60_000_u64 {
-                if bench.outcome.is_some() {
-                    break;
-                }
-                let requests: &[MotionRequest] = match row {
-                    row if row == hold => &[MotionRequest::Hold],
-                    row if row == hold + length => &[MotionRequest::Unhold],
-                    _ => &[],
-                };
-                bench.step(requests);
-                // After the command to watch has taken effect.
-                if row == read && bench.outcome.is_none() {
-                    bench.size_is_reached();
-                }
-            }
+            // After the command to watch has taken effect.
+            bench.run_held(plan.clone(), (hold, length), (read, |bench| bench.size_is_reached()));
             bench
         };
         let mut late = TestNoise(seed + case);

@@ -101,21 +101,7 @@ fn holds_and_delivery_do_not_disturb_it() {
         let run = |delivery: Box<dyn FnMut() -> u64>| {
             let mut bench = Bench::at(machine.clone(), start);
             bench.delivery = delivery;
-            bench.start_plan(plan.clone());
-            for row in 0..60_000_u64 {
-                if bench.outcome.is_some() {
-                    break;
-                }
-                let requests: &[MotionRequest] = match row {
-                    row if row == hold => &[MotionRequest::Hold],
-                    row if row == hold + length => &[MotionRequest::Unhold],
-                    _ => &[],
-                };
-                bench.step(requests);
-                if row == closes && bench.outcome.is_none() {
-                    bench.force_is_steady(true);
-                }
-            }
+            bench.run_held(plan.clone(), (hold, length), (closes, |bench| bench.force_is_steady(true)));
             bench
         };
         let mut late = TestNoise(seed + case);

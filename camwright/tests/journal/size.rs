@@ -157,7 +157,7 @@ fn a_size_that_the_infeed_does_not_reach_is_an_alarm() {
     assert!(closed_loop.infeed_ends().is_empty());
 }
 
-/// What the gauge cannot control is refused before a path is planned, with the reason.
+/// A size that the gauge cannot control is refused with the reason, before a path is planned.
 #[test]
 fn sizes_that_make_no_sense_are_refused() {
     let fits = rigid();

@@ -3,12 +3,12 @@
 use super::turn::SubprogramMotion;
 use super::{PostError, PostRequest, PostedProgram};
 use crate::gcode::NcAxis;
-use crate::gcode::archimedean::{Chain, ChainRequest, Knots, Travelling};
+use crate::gcode::archimedean::{Chain, ChainDeviation, ChainRequest, Knots, Travelling};
 use crate::math::units::um_from_mm;
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
 
-/// A motion of a programfrom any reader.
+/// A motion of a program, from any reader.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgramRun {
     /// X, Y, Z (mm) and C (rad) at the end, in the part's frame.
@@ -34,6 +34,30 @@ pub struct ProgramComparison {
     pub time_error_s: f64,
     /// Time of all feeds (s).
     pub feed_time_s: f64,
+}
+
+impl ProgramComparison {
+    /// Adds a run of feeds: the call or pass with this index, its judged deviation from the path, its tolerance and its time in the plan.
+    pub(super) fn add(
+        &mut self,
+        index: usize,
+        run: &[ProgramRun],
+        judged: &[ChainDeviation],
+        tolerance_mm: f64,
+        planned_s: f64,
+    ) {
+        for judged in judged {
+            let share = judged.error_mm / tolerance_mm;
+            if share > self.share_of_tolerance || share.is_nan() {
+                (self.share_of_tolerance, self.worst_call) = (share, index);
+                self.worst_at_rad = judged.error_at_rad;
+            }
+            self.error_mm = self.error_mm.max(judged.error_mm);
+        }
+        let time_s: f64 = run.iter().skip(1).filter_map(|ran| ran.time_s).sum();
+        self.feed_time_s += time_s;
+        self.time_error_s = self.time_error_s.max((time_s - planned_s).abs());
+    }
 }
 
 /// Compares motions with what was posted: every run of feeds is a call, in the order of the calls.
@@ -78,15 +102,7 @@ pub fn compare(
             rounding_mm: 0.0,
             knots: Knots::OnCurve,
         })?;
-        let share = judged.error_mm / posted_turn.tolerance_mm;
-        if share > compared.share_of_tolerance || share.is_nan() {
-            (compared.share_of_tolerance, compared.worst_call) = (share, index);
-            compared.worst_at_rad = judged.error_at_rad;
-        }
-        compared.error_mm = compared.error_mm.max(judged.error_mm);
-        let time_s: f64 = run.iter().skip(1).filter_map(|ran| ran.time_s).sum();
-        compared.feed_time_s += time_s;
-        compared.time_error_s = compared.time_error_s.max((time_s - posted_turn.time_s).abs());
+        compared.add(index, run, &[judged], posted_turn.tolerance_mm, posted_turn.time_s);
     }
     check_rapids(request, posted, moves)?;
     Ok(compared)

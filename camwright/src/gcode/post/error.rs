@@ -1,6 +1,6 @@
 //! Why there is no program.
 
-use super::{FeatureRequest, PassRequest, PostRequest, ProgramTurnSpeed};
+use super::{FeatureRequest, NcControl, PassRequest, PostRequest, ProgramTurnSpeed};
 use crate::gcode::archimedean::ChainError;
 use crate::gcode::{FormatError, RaisedFeed};
 use crate::math::units::TURN_RAD;
@@ -133,15 +133,7 @@ impl PostError {
 
 /// Refuses numbers that make no program.
 pub(super) fn check(request: &PostRequest<'_>) -> Result<(), PostError> {
-    let control = &request.control;
-    let positive =
-        |what: &str, value: f64| bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0");
-    positive("block rate of the control", control.max_blocks_s)?;
-    if let Some(mm) = control.path_tolerance_mm {
-        positive("the control's path tolerance in mm", mm)?;
-    }
-    let sense = f64::from(control.rotation_sense);
-    bad_unless(control.rotation_sense.abs() == 1, "the rotation sense", sense, "it must be 1 or -1")?;
+    check_control(&request.control)?;
     if request.features.is_empty() {
         return Err(PostError::Nothing { what: "no cam and no groove".into() });
     }
@@ -154,6 +146,16 @@ pub(super) fn check(request: &PostRequest<'_>) -> Result<(), PostError> {
         }
     }
     Ok(())
+}
+
+/// Refuses numbers that no control has.
+pub(super) fn check_control(control: &NcControl) -> Result<(), PostError> {
+    positive("block rate of the control", control.max_blocks_s)?;
+    if let Some(mm) = control.path_tolerance_mm {
+        positive("the control's path tolerance in mm", mm)?;
+    }
+    let sense = f64::from(control.rotation_sense);
+    bad_unless(control.rotation_sense.abs() == 1, "the rotation sense", sense, "it must be 1 or -1")
 }
 
 fn check_feature(of: &FeatureRequest<'_>) -> Result<(), PostError> {
@@ -169,23 +171,13 @@ fn check_feature(of: &FeatureRequest<'_>) -> Result<(), PostError> {
         "it must be above 0 and within a turn",
     )?;
     let height = of.lead.height_mm;
-    bad_unless(
-        height.is_finite() && height > 0.0,
-        &named("the height in mm from which the cutter comes"),
-        height,
-        "it must be above 0",
-    )?;
+    positive(&named("the height in mm from which the cutter comes"), height)?;
     bad_unless(of.clear_mm.is_finite(), &named("where the cutter is clear"), of.clear_mm, "it must be a number of mm")?;
     bad_unless(of.phase_rad.is_finite(), &named("the phase in rad"), of.phase_rad, "it must be a number")
 }
 
 fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
-    bad_unless(
-        pass.tolerance_mm.is_finite() && pass.tolerance_mm > 0.0,
-        "the tolerance in mm",
-        pass.tolerance_mm,
-        "it must be above 0",
-    )?;
+    positive("the tolerance in mm", pass.tolerance_mm)?;
     let widest = pass.widest_tolerance_mm;
     bad_unless(
         widest >= pass.tolerance_mm && widest.is_finite(),
@@ -211,6 +203,10 @@ fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
     speeds.into_iter().try_for_each(|speed| {
         bad_unless(speed.is_finite() && speed > 0.0, "the speed (rad/s of C or mm/s)", speed, "it must be above 0")
     })
+}
+
+pub(super) fn positive(what: &str, value: f64) -> Result<(), PostError> {
+    bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0")
 }
 
 pub(super) fn bad_unless(good: bool, what: &str, value: f64, allowed: &'static str) -> Result<(), PostError> {

@@ -204,7 +204,7 @@ struct ProgramWalk<'a> {
     tolerance_mm: f64,
     run_tolerance_mm: f64,
     tool: Option<u32>,
-    /// Whether an axis stands at its start for sure: a lathe leaves Z where its last part ended.
+    /// True for an axis that is known to stand at its start; a lathe leaves Z where its last part ended.
     is_known: [bool; AXIS_COUNT],
     /// Shares of the programmed speed of the runs so far, where they may be slowed down.
     shares: Option<Vec<f64>>,

@@ -6,6 +6,7 @@ use crate::gcode::NcAxis;
 use crate::gcode::archimedean::Chain;
 use crate::gcode::post::PostError;
 use crate::gcode::post::compare::{ProgramComparison, ProgramRun, runs};
+use alloc::vec::Vec;
 
 /// Rounding of a position that was read (mm or rad).
 const SAME: f64 = 1e-3;
@@ -44,18 +45,10 @@ pub fn compare_insert(
                 expected: [from_rad, to_rad].map(crate::math::units::deg_from_rad),
             });
         }
-        for piece in motion.pieces() {
-            let judged = motion.judge(&chain, piece, posted_pass.tolerance_mm)?;
-            let share = judged.error_mm / posted_pass.tolerance_mm;
-            if share > compared.share_of_tolerance || share.is_nan() {
-                (compared.share_of_tolerance, compared.worst_call) = (share, index);
-                compared.worst_at_rad = judged.error_at_rad;
-            }
-            compared.error_mm = compared.error_mm.max(judged.error_mm);
-        }
-        let time_s: f64 = run.iter().skip(1).filter_map(|ran| ran.time_s).sum();
-        compared.feed_time_s += time_s;
-        compared.time_error_s = compared.time_error_s.max((time_s - posted_pass.time_s).abs());
+        let pieces = motion.pieces().into_iter();
+        let judged: Result<Vec<_>, _> =
+            pieces.map(|piece| motion.judge(&chain, piece, posted_pass.tolerance_mm)).collect();
+        compared.add(index, run, &judged?, posted_pass.tolerance_mm, posted_pass.time_s);
     }
     check_rapids(request, moves)?;
     Ok(compared)

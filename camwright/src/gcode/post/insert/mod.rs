@@ -10,7 +10,7 @@ mod spiral;
 
 pub use compare::compare_insert;
 
-use super::error::bad_unless;
+use super::error::{bad_unless, check_control, positive};
 use super::{NcControl, PostError, ROUNDED_OFF};
 use crate::gcode::archimedean::{ChainDeviation, Knots};
 use crate::gcode::{Block, Dialect, Direction, NcAxis, Program, Step, Target, Tool, raised_feeds};
@@ -120,15 +120,7 @@ pub fn post_insert(request: &InsertPostRequest<'_>) -> Result<PostedInsertProgra
 
 /// Refuses numbers that make no program.
 fn check(request: &InsertPostRequest<'_>) -> Result<(), PostError> {
-    let control = &request.control;
-    let positive =
-        |what: &str, value: f64| bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0");
-    positive("block rate of the control", control.max_blocks_s)?;
-    if let Some(mm) = control.path_tolerance_mm {
-        positive("the control's path tolerance in mm", mm)?;
-    }
-    let sense = f64::from(control.rotation_sense);
-    bad_unless(control.rotation_sense.abs() == 1, "the rotation sense", sense, "it must be 1 or -1")?;
+    check_control(&request.control)?;
     for (what, value) in [("the clear position in mm", request.clear_mm), ("the shift of X in mm", request.x_shift_mm)]
     {
         bad_unless(value.is_finite(), what, value, "it must be a number of mm")?;
