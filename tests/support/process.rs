@@ -16,6 +16,8 @@ pub struct Guarded {
     child: Child,
     lines: Receiver<String>,
     stderr: Arc<Mutex<String>>,
+    /// Disconnects when stderr is closed and read.
+    stderr_closed: Receiver<()>,
 }
 
 impl Guarded {
@@ -41,13 +43,15 @@ impl Guarded {
         });
         let stderr = Arc::new(Mutex::new(String::new()));
         let (mut from, into) = (child.stderr.take().expect("stderr is piped"), Arc::clone(&stderr));
+        let (open, stderr_closed) = channel();
         std::thread::spawn(move || {
+            let _open = open;
             let mut buffer = [0; 4096];
             while let Ok(n @ 1..) = from.read(&mut buffer) {
                 into.lock().expect("nobody panics with this lock").push_str(&String::from_utf8_lossy(&buffer[..n]));
             }
         });
-        Self { name: name.to_owned(), child, lines, stderr }
+        Self { name: name.to_owned(), child, lines, stderr, stderr_closed }
     }
 
     /// The next line of its output; `None` when it has closed its output.
@@ -111,7 +115,7 @@ impl Guarded {
         assert!(sent.is_ok_and(|status| status.success()), "cannot signal {}", self.name);
     }
 
-    /// Waits for its end.
+    /// Waits for its end and, unless a child of its own still has it open, for the end of its stderr.
     ///
     /// # Panics
     /// After `patience`.
@@ -119,6 +123,8 @@ impl Guarded {
         let deadline = Instant::now() + patience;
         loop {
             if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
+                // Disconnected or timed out: what has arrived until then is its stderr.
+                let _ = self.stderr_closed.recv_timeout(Duration::from_secs(5));
                 return status;
             }
             assert!(Instant::now() < deadline, "{} did not end within {patience:?}{}", self.name, self.complaint());
