@@ -1,4 +1,4 @@
-//! Tutorials that need no ROS installation; `tests/ros/tutorials.rs` and `tests/cell/machine_hal.rs` follow the others.
+//! Tutorials that need no ROS installation; `tests/ros/tutorials.rs` and `tests/cell/tutorial_over_hal.rs` follow the others.
 
 use crate::support::{repository, tutorial};
 
@@ -8,8 +8,11 @@ fn follow(name: &str) {
 
 #[test]
 fn every_tutorial_is_followed() {
-    let sources =
-        [include_str!("tutorials.rs"), include_str!("../ros/tutorials.rs"), include_str!("../cell/machine_hal.rs")];
+    let sources = [
+        include_str!("tutorials.rs"),
+        include_str!("../ros/tutorials.rs"),
+        include_str!("../cell/tutorial_over_hal.rs"),
+    ];
     let folder = repository().join("docs/tutorials");
     for entry in std::fs::read_dir(&folder).expect("tutorials").flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();

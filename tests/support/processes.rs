@@ -56,6 +56,14 @@ impl Processes {
         self.nodes.iter_mut().find(|(other, _)| *other == name).expect("it was started")
     }
 
+    /// Process id of a node.
+    ///
+    /// # Panics
+    /// When it is not one of these.
+    pub fn id(&self, name: &str) -> u32 {
+        self.nodes.iter().find(|(node, _)| *node == name).expect("a node of the cell").1.id()
+    }
+
     /// Ctrl-C to one node, which ends well.
     pub fn interrupt(&mut self, name: &str) {
         let (name, node) = self.node(name);

@@ -9,8 +9,10 @@ use camwright_files::convert::time::TickClock;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineCommand as CommandMessage;
 
-/// Ticks beyond the credit of setpoints that a command may lie ahead.
-const MAX_BEYOND_CREDIT: u64 = 1000;
+/// Feedback delays that a command may lie ahead: setpoints go one ahead, and an order takes effect two after the setpoint that issues it.
+const MAX_DELAYS_AHEAD: u64 = 3;
+/// Ticks that the machine's last tick, as this check knows it, may be behind the tick that the sender has seen.
+const MAX_BEHIND: u64 = 1000;
 /// Largest reading of a rotary axis that becomes its zero (turns).
 const MAX_TURNS: i64 = 1_000_000;
 /// Largest radius of a wheel (nm).
@@ -42,7 +44,7 @@ pub fn checked(
     {
         return Err(of(format!("counts is {counts}, which is the number of no alarm")));
     }
-    let ahead = u64::from(machine.feedback_delay_ticks) + MAX_BEYOND_CREDIT;
+    let ahead = MAX_DELAYS_AHEAD * u64::from(machine.feedback_delay_ticks) + MAX_BEHIND;
     let latest = executed.saturating_add(ahead);
     // An announcement takes effect at once.
     if *kind != CommandMessage::ATTEND && *tick > latest {
@@ -212,5 +214,9 @@ mod tests {
         }
         assert!(check(&command(CommandMessage::PUSH, "", 30)).is_ok());
         assert!(check(&command(CommandMessage::JOB_BEGIN, &"a".repeat(64), 0)).is_ok());
+        // An order of the last setpoint within the credit of a machine with the largest delay.
+        let far = MachineDescription { feedback_delay_ticks: 1000, ..machine.clone() };
+        assert!(checked(&CommandMessage { tick: 3_100, ..home.clone() }, &far, clock, 100).is_ok());
+        assert!(checked(&CommandMessage { tick: 4_101, ..home }, &far, clock, 100).is_err());
     }
 }
