@@ -8,14 +8,18 @@ use crate::watched;
 
 use camwright_msgs::builtin_interfaces::msg::{Duration as RosDuration, Time};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
+use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::control_msgs::action::{
-    FollowJointTrajectory, FollowJointTrajectoryFeedback, FollowJointTrajectoryGoal, FollowJointTrajectoryResult,
+    FollowJointTrajectory, FollowJointTrajectoryFeedback, FollowJointTrajectoryFeedbackMessage,
+    FollowJointTrajectoryGoal, FollowJointTrajectoryResult,
 };
 use camwright_msgs::control_msgs::msg::{JointTolerance, JointTrajectoryControllerState, SpeedScalingFactor};
 use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateRequest};
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_msgs::sensor_msgs::msg::JointState;
-use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
+use camwright_msgs::std_msgs::msg::Header;
+use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint};
+use camwright_msgs::unique_identifier_msgs::msg::UUID;
 use camwright_ros::{ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos, RosArgs};
 use cell::{Cell, PATIENCE};
 use serde_json::json;
@@ -145,7 +149,7 @@ fn refusals_come_before_motion_with_a_logged_reason() {
     let mut twice = good();
     twice.points.push(twice.points[0].clone());
     let negative =
-        FollowJointTrajectoryGoal { goal_time_tolerance: RosDuration { sec: -1, nanosec: 0 }, ..goal(good()) };
+        FollowJointTrajectoryGoal { goal_time_tolerance: RosDuration { sec: -2, nanosec: 0 }, ..goal(good()) };
     let acceleration = JointTolerance { acceleration: 1.0, ..tolerance("z_axis", 0.0, 0.0) };
     let cases = [
         (goal(JointTrajectory::default()), "at least one joint"),
@@ -157,7 +161,7 @@ fn refusals_come_before_motion_with_a_logged_reason() {
         (with_point(&|point| point.velocities = vec![0.02]), "it must be at rest"),
         (goal(over), "by the stamp of its header"),
         (goal(twice), "does not increase"),
-        (negative, "goal_time_tolerance"),
+        (negative, "goal_time_tolerance is -2 s; allowed: a positive time, 0 for the default, -1 for unlimited"),
         (path(tolerance("z_axis", -2.0, 0.0)), "position tolerance -2 is negative"),
         (path(tolerance("y_axis", 1.0, 0.0)), "path_tolerance names \"y_axis\""),
         (path(acceleration), "does not measure"),
@@ -244,6 +248,86 @@ fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
     let (status, code, _) = result(&follower.send(fast(&[], &[], 0.0)));
     assert_eq!((status, code), (GoalStatus::Aborted, Codes::PATH_TOLERANCE_VIOLATED));
     let (status, code, text) = result(&follower.send(fast(&[tolerance("z_axis", -1.0, 0.0)], &[], 0.0)));
+    assert_eq!((status, code), (GoalStatus::Succeeded, Codes::SUCCESSFUL), "{text}");
+    cell.stop();
+}
+
+/// A goal time of 0 is unlimited in ROS 2 Jazzy and Kilted and allows no time in Lyrical; a negative one is unlimited in both.
+#[test]
+fn a_goal_time_of_zero_has_the_meaning_of_a_parameter() {
+    let cell = Cell::start(&[]);
+    let follower = Follower::new(&cell);
+    let node = cell.interpolator.node();
+    let set = |name: &str, value| node.parameters().set(name, value).expect("in its range");
+    let mut at_end = false;
+    // At the end of such a motion the table still is farther away than this.
+    let mut follow = |goal_time_s: i32| {
+        at_end = !at_end;
+        let trajectory = to("z_axis", if at_end { 0.05 } else { 0.0 }, 0.5);
+        let goal = FollowJointTrajectoryGoal {
+            goal_tolerance: vec![tolerance("z_axis", 1e-7, -1.0)],
+            goal_time_tolerance: RosDuration { sec: goal_time_s, nanosec: 0 },
+            ..goal(trajectory)
+        };
+        let sent = follower.send(goal);
+        assert!(sent.accepted());
+        let (status, code, text) = result(&sent);
+        assert_eq!(status == GoalStatus::Succeeded, code == Codes::SUCCESSFUL, "{text}");
+        (code, text)
+    };
+    let (code, text) = follow(0);
+    assert_eq!(code, Codes::SUCCESSFUL, "0 is unlimited: {text}");
+    set("constraints.goal_time_zero_is_unlimited", ParameterValue::Bool(false));
+    let (code, text) = follow(0);
+    assert_eq!(code, Codes::GOAL_TOLERANCE_VIOLATED, "0 allows no time: {text}");
+    let (code, text) = follow(-1);
+    assert_eq!(code, Codes::SUCCESSFUL, "-1 in the goal is unlimited: {text}");
+    set("constraints.goal_time", ParameterValue::Double(-1.0));
+    let (code, text) = follow(0);
+    assert_eq!(code, Codes::SUCCESSFUL, "a negative default is unlimited: {text}");
+    cell.stop();
+}
+
+/// Feedback as `control_msgs` 6.3 of ROS 2 Kilted defines it.
+#[derive(Debug, serde::Deserialize)]
+struct KiltedFeedback {
+    _goal: UUID,
+    _header: Header,
+    joint_names: Vec<String>,
+    desired: JointTrajectoryPoint,
+    _actual: JointTrajectoryPoint,
+    error: JointTrajectoryPoint,
+    index: i32,
+    multi_dof_joint_names: Vec<String>,
+    multi_dof_desired: MultiDOFJointTrajectoryPoint,
+    multi_dof_actual: MultiDOFJointTrajectoryPoint,
+    multi_dof_error: MultiDOFJointTrajectoryPoint,
+    multi_dof_index: i32,
+}
+
+/// One message serves clients of Jazzy and of Kilted, whose definition has two fields more.
+#[test]
+fn feedback_is_read_by_the_definitions_of_jazzy_and_of_kilted() {
+    let cell = Cell::start(&[]);
+    let follower = Follower::new(&cell);
+    let (sender, samples) = mpsc::channel();
+    let send = move |sample: &[u8], _: &_| drop(sender.send(sample.to_vec()));
+    let topic = "axis_interpolator/follow_joint_trajectory/_action/feedback";
+    let kind = "control_msgs/action/FollowJointTrajectory_FeedbackMessage";
+    let feedback = cell.client.node.subscribe_raw(topic, kind, &Qos::default_topic(), send).expect("a subscription");
+    assert!(feedback.wait_matched(1, PATIENCE), "the interpolator publishes feedback");
+    let moving = follower.moving(goal(to("z_axis", 0.05, 2.0)));
+    let sample = samples.recv_timeout(PATIENCE).expect("feedback");
+    let kilted: KiltedFeedback = message_from_sample(&sample).expect("the definition of Kilted");
+    let jazzy: FollowJointTrajectoryFeedbackMessage = message_from_sample(&sample).expect("the definition of Jazzy");
+    assert_eq!((&kilted.joint_names[..], kilted.index, kilted.multi_dof_index), (&["z_axis".to_owned()][..], 0, 0));
+    assert_eq!((&kilted.desired, &kilted.error), (&jazzy.feedback.desired, &jazzy.feedback.error));
+    assert!(kilted.multi_dof_joint_names.is_empty());
+    let none = MultiDOFJointTrajectoryPoint::default();
+    for point in [&kilted.multi_dof_desired, &kilted.multi_dof_actual, &kilted.multi_dof_error] {
+        assert_eq!(*point, none);
+    }
+    let (status, code, text) = result(&moving);
     assert_eq!((status, code), (GoalStatus::Succeeded, Codes::SUCCESSFUL), "{text}");
     cell.stop();
 }

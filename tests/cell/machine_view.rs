@@ -8,7 +8,7 @@ use crate::viewer_files::{Published, PublishedTopic, path_value, rviz_faults};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::TURN_RAD;
 use camwright_files::convert::time::ns_from_time;
-use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_files::convert::{m_from_mm, mm_from_m, si_from_core};
 use camwright_files::{locate, machine_file};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
 use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarRequest};
@@ -18,7 +18,7 @@ use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_msgs::tf2_msgs::msg::TFMessage;
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_ros::{GoalStatus, ParameterValue, Qos, Subscription};
-use camwright_scene::{Frames, Tree};
+use camwright_scene::{Frames, Tree, UrdfVersion};
 use cell::{Cell, PATIENCE};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex};
@@ -108,7 +108,7 @@ fn machine(name: &str, overrides: &[&str]) -> MachineDescription {
 }
 
 fn robot(machine: &MachineDescription, wheel_radius_mm: f64, prefix: &str) -> Robot {
-    let urdf = Tree::new(machine, wheel_radius_mm, Frames::new(prefix, machine)).urdf();
+    let urdf = Tree::new(machine, wheel_radius_mm, Frames::new(prefix, machine)).urdf(UrdfVersion::V1_0);
     urdf_rs::read_from_string(&urdf).unwrap_or_else(|error| panic!("{}: {error}\n{urdf}", machine.name))
 }
 
@@ -225,10 +225,55 @@ fn limits_and_sizes_are_those_of_the_machine_file() {
 fn the_shipped_descriptions_are_up_to_date() {
     for name in locate::list("machines") {
         let machine = machine(&name, &[]);
-        let made = Tree::new(&machine, machine.wheel.new_radius_mm, Frames::new("", &machine)).urdf();
+        let tree = Tree::new(&machine, machine.wheel.new_radius_mm, Frames::new("", &machine));
+        let made = tree.urdf(UrdfVersion::V1_0);
         let path = support::repository().join(format!("nodes/urdf/{name}.urdf"));
         let shipped = std::fs::read_to_string(&path).unwrap_or_default();
         assert!(shipped == made, "{} is old: camwright urdf {name} > {}", path.display(), path.display());
+    }
+}
+
+/// Value of an attribute in a line of XML.
+fn attribute(line: &str, name: &str) -> Option<f64> {
+    let (_, value) = line.split_once(&format!(" {name}=\""))?;
+    value.split_once('"')?.0.parse().ok()
+}
+
+/// URDF 1.2 adds the version and the limits of acceleration and jerk, and nothing else.
+#[test]
+fn urdf_1_2_has_the_limits_of_the_machine() {
+    for machine in machines() {
+        let tree = Tree::new(&machine, machine.wheel.new_radius_mm, Frames::new("", &machine));
+        let [plain, extended] = [UrdfVersion::V1_0, UrdfVersion::V1_2].map(|version| tree.urdf(version));
+        urdf_rs::read_from_string(&extended).unwrap_or_else(|error| panic!("{}: {error}\n{extended}", machine.name));
+        assert_eq!(plain.lines().count(), extended.lines().count(), "{}", machine.name);
+        let mut joint = "";
+        let mut compared = 0;
+        for (plain, extended) in plain.lines().zip(extended.lines()) {
+            if let Some((_, rest)) = extended.split_once("<joint name=\"") {
+                joint = rest.split('"').next().unwrap_or_default();
+            }
+            if extended.contains("<robot ") {
+                assert_eq!(extended, plain.replace('>', " version=\"1.2\">"));
+                continue;
+            }
+            let Some(acceleration) = attribute(extended, "acceleration") else {
+                assert_eq!(plain, extended);
+                continue;
+            };
+            assert!(extended.starts_with(plain.trim_end_matches("/>")), "{plain}\n{extended}");
+            let jerk = attribute(extended, "jerk");
+            if let Some(axis) = Axis::from_joint(joint) {
+                let limits = &machine.axis(axis).limits;
+                let expected = [limits.acceleration, limits.jerk].map(|value| si_from_core(axis, value));
+                assert!((acceleration - expected[0]).abs() <= 1e-9 * expected[0], "{joint}: {acceleration}");
+                assert!(jerk.is_some_and(|jerk| (jerk - expected[1]).abs() <= 1e-9 * expected[1]), "{joint}: {jerk:?}");
+            } else {
+                assert!(acceleration > 0.0 && jerk.is_none(), "{joint}: {acceleration}, {jerk:?}");
+            }
+            compared += 1;
+        }
+        assert_eq!(compared, 4, "three axes and the wheel of {}", machine.name);
     }
 }
 
@@ -293,7 +338,11 @@ impl Viewer {
 #[test]
 fn a_running_cell_is_seen() {
     let cell = Cell::start_with(&["wheel.new_radius_mm=55.0"], |args| {
-        args.with_parameter(None, "frame_prefix", ParameterValue::String("left_".into()))
+        args.with_parameter(None, "frame_prefix", ParameterValue::String("left_".into())).with_parameter(
+            None,
+            "urdf_extended_limits",
+            ParameterValue::Bool(true),
+        )
     });
     let viewer = Viewer::new(&cell);
     let short = ["wheel_radius_mm=55.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
@@ -316,6 +365,7 @@ fn a_running_cell_is_seen() {
     let received = viewer.received.0.lock().expect("not poisoned");
 
     let robot = urdf_rs::read_from_string(&received.descriptions[0]).expect("a URDF");
+    assert!(received.descriptions[0].contains("version=\"1.2\""), "{}", received.descriptions[0]);
     assert_eq!(received.fixed.len(), 1);
     assert_eq!(
         (received.fixed[0].header.frame_id.as_str(), received.fixed[0].child_frame_id.as_str()),

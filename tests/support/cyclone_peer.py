@@ -108,8 +108,13 @@ TYPES = {
 }
 
 
+SAYING = threading.Lock()
+
+
 def say(**what):
-    print(json.dumps(what), flush=True)
+    # Listeners of Cyclone DDS report from threads of their own, and print writes the end of the line separately.
+    with SAYING:
+        print(json.dumps(what), flush=True)
 
 
 def plain(value):

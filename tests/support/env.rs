@@ -10,10 +10,56 @@ use std::sync::OnceLock;
 const SKIP: &str = "CAMWRIGHT_SKIP_PEERS";
 /// Names another Python 3.11 than `python3.11` or `python3` of the search path.
 const PYTHON: &str = "CAMWRIGHT_PYTHON";
+/// Names the ROS 2 distribution of the peers: `jazzy` (default) or `kilted`.
+const DISTRIBUTION: &str = "CAMWRIGHT_ROS_DISTRIBUTION";
 
-/// A ready environment: real ROS 2 Jazzy and our interfaces built by the real rosidl.
+/// ROS 2 distribution of the peers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RosDistribution {
+    /// Tested by default.
+    Jazzy,
+    /// Tested on request.
+    Kilted,
+}
+
+impl RosDistribution {
+    /// Reads the distribution from the environment.
+    ///
+    /// # Panics
+    /// The variable names another distribution.
+    fn from_environment() -> Self {
+        match std::env::var(DISTRIBUTION).unwrap_or_default().as_str() {
+            "" | "jazzy" => Self::Jazzy,
+            "kilted" => Self::Kilted,
+            other => panic!("{DISTRIBUTION} is {other:?}; it must be jazzy or kilted"),
+        }
+    }
+
+    /// Name in file names and arguments.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Jazzy => "jazzy",
+            Self::Kilted => "kilted",
+        }
+    }
+
+    /// Version of a package of the distribution, as pinned for the peers.
+    ///
+    /// # Panics
+    /// The package is not pinned.
+    pub fn version_of(self, package: &str) -> String {
+        let file = repository().join(format!("tests/support/{}_requirements.txt", self.name()));
+        let pinned = std::fs::read_to_string(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        let version = pinned.lines().find_map(|line| line.strip_prefix(package)?.strip_prefix("=="));
+        version.unwrap_or_else(|| panic!("{} does not pin {package}", file.display())).to_owned()
+    }
+}
+
+/// A ready environment: a real ROS 2 distribution and our interfaces built by the real rosidl.
 #[derive(Debug)]
 pub struct PeerEnv {
+    /// Distribution of the rclpy peers.
+    pub distribution: RosDistribution,
     root: PathBuf,
     /// Shared while any test uses the environment; who wants to make it anew waits.
     _in_use: File,
@@ -49,12 +95,21 @@ pub fn in_ci() -> bool {
 
 impl PeerEnv {
     fn make() -> Self {
-        let root = target_directory().join("ros-peers");
+        let distribution = RosDistribution::from_environment();
+        let root = target_directory().join(match distribution {
+            RosDistribution::Jazzy => "ros-peers",
+            RosDistribution::Kilted => "ros-peers-kilted",
+        });
         std::fs::create_dir_all(&root).expect("the target directory can be written");
         let lock = File::create(root.join("lock")).expect("a lock file can be made");
         let recipe = repository().join("tests/support/make_env.py");
         let mut making = Command::new(python_3_11());
-        let made = making.arg(recipe).arg(&root).output().expect("the interpreter was found a moment ago");
+        let made = making
+            .arg(recipe)
+            .args(["--distribution", distribution.name()])
+            .arg(&root)
+            .output()
+            .expect("the interpreter was found a moment ago");
         assert!(
             made.status.success(),
             "making {} for the tests with real ROS 2 peers failed (without network, {SKIP}=1 skips these tests):\n{}",
@@ -62,7 +117,7 @@ impl PeerEnv {
             String::from_utf8_lossy(&made.stderr)
         );
         lock.lock_shared().expect("a file of our own can be locked");
-        Self { root, _in_use: lock }
+        Self { distribution, root, _in_use: lock }
     }
 
     /// The `share` directories that hold rosidl's type descriptions: of the wheels and of what was built here.

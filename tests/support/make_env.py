@@ -1,12 +1,16 @@
-"""Makes the environment of the ROS 2 peers, or what is missing or out of date of it: a virtual environment with real ROS 2 Jazzy from
-the Python package index, the interface packages that have no wheel (camwright_msgs and some standard ones), built by the real rosidl, and
-two folders of packages that only some peers see.
+"""Makes the environment of the ROS 2 peers, or what is missing or out of date of it: a virtual environment with a real ROS 2 distribution
+from the Python package index, the interface packages that have no wheel (camwright_msgs and some standard ones), built by the real rosidl,
+and, for Jazzy, two folders of packages that only some peers see.
 
-    make_env.py ROOT
+    make_env.py [--distribution jazzy|kilted] ROOT
+
+The packages of a distribution are pinned in `<distribution>_requirements.txt`. Interface files in `<distribution>_interfaces/` replace those
+of msgs/standard, which are Jazzy's.
 
 A lock in ROOT keeps others waiting meanwhile. Run with any Python 3.11; only the standard library is needed here.
 """
 
+import argparse
 import fcntl
 import hashlib
 import os
@@ -18,6 +22,9 @@ import sysconfig
 from pathlib import Path
 
 KINDS = ("msg", "srv", "action")
+DISTRIBUTIONS = ("jazzy", "kilted")
+SUPPORT = Path(__file__).resolve().parent
+MSGS = SUPPORT.parents[1] / "msgs"
 # Where the machine that built the wheels had its Python; these paths are left over in the CMake files of the wheels.
 WHEEL_INCLUDE = "/opt/python/cp311-cp311/include/python3.11"
 WHEEL_NUMPY = "/opt/python/cp311-cp311/lib/python3.11/site-packages/numpy/_core/include"
@@ -72,14 +79,16 @@ def dependencies(package, name):
     return sorted(found - {name})
 
 
-def copy_standard_package(package, out):
-    """A standard package has only its fields in msgs/standard; rosidl wants a whole ROS package around them."""
+def copy_standard_package(package, replaced, out):
+    """A standard package has only its fields in msgs/standard; rosidl wants a whole ROS package around them. Files of `replaced`, where it
+    exists, take the place of those of the same name."""
     name = package.name
-    needs = dependencies(package, name)
-    for kind in KINDS:
-        if (package / kind).is_dir():
-            shutil.copytree(package / kind, out / kind)
-    files = "\n".join(f'  "{f.relative_to(package)}"' for f in interface_files(package))
+    for source in (package, replaced):
+        for kind in KINDS:
+            if (source / kind).is_dir():
+                shutil.copytree(source / kind, out / kind, dirs_exist_ok=True)
+    needs = dependencies(out, name)
+    files = "\n".join(f'  "{f.relative_to(out)}"' for f in interface_files(out))
     find = "\n".join(f"find_package({need} REQUIRED)" for need in needs)
     (out / "CMakeLists.txt").write_text(
         f"cmake_minimum_required(VERSION 3.8)\nproject({name})\nfind_package(ament_cmake REQUIRED)\n"
@@ -110,24 +119,23 @@ def in_build_order(packages):
     return ordered
 
 
-def make_interfaces(root, msgs):
+def make_interfaces(root, interfaces):
     venv, out = root / "venv", root / "interfaces"
     shutil.rmtree(out, ignore_errors=True)
     source, install = out / "src", out / "install"
     packages = []
-    standard = msgs / "standard"
-    for package in sorted(standard.iterdir()) if standard.is_dir() else []:
+    for package in sorted((MSGS / "standard").iterdir()):
         if interface_files(package) and not (venv / "share" / package.name / "package.xml").is_file():
             copy = source / package.name
             copy.mkdir(parents=True)
-            copy_standard_package(package, copy)
-            packages.append((copy, dependencies(package, package.name)))
+            copy_standard_package(package, interfaces / package.name, copy)
+            packages.append((copy, dependencies(copy, package.name)))
     own = source / "camwright_msgs"
     own.mkdir(parents=True)
     for part in ("CMakeLists.txt", "package.xml"):
-        shutil.copy(msgs / part, own / part)
+        shutil.copy(MSGS / part, own / part)
     for kind in KINDS:
-        shutil.copytree(msgs / kind, own / kind)
+        shutil.copytree(MSGS / kind, own / kind)
     packages.append((own, dependencies(own, own.name)))
 
     libraries = [str(install / "lib"), str(venv / "lib"), *map(str, sorted(site_packages(venv).glob("ros_*.libs")))]
@@ -146,7 +154,7 @@ def make_interfaces(root, msgs):
         build = out / "build" / package.name
         run([str(venv / "bin/cmake"), "-S", str(package), "-B", str(build), "-G", "Ninja",
              f"-DCMAKE_INSTALL_PREFIX={install}", f"-DPython3_EXECUTABLE={python}", f"-DPYTHON_EXECUTABLE={python}",
-             "-DBUILD_TESTING=OFF", f"-DCMAKE_PROJECT_INCLUDE={Path(__file__).resolve().parent / 'faster_build.cmake'}", "-Wno-dev"], env=environment)
+             "-DBUILD_TESTING=OFF", f"-DCMAKE_PROJECT_INCLUDE={SUPPORT / 'faster_build.cmake'}", "-Wno-dev"], env=environment)
         run([str(venv / "bin/cmake"), "--build", str(build), "--target", "install"], env=environment)
     shutil.rmtree(out / "build")
 
@@ -165,31 +173,39 @@ def hash_of(first, files):
     return digest.hexdigest()
 
 
-def steps(root):
+def steps(root, distribution):
     """Name, hash of the sources and function of each step, in order."""
-    support = Path(__file__).resolve().parent
-    msgs = support.parents[1] / "msgs"
-    requirements, cyclone, tables = (support / f"{name}requirements.txt" for name in ("", "cyclone_", "tables_"))
+    requirements, cyclone, tables = (SUPPORT / f"{name}_requirements.txt" for name in (distribution, "cyclone", "tables"))
+    interfaces = SUPPORT / f"{distribution}_interfaces"
     # A virtual environment cannot be moved, so its place is part of what it is made from.
     venv = hash_of(str(root), [Path(__file__).resolve(), requirements])
-    sources = [support / "faster_build.cmake", msgs / "package.xml", msgs / "CMakeLists.txt"]
-    sources += sorted(file for kind in (*KINDS, "standard") for file in (msgs / kind).rglob("*") if file.is_file())
-    return [
+    sources = [SUPPORT / "faster_build.cmake", MSGS / "package.xml", MSGS / "CMakeLists.txt"]
+    folders = [*(MSGS / kind for kind in (*KINDS, "standard")), interfaces]
+    sources += sorted(file for folder in folders for file in folder.rglob("*") if file.is_file())
+    common = [
         ("venv", venv, lambda: make_venv(root, requirements)),
-        ("interfaces", hash_of(venv, sources), lambda: make_interfaces(root, msgs)),
+        ("interfaces", hash_of(venv, sources), lambda: make_interfaces(root, interfaces)),
+    ]
+    # Cyclone DDS and the readers of tables are no part of a distribution.
+    of_jazzy = [
         ("cyclone", hash_of(venv, [cyclone]), lambda: make_folder(root, "cyclone", cyclone)),
         ("tables", hash_of(venv, [tables]), lambda: make_folder(root, "tables", tables)),
     ]
+    return common + (of_jazzy if distribution == "jazzy" else [])
 
 
 def main():
     if sys.version_info[:2] != (3, 11):
         raise SystemExit(f"Python 3.11 is needed (the wheels are built for it), this is {sys.version.split()[0]}")
-    root = Path(sys.argv[1]).resolve()
+    parser = argparse.ArgumentParser(description="Makes the environment of the ROS 2 peers of the tests.")
+    parser.add_argument("--distribution", choices=DISTRIBUTIONS, default="jazzy")
+    parser.add_argument("root", type=Path)
+    arguments = parser.parse_args()
+    root = arguments.root.resolve()
     root.mkdir(parents=True, exist_ok=True)
 
     def missing():
-        stamped = [(root / f"{step}.stamp", made_from, make) for step, made_from, make in steps(root)]
+        stamped = [(root / f"{step}.stamp", made_from, make) for step, made_from, make in steps(root, arguments.distribution)]
         return [(stamp, made_from, make) for stamp, made_from, make in stamped
                 if not stamp.is_file() or stamp.read_text(encoding="utf-8") != made_from]
 

@@ -19,7 +19,7 @@ pub mod tutorial;
 
 pub use command_line::{camwright, refusal_of_check};
 pub use domain::Domain;
-pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
+pub use env::{PeerEnv, RosDistribution, in_ci, peer_env, repository, target_directory};
 pub use folder::Folder;
 pub use linuxcnc::{Driven, LinuxCnc};
 pub use peer::{LOOPBACK, Peer};

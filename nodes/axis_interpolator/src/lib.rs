@@ -192,7 +192,11 @@ impl AxisInterpolator {
             _plan: node.action_server("~/execute_plan", plan_goal::PlanHandler(Arc::clone(&shared)))?,
             _jog: node.action_server("~/jog", manual::JogHandler(Arc::clone(&shared)))?,
             _home: node.action_server("~/home", setup_goals::HomeHandler(Arc::clone(&shared)))?,
-            _trajectory: node.action_server("~/follow_joint_trajectory", trajectory)?,
+            _trajectory: node.action_server_with_trailing_zeros(
+                "~/follow_joint_trajectory",
+                joint_trajectory::FEEDBACK_TRAILING_ZEROS,
+                trajectory,
+            )?,
             _move: node.action_server("~/move_to", setup_goals::MoveHandler(Arc::clone(&shared)))?,
             _probe: node.action_server("~/probe", setup_goals::ProbeHandler(Arc::clone(&shared)))?,
         };

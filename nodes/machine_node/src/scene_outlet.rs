@@ -17,7 +17,7 @@ use camwright_msgs::tf2_msgs::msg::TFMessage;
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Parameter, Publisher, Qos, RosError, Telemetry};
-use camwright_scene::{self as scene, MarkerPose, Rgba, Tree};
+use camwright_scene::{self as scene, MarkerPose, Rgba, Tree, UrdfVersion};
 use camwright_threads::drops::DropCounter;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -35,6 +35,7 @@ const MARKER_DEPTH: u32 = 256;
 const TOLD_AGAIN: u32 = MARKER_DEPTH / 2;
 
 const PUBLISH_TF: &str = "publish_tf";
+const EXTENDED_LIMITS: &str = "urdf_extended_limits";
 const STOCK: Rgba = [0.72, 0.74, 0.78, 1.0];
 const GRIT: Rgba = [0.62, 0.45, 0.30, 0.45];
 const LETTERS: f64 = 0.012;
@@ -46,6 +47,7 @@ pub(super) struct SceneOutlet {
     inlet: CycleInlet,
     machine: MachineDescription,
     tree: Tree,
+    urdf_version: UrdfVersion,
     period_ticks: u64,
     description: Publisher<Text>,
     published_description: String,
@@ -74,11 +76,17 @@ pub(super) struct SceneOutlet {
 }
 
 /// The parameters that it goes by.
-pub(super) fn parameters() -> [Parameter; 2] {
+pub(super) fn parameters() -> [Parameter; 3] {
     let publish_tf = Parameter::bool(PUBLISH_TF, true)
         .describe("publishes /tf and /tf_static; false: leaves it to robot_state_publisher")
         .read_only();
-    [scene::parameter(), publish_tf]
+    let extended_limits = Parameter::bool(EXTENDED_LIMITS, false)
+        .describe(
+            "robot_description is URDF 1.2 with limits of acceleration and jerk, which ROS 2 Lyrical reads; \
+             false: URDF 1.0, which Jazzy and Kilted read too",
+        )
+        .read_only();
+    [scene::parameter(), publish_tf, extended_limits]
 }
 
 impl SceneOutlet {
@@ -100,6 +108,7 @@ impl SceneOutlet {
         let mut outlet = Self {
             node: node.clone(),
             inlet,
+            urdf_version: UrdfVersion::with_extended_limits(node.parameters().bool(EXTENDED_LIMITS)),
             period_ticks: (TRANSFORM_PERIOD_NS / u64::from(machine.cycle_time_ns).max(1)).max(1),
             description: node.publisher("robot_description", &Qos::latched(1))?,
             published_description: String::new(),
@@ -134,7 +143,7 @@ impl SceneOutlet {
     pub(super) fn mount(&mut self, wheel_radius_mm: f64) -> Result<(), RosError> {
         self.wheel_radius_mm = wheel_radius_mm;
         let tree = Tree::new(&self.machine, wheel_radius_mm, self.tree.frames.clone());
-        let urdf = tree.urdf();
+        let urdf = tree.urdf(self.urdf_version);
         if urdf == self.published_description {
             return Ok(());
         }

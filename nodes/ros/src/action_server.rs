@@ -305,8 +305,23 @@ impl Node {
         name: &str,
         handler: impl ActionHandler<A>,
     ) -> Result<ActionServer<A>, RosError> {
+        self.action_server_with_trailing_zeros(name, 0, handler)
+    }
+
+    /// Offers an action whose feedback ends with zero octets: clients with a later definition of the action read its additional fields
+    /// as zero, others ignore the octets.
+    ///
+    /// # Errors
+    /// See [`Node::action_server`].
+    pub fn action_server_with_trailing_zeros<A: Action>(
+        &self,
+        name: &str,
+        octets: usize,
+        handler: impl ActionHandler<A>,
+    ) -> Result<ActionServer<A>, RosError> {
         let names = ActionNames::resolve(self, name)?;
         let feedback = self.telemetry(&names.feedback, &Qos::default_topic(), &DropCounter::default())?;
+        let feedback = feedback.with_trailing_zeros(octets);
         let status = self.publisher(&names.status, &Qos::action_status())?;
         let core = Arc::new_cyclic(|this| GoalTableCore::<A> {
             name: names.action,

@@ -64,6 +64,11 @@ impl<M: Message> Telemetry<M> {
     pub fn matched(&self) -> usize {
         self.publisher.matched()
     }
+
+    /// Appends zero octets to every message; see [`Publisher::with_trailing_zeros`].
+    pub(super) fn with_trailing_zeros(self, octets: usize) -> Self {
+        Telemetry { publisher: self.publisher.with_trailing_zeros(octets), ..self }
+    }
 }
 
 impl<M: Message> Publisher<M> {

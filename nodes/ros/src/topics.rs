@@ -57,12 +57,14 @@ impl From<&SampleInfo> for MessageInfo {
 /// Publishes messages of one type on one topic, from any thread. Clones are the same publisher; it lasts as long as one of them.
 pub struct Publisher<M> {
     raw: RawPublisher,
+    /// Zero octets after the fields of a message.
+    trailing_zeros: usize,
     message: PhantomData<fn(M)>,
 }
 
 impl<M> Clone for Publisher<M> {
     fn clone(&self) -> Self {
-        Publisher { raw: self.raw.clone(), message: PhantomData }
+        Publisher { raw: self.raw.clone(), trailing_zeros: self.trailing_zeros, message: PhantomData }
     }
 }
 
@@ -100,8 +102,14 @@ impl<M: Message> Publisher<M> {
     /// A text or sequence is longer than its type allows, or the writer is full because a peer does not acknowledge.
     pub fn publish(&self, message: &M) -> Result<(), RosError> {
         message.check_bounds().map_err(|error| RosError::publish(self.topic(), error))?;
-        let body = to_cdr(message).map_err(|error| RosError::publish(self.topic(), error))?;
-        self.raw.send(body.into())
+        let mut body = Vec::from(to_cdr(message).map_err(|error| RosError::publish(self.topic(), error))?);
+        body.resize(body.len() + self.trailing_zeros, 0);
+        self.raw.send(body)
+    }
+
+    /// Appends zero octets to every message, for subscribers whose definition of the type has more fields. Others ignore them.
+    pub(super) fn with_trailing_zeros(self, octets: usize) -> Self {
+        Publisher { trailing_zeros: octets, ..self }
     }
 }
 
@@ -178,7 +186,7 @@ impl RawPublisher {
 
     /// The same for messages of one type, which is that of the topic.
     pub(super) fn typed<M: Message>(self) -> Publisher<M> {
-        Publisher { raw: self, message: PhantomData }
+        Publisher { raw: self, trailing_zeros: 0, message: PhantomData }
     }
 }
 

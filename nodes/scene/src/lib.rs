@@ -21,3 +21,4 @@ pub use frames::{FRAME_PREFIX, Frames, frames_of, parameter, prefix};
 pub use link::{Inertial, Link, LinkSolid, Visual};
 pub use markers::{MarkerPose, Rgba, about, error_ring, gone, outline, rings, solid, text, wheel};
 pub use tree::{Joint, JointMotion, Limit, Tree};
+pub use urdf::UrdfVersion;

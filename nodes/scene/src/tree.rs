@@ -54,6 +54,10 @@ pub struct Limit {
     pub range: Option<(f64, f64)>,
     /// Fastest (m/s or rad/s).
     pub velocity: f64,
+    /// Maximum acceleration and deceleration (m/s² or rad/s²).
+    pub acceleration: f64,
+    /// Maximum jerk (m/s³ or rad/s³); `None`: not limited.
+    pub jerk: Option<f64>,
     /// Strongest (N or N m).
     pub effort: f64,
 }
@@ -140,7 +144,8 @@ fn joints(machine: &MachineDescription, wheel_radius: f64, wheel_inertia: f64, f
     let velocity = machine.wheel.max_speed_rad_s.unwrap_or(max).max(max);
     // Motor data are unknown; it accelerates the wheel in its spin-up time.
     let spin_up_s = if machine.wheel.spin_up_s > 0.0 { machine.wheel.spin_up_s } else { 1.0 };
-    let wheel = Limit { range: None, velocity, effort: wheel_inertia * velocity / spin_up_s };
+    let acceleration = velocity / spin_up_s;
+    let wheel = Limit { range: None, velocity, acceleration, jerk: None, effort: wheel_inertia * acceleration };
     let (base, table, part, head) = (&frames.base, &frames.table, &frames.part, &frames.head);
     // Machine X lies across the hall, Y up and Z along it: columns y, z, x of the world.
     let hall = JointMotion::Fixed([FRAC_PI_2, 0.0, FRAC_PI_2]);
@@ -166,5 +171,7 @@ fn limit(machine: &MachineDescription, axis: Axis) -> Limit {
         own.soft_limits.or(own.overtravel).map(|(low, high)| (si_from_core(axis, low), si_from_core(axis, high)));
     // Without data of the drive, its limits are those of plans.
     let effort = own.drive.max_force.unwrap_or_else(|| own.inertia * si_from_core(axis, own.limits.acceleration));
-    Limit { range, velocity: si_from_core(axis, own.limits.velocity), effort }
+    let [velocity, acceleration, jerk] =
+        [own.limits.velocity, own.limits.acceleration, own.limits.jerk].map(|value| si_from_core(axis, value));
+    Limit { range, velocity, acceleration, jerk: Some(jerk), effort }
 }

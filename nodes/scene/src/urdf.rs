@@ -5,24 +5,46 @@ use super::tree::{Joint, JointMotion, Limit, Tree};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
+/// Version of the URDF specification.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UrdfVersion {
+    /// Every parser reads it.
+    V1_0,
+    /// With limits of acceleration, deceleration and jerk. Parsers of ROS 2 Jazzy and Kilted refuse it.
+    V1_2,
+}
+
+impl UrdfVersion {
+    /// Version of a description with or without limits of acceleration and jerk.
+    #[must_use]
+    pub fn with_extended_limits(extended: bool) -> Self {
+        if extended { Self::V1_2 } else { Self::V1_0 }
+    }
+}
+
 impl Tree {
     /// The tree as `robot_state_publisher`, `RViz` and Foxglove read it.
     #[must_use]
-    pub fn urdf(&self) -> String {
+    pub fn urdf(&self, version: UrdfVersion) -> String {
         let mut text = String::from("<?xml version=\"1.0\"?>\n");
         // Writing into a string cannot fail.
-        let _ = self.write(&mut text);
+        let _ = self.write(version, &mut text);
         text
     }
 
-    fn write(&self, to: &mut String) -> std::fmt::Result {
+    fn write(&self, version: UrdfVersion, to: &mut String) -> std::fmt::Result {
         writeln!(
             to,
             "<!-- Made from the machine file by `camwright urdf`. Frames, axes and signs: ARCHITECTURE.md, section 2. -->"
         )?;
-        writeln!(to, "<robot name=\"{}\">", escaped(&self.name))?;
+        let attribute = match version {
+            // Without the attribute the version is 1.0.
+            UrdfVersion::V1_0 => "",
+            UrdfVersion::V1_2 => " version=\"1.2\"",
+        };
+        writeln!(to, "<robot name=\"{}\"{attribute}>", escaped(&self.name))?;
         self.links.iter().try_for_each(|link| write_link(link, to))?;
-        self.joints.iter().try_for_each(|joint| write_joint(joint, to))?;
+        self.joints.iter().try_for_each(|joint| write_joint(joint, version, to))?;
         writeln!(to, "</robot>")
     }
 }
@@ -63,7 +85,7 @@ fn cylinder(radius: f64, length: f64) -> String {
     format!("<cylinder radius=\"{}\" length=\"{}\"/>", number(radius), number(length))
 }
 
-fn write_joint(joint: &Joint, to: &mut String) -> std::fmt::Result {
+fn write_joint(joint: &Joint, version: UrdfVersion, to: &mut String) -> std::fmt::Result {
     let (kind, rpy, axis, limit) = match joint.motion {
         JointMotion::Fixed(rpy) => ("fixed", rpy, None, None),
         JointMotion::Slide(axis, limit) => ("prismatic", [0.0; 3], Some(axis), Some(limit)),
@@ -75,12 +97,26 @@ fn write_joint(joint: &Joint, to: &mut String) -> std::fmt::Result {
     if let Some(axis) = axis {
         writeln!(to, "    <axis xyz=\"{}\"/>", triple(axis))?;
     }
-    if let Some(Limit { range, velocity, effort }) = limit {
+    if let Some(limit) = limit {
+        let Limit { range, velocity, effort, .. } = limit;
         let range = range
             .map_or_else(String::new, |(low, high)| format!("lower=\"{}\" upper=\"{}\" ", number(low), number(high)));
-        writeln!(to, "    <limit {range}velocity=\"{}\" effort=\"{}\"/>", number(velocity), number(effort))?;
+        let extended = match version {
+            UrdfVersion::V1_0 => String::new(),
+            UrdfVersion::V1_2 => extended_limits(&limit),
+        };
+        writeln!(to, "    <limit {range}velocity=\"{}\" effort=\"{}\"{extended}/>", number(velocity), number(effort))?;
     }
     writeln!(to, "  </joint>")
+}
+
+/// Attributes of URDF 1.2; without `deceleration` that is the same as `acceleration`.
+fn extended_limits(limit: &Limit) -> String {
+    let acceleration = format!(" acceleration=\"{}\"", number(limit.acceleration));
+    match limit.jerk {
+        Some(jerk) => format!("{acceleration} jerk=\"{}\"", number(jerk)),
+        None => acceleration,
+    }
 }
 
 /// A figure to the nanometre or better, without the noise of the last bits.

@@ -1,9 +1,10 @@
 //! The nodes of a cell as processes of their own.
 
+use super::Column;
 use super::ground::{ABORTED, CANCELED, Ground, SUCCEEDED, wait_gone};
 use crate::support::processes::{Processes, fresh_bag};
 use crate::support::{PATIENCE, Peer};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::time::Instant;
 
 const NODES: [&str; 4] = ["run_logger", "machine_sim", "axis_interpolator", "job_planner"];
@@ -29,21 +30,40 @@ fn wait_active(peer: &mut Peer, namespace: &str, node: &str) {
     }
 }
 
+/// Sends a trajectory of the table; returns its goal and its first feedback.
+fn follow(peer: &mut Peer, position: f64, seconds: u32) -> (Value, Value) {
+    let action = "/cell/axis_interpolator/follow_joint_trajectory";
+    let point = json!({ "positions": [position], "time_from_start": { "sec": seconds } });
+    let goal = json!({ "trajectory": { "joint_names": ["z_axis"], "points": [point] } });
+    let kind = "control_msgs/action/FollowJointTrajectory";
+    let sent = peer.ask("send_goal", json!({ "action": action, "type": kind, "goal": goal }));
+    assert_eq!(sent["accepted"], true, "{sent}");
+    let goal = sent["goal"].clone();
+    let feedback = peer.event("feedback", |event| event["goal"] == goal)["data"].take();
+    (goal, feedback)
+}
+
+/// Every field of the feedback has its value; Kilted has two more, of which the machine has nothing to report.
+fn feedback(peer: &mut Peer, column: Column) {
+    let (goal, feedback) = follow(peer, 0.05, 1);
+    assert_eq!(feedback["joint_names"], json!(["z_axis"]), "{feedback}");
+    for point in ["desired", "actual", "error"] {
+        assert_eq!(feedback[point]["positions"].as_array().map(Vec::len), Some(1), "{feedback}");
+    }
+    for field in ["index", "multi_dof_index"] {
+        let expected = if column == Column::Kilted { json!(0) } else { Value::Null };
+        assert_eq!(feedback[field], expected, "{feedback}");
+    }
+    assert_eq!(feedback["multi_dof_joint_names"], json!([]), "{feedback}");
+    assert_eq!(feedback["multi_dof_error"]["transforms"], json!([]), "{feedback}");
+    let ended = peer.ask("result", json!({ "goal": goal }));
+    assert_eq!(ended["status"], SUCCEEDED, "{ended}");
+}
+
 /// Sends a trajectory and, once it is on its way, another.
 fn preempt(peer: &mut Peer) {
-    let action = "/cell/axis_interpolator/follow_joint_trajectory";
-    let mut follow = |position: f64, seconds: u32| {
-        let point = json!({ "positions": [position], "time_from_start": { "sec": seconds } });
-        let goal = json!({ "trajectory": { "joint_names": ["z_axis"], "points": [point] } });
-        let kind = "control_msgs/action/FollowJointTrajectory";
-        let sent = peer.ask("send_goal", json!({ "action": action, "type": kind, "goal": goal }));
-        assert_eq!(sent["accepted"], true, "{sent}");
-        let goal = sent["goal"].clone();
-        peer.event("feedback", |event| event["goal"] == goal);
-        goal
-    };
     // The first would take an hour.
-    let (first, second) = (follow(0.2, 3600), follow(0.1, 2));
+    let ((first, _), (second, _)) = (follow(peer, 0.2, 3600), follow(peer, 0.1, 2));
     let ended = peer.ask("result", json!({ "goal": first }));
     assert_eq!((&ended["status"], &ended["result"]["error_code"]), (&json!(ABORTED), &json!(-1)), "{ended}");
     let text = ended["result"]["error_string"].as_str().expect("a text");
@@ -77,6 +97,9 @@ pub fn four_processes(ground: &mut Ground<'_>) {
         }
     });
     ground.check("a joint trajectory replaces another in motion", || preempt(&mut peer));
+    ground.check("feedback of a joint trajectory, by the definition of the distribution", || {
+        feedback(&mut peer, ground.column);
+    });
     ground.check("a goal for a busy axis is rejected with its holder", || {
         let jog = json!({ "joint": "c_axis", "velocity": 0.1, "hold_to_run": -1.0 });
         let action = "/cell/axis_interpolator/jog";

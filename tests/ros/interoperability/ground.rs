@@ -49,7 +49,7 @@ impl<'a> Ground<'a> {
     /// A peer of the column's kind.
     pub fn peer(&self, name: &str) -> Peer {
         match self.column {
-            Column::Rclpy => Peer::start(self.env, &self.domain, name),
+            Column::Jazzy | Column::Kilted => Peer::start(self.env, &self.domain, name),
             Column::Cyclone => Peer::start_cyclone(self.env, &self.domain, name),
         }
     }

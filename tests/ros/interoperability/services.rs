@@ -40,7 +40,7 @@ pub fn both_ways(ground: &mut Ground<'_>) {
             assert_eq!(peer.event("request", |_| true)["data"], json!({ "data": data }));
         }
     });
-    if ground.column == super::Column::Rclpy {
+    if !ground.column.is_cyclone() {
         // An empty request is one octet on the wire that nobody's type shows.
         ground.check("without fields, both ways", || {
             assert_eq!(peer.call("/node/stop", TRIGGER, json!({})), json!({ "success": true, "message": "at rest" }));

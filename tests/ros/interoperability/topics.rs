@@ -71,7 +71,7 @@ pub fn both_ways(ground: &mut Ground<'_>) {
             (STRING, Qos::latched(1).durability)
         );
     });
-    if ground.column == super::Column::Rclpy {
+    if !ground.column.is_cyclone() {
         ground.check("node names, both ways", || {
             peer.ask("wait_node", json!({ "name": "grinder", "namespace": "/cell" }));
             let ends = peer.ask("endpoints", json!({ "topic": "/cell/ours" }));

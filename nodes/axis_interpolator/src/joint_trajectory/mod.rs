@@ -26,6 +26,12 @@ use wanted::RequestedTrajectory;
 const OF_A_GOAL: &str = "a joint trajectory";
 const OF_THE_TOPIC: &str = "a joint trajectory of the topic";
 
+/// Zero octets after the feedback of `~/follow_joint_trajectory`, for clients of ROS 2 Kilted and later.
+///
+/// `control_msgs` 6.3 inserts `index` before the fields of joints with several degrees of freedom and appends `multi_dof_index`. The machine
+/// has no such joints, so all octets from there on are zero: with eight more both definitions read the message, and `index` is 0.
+pub(super) const FEEDBACK_TRAILING_ZEROS: usize = 8;
+
 /// Serves `~/follow_joint_trajectory`.
 #[derive(Debug)]
 pub(super) struct Handler(pub(super) Arc<Shared>);

@@ -11,6 +11,8 @@ const PARTIAL: &str = "allow_partial_joints_goal";
 const FEEDBACK_RATE: &str = "action_monitor_rate";
 const STATE_RATE: &str = "state_publish_rate";
 const GOAL_TIME: &str = "constraints.goal_time";
+/// Meaning of a goal time of 0, which the controller changed with ROS 2 Lyrical.
+const ZERO_IS_UNLIMITED: &str = "constraints.goal_time_zero_is_unlimited";
 const STOPPED: &str = "constraints.stopped_velocity_tolerance";
 /// Largest distance of a linear, of a rotary axis from the first point of its trajectory.
 const START_LINEAR: &str = "start_tolerance_m";
@@ -27,8 +29,15 @@ pub(crate) fn parameters() -> Vec<Parameter> {
             .describe("rate of ~/controller_state in machine time (Hz), at most the rate of machine/stream; 0: never")
             .range(0.0, 1000.0),
         Parameter::double(GOAL_TIME, 0.0)
-            .describe("maximum time from the end of a trajectory until its goal tolerances are met (s); 0: unlimited")
-            .range(0.0, 3600.0),
+            .describe(
+                "maximum time from the end of a trajectory until its goal tolerances are met (s); negative: unlimited; \
+                 0: see constraints.goal_time_zero_is_unlimited",
+            )
+            .range(-1.0, 3600.0),
+        Parameter::bool(ZERO_IS_UNLIMITED, true).describe(
+            "meaning of constraints.goal_time 0: true: unlimited, as in ROS 2 Jazzy and Kilted; false: tolerances must be met at the \
+             end of the trajectory, as in Lyrical",
+        ),
         Parameter::double(STOPPED, 0.01)
             .describe("maximum speed of a stopped joint at the end of a trajectory (m/s or rad/s); 0: not checked")
             .range(0.0, 100.0),
@@ -84,10 +93,15 @@ impl TrajectorySettings {
             allow_partial: parameters.bool(PARTIAL),
             path,
             goal,
-            goal_time_s: some(parameters.double(GOAL_TIME)),
+            goal_time_s: goal_time_s(parameters.double(GOAL_TIME), parameters.bool(ZERO_IS_UNLIMITED)),
             start: StartTolerance(start),
         }
     }
+}
+
+/// Maximum time from the end of a trajectory until its goal tolerances are met (s); `None`: unlimited.
+fn goal_time_s(value_s: f64, zero_is_unlimited: bool) -> Option<f64> {
+    (value_s > 0.0 || (value_s == 0.0 && !zero_is_unlimited)).then_some(value_s)
 }
 
 /// Ticks between two messages of feedback, and of `~/controller_state`; `None`: never.

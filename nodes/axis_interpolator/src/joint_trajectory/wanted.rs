@@ -13,6 +13,9 @@ use camwright_msgs::control_msgs::action::FollowJointTrajectoryGoal;
 use camwright_msgs::control_msgs::msg::JointTolerance;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
 
+/// Value of `goal_time_tolerance` that removes the limit: -1 s.
+const UNLIMITED_NS: i64 = -1_000_000_000;
+
 /// A joint trajectory that may be followed, as far as can be said without knowing where it begins.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RequestedTrajectory {
@@ -43,13 +46,16 @@ impl RequestedTrajectory {
         tolerances("path_tolerance", &goal.path_tolerance, &mut wanted.tolerances.path)?;
         tolerances("goal_tolerance", &goal.goal_tolerance, &mut wanted.tolerances.goal)?;
         let goal_time_ns = ns_from_duration(&goal.goal_time_tolerance);
-        if goal_time_ns < 0 {
-            return Err(format!(
-                "goal_time_tolerance is {goal_time_ns} ns, it cannot be negative; 0 takes the default"
-            ));
-        }
-        if goal_time_ns > 0 {
-            wanted.tolerances.goal_time_ticks = Some(ticks(seconds(goal_time_ns), machine));
+        match goal_time_ns {
+            0 => {}
+            UNLIMITED_NS => wanted.tolerances.goal_time_ticks = None,
+            1.. => wanted.tolerances.goal_time_ticks = Some(ticks(seconds(goal_time_ns), machine)),
+            _ => {
+                return Err(format!(
+                    "goal_time_tolerance is {} s; allowed: a positive time, 0 for the default, -1 for unlimited",
+                    seconds(goal_time_ns)
+                ));
+            }
         }
         Ok(wanted)
     }

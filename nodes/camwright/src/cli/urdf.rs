@@ -3,7 +3,7 @@
 use super::machine_text::print_machine_text;
 use camwright::machine::description::MachineDescription;
 use camwright_ros::running::NodeError;
-use camwright_scene::{self as scene, Frames, Tree};
+use camwright_scene::{self as scene, Frames, Tree, UrdfVersion};
 use clap::Args;
 use std::process::ExitCode;
 
@@ -23,6 +23,9 @@ pub(super) struct UrdfArgs {
     /// Radius of the mounted wheel (mm) [default: new wheel].
     #[arg(long, value_name = "MM")]
     wheel_radius_mm: Option<f64>,
+    /// Write URDF 1.2 with limits of acceleration and jerk [default: URDF 1.0].
+    #[arg(long)]
+    extended_limits: bool,
     /// Set a key of the machine; repeatable.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
@@ -42,5 +45,5 @@ fn urdf(args: &UrdfArgs, machine: &MachineDescription) -> Result<String, NodeErr
     }
     let prefix = scene::prefix(&args.prefix, &args.namespace).map_err(NodeError::Parameter)?;
     let frames = Frames::new(&prefix, machine);
-    Ok(Tree::new(machine, radius_mm, frames).urdf())
+    Ok(Tree::new(machine, radius_mm, frames).urdf(UrdfVersion::with_extended_limits(args.extended_limits)))
 }
