@@ -177,6 +177,7 @@ impl LobeSpec {
 mod tests {
     use super::*;
     use crate::cam::form_tolerance::FormTolerance;
+    use alloc::string::ToString;
 
     const WHEEL_MM: f64 = 25.0;
 
