@@ -36,3 +36,4 @@ mod trajectory_controller_bridge;
 mod turned_job;
 mod two_cells;
 mod wheel;
+mod wide_lobes;

@@ -6,6 +6,7 @@ use super::grinding::{
     StiffnessSource,
 };
 use super::key::{JobKey, Subject};
+use super::plunges::MAX_SECTIONS;
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::GaugingMode;
 use crate::gauging::gauge::Gauge;
@@ -44,6 +45,7 @@ impl JobSpec {
             self.check_lobe(index, lobe, machine)?;
         }
         self.check_reach(machine)?;
+        self.check_sections()?;
         for pass in &self.passes {
             self.check_pass(pass, machine)?;
         }
@@ -480,6 +482,17 @@ impl JobSpec {
                     });
                 }
             }
+        }
+        Ok(())
+    }
+}
+
+impl JobSpec {
+    /// Refuses wide lobes with more sections than a machine reports.
+    fn check_sections(&self) -> Result<(), JobError> {
+        let count = self.lobes.iter().map(LobeSpec::section_count).sum();
+        if count > MAX_SECTIONS && self.lobes.iter().any(|lobe| lobe.plunge.is_some()) {
+            return Err(JobError::SectionCount { count, max: MAX_SECTIONS });
         }
         Ok(())
     }

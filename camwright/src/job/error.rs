@@ -112,6 +112,12 @@ pub enum JobError {
         /// Width of the wheel (mm).
         wheel_mm: f64,
     },
+    /// More sections than a machine reports at once.
+    #[error(
+        "the plunges of wide lobes divide the part into {count} sections; a machine reports at most {max}: grind the lobes in several jobs, or \
+         lower plunge_overlap_mm"
+    )]
+    SectionCount { count: usize, max: usize },
     /// The gauge stands at one position of Z.
     #[error(
         "lobe {lobe} is wider than the wheel: the in-process gauge measures one place of its width; leave out {key}, or grind the lobe in a \

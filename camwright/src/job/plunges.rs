@@ -5,7 +5,7 @@
 //! ```text
 //! n = 1 + ⌈(W − B)/(B − o)⌉        z_k = (k − (n + 1)/2) s        s = (W − B)/(n − 1)        k = 1 … n
 //! ```
-//! z_k is the middle of the wheel, from the middle of the lobe. The first and the last plunge are flush with the ends of the lobe, and every
+//! `z_k` is the middle of the wheel, from the middle of the lobe. The first and the last plunge are flush with the ends of the lobe, and every
 //! two neighbours overlap by B − s ≥ o. The edges of all plunges divide the lobe into sections; the same plunges cut all of a section, and the
 //! last of them finishes it.
 
@@ -15,8 +15,11 @@ use super::key::{JobKey, Subject};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Largest number of plunges of a lobe; more are a mistyped width.
-pub const MAX_PLUNGES: u32 = 50;
+/// Largest number of plunges of a lobe; more are likelier a mistyped width.
+pub const MAX_PLUNGES: u32 = 12;
+
+/// Largest number of sections of a part with a wide lobe: a machine reports so many outlines at once.
+pub const MAX_SECTIONS: usize = 32;
 
 /// Largest overlap as a share of the wheel's width. A plunge then meets two others on either side, and the wheel at most five sections.
 pub const MAX_OVERLAP_SHARE: f64 = 1.0 / 3.0;
@@ -136,6 +139,12 @@ impl LobeSpec {
         self.plunge.as_ref().map_or(0.0, |plunge| plunge.offset_mm(self.width_mm))
     }
 
+    /// Number of sections that are finished with this.
+    #[must_use]
+    pub fn section_count(&self) -> usize {
+        self.plunge.as_ref().map_or(1, |plunge| plunge.finished_sections(self.width_mm).len())
+    }
+
     /// Both are plunges of one lobe.
     #[must_use]
     pub fn is_beside(&self, other: &Self) -> bool {
@@ -158,10 +167,10 @@ impl LobeSpec {
         let more = libm::ceil((self.width_mm - wheel_mm) / (wheel_mm - overlap_mm) - ROUNDING).max(1.0);
         if more.is_nan() || more >= f64::from(MAX_PLUNGES) {
             let (place, value) = (Subject::Lobe(self.name), self.width_mm);
-            let wanted = "a width that at most 50 plunges cover";
+            let wanted = "a width that at most 12 plunges cover";
             return Err(JobError::OutOfRange { place, key: JobKey::Width, value, wanted });
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 49")]
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 11")]
         let count = 1 + more as u32;
         let plunge = |number: u32| Self {
             name: plunge_name(&self.name, number),
@@ -204,7 +213,7 @@ mod tests {
     #[test]
     fn plunges_and_sections_cover_the_lobe() {
         for step in 1..=400_u32 {
-            let width_mm = WHEEL_MM + 0.37 * f64::from(step);
+            let width_mm = WHEEL_MM + 0.43 * f64::from(step);
             let overlap_mm = 0.1 + f64::from(step * 7 % 80) * 0.1;
             let plunges = wide(width_mm).side_by_side(overlap_mm, WHEEL_MM).expect("plunges");
             let count = u32::try_from(plunges.len()).expect("few");
@@ -238,7 +247,8 @@ mod tests {
             }
             let total_mm: f64 = sections.iter().map(|section| section.width_mm).sum();
             assert!((total_mm - width_mm).abs() < 1e-2 && total_mm < width_mm + 1e-9, "{width_mm} mm: {total_mm} mm");
-            let names: alloc::collections::BTreeSet<&str> = sections.iter().map(|section| section.name.as_str()).collect();
+            let names: alloc::collections::BTreeSet<&str> =
+                sections.iter().map(|section| section.name.as_str()).collect();
             assert_eq!(names.len(), sections.len(), "{names:?}");
         }
     }
@@ -255,7 +265,8 @@ mod tests {
         let offsets: Vec<f64> = plunges.iter().map(LobeSpec::offset_mm).collect();
         assert_eq!(offsets, [-17.5, 0.0, 17.5]);
         let sections = plunges[1].plunge.as_ref().expect("a plunge").finished_sections(WHEEL_MM);
-        let section = |name: &str, offset_mm: f64, width_mm: f64| LobeSection { name: name.into(), offset_mm, width_mm };
+        let section =
+            |name: &str, offset_mm: f64, width_mm: f64| LobeSection { name: name.into(), offset_mm, width_mm };
         assert_eq!(sections, [section("W-2", 0.0, 10.0), section("W-1-2", -8.75, 7.5)]);
     }
 
@@ -266,6 +277,6 @@ mod tests {
             assert!(matches!(&error, JobError::PlungeOverlap { lobe, .. } if lobe == "W"), "{error}");
         }
         let error = wide(9000.0).side_by_side(3.0, WHEEL_MM).expect_err("too many").to_string();
-        assert_eq!(error, "lobe W: width_mm is 9000; it must be a width that at most 50 plunges cover");
+        assert_eq!(error, "lobe W: width_mm is 9000; it must be a width that at most 12 plunges cover");
     }
 }

@@ -60,7 +60,7 @@ fn a_plunge_cuts_the_sections_that_it_covers() {
     let disc = Eccentric { radius_mm: 19.9, offset_mm: 0.1 };
     let mut machine = loaded(&grinder(None));
     plunge(&mut machine, disc, PLUNGES_MM[0], 2.0);
-    assert!(radii(&machine, "W-2").iter().all(|radius| *radius == RAW_MM), "the first plunge does not reach it");
+    assert_eq!(radii(&machine, "W-2"), vec![RAW_MM; DEFAULT_AZIMUTHS], "the first plunge does not reach it");
     assert_eq!(radii(&machine, "W-1"), radii(&machine, "W-1-2"), "one wheel cuts both");
     let first = radii(&machine, "W-1").to_vec();
     // The second wheel is 2 µm farther out: it cuts nothing of what the first has left.
@@ -171,7 +171,8 @@ fn impossible_sections_are_refused() {
     assert_eq!(section(&mut machine, "W-3", 24.0, 3.0), Ok(()), "flush with its neighbour");
     let mut narrow = super::machine(&description);
     for number in 0..5 {
-        section(&mut narrow, &format!("N-{number}"), 4.0 * f64::from(number), 4.0).expect("at most five under the wheel");
+        section(&mut narrow, &format!("N-{number}"), 4.0 * f64::from(number), 4.0)
+            .expect("at most five under the wheel");
     }
     let refused = section(&mut narrow, "N-5", 20.0, 4.0);
     assert!(matches!(refused, Err(LobeError::TooManySections { max: 5, .. })), "{refused:?}");

@@ -404,9 +404,9 @@ fn side_by_side(
             _ => "width_mm",
         };
         let divided = lobe.side_by_side(overlap_mm, wheel_mm);
-        plunges.extend(divided.map_err(|error| {
-            document.error(&format!("lobes.{name}.{}", key(&error)), error.to_string())
-        })?);
+        plunges.extend(
+            divided.map_err(|error| document.error(&format!("lobes.{name}.{}", key(&error)), error.to_string()))?,
+        );
     }
     Ok(plunges)
 }

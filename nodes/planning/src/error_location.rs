@@ -121,6 +121,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
         }
         JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
+        JobError::SectionCount { .. } => "lobes".into(),
         JobError::WideUnderGauge { key, .. } => (*key).into(),
         JobError::PlungeOverlap { lobe, .. } => format!("{}.plunge_overlap_mm", lobe_key(job, lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),

@@ -272,7 +272,8 @@ pub fn raw_part(prepared: &PreparedJob) -> impl Iterator<Item = PartLobe> + '_ {
     // The section that has the name of a plunge stands at the index of the plunge.
     let designs = || prepared.planned.lobes.iter().map(|lobe| &lobe.design);
     let first = designs().filter_map(|design| Some((design, design.sections().into_iter().next()?)));
-    let further = designs().flat_map(|design| design.sections().into_iter().skip(1).map(move |section| (design, section)));
+    let further =
+        designs().flat_map(|design| design.sections().into_iter().skip(1).map(move |section| (design, section)));
     first.chain(further).map(move |(design, section)| {
         let station_mm = prepared.machine.station(&design.station).map_or(0.0, |station| station.position_mm);
         let z_mm = station_mm + section.offset_mm;

@@ -135,7 +135,7 @@ pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -
 }
 
 /// A simulated job with the part that it ground.
-struct SimulatedPart {
+struct GroundPart {
     simulated: Simulated,
     results: Vec<LobeResult>,
     outlines_mm: Outlines,
@@ -148,7 +148,7 @@ fn simulate_whole(
     description: &MachineDescription,
     mut on_tick: impl FnMut(&Setpoint, &TickReport),
     mut report_line: impl FnMut(String),
-) -> Result<SimulatedPart, SimulationFailed> {
+) -> Result<GroundPart, SimulationFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| SimulationFailed::new(job, &reason);
     let mut closed_loop = ClosedLoop::direct(with_raw_part(prepared, description).map_err(failed)?);
@@ -220,7 +220,7 @@ fn simulate_whole(
     if let Some(correction) = &correction {
         correction.add_to(&mut results);
     }
-    Ok(SimulatedPart { simulated, results, outlines_mm, sections })
+    Ok(GroundPart { simulated, results, outlines_mm, sections })
 }
 
 #[cfg(test)]
@@ -328,7 +328,8 @@ mod tests {
             eprintln!("{}", wide[0]);
             let names: Vec<&str> = wide[0].sections.iter().map(|(name, _)| name.as_str()).collect();
             assert_eq!(names, ["W-1", "W-1-2", "W-2", "W-2-3", "W-3"], "over the whole width");
-            let of_sections = wide[0].sections.iter().map(|(_, error_mm)| um_from_mm(error_mm.abs())).fold(0.0, f64::max);
+            let of_sections =
+                wide[0].sections.iter().map(|(_, error_mm)| um_from_mm(error_mm.abs())).fold(0.0, f64::max);
             let of_results = |name: &str| {
                 let lobes = results.iter().filter(|result| result.name.starts_with(name));
                 lobes.map(|result| um_from_mm(mm_from_m(result.form_error_max.abs()))).fold(0.0, f64::max)

@@ -39,7 +39,10 @@ impl PlungeSummary {
 impl fmt::Display for PlungeSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { lobe, number, count, z_mm, overlap_mm } = self;
-        write!(f, "{number} of {count} of lobe {lobe}, table at {z_mm:.3} mm, overlap with its neighbours {overlap_mm:.3} mm")
+        write!(
+            f,
+            "{number} of {count} of lobe {lobe}, table at {z_mm:.3} mm, overlap with its neighbours {overlap_mm:.3} mm"
+        )
     }
 }
 

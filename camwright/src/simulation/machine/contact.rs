@@ -13,7 +13,7 @@ use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::force_monitor::ForceMonitor;
 use crate::simulation::workpiece::{
-    Deflection, DeepestTouch, Engagement, MAX_FACED, Removal, TouchedCut, WheelCentre, WheelPass, Workpiece,
+    DeepestTouch, Deflection, Engagement, MAX_FACED, Removal, TouchedCut, WheelCentre, WheelPass, Workpiece,
 };
 use alloc::vec::Vec;
 
@@ -195,7 +195,8 @@ impl ContactState {
         let vibration_mm = self.modes.as_ref().map_or(0.0, ContactModes::reach_mm);
         let nearest_mm =
             (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm() - vibration_mm;
-        let reach_mm = |section: FacedSection| part.lobes()[section.lobe].reach_mm() + part.lobes()[section.lobe].throw_mm();
+        let reach_mm =
+            |section: FacedSection| part.lobes()[section.lobe].reach_mm() + part.lobes()[section.lobe].throw_mm();
         if nearest_mm - surface.radius_mm >= faced.beside().map(reach_mm).fold(reach_mm(faced.main), f64::max) {
             let removal = self.finish(part, faced);
             part.lobe_mut(main).leave();
@@ -300,7 +301,7 @@ impl ContactState {
         let mut touches: [Option<DeepestTouch>; MAX_FACED] = [None; MAX_FACED];
         let mut surfaces = [EngagedWidth { engagement_mm: 0.0, law: *law }; MAX_FACED];
         let mut count = 0;
-        for index in 0..MAX_FACED {
+        for (index, found) in touches.iter_mut().enumerate() {
             let Some((section, pass)) = self.section(faced, index) else { break };
             let lobe = part.lobe_mut(section.lobe);
             let parted = match lobe.engage(wheel, before, pass) {
@@ -308,7 +309,7 @@ impl ContactState {
                 Engagement::OverCentre => lobe.pass(wheel, cuts),
                 Engagement::Apart => lobe.part_from(pass),
                 Engagement::Touch(touch) => {
-                    touches[index] = Some(touch);
+                    *found = Some(touch);
                     let own = section.law.filter(|_| index > 0).unwrap_or(*law);
                     surfaces[count] = EngagedWidth { engagement_mm: touch.depth_mm, law: own };
                     count += 1;

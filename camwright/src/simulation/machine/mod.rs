@@ -502,12 +502,7 @@ impl Machine {
     }
 
     /// Sweeps the wheel over the sections of a lobe along a servo step.
-    fn grind(
-        &mut self,
-        servo_step: u32,
-        faced: &FacedSections,
-        spans: &[Span; AXIS_COUNT],
-    ) -> Removal {
+    fn grind(&mut self, servo_step: u32, faced: &FacedSections, spans: &[Span; AXIS_COUNT]) -> Removal {
         let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
         if c.is_still() && x.is_still() && !self.contact.vibrates() {
             return Removal::default();

@@ -161,7 +161,8 @@ impl Workholding {
         let lobe = Lobe::new(String::from(name), index, width_mm, radii)?.about(centre)?;
         let mut lobe = lobe.beside_station(offset_mm)?;
         let others = || self.lobes().iter().filter(|other| other.station() == index && other.name() != name);
-        if let Some(other) = others().find(|other| !lobe.is_section_with(other) || overlap_mm(&lobe, other) > FLUSH_MM) {
+        if let Some(other) = others().find(|other| !lobe.is_section_with(other) || overlap_mm(&lobe, other) > FLUSH_MM)
+        {
             return Err(LobeError::StationTaken {
                 name: name.to_string(),
                 station: station.to_string(),

@@ -53,7 +53,8 @@ fn snapshot_outline(
         if throw_mm.is_sign_negative() {
             codec.field("offset_mm", |codec| offset_mm.snapshot(codec))?;
         }
-        *centre = Some(LobeCentre { distance_mm: throw_mm.abs(), azimuth_rad }).filter(|centre| centre.distance_mm != 0.0);
+        *centre =
+            Some(LobeCentre { distance_mm: throw_mm.abs(), azimuth_rad }).filter(|centre| centre.distance_mm != 0.0);
     }
     codec.field("radii", |codec| codec.list_of_numbers(radii, usize::MAX))
 }

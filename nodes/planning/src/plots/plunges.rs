@@ -80,7 +80,8 @@ pub(super) fn drawing(sheet: &Sheet<'_>) -> Option<Drawing> {
     }
     along.axis(&mut drawing);
     let text = Lettering { anchor: Anchor::Start, ..SMALL };
-    let about = "blue: the wheel of every plunge; below: sections of the lobe, darker where more plunges cut; grey: obstacles";
+    let about =
+        "blue: the wheel of every plunge; below: sections of the lobe, darker where more plunges cut; grey: obstacles";
     drawing.text([ROOM.left, 192.0], text, about);
     Some(drawing)
 }
