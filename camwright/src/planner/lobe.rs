@@ -68,10 +68,11 @@ impl LobeDesign {
         Some(machine.station(&self.station)?.position_mm + self.offset_mm())
     }
 
-    /// Contact law of wheel and lobe where it is ground; `None` on a rigid machine.
+    /// Contact law of wheel and lobe where it is ground, of a plunge over the width that no plunge has cut before; `None` on a rigid machine.
     #[must_use]
     pub fn contact_law(&self, machine: &MachineDescription) -> Option<ContactLaw> {
-        machine.contact_law_at(self.z_mm(machine)?, self.width_mm)
+        let fresh_mm = self.plunge.as_ref().map_or(self.width_mm, |plunge| plunge.fresh_width_mm(self.width_mm));
+        machine.contact_law_at(self.z_mm(machine)?, fresh_mm)
     }
 
     /// Sections of the part that are finished with this, its own first: one, or several of a plunge.

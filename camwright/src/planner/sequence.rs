@@ -286,7 +286,8 @@ impl<'a> Sequence<'a> {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
             let machine = self.steps.machine;
             let z_mm = machine.station(&lobe.station).map(|station| station.position_mm + lobe.offset_mm());
-            let Some(law) = z_mm.and_then(|z_mm| machine.contact_law_at(z_mm, lobe.width_mm)) else { continue };
+            let fresh_mm = lobe.plunge.as_ref().map_or(lobe.width_mm, |plunge| plunge.fresh_width_mm(lobe.width_mm));
+            let Some(law) = z_mm.and_then(|z_mm| machine.contact_law_at(z_mm, fresh_mm)) else { continue };
             let mut surface = GroundLobe::new(self.job.stock_mm, &law);
             for number in 0..self.steps.plan.segments.len() {
                 let size = GaugedSize::from_plan(&self.steps.plan, number, self.steps.machine);

@@ -15,7 +15,7 @@ const METAL: [Colour; 3] = [Colour(240, 240, 236), Colour(222, 222, 210), Colour
 
 /// Room of the wheels above the lobe (mm), largest height of a wheel, and smallest with room for its name.
 const WHEELS_MM: f64 = 88.0;
-const ROW_MM: f64 = 10.0;
+const ROW_MM: f64 = 26.0;
 const NAMED_ROW_MM: f64 = 4.2;
 
 /// Share of the lobe's width that is seen on either side.
