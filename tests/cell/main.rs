@@ -43,3 +43,4 @@ mod turned_job;
 mod tutorial_over_hal;
 mod two_cells;
 mod wheel;
+mod wide_lobes;

@@ -20,4 +20,5 @@ mod study;
 mod terminal;
 mod tutorials;
 mod warnings;
+mod wide_lobes;
 mod wrong_inputs;

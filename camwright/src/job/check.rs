@@ -6,6 +6,7 @@ use super::grinding::{
     StiffnessSource,
 };
 use super::key::{JobKey, Subject};
+use super::plunges::MAX_SECTIONS;
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::GaugingMode;
 use crate::gauging::gauge::Gauge;
@@ -44,6 +45,7 @@ impl JobSpec {
             self.check_lobe(index, lobe, machine)?;
         }
         self.check_reach(machine)?;
+        self.check_sections()?;
         for pass in &self.passes {
             self.check_pass(pass, machine)?;
         }
@@ -306,8 +308,11 @@ impl JobSpec {
         Err(JobError::PublishedWindow { window_deg, min_deg, max_deg, spark_out_turns })
     }
 
-    /// Refuses crank pins under a gauge, which measures about the spindle axis.
+    /// Refuses crank pins and wide lobes under a gauge, which measures about the spindle axis at one position of Z.
     fn check_gauged(&self, key: &'static str) -> Result<(), JobError> {
+        if let Some(plunge) = self.lobes.iter().find_map(|lobe| lobe.plunge.as_ref()) {
+            return Err(JobError::WideUnderGauge { lobe: plunge.lobe.clone(), key });
+        }
         let is_pin = |lobe: &&LobeSpec| self.profiles.get(lobe.profile).is_some_and(ProfileSpec::is_pin);
         match self.lobes.iter().find(is_pin) {
             Some(lobe) => Err(JobError::PinUnderGauge { lobe: lobe.name.clone(), key }),
@@ -419,7 +424,7 @@ impl JobSpec {
                 let name = lobe.name.clone();
                 return Err(JobError::SameName { first: other_index + 1, second: index + 1, name });
             }
-            if other.station == lobe.station {
+            if other.station == lobe.station && !lobe.is_beside(other) {
                 return Err(JobError::SameStation {
                     first: other.name.clone(),
                     second: lobe.name.clone(),
@@ -457,15 +462,16 @@ impl JobSpec {
         Ok(())
     }
 
-    /// Lobes stand far enough apart for the wheel to grind one at a time. Both are centred on their stations.
+    /// Lobes stand far enough apart for the wheel to grind one at a time. Both are centred on their stations. Plunges of one lobe overlap.
     fn check_reach(&self, machine: &MachineDescription) -> Result<(), JobError> {
-        let place = |lobe: &LobeSpec| machine.station(&lobe.station).map(|station| station.position_mm);
+        let place =
+            |lobe: &LobeSpec| machine.station(&lobe.station).map(|station| station.position_mm + lobe.offset_mm());
         let wheel_mm = machine.wheel.width_mm;
         for (index, lobe) in self.lobes.iter().enumerate() {
             for (other_index, other) in self.lobes.iter().enumerate() {
                 let (Some(here), Some(there)) = (place(lobe), place(other)) else { continue };
                 let (apart_mm, min_mm) = ((here - there).abs(), 0.5 * (wheel_mm + other.width_mm));
-                if index != other_index && apart_mm < min_mm {
+                if index != other_index && apart_mm < min_mm && !lobe.is_beside(other) {
                     return Err(JobError::NeighbourInReach {
                         lobe: lobe.name.clone(),
                         wheel_mm,
@@ -476,6 +482,17 @@ impl JobSpec {
                     });
                 }
             }
+        }
+        Ok(())
+    }
+}
+
+impl JobSpec {
+    /// Refuses wide lobes with more sections than a machine reports.
+    fn check_sections(&self) -> Result<(), JobError> {
+        let count = self.lobes.iter().map(LobeSpec::section_count).sum();
+        if count > MAX_SECTIONS && self.lobes.iter().any(|lobe| lobe.plunge.is_some()) {
+            return Err(JobError::SectionCount { count, max: MAX_SECTIONS });
         }
         Ok(())
     }

@@ -95,8 +95,39 @@ pub enum JobError {
     #[error("lobe {lobe}: profile {profile} does not exist; the job has {count} (counted from 0)")]
     UnknownProfile { lobe: String, profile: usize, count: usize },
     /// The wheel does not cover the lobe.
-    #[error("lobe {lobe}: width {width_mm} mm is more than the wheel's {wheel_mm} mm")]
+    #[error(
+        "lobe {lobe}: width {width_mm} mm is more than the wheel's {wheel_mm} mm; to grind it by plunges side by side, state their overlap \
+         (plunge_overlap_mm)"
+    )]
     WiderThanWheel { lobe: String, width_mm: f64, wheel_mm: f64 },
+    /// Plunges that do not overlap, or too much.
+    #[error(
+        "lobe {lobe}: plunge_overlap_mm is {overlap_mm}; it must be above 0 and at most {max_mm:.3}, a third of the wheel's {wheel_mm} mm"
+    )]
+    PlungeOverlap {
+        lobe: String,
+        /// The overlap asked for (mm).
+        overlap_mm: f64,
+        max_mm: f64,
+        /// Width of the wheel (mm).
+        wheel_mm: f64,
+    },
+    /// More sections than a machine reports at once.
+    #[error(
+        "the plunges of wide lobes divide the part into {count} sections; a machine reports at most {max}: grind the lobes in several jobs, or \
+         lower plunge_overlap_mm"
+    )]
+    SectionCount { count: usize, max: usize },
+    /// The gauge stands at one position of Z.
+    #[error(
+        "lobe {lobe} is wider than the wheel: the in-process gauge measures one place of its width; leave out {key}, or grind the lobe in a \
+         job of its own"
+    )]
+    WideUnderGauge {
+        lobe: String,
+        /// Key that asks for the gauge.
+        key: &'static str,
+    },
     /// A pass has no turn without infeed.
     #[error("pass {pass}: 0 spark-out turns; at least 1 is needed to remove the step that the infeed leaves")]
     NoSparkOut { pass: String },

@@ -16,6 +16,7 @@ use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
 use crate::gauging::published::PublishedWindow;
 use crate::job::dressing::DressingSpec;
+use crate::job::plunges::Plunge;
 use crate::job::raw_part::RawPart;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::ReferenceCut;
@@ -151,10 +152,12 @@ pub struct LobeSpec {
     pub phase_rad: f64,
     /// Index of its profile in [`JobSpec::profiles`].
     pub profile: usize,
-    /// Width along the part's axis (mm).
+    /// Width along the part's axis (mm); of a plunge the width of the wheel.
     pub width_mm: f64,
     /// Allowed form error.
     pub tolerance: FormTolerance,
+    /// Plunge of a lobe wider than the wheel that this is; `None`: the wheel covers the lobe.
+    pub plunge: Option<Plunge>,
 }
 
 /// Speed law of the headstock over the lobe.

@@ -17,5 +17,6 @@ pub mod grinding;
 pub mod infeed;
 mod key;
 pub mod milling;
+pub mod plunges;
 pub mod raw_part;
 pub mod turning;

@@ -24,6 +24,39 @@ pub struct ContactLaw {
     threshold_n: f64,
 }
 
+/// A surface that a wheel presses on together with others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EngagedWidth {
+    /// E, depth of the undeflected wheel in this surface along the normal (mm).
+    pub engagement_mm: f64,
+    /// Law of this surface alone; its machine stiffness is not used.
+    pub law: ContactLaw,
+}
+
+/// Deflection of a machine of stiffness km (N/mm) that presses one wheel on several surfaces side by side (mm).
+///
+/// The spring carries the sum of the forces, km·T = Σ Fᵢ. A surface with Eᵢ > T is cut with Uᵢ = Eᵢ − T and Fᵢ = F0ᵢ + kgᵢ·Uᵢ; one with
+/// Eᵢ = T rubs with Fᵢ up to F0ᵢ; one with Eᵢ < T is not touched. Of a single surface this is [`ContactLaw::deflection_mm`]. `surfaces` is
+/// sorted by falling engagement.
+#[must_use]
+pub fn shared_deflection_mm(machine_n_mm: f64, surfaces: &mut [EngagedWidth]) -> f64 {
+    surfaces.sort_unstable_by(|a, b| b.engagement_mm.total_cmp(&a.engagement_mm));
+    // Of the surfaces that are cut: Σ (F0 + kg·E) and Σ kg.
+    let (mut pressing_n, mut grinding_n_mm) = (0.0, 0.0);
+    for EngagedWidth { engagement_mm, law } in surfaces.iter() {
+        let carried_n = (machine_n_mm + grinding_n_mm) * engagement_mm - pressing_n;
+        if carried_n <= 0.0 || *engagement_mm <= 0.0 {
+            break;
+        }
+        if carried_n <= law.threshold_n {
+            return *engagement_mm;
+        }
+        pressing_n += law.threshold_n + law.grinding_n_mm * engagement_mm;
+        grinding_n_mm += law.grinding_n_mm;
+    }
+    pressing_n / (machine_n_mm + grinding_n_mm)
+}
+
 /// Why three numbers make no contact law.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ContactLawError {
@@ -176,6 +209,54 @@ mod tests {
             radius_mm = after_mm;
         }
         assert!((radius_mm - wheel_mm - (5.0e4 * feed_mm + 15.0) / 1.0e4).abs() < 1e-12);
+    }
+
+    /// The balance of the forces, by bisection: 0 at T = 0 from below, and decreasing from there on.
+    fn balanced_mm(machine_n_mm: f64, surfaces: &[EngagedWidth]) -> f64 {
+        let excess_n = |deflection_mm: f64| {
+            let force_n = |surface: &EngagedWidth| match surface.engagement_mm - deflection_mm {
+                depth_mm if depth_mm > 0.0 => surface.law.threshold_n + surface.law.grinding_n_mm * depth_mm,
+                _ => 0.0,
+            };
+            surfaces.iter().map(force_n).sum::<f64>() - machine_n_mm * deflection_mm
+        };
+        let (mut low, mut high) = (0.0, 10.0);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if excess_n(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        low
+    }
+
+    /// Any number of surfaces: the deflection balances the forces; a single surface has that of its own law.
+    #[test]
+    fn one_spring_carries_all_surfaces() {
+        let mut seed = 0x2545_f491_u32;
+        let mut random = || {
+            seed ^= seed << 13;
+            seed ^= seed >> 17;
+            seed ^= seed << 5;
+            f64::from(seed) / f64::from(u32::MAX)
+        };
+        let (mut rubs, mut misses) = (0, 0);
+        for round in 0..2000 {
+            let machine_n_mm = 1e4 + 5e4 * random();
+            let mut surfaces: alloc::vec::Vec<EngagedWidth> = (0..1 + round % 5)
+                .map(|_| EngagedWidth {
+                    engagement_mm: 0.01 * random() - 0.001,
+                    law: ContactLaw::new(machine_n_mm, 1e3 + 4e4 * random(), 40.0 * random()).expect("good numbers"),
+                })
+                .collect();
+            let (wanted_mm, single) = (balanced_mm(machine_n_mm, &surfaces), surfaces[0]);
+            let found_mm = shared_deflection_mm(machine_n_mm, &mut surfaces);
+            assert!((found_mm - wanted_mm).abs() < 1e-12, "{round}: {found_mm} mm, {wanted_mm} mm, {surfaces:?}");
+            if surfaces.len() == 1 {
+                assert!((found_mm - single.law.deflection_mm(single.engagement_mm)).abs() < 1e-15, "{round}");
+            }
+            rubs += u32::from(surfaces.iter().any(|surface| surface.engagement_mm.to_bits() == found_mm.to_bits()));
+            misses += u32::from(surfaces.iter().any(|surface| surface.engagement_mm < found_mm));
+        }
+        assert!(rubs > 50 && misses > 500, "{rubs} {misses}");
     }
 
     #[test]

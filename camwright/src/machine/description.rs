@@ -186,8 +186,13 @@ impl MachineDescription {
     /// Contact law at a station, over a lobe of this width (mm); `None` on a rigid machine.
     #[must_use]
     pub fn contact_law(&self, switch: &str, width_mm: f64) -> Option<ContactLaw> {
-        let station = self.station(switch)?;
-        self.contact.as_ref()?.law(station.position_mm, width_mm.min(self.wheel.width_mm))
+        self.contact_law_at(self.station(switch)?.position_mm, width_mm)
+    }
+
+    /// Contact law at a position of the table (mm), over a lobe of this width (mm); `None` on a rigid machine.
+    #[must_use]
+    pub fn contact_law_at(&self, z_mm: f64, width_mm: f64) -> Option<ContactLaw> {
+        self.contact.as_ref()?.law(z_mm, width_mm.min(self.wheel.width_mm))
     }
 
     /// Checks that the values describe a possible machine.

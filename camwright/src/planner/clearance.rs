@@ -52,7 +52,7 @@ pub(super) fn check_clearance(
         let way = MovePath::from_segment(segment, plan, machine, x_mm, z_mm);
         for (body, extent) in &bodies {
             let beside = extent.to_mm <= way.z_mm.0 - half_mm || extent.from_mm >= way.z_mm.1 + half_mm;
-            if beside || is_meant(*body, segment, &way) {
+            if beside || is_meant(*body, segment, &way, lobes) {
                 continue;
             }
             // The dresser is touched, not cut into.
@@ -130,14 +130,19 @@ fn cut_positions(plan: &Plan, cut: &CutSegment) -> Option<(f64, f64)> {
     Some((extremes(motion.path).0 + above_mm, motion.x_mm(motion.end_s())))
 }
 
-/// The wheel grinds the lobe that the step is for, with the table at rest before it.
-fn is_meant(body: Body, segment: &Segment, way: &MovePath) -> bool {
-    matches!((body, segment.lobe), (Body::Lobe(body), Some(lobe)) if body == lobe) && !way.moves_table()
+/// The wheel grinds the lobe that the step is for, with the table at rest before it. A plunge is ground beside and over its neighbours.
+fn is_meant(body: Body, segment: &Segment, way: &MovePath, lobes: &[PlannedLobe]) -> bool {
+    let (Body::Lobe(body), Some(lobe)) = (body, segment.lobe) else { return false };
+    let is_neighbour = || match (lobes.get(body), lobes.get(lobe)) {
+        (Some(body), Some(lobe)) => body.design.is_beside(&lobe.design),
+        _ => false,
+    };
+    (body == lobe || is_neighbour()) && !way.moves_table()
 }
 
 fn bodies(job: &JobSpec, machine: &MachineDescription, lobes: &[PlannedLobe]) -> Vec<(Body, Extent)> {
     let of_lobe = |(index, lobe): (usize, &PlannedLobe)| {
-        let place_mm = machine.station(&lobe.design.station)?.position_mm;
+        let place_mm = lobe.design.z_mm(machine)?;
         let half_mm = 0.5 * lobe.design.width_mm;
         // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
         let radius_mm = extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();

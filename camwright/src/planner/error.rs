@@ -287,6 +287,7 @@ pub enum RequiredPosition {
     Dresser,
     SearchStart,
     SearchEnd,
+    Plunge,
 }
 
 impl core::fmt::Display for RequiredPosition {
@@ -305,6 +306,7 @@ impl core::fmt::Display for RequiredPosition {
             Self::Dresser => "the dresser",
             Self::SearchStart => "the start of the search for the station's switch",
             Self::SearchEnd => "the end of the search for the station's switch",
+            Self::Plunge => "the plunge beside the station's switch",
         })
     }
 }

@@ -28,6 +28,8 @@ use alloc::vec::Vec;
 const ROUNDING_MM: f64 = 1e-4;
 /// Depth below the path that rounding of infeed and lead may cause (mm), as [`check_plan`](crate::planner::plan_check::check_plan) has it.
 const LAW_ROUNDING_MM: f64 = 1e-6;
+/// Distance of the table from a plunge at which it stands there (mm).
+const AT_PLUNGE_MM: f64 = 1e-3;
 /// Places of a straight move that are looked at.
 const MOVE_PLACES: u32 = 256;
 /// Most places of a path that are looked at; four to a knot where it has fewer.
@@ -141,13 +143,19 @@ impl GougeCheck<'_> {
         self.request.machine.axis(axis).scale.position(counts)
     }
 
-    /// Lobes that face the wheel, however little of them.
+    /// Lobes that face the wheel, however little of them. A wheel that stands at a plunge cuts its overlap with the neighbours too, and none
+    /// of what only they cut.
     fn facing(&self, z_mm: f64) -> impl Iterator<Item = usize> + use<> {
         let (machine, wheel_mm) = (self.request.machine, self.request.machine.wheel.width_mm);
+        let away_mm = |lobe: &PlannedLobe| lobe.design.z_mm(machine).map(|lobe_mm| (lobe_mm - z_mm).abs());
+        let stands_at = |lobe: &&PlannedLobe| away_mm(lobe).is_some_and(|away_mm| away_mm < AT_PLUNGE_MM);
+        let plunge = self.request.lobes.iter().filter(|lobe| lobe.design.plunge.is_some()).find(stands_at);
         let faces = self.request.lobes.iter().map(|lobe| {
-            let station = machine.station(&lobe.design.station);
+            if plunge.is_some_and(|plunge| plunge.design.is_beside(&lobe.design) && !core::ptr::eq(plunge, lobe)) {
+                return false;
+            }
             let half_mm = 0.5 * (lobe.design.width_mm + wheel_mm);
-            station.is_some_and(|station| (station.position_mm - z_mm).abs() < half_mm)
+            away_mm(lobe).is_some_and(|away_mm| away_mm < half_mm)
         });
         let faces: Vec<bool> = faces.collect();
         faces.into_iter().enumerate().filter(|(_, faces)| *faces).map(|(index, _)| index)

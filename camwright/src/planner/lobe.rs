@@ -11,6 +11,8 @@ use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
+use crate::job::plunges::{LobeSection, Plunge};
+use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::machine::wheel_state::WheelNow;
 use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
@@ -34,10 +36,12 @@ pub struct LobeDesign {
     pub phase_rad: f64,
     /// Assumed angle of its keyway (rad).
     pub part_phase_rad: f64,
-    /// Width (mm).
+    /// Width (mm); of a plunge the width of the wheel.
     pub width_mm: f64,
     /// Allowed form error.
     pub tolerance: FormTolerance,
+    /// Plunge of a lobe wider than the wheel that this is.
+    pub plunge: Option<Plunge>,
 }
 
 impl LobeDesign {
@@ -50,6 +54,40 @@ impl LobeDesign {
         }
         let radius = |i: u32| self.contour.radius_at(f64::from(i) * TURN_RAD / 36.0);
         (1..36).all(|i| (radius(i) - radius(0)).abs() < SAME_MM)
+    }
+
+    /// Middle of the wheel from the position of the station when it grinds this (mm).
+    #[must_use]
+    pub fn offset_mm(&self) -> f64 {
+        self.plunge.as_ref().map_or(0.0, |plunge| plunge.offset_mm(self.width_mm))
+    }
+
+    /// Position of `z_axis` at which the wheel grinds this (mm); `None` on a machine without its station.
+    #[must_use]
+    pub fn z_mm(&self, machine: &MachineDescription) -> Option<f64> {
+        Some(machine.station(&self.station)?.position_mm + self.offset_mm())
+    }
+
+    /// Contact law of wheel and lobe where it is ground, of a plunge over the width that no plunge has cut before; `None` on a rigid machine.
+    #[must_use]
+    pub fn contact_law(&self, machine: &MachineDescription) -> Option<ContactLaw> {
+        let fresh_mm = self.plunge.as_ref().map_or(self.width_mm, |plunge| plunge.fresh_width_mm(self.width_mm));
+        machine.contact_law_at(self.z_mm(machine)?, fresh_mm)
+    }
+
+    /// Sections of the part that are finished with this, its own first: one, or several of a plunge.
+    #[must_use]
+    pub fn sections(&self) -> Vec<LobeSection> {
+        match &self.plunge {
+            Some(plunge) => plunge.finished_sections(self.width_mm),
+            None => alloc::vec![LobeSection { name: self.name.clone(), offset_mm: 0.0, width_mm: self.width_mm }],
+        }
+    }
+
+    /// Both are plunges of one lobe.
+    #[must_use]
+    pub fn is_beside(&self, other: &Self) -> bool {
+        matches!((&self.plunge, &other.plunge), (Some(own), Some(other)) if own.lobe == other.lobe)
     }
 
     /// Centre of its contour on a part whose keyway truly lies at an azimuth (rad); `None` for the spindle axis, which it is but for a
@@ -140,6 +178,7 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
         part_phase_rad: job.part_phase_rad,
         width_mm: lobe.width_mm,
         tolerance: lobe.tolerance,
+        plunge: lobe.plunge.clone(),
     }
 }
 

@@ -5,8 +5,8 @@ use super::error::PlanError;
 use super::error::RequiredPosition;
 use super::lobe::{LobeStart, PlannedLobe, WheelShape, soft_limit};
 use super::steps::{PlanSteps, StepSubject, shared};
-use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
+use crate::job::grinding::{JobSpec, LobeSpec};
 use crate::machine::description::{Axis, MachineDescription, Station};
 use crate::machine::wheel_state::nm_from_mm;
 use crate::math::hermite::HermiteSpline;
@@ -70,7 +70,7 @@ impl<'a> Sequence<'a> {
         let lobe = &self.job.lobes[index];
         let of = StepSubject { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm: self.job.stock_mm };
         match self.steps.machine.station(&lobe.station) {
-            Some(station) => self.index_table(of, &lobe.name, station),
+            Some(station) => self.index_table(of, lobe, station),
             None => Ok(()),
         }
     }
@@ -284,7 +284,10 @@ impl<'a> Sequence<'a> {
     /// Predicts the time of cuts whose infeed ends at a size, or whose spark-out ends when the force is steady.
     fn foresee(&mut self) {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
-            let Some(law) = self.steps.machine.contact_law(&lobe.station, lobe.width_mm) else { continue };
+            let machine = self.steps.machine;
+            let z_mm = machine.station(&lobe.station).map(|station| station.position_mm + lobe.offset_mm());
+            let fresh_mm = lobe.plunge.as_ref().map_or(lobe.width_mm, |plunge| plunge.fresh_width_mm(lobe.width_mm));
+            let Some(law) = z_mm.and_then(|z_mm| machine.contact_law_at(z_mm, fresh_mm)) else { continue };
             let mut surface = GroundLobe::new(self.job.stock_mm, &law);
             for number in 0..self.steps.plan.segments.len() {
                 let size = GaugedSize::from_plan(&self.steps.plan, number, self.steps.machine);
@@ -311,20 +314,26 @@ impl<'a> Sequence<'a> {
     }
 
     /// The table goes to just before the switch, whichever side it comes from, then searches for it in its positive
-    /// direction: a switch closes at one place only when approached from one side.
-    fn index_table(&mut self, of: StepSubject<'_>, lobe: &str, station: &Station) -> Result<(), PlanError> {
+    /// direction: a switch closes at one place only when approached from one side. A plunge stands beside the switch.
+    fn index_table(&mut self, of: StepSubject<'_>, lobe: &LobeSpec, station: &Station) -> Result<(), PlanError> {
         let axis = self.steps.machine.axis(Axis::Z);
         let before_mm = station.position_mm - RUN_IN_MM;
         let speed = axis.search_velocity.min(axis.limits.velocity);
         let after_mm = RUN_IN_MM + self.steps.overshoot(Axis::Z, speed);
-        let place = || Subject::Lobe(lobe.into());
+        let offset_mm = lobe.offset_mm();
+        let place = || Subject::Lobe(lobe.name.clone());
         soft_limit(self.steps.machine, Axis::Z, before_mm, place(), RequiredPosition::SearchStart)?;
         soft_limit(self.steps.machine, Axis::Z, station.position_mm + after_mm, place(), RequiredPosition::SearchEnd)?;
+        soft_limit(self.steps.machine, Axis::Z, station.position_mm + offset_mm, place(), RequiredPosition::Plunge)?;
         let label = alloc::format!("table to before {}", station.switch);
         self.steps.move_axis(of, Axis::Z, self.steps.counts(Axis::Z, before_mm), None, &label)?;
-        let label = alloc::format!("table to {}", station.switch);
-        self.steps.search(of, Axis::Z, &station.switch, RUN_IN_MM + after_mm, RUN_IN_MM, 0, &label)?;
-        self.steps.at[Axis::Z.index()] = self.steps.counts(Axis::Z, station.position_mm);
+        let offset = self.steps.counts(Axis::Z, offset_mm);
+        let label = match offset {
+            0 => alloc::format!("table to {}", station.switch),
+            _ => alloc::format!("table to {}, {offset_mm:+.3} mm from it", station.switch),
+        };
+        self.steps.search(of, Axis::Z, &station.switch, RUN_IN_MM + after_mm, RUN_IN_MM, offset, &label)?;
+        self.steps.at[Axis::Z.index()] = self.steps.counts(Axis::Z, station.position_mm) + offset;
         Ok(())
     }
 

@@ -91,6 +91,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         profile: 0,
         width_mm: 14.0,
         tolerance: FormTolerance::default(),
+        plunge: None,
     };
     let max_rad_s = 10.0;
     let speed = match random.next() % 5 {

@@ -100,6 +100,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         profile: 0,
         width_mm: WIDTH_MM,
         tolerance: FormTolerance::default(),
+        plunge: None,
     };
     JobSpec {
         profiles: vec![journal(radius_mm)],

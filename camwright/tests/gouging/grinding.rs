@@ -98,6 +98,7 @@ pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
         profile: usize::try_from(random.next() % 2).expect("0 or 1"),
         width_mm: 15.0,
         tolerance: FormTolerance::default(),
+        plunge: None,
     });
     let lobes = lobes.collect();
     let along = random.one_of(&[InfeedDirection::X, InfeedDirection::X, InfeedDirection::Normal]);

@@ -71,6 +71,7 @@ fn job(mode: GaugingMode) -> JobSpec {
         profile: 0,
         width_mm: WIDTH_MM,
         tolerance: FormTolerance::default(),
+        plunge: None,
     };
     JobSpec {
         name: "journals".into(),

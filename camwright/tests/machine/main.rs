@@ -11,6 +11,7 @@ mod keyframes;
 mod motion;
 mod pins;
 mod real;
+mod sections;
 mod slow;
 mod stopping;
 mod turned;

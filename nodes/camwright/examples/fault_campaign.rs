@@ -15,8 +15,8 @@ use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::fault_campaign::{Campaign, CaseResult, FaultCase, every_fault, seeded_moments};
 use camwright_files::convert::plan::plan_from_pages;
-use camwright_files::convert::{centre_from_values, mm_from_m};
-use camwright_planning::{PreparedJob, prepare, raw_lobe};
+use camwright_files::convert::{centre_from_values, mm_from_m, offset_from_values};
+use camwright_planning::{PreparedJob, prepare, raw_part};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -43,10 +43,10 @@ struct Row {
 fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<ClosedLoop, Box<dyn std::error::Error>> {
     let lasting = PersistentState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting)?;
-    for index in 0..prepared.planned.lobes.len() {
-        let raw = raw_lobe(prepared, index);
-        let outline = (mm_from_m(raw.width), raw.radius.iter().map(|radius| mm_from_m(*radius)).collect());
-        machine.load_lobe_about(&raw.name, &raw.station, outline, centre_from_values(&raw.centre))?;
+    for raw in raw_part(prepared) {
+        let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+        let outline = (offset_from_values(&raw.centre), mm_from_m(raw.width), radii);
+        machine.load_section(&raw.name, &raw.station, outline, centre_from_values(&raw.centre))?;
     }
     Ok(ClosedLoop::new(machine))
 }

@@ -22,7 +22,7 @@ use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::{
-    BetweenLobes, HoldInCut, HomePosition, JobSpec, LobeSpec, MIN_BLOCKS, PassSpec, ProfileSpec, Subject,
+    BetweenLobes, HoldInCut, HomePosition, JobError, JobSpec, LobeSpec, MIN_BLOCKS, PassSpec, ProfileSpec, Subject,
 };
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::planner::{LobeOrder, fastest_order};
@@ -230,6 +230,10 @@ struct LobeFile {
     /// Width of the lobe.
     #[schemars(range(min = 1e-6, max = 1e4))]
     width_mm: f64,
+    /// Minimum overlap of the plunges that grind a lobe wider than the wheel, side by side; at most a third of the
+    /// wheel's width. Without effect on a lobe that the wheel covers. Default: a wider lobe is refused.
+    #[schemars(range(min = 1e-6, max = 1e4))]
+    plunge_overlap_mm: Option<f64>,
     /// Radius of the wheel that the lobe needs. Default: the job's.
     #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
@@ -348,12 +352,13 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut files));
     let program = program.transpose().map_err(one)?;
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
-    limits::too_long(minimum_cut_s(&spec))
-        .map_or(Ok(()), |message| Err(one(document.error("work_speed_rpm", message))))?;
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
     if let Some(order) = &lobe_order {
         spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
     }
+    spec.lobes = side_by_side(&file.lobes, spec.lobes, machine.description.wheel.width_mm, &document).map_err(one)?;
+    limits::too_long(minimum_cut_s(&spec))
+        .map_or(Ok(()), |message| Err(one(document.error("work_speed_rpm", message))))?;
     let start = file.start_at.as_ref().map(|start| start.index(&document, &spec.lobes)).transpose();
     let start = start.map_err(one)?.flatten();
     if let Some(start) = start {
@@ -377,6 +382,33 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         program,
         document,
     })
+}
+
+/// Lobes with the plunges of a wide lobe in its place, for a wheel of this width (mm).
+fn side_by_side(
+    files: &[LobeFile],
+    lobes: Vec<LobeSpec>,
+    wheel_mm: f64,
+    document: &Document,
+) -> Result<Vec<LobeSpec>, ConfigError> {
+    let mut plunges = Vec::new();
+    for lobe in lobes {
+        let overlap_mm = files.iter().find(|file| file.name == lobe.name).and_then(|file| file.plunge_overlap_mm);
+        let Some(overlap_mm) = overlap_mm else {
+            plunges.push(lobe);
+            continue;
+        };
+        let name = lobe.name.clone();
+        let key = |error: &JobError| match error {
+            JobError::PlungeOverlap { .. } => "plunge_overlap_mm",
+            _ => "width_mm",
+        };
+        let divided = lobe.side_by_side(overlap_mm, wheel_mm);
+        plunges.extend(
+            divided.map_err(|error| document.error(&format!("lobes.{name}.{}", key(&error)), error.to_string()))?,
+        );
+    }
+    Ok(plunges)
 }
 
 /// Time that all cuts take at least: every turn at the largest speed that its pass allows (s).
@@ -457,6 +489,7 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
             profile,
             width_mm: lobe.width_mm,
             tolerance: lobe.form_tolerance.unwrap_or(file.form_tolerance).tolerance(),
+            plunge: None,
         });
     }
     lobes

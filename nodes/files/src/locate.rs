@@ -25,6 +25,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/brake_cam.yaml", include_str!("../../../params/jobs/brake_cam.yaml")),
     ("jobs/crank_pins.yaml", include_str!("../../../params/jobs/crank_pins.yaml")),
     ("jobs/punches.yaml", include_str!("../../../params/jobs/punches.yaml")),
+    ("jobs/wide_lobes.yaml", include_str!("../../../params/jobs/wide_lobes.yaml")),
     ("jobs/eccentric.yaml", include_str!("../../../params/jobs/eccentric.yaml")),
     ("jobs/eccentric_disc.yaml", include_str!("../../../params/jobs/eccentric_disc.yaml")),
     ("jobs/plate_groove.yaml", include_str!("../../../params/jobs/plate_groove.yaml")),

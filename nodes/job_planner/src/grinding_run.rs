@@ -4,6 +4,7 @@ use super::execution::{Execution, JobFailure, PlanShare};
 use super::plan_progress::last_cuts;
 use super::{identify, lock};
 use camwright::motion::speed_plan::SpeedPlan;
+use camwright::planner::PlannedLobe;
 use camwright_files::stiffness_file::StoredContact;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
@@ -29,14 +30,14 @@ pub(super) struct GrindingRun {
     last_cuts: Vec<Option<usize>>,
     /// Turns of spark-out that the last plan omitted, by lobe.
     turns_left_out: Vec<u32>,
-    /// Measured values of each ground crank pin.
-    pins: Vec<String>,
+    /// Measured values of each ground crank pin and wide lobe.
+    measured: Vec<String>,
 }
 
 impl GrindingRun {
     pub(super) fn new(execution: Execution, prepared: PreparedJob) -> Self {
         let (stiffness, last_cuts, turns_left_out) = Default::default();
-        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out, pins: Vec::new() }
+        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out, measured: Vec::new() }
     }
 
     /// The whole run; the course is idle again when it returns.
@@ -141,8 +142,8 @@ impl GrindingRun {
         if let Some(saved) = &self.saved {
             took += &format!("; {saved}");
         }
-        for pin in &self.pins {
-            took += &format!("; {pin}");
+        for line in &self.measured {
+            took += &format!("; {line}");
         }
         if self.prepared.job.spec.rotary_indexing {
             return format!("{took}, with rotary indexing before each");
@@ -164,25 +165,31 @@ impl GrindingRun {
     fn measure(&mut self, ended: &RunJobResult, turns_left_out: Vec<u32>) -> Result<Vec<LobeResult>, JobFailure> {
         self.turns_left_out = turns_left_out;
         let lobes = &self.prepared.planned.lobes;
-        let names: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
+        let sections: Vec<Vec<String>> = lobes.iter().map(section_names).collect();
+        let names: Vec<&str> = sections.iter().flatten().map(String::as_str).collect();
         let parts =
             self.execution.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
                 JobFailure::Failed(format!(
                     "the job was executed, but the machine did not report the finished lobe {missing}"
                 ))
             })?;
-        self.learn(&parts);
-        self.pins =
-            lobes.iter().zip(&parts).filter_map(|(lobe, part)| planning::pin_line(&lobe.design, part)).collect();
-        let result = |(index, part)| self.lobe_result(index, part, ended);
-        parts.iter().enumerate().map(result).collect()
+        let by_lobe = split_parts(&parts, &sections);
+        let own: Vec<PartLobe> = by_lobe.iter().filter_map(|parts| parts.first().cloned()).collect();
+        self.learn(&own);
+        let pins = lobes.iter().zip(&own).filter_map(|(lobe, part)| planning::pin_line(&lobe.design, part));
+        let wide = planning::wide_lobe_forms(&self.prepared, &parts).into_iter().map(|form| form.to_string());
+        self.measured = pins.chain(wide).collect();
+        by_lobe.iter().enumerate().map(|(index, parts)| self.lobe_result(index, parts, ended)).collect()
     }
 
-    /// Result of a lobe from its outline.
-    fn lobe_result(&self, index: usize, part: &PartLobe, ended: &RunJobResult) -> Result<LobeResult, JobFailure> {
+    /// Result of a lobe from the outlines of its sections.
+    fn lobe_result(&self, index: usize, parts: &[PartLobe], ended: &RunJobResult) -> Result<LobeResult, JobFailure> {
         let lobe = &self.prepared.planned.lobes[index];
-        let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| JobFailure::Failed(e.to_string()))?;
-        self.execution.shared.lobe_forms.ground(&self.prepared, index, part);
+        let result = planning::sections_result(&lobe.design, parts);
+        let mut result = result.map_err(|error| JobFailure::Failed(error.to_string()))?;
+        if let Some(own) = parts.first() {
+            self.execution.shared.lobe_forms.ground(&self.prepared, index, own);
+        }
         result.start_angle = lobe.start_rad;
         let left_out = self.turns_left_out.get(index).copied().unwrap_or_default();
         let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
@@ -208,7 +215,8 @@ impl GrindingRun {
         }
         let logger = self.execution.shared.node.logger();
         let lobes = &self.prepared.planned.lobes;
-        let names: Vec<&str> = finished.iter().map(|index| lobes[*index].design.name.as_str()).collect();
+        let sections: Vec<Vec<String>> = finished.iter().map(|index| section_names(&lobes[*index])).collect();
+        let names: Vec<&str> = sections.iter().flatten().map(String::as_str).collect();
         let since_tick = ended.last_tick.max(last_tick);
         let measured = match self.execution.shared.parts.wait_reported(&names, since_tick, MEASURING_UNFINISHED) {
             Ok(parts) => parts,
@@ -217,7 +225,8 @@ impl GrindingRun {
                 return Vec::new();
             }
         };
-        let results = finished.iter().zip(&measured).map(|(index, part)| self.lobe_result(*index, part, ended));
+        let by_lobe = split_parts(&measured, &sections);
+        let results = finished.iter().zip(by_lobe).map(|(index, parts)| self.lobe_result(*index, parts, ended));
         let judged = |result: Result<LobeResult, JobFailure>| match result {
             Ok(result) => Some(result),
             Err(JobFailure::Failed(reason) | JobFailure::Cancelled(reason)) => {
@@ -242,4 +251,19 @@ impl GrindingRun {
             Err(error) => logger.error(&format!("nothing was learned from the part: {error}")),
         }
     }
+}
+
+/// Names of the sections that are finished with a lobe, its own first.
+fn section_names(lobe: &PlannedLobe) -> Vec<String> {
+    lobe.design.sections().into_iter().map(|section| section.name).collect()
+}
+
+/// Outlines of consecutive sections, by lobe.
+fn split_parts<'a>(mut parts: &'a [PartLobe], sections: &[Vec<String>]) -> Vec<&'a [PartLobe]> {
+    let split = |names: &Vec<String>| {
+        let (own, rest) = parts.split_at(names.len().min(parts.len()));
+        parts = rest;
+        own
+    };
+    sections.iter().map(split).collect()
 }

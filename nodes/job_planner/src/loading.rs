@@ -34,8 +34,8 @@ impl Shared {
     pub(super) fn put_in(&self, prepared: &PreparedJob, is_cancelled: &dyn Fn() -> bool) -> Result<(), LoadingFailure> {
         self.setup.forget_phase();
         self.parts.clear();
-        for index in 0..prepared.planned.lobes.len() {
-            let request = LoadLobeRequest { clear: index == 0, lobe: planning::raw_lobe(prepared, index) };
+        for (index, lobe) in planning::raw_part(prepared).enumerate() {
+            let request = LoadLobeRequest { clear: index == 0, lobe };
             offered(&self.load_lobe, &request, |answer| (answer.success, answer.message), is_cancelled)?;
             // The machine reports what was ground, not what was put in.
             self.parts.add(request.lobe);

@@ -118,7 +118,7 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
         job: job.to_owned(),
         name: design.name.clone(),
         station: design.station.clone(),
-        table_position: machine.station(&design.station).map_or(0.0, |station| m_from_mm(station.position_mm)),
+        table_position: design.z_mm(machine).map_or(0.0, m_from_mm),
         width: m_from_mm(design.width_mm),
         tolerance: m_from_mm(design.tolerance.largest_mm()),
         form_error_allowed: (0..AZIMUTHS).map(|i| m_from_mm(allowed_mm(azimuth(i) - phase_rad))).collect(),

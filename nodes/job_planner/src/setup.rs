@@ -334,7 +334,7 @@ impl SetupWork {
                 format!("lobe {} is not round: where the wheel touches it depends on its phase", design.name).into()
             );
         }
-        let z_mm = table(&design.station)?;
+        let z_mm = table(&design.station)? + design.offset_mm();
         if given_mm > 0.0 {
             return Ok((z_mm, given_mm, given_mm));
         }

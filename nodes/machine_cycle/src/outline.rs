@@ -20,6 +20,8 @@ pub struct PartOutline {
     /// Index of its station, and its width (mm); of a lobe.
     pub station: usize,
     pub width_mm: f64,
+    /// Middle of the lobe from the position of its station along Z.
+    pub offset_mm: f64,
     pub key_way_rad: f64,
     /// Centre of the radii, of a crank pin.
     pub centre: Option<LobeCentre>,
@@ -44,7 +46,7 @@ impl PartOutline {
     pub fn update(&mut self, machine: &Machine) {
         self.tick = machine.tick();
         self.key_way_rad = machine.key_way_rad();
-        self.centre = None;
+        (self.centre, self.offset_mm) = (None, 0.0);
         self.places_mm.clear();
         self.radii_mm.clear();
         if let Some(part) = machine.turned_part() {
@@ -56,7 +58,8 @@ impl PartOutline {
             }
         } else if let Some(lobe) = machine.part().lobes().get(self.lobe) {
             let station = machine.description().stations.get(lobe.station());
-            self.places_mm.push(station.map_or(0.0, |station| station.position_mm));
+            self.places_mm.push(station.map_or(0.0, |station| station.position_mm) + lobe.offset_mm());
+            self.offset_mm = lobe.offset_mm();
             self.station = lobe.station();
             self.width_mm = lobe.width_mm();
             self.centre = lobe.centre();

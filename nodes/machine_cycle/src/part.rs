@@ -7,7 +7,7 @@ use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::workpiece::{CutRecord, LobeError};
 use camwright_files::convert::pages::{RADII_PER_PAGE, split};
 use camwright_files::convert::time::TickClock;
-use camwright_files::convert::{centre_from_values, m_from_mm, mm_from_m};
+use camwright_files::convert::{centre_from_values, m_from_mm, mm_from_m, offset_from_values};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use thiserror::Error;
@@ -19,6 +19,8 @@ pub struct RawLobe {
     pub name: String,
     pub station: String,
     pub width_mm: f64,
+    /// Middle of its width from the position of the station along Z.
+    pub offset_mm: f64,
     /// Angle of the part's keyway, the same for every lobe.
     pub key_way_rad: f64,
     pub radii_mm: Vec<f64>,
@@ -56,6 +58,8 @@ pub struct SnapshotLobe {
     pub name: String,
     pub station: String,
     pub width_mm: f64,
+    /// Middle of its width from the position of the station along Z.
+    pub offset_mm: f64,
     pub radii_mm: Vec<f64>,
     pub centre: Option<LobeCentre>,
     /// Process values at every degree; `None` if they are unknown.
@@ -101,6 +105,7 @@ impl RawLobe {
             name: lobe.name.clone(),
             station: lobe.station.clone(),
             width_mm: mm_from_m(lobe.width),
+            offset_mm: offset_from_values(&lobe.centre),
             key_way_rad: lobe.key_way,
             radii_mm: lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
             centre: centre_from_values(&lobe.centre),
@@ -115,8 +120,8 @@ impl RawLobe {
         }
         let radii = std::mem::take(&mut self.radii_mm);
         machine.set_keyway(self.key_way_rad);
-        let outline = (self.width_mm, radii);
-        machine.load_lobe_about(&self.name, &self.station, outline, self.centre).map_err(LobeRefused::Part)
+        let outline = (self.offset_mm, self.width_mm, radii);
+        machine.load_section(&self.name, &self.station, outline, self.centre).map_err(LobeRefused::Part)
     }
 }
 
@@ -161,6 +166,7 @@ impl PartSnapshot {
             name: lobe.name().to_owned(),
             station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
             width_mm: lobe.width_mm(),
+            offset_mm: lobe.offset_mm(),
             radii_mm: lobe.radii_mm().to_vec(),
             centre: lobe.centre(),
             cut: lobe.cut_record().cloned(),

@@ -15,7 +15,7 @@ use camwright_files::convert::gauge::readings;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
 use camwright_files::convert::machine_report::{cut_of, io_message, joint_values, latch_message, motion_number};
 use camwright_files::convert::time::TickClock;
-use camwright_files::convert::{centre_values, m_from_mm, si_from_core};
+use camwright_files::convert::{m_from_mm, section_centre_values, si_from_core};
 use camwright_machine_cycle::active_alarms::ActiveAlarms;
 use camwright_machine_cycle::messages::{Inbound, Outbound};
 use camwright_machine_cycle::pacing::Slip;
@@ -433,7 +433,7 @@ impl MachinePump {
                 finished: snapshot.finished,
                 key_way: snapshot.key_way_rad,
                 radius: lobe.radii_mm.iter().map(|radius| m_from_mm(*radius)).collect(),
-                centre: centre_values(lobe.centre),
+                centre: section_centre_values(lobe.centre, lobe.offset_mm),
                 ..lobe.cut.as_ref().map(|cut| cut_of(cut, common_mm)).unwrap_or_default()
             })?;
         }

@@ -6,7 +6,7 @@ use camwright::simulation::process_monitor::{Engaged, ProcessMonitor, ProcessVal
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
 use camwright_files::convert::time::TickClock;
-use camwright_files::convert::{centre_values, m_from_mm, si_from_core, si_from_counts};
+use camwright_files::convert::{centre_values, m_from_mm, section_centre_values, si_from_core, si_from_counts};
 use camwright_machine_cycle::messages::Inbound;
 use camwright_machine_cycle::outline::PartOutline;
 use camwright_msgs::builtin_interfaces::msg::Time;
@@ -272,7 +272,7 @@ impl SceneOutlet {
             finished: self.left.contains(&outline.lobe),
             key_way: outline.key_way_rad,
             radius: radii.clone(),
-            centre: centre_values(outline.centre),
+            centre: section_centre_values(outline.centre, outline.offset_mm),
             ..PartLobe::default()
         })?;
         let half = 0.5 * m_from_mm(outline.width_mm);

@@ -100,6 +100,7 @@ mod tests {
             part_phase_rad: 0.0,
             width_mm: 14.0,
             tolerance: FormTolerance::default(),
+            plunge: None,
         };
         let part = |um: f64| {
             let radius = vec![m_from_mm(20.0 + 1e-3 * um); 360];

@@ -45,8 +45,7 @@ impl std::fmt::Display for LobeDeflection {
 }
 
 fn law_of(prepared: &PreparedJob, lobe: usize) -> Option<ContactLaw> {
-    let (machine, design) = (&prepared.machine, &prepared.planned.lobes.get(lobe)?.design);
-    machine.contact_law(&design.station, design.width_mm)
+    prepared.planned.lobes.get(lobe)?.design.contact_law(&prepared.machine)
 }
 
 fn forecast(prepared: &PreparedJob, lobe: usize, law: &ContactLaw) -> Option<Deflections> {

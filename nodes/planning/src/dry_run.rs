@@ -21,7 +21,7 @@ impl PreparedJob {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{prepare, raw_lobe, simulate_job, simulate_outlines_on};
+    use super::super::{prepare, raw_part, simulate_job, simulate_outlines_on};
     use camwright::machine::description::Effect;
     use camwright::math::units::um_from_mm;
     use camwright_files::convert::mm_from_m;
@@ -33,8 +33,8 @@ mod tests {
             let set = ["dry_run.stand_off_mm=5".to_owned(), extra.to_owned()];
             let prepared = prepare(job, &set, None).unwrap_or_else(|error| panic!("{error}"));
             let (_, _, outlines) = simulate_outlines_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
-            for (index, outline) in outlines.iter().enumerate() {
-                let raw: Vec<f64> = raw_lobe(&prepared, index).radius.iter().map(|radius| mm_from_m(*radius)).collect();
+            for (index, (outline, raw)) in outlines.iter().zip(raw_part(&prepared)).enumerate() {
+                let raw: Vec<f64> = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
                 assert_eq!(*outline, raw, "{job}, lobe {index}");
             }
         }

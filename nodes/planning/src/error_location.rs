@@ -54,12 +54,12 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::Collision { obstacle: Some(obstacle), .. } => format!("obstacles.{obstacle}"),
         PlanError::Collision { lobe: Some(lobe), .. } => {
             // Lobes may stand in another order than in the file.
-            job.spec.lobes.get(*lobe).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(&lobe.name)))
+            job.spec.lobes.get(*lobe).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(job, &lobe.name)))
         }
         // On its way to the home position the wheel is nearest where the last retract left it.
         PlanError::Collision { x_mm, .. } if *x_mm < job.spec.home.x_mm => "rapid_advance_mm".into(),
         PlanError::Collision { .. } => "home.x_mm".into(),
-        PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
+        PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
@@ -76,14 +76,14 @@ fn key(job: &Job, error: &PlanError) -> String {
             (RequiredPosition::Home, ..) => "home.z_mm".into(),
             (RequiredPosition::RapidAdvance, ..) => "rapid_advance_mm".into(),
             (RequiredPosition::Hold, ..) => "retract_clearance_mm".into(),
-            (_, _, Subject::Lobe(lobe)) => format!("{}.station", lobe_key(lobe)),
+            (_, _, Subject::Lobe(lobe)) => format!("{}.station", lobe_key(job, lobe)),
             _ => String::new(),
         },
         PlanError::NotClear { what: IdleWheelStep::Home, .. } => "home.x_mm".into(),
         PlanError::NotClear { .. } => "rapid_advance_mm".into(),
         PlanError::Move { .. } => "rapid_speed_mm_s".into(),
         PlanError::DryRun { .. } => "dry_run.stand_off_mm".into(),
-        PlanError::Gouges { lobe, .. } => lobe_key(lobe),
+        PlanError::Gouges { lobe, .. } => lobe_key(job, lobe),
         PlanError::Check(_) => String::new(),
     }
 }
@@ -92,9 +92,9 @@ fn job_key(job: &Job, error: &JobError) -> String {
     match error {
         JobError::NoLobes => "lobes".into(),
         JobError::SameName { second, .. } => format!("lobes.{}.name", second.saturating_sub(1)),
-        JobError::SameStation { second, .. } => format!("{}.station", lobe_key(second)),
+        JobError::SameStation { second, .. } => format!("{}.station", lobe_key(job, second)),
         JobError::NeighbourInReach { lobe, .. } | JobError::UnknownStation { lobe, .. } => {
-            format!("{}.station", lobe_key(lobe))
+            format!("{}.station", lobe_key(job, lobe))
         }
         JobError::LearnsAndCorrects | JobError::LearnedElsewhere { .. } | JobError::LearnedTooMuch { .. } => {
             "form_compensation".into()
@@ -117,11 +117,14 @@ fn job_key(job: &Job, error: &JobError) -> String {
         | JobError::StockNotRound { lobe }
         | JobError::SizeNotRound { lobe }
         | JobError::PinUnderGauge { lobe, .. } => {
-            format!("{}.profile", lobe_key(lobe))
+            format!("{}.profile", lobe_key(job, lobe))
         }
         JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
-        JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
-        JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),
+        JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
+        JobError::SectionCount { .. } => "lobes".into(),
+        JobError::WideUnderGauge { key, .. } => (*key).into(),
+        JobError::PlungeOverlap { lobe, .. } => format!("{}.plunge_overlap_mm", lobe_key(job, lobe)),
+        JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
         JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
         JobError::NoBody { name, .. } => {
             index_key("obstacles", job.spec.obstacles.iter().position(|obstacle| obstacle.name == *name))
@@ -132,7 +135,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::OutOfRange { place, key, .. } => {
             let key = file_key(*key);
             match place {
-                Subject::Lobe(lobe) => format!("{}.{key}", lobe_key(lobe)),
+                Subject::Lobe(lobe) => format!("{}.{key}", lobe_key(job, lobe)),
                 Subject::Pass(pass) if key == PER_BLOCK => infeed_key(job, pass),
                 Subject::Pass(pass) => pass_key(job, pass, key),
                 Subject::Job => key.into(),
@@ -197,14 +200,16 @@ pub(super) fn infeed_key(job: &Job, pass: &str) -> String {
 fn wish_key(job: &Job, mounted_mm: f64) -> String {
     let other = job.spec.wheels.iter().find(|wish| (wish.radius_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM);
     match other.map(|wish| &wish.of) {
-        Some(Subject::Lobe(name)) => format!("{}.wheel_radius_mm", lobe_key(name)),
+        Some(Subject::Lobe(name)) => format!("{}.wheel_radius_mm", lobe_key(job, name)),
         Some(Subject::Pass(name)) => pass_key(job, name, "wheel_radius_mm"),
         _ => "wheel_radius_mm".into(),
     }
 }
 
-fn lobe_key(name: &str) -> String {
-    format!("lobes.{name}")
+/// Key of a lobe; that of the wide lobe for one of its plunges.
+fn lobe_key(job: &Job, name: &str) -> String {
+    let plunge = job.spec.lobes.iter().find(|lobe| lobe.name == name).and_then(|lobe| lobe.plunge.as_ref());
+    format!("lobes.{}", plunge.map_or(name, |plunge| &plunge.lobe))
 }
 
 fn profile_key(job: &Job, name: &str) -> String {

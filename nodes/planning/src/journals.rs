@@ -264,13 +264,22 @@ pub fn for_stock(prepared: &PreparedJob, logs: &[JournalReadings]) -> Result<Pre
     Ok(PreparedForStock { prepared, lines, saved })
 }
 
-/// A lobe of the raw part: its design, its stock, and what is off about it.
-#[must_use]
-pub fn raw_lobe(prepared: &PreparedJob, index: usize) -> PartLobe {
-    let (job, design) = (&prepared.job.spec, &prepared.planned.lobes[index].design);
-    let z_mm = prepared.machine.station(&design.station).map_or(0.0, |station| station.position_mm);
+/// The raw part as the machine takes it: its lobes in the order of machining, a wide lobe as its sections. Each has the stock of the job
+/// and what is off about the part where it stands.
+pub fn raw_part(prepared: &PreparedJob) -> impl Iterator<Item = PartLobe> + '_ {
+    let job = &prepared.job.spec;
     let key_way_rad = job.raw_part.clamped_at_rad;
-    lobes::blank(design, job.stock_mm, key_way_rad, |azimuth_rad| job.raw_part.above_mm(azimuth_rad, z_mm))
+    // The section that has the name of a plunge stands at the index of the plunge.
+    let designs = || prepared.planned.lobes.iter().map(|lobe| &lobe.design);
+    let first = designs().filter_map(|design| Some((design, design.sections().into_iter().next()?)));
+    let further =
+        designs().flat_map(|design| design.sections().into_iter().skip(1).map(move |section| (design, section)));
+    first.chain(further).map(move |(design, section)| {
+        let station_mm = prepared.machine.station(&design.station).map_or(0.0, |station| station.position_mm);
+        let z_mm = station_mm + section.offset_mm;
+        let above_mm = |azimuth_rad: f64| job.raw_part.above_mm(azimuth_rad, z_mm);
+        lobes::blank(design, &section, job.stock_mm, key_way_rad, above_mm)
+    })
 }
 
 #[cfg(test)]

@@ -48,6 +48,7 @@ mod turn;
 mod turn_curve;
 mod turn_summary;
 mod turning;
+mod wide_lobes;
 
 pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any, prepare_any_timed};
 pub use camwright::cam::gauge_report::Alignment;
@@ -68,14 +69,16 @@ pub use findings::check;
 pub use inspect::inspections;
 pub use journals::{
     CorrectionFailed, MeasuredContacts, PreparedCorrection, PreparedForStock, PreparedMeasuring, correct, for_stock,
-    hash_of, measured_contacts, raw_lobe,
+    hash_of, measured_contacts, raw_part,
 };
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
-pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result, measured_form, pin_line};
+pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result, measured_form, pin_line, sections_result};
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;
-pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, simulate_outlines_on};
+pub use simulate::{
+    Outlines, SimulationFailed, simulate_job, simulate_job_on, simulate_outlines_on, simulate_wide_lobes,
+};
 pub use stored_stiffness::{StoredContacts, kept_contacts, learn_stiffness};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
 pub use table::{NumberColumn, NumberTable};
@@ -92,6 +95,8 @@ pub use turning::{
     plan_turned, simulate_turned, simulate_turned_on, turned_causes, turned_form, turned_result, turning_notes,
     turning_s, turning_summary, write_turning,
 };
+
+pub use wide_lobes::{PlungeStep, PlungeSummary, WideLobeForm, wide_lobe_forms};
 
 use camwright::cam::inspection::Inspection;
 use camwright::machine::description::MachineDescription;

@@ -2,10 +2,11 @@
 
 use camwright::cam::contour::Contour;
 use camwright::cam::form::{Form, FormError};
+use camwright::job::plunges::LobeSection;
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
 use camwright::planner::LobeDesign;
-use camwright_files::convert::{centre_values, m_from_mm, mm_from_m};
+use camwright_files::convert::{m_from_mm, mm_from_m, section_centre_values};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use thiserror::Error;
 
@@ -21,22 +22,28 @@ pub struct LobeFormError {
     pub source: FormError,
 }
 
-/// The raw outline of a lobe: its contour with the stock along the normal and what the part has above that (mm, over the azimuth from its
+/// The raw outline of a section of a lobe: its contour with the stock along the normal and what the part has above that (mm, over the azimuth from its
 /// keyway), on equal azimuths, with its keyway at one of them (rad).
 #[must_use]
-pub(super) fn blank(design: &LobeDesign, stock_mm: f64, key_way_rad: f64, above_mm: impl Fn(f64) -> f64) -> PartLobe {
+pub(super) fn blank(
+    design: &LobeDesign,
+    section: &LobeSection,
+    stock_mm: f64,
+    key_way_rad: f64,
+    above_mm: impl Fn(f64) -> f64,
+) -> PartLobe {
     let phase_rad = design.phase_on_rad(key_way_rad);
     let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - phase_rad, stock_mm);
     let above_mm = |azimuth_rad: f64| above_mm(azimuth_rad - key_way_rad);
     let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(even_mm(at) + above_mm(at))).collect();
     PartLobe {
-        name: design.name.clone(),
+        name: section.name.clone(),
         station: design.station.clone(),
-        width: m_from_mm(design.width_mm),
+        width: m_from_mm(section.width_mm),
         finished: false,
         key_way: key_way_rad,
         radius,
-        centre: centre_values(design.centre_on(key_way_rad)),
+        centre: section_centre_values(design.centre_on(key_way_rad), section.offset_mm),
         ..PartLobe::default()
     }
 }
@@ -134,6 +141,40 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
     })
 }
 
+/// Result of a ground lobe or plunge from the sections that are finished with it, its own first: the worst of them against the design.
+///
+/// # Errors
+/// Those of [`lobe_result`]; no section.
+pub fn sections_result(design: &LobeDesign, sections: &[PartLobe]) -> Result<LobeResult, LobeFormError> {
+    let (own, beside) = match sections {
+        [own, beside @ ..] => (own, beside),
+        [] => (&PartLobe::default(), sections),
+    };
+    let mut worst = lobe_result(design, own)?;
+    if let (Some(plunge), Some(section)) = (&design.plunge, design.sections().first()) {
+        // The spindle drives the cut over all the width that no plunge has cut before.
+        worst.power_max *= plunge.fresh_width_mm(design.width_mm) / section.width_mm;
+    }
+    for section in beside {
+        let found = lobe_result(design, section)?;
+        let is_worse = found.form_error_max.abs() * worst.form_error_allowed
+            > worst.form_error_max.abs() * found.form_error_allowed;
+        if is_worse {
+            worst.form_error_max = found.form_error_max;
+            worst.form_error_max_angle = found.form_error_max_angle;
+            worst.form_error_allowed = found.form_error_allowed;
+        }
+        worst.form_error_rms = worst.form_error_rms.max(found.form_error_rms);
+        worst.lift_error = worst.lift_error.max(found.lift_error);
+        worst.runout = worst.runout.max(found.runout);
+        if found.burn_index_max > worst.burn_index_max {
+            worst.burn_index_max = found.burn_index_max;
+            worst.burn_index_max_angle = found.burn_index_max_angle;
+        }
+    }
+    Ok(worst)
+}
+
 /// Roundness of a ground crank pin, and the errors of its diameter and of its centre, in a sentence; `None` for other lobes.
 #[must_use]
 pub fn pin_line(design: &LobeDesign, measured: &PartLobe) -> Option<String> {
@@ -159,7 +200,7 @@ mod tests {
     #[test]
     fn the_blank_of_a_pin_is_a_larger_pin() {
         let pin = LobeDesign { contour: Contour::pin(40.0, 25.0).unwrap(), ..disc(1.0, 20.0, 0.7) };
-        let blank = blank(&pin, 0.3, 0.1, |_| 0.0);
+        let blank = raw(&pin, 0.3, 0.1);
         let [distance, azimuth] = blank.centre[..] else { panic!("{:?}", blank.centre) };
         assert!((mm_from_m(distance) - 40.0).abs() < 1e-12 && (azimuth - 0.8).abs() < 1e-12, "{:?}", blank.centre);
         assert!(blank.radius.iter().all(|radius| (mm_from_m(*radius) - 25.3).abs() < 1e-9));
@@ -167,7 +208,11 @@ mod tests {
         assert_eq!(line, "pin A: roundness 0.00 um, diameter +600.00 um, throw +0.00 um, angle +0.00000 deg");
         assert!((lobe_result(&pin, &blank).unwrap().runout).abs() < 1e-300, "the runout of a journal is none of a pin");
         assert_eq!(pin_line(&disc(1.0, 20.0, 0.7), &blank), None);
-        assert!(super::blank(&disc(1.0, 20.0, 0.7), 0.3, 0.1, |_| 0.0).centre.is_empty());
+        assert!(raw(&disc(1.0, 20.0, 0.7), 0.3, 0.1).centre.is_empty());
+    }
+
+    fn raw(design: &LobeDesign, stock_mm: f64, key_way_rad: f64) -> PartLobe {
+        blank(design, &design.sections()[0], stock_mm, key_way_rad, |_| 0.0)
     }
 
     fn disc(eccentricity_mm: f64, radius_mm: f64, phase_rad: f64) -> LobeDesign {
@@ -179,6 +224,7 @@ mod tests {
             part_phase_rad: 0.0,
             width_mm: 14.0,
             tolerance: FormTolerance::default(),
+            plunge: None,
         }
     }
 
@@ -207,7 +253,7 @@ mod tests {
     #[test]
     fn the_blank_of_a_disc_is_a_larger_disc() {
         let (e, r, stock, phase) = (4.2, 19.0, 0.3, 1.1);
-        let blank = blank(&disc(e, r, phase), stock, 0.0, |_| 0.0);
+        let blank = raw(&disc(e, r, phase), stock, 0.0);
         assert_eq!(blank.radius.len(), BLANK_POINTS);
         for (i, radius) in blank.radius.iter().enumerate() {
             let angle = azimuth(i) - phase;
@@ -220,7 +266,7 @@ mod tests {
     #[test]
     fn the_form_error_of_a_blank_is_its_stock() {
         let design = disc(4.2, 19.0, -0.7);
-        let result = lobe_result(&design, &blank(&design, 0.25, 0.0, |_| 0.0)).unwrap();
+        let result = lobe_result(&design, &raw(&design, 0.25, 0.0)).unwrap();
         assert!((result.form_error_max - 0.25e-3).abs() < 1e-11);
         assert!((result.form_error_rms - 0.25e-3).abs() < 1e-11);
     }
@@ -229,12 +275,12 @@ mod tests {
     #[test]
     fn form_is_measured_from_the_key_way_wherever_the_part_is_clamped() {
         let design = disc(4.2, 19.0, -0.7);
-        let askew = blank(&design, 0.25, 0.1, |_| 0.0);
+        let askew = raw(&design, 0.25, 0.1);
         assert!((lobe_result(&design, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
         let found = LobeDesign { phase_rad: -0.6, part_phase_rad: 0.1, ..design.clone() };
         assert!((lobe_result(&found, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
         // Ground where the keyway should be: the disc is turned by 0.1 rad, up to e sin 0.1 off in addition to its stock.
-        let ground = PartLobe { key_way: 0.1, ..blank(&design, 0.25, 0.0, |_| 0.0) };
+        let ground = PartLobe { key_way: 0.1, ..raw(&design, 0.25, 0.0) };
         let off = lobe_result(&design, &ground).unwrap().form_error_max.abs();
         assert!((off - (0.25e-3 + 4.2e-3 * (2.0 * 0.05_f64.sin()))).abs() < 2e-5, "{off}");
     }

@@ -37,7 +37,7 @@ pub(super) fn with_program(
     }
     let lobes: Vec<ProgramLobe<'_>> = (job.spec.lobes.iter())
         .filter_map(|lobe| {
-            let z_mm = machine.station(&lobe.station)?.position_mm;
+            let z_mm = machine.station(&lobe.station)?.position_mm + lobe.offset_mm();
             Some(ProgramLobe { name: &lobe.name, z_mm, width_mm: lobe.width_mm })
         })
         .collect();

@@ -7,6 +7,7 @@ use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
 use super::turn::LobeTurn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
+use super::wide_lobes::PlungeSummary;
 use camwright::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use camwright::motion::speed_plan::{LimitUse, SpeedPlan};
 use camwright::planner::PlannedLobe;
@@ -78,6 +79,9 @@ pub struct LobeSummary {
     /// Throw and contact of a crank pin; none of a lobe about the axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crank_pin: Option<CrankPinSummary>,
+    /// The plunge of a lobe wider than the wheel that this is; none of a lobe that the wheel covers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plunge: Option<PlungeSummary>,
     /// Knots of the path over one turn.
     pub path_knots: usize,
     /// Largest distance from the contour of the points that the path grinds.
@@ -219,6 +223,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         max_pressure_angle_deg: deg_from_rad(lobe.design.contour.max_pressure_angle().value),
         largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
         crank_pin: CrankPinSummary::from_lobe(lobe),
+        plunge: PlungeSummary::from_design(prepared, &lobe.design),
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
         giving_way: deflection::from_lobe(prepared, index),

@@ -128,6 +128,7 @@ fn lobe(name: &str, station: &str, phase_deg: f64, profile: usize) -> LobeSpec {
         profile,
         width_mm: 14.0,
         tolerance: FormTolerance::default(),
+        plunge: None,
     }
 }
 

@@ -4,14 +4,18 @@ use super::contact_modes::ContactModes;
 use super::inputs::{Inputs, Sensing};
 use super::probes::{GapWatch, engagement_mm};
 use super::wheel::WheelSurface;
+use super::workholding::{FacedSection, FacedSections};
 use crate::cam::contour::LobeCentre;
-use crate::machine::contact_law::ContactLaw;
+use crate::machine::contact_law::{ContactLaw, EngagedWidth, shared_deflection_mm};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::Input;
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::force_monitor::ForceMonitor;
-use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelCentre, WheelPass};
+use crate::simulation::workpiece::{
+    DeepestTouch, Deflection, Engagement, MAX_FACED, Removal, TouchedCut, WheelCentre, WheelPass, Workpiece,
+};
+use alloc::vec::Vec;
 
 /// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
 /// a concave flank whose radius is the wheel's over 0.9, the tightest that is planned.
@@ -23,7 +27,7 @@ const CUSP_MM: f64 = 5.0e-6;
 /// Distance by which the deflection may change in a servo step without a new search for the contact (mm).
 const DEFLECTS_MM: f64 = 0.005;
 
-/// One servo step of the wheel along the lobe in front of it.
+/// One servo step of the wheel along the sections in front of it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LobeSweep<'a> {
     pub(super) c: &'a Span,
@@ -49,15 +53,17 @@ pub(super) struct ContactState {
     gap: Option<GapWatch>,
     /// Vibration between wheel and part; `None`: they deflect without delay.
     modes: Option<ContactModes>,
-    /// The wheel in the present tick.
+    /// The wheel in the present tick, along the section nearest to its middle.
     pass: WheelPass,
+    /// The same along the sections beside.
+    beside: Vec<WheelPass>,
 }
 
 snapshot_groups!(ContactState {
     keep_force(fields: deflection, force_n, push_n, force_monitor),
     keep_gap(equipment: gap),
     keep_modes(equipment: modes),
-} on { pass });
+} on { pass, beside });
 
 impl ContactState {
     pub(super) fn new(description: &MachineDescription) -> Self {
@@ -69,6 +75,7 @@ impl ContactState {
             gap: GapWatch::new(description),
             modes: description.contact.as_ref().and_then(ContactModes::new),
             pass: WheelPass::new(),
+            beside: alloc::vec![WheelPass::new(); MAX_FACED - 1],
         }
     }
 
@@ -167,30 +174,37 @@ impl ContactState {
     /// A tick begins.
     pub(super) fn begin_tick(&mut self) {
         self.pass.begin();
+        self.beside.iter_mut().for_each(WheelPass::begin);
     }
 
-    /// Ends a tick along a lobe: makes the cuts that wait.
-    pub(super) fn finish(&mut self, lobe: &mut Lobe) -> Removal {
-        lobe.finish(&mut self.pass)
+    /// Ends a tick along the sections of a lobe: makes the cuts that wait.
+    pub(super) fn finish(&mut self, part: &mut Workpiece, faced: &FacedSections) -> Removal {
+        let removal = part.lobe_mut(faced.main.lobe).finish(&mut self.pass);
+        let beside = faced.beside().zip(&mut self.beside);
+        beside.fold(removal, |removal, (section, pass)| removal.beside(part.lobe_mut(section.lobe).finish(pass)))
     }
 
-    /// Sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
+    /// Sweeps the sections of a lobe along a servo step, in steps so small that the cusps between them do not matter.
     #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
-    pub(super) fn grind(&mut self, lobe: &mut Lobe, law: Option<&ContactLaw>, sweep: &LobeSweep<'_>) -> Removal {
+    pub(super) fn grind(&mut self, part: &mut Workpiece, faced: &FacedSections, sweep: &LobeSweep<'_>) -> Removal {
         let LobeSweep { c, x, per_rad, per_mm, rotation_sense: sense, step_s, surface, cuts } = *sweep;
+        let (main, law) = (faced.main.lobe, faced.main.law.as_ref());
         let turn = libm::round(TURN_RAD * per_rad);
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
         let vibration_mm = self.modes.as_ref().map_or(0.0, ContactModes::reach_mm);
         let nearest_mm =
             (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm() - vibration_mm;
-        if nearest_mm - surface.radius_mm >= lobe.reach_mm() + lobe.throw_mm() {
-            let removal = lobe.finish(&mut self.pass);
-            lobe.leave();
+        let reach_mm =
+            |section: FacedSection| part.lobes()[section.lobe].reach_mm() + part.lobes()[section.lobe].throw_mm();
+        if nearest_mm - surface.radius_mm >= faced.beside().map(reach_mm).fold(reach_mm(faced.main), f64::max) {
+            let removal = self.finish(part, faced);
+            part.lobe_mut(main).leave();
+            faced.beside().for_each(|section| part.lobe_mut(section.lobe).leave());
             self.separate();
             return removal;
         }
-        let throw = lobe.centre();
+        let throw = part.lobes()[main].centre();
         let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
         let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
         let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
@@ -204,7 +218,10 @@ impl ContactState {
         }
         .seen_from(throw);
         let margin_mm = path + surface.maximum_thrown_mm() + self.deflection.mm.abs() + DEFLECTS_MM;
-        lobe.list_blocks(begin, law.is_some(), margin_mm, &mut self.pass);
+        part.lobes()[main].list_blocks(begin, law.is_some(), margin_mm, &mut self.pass);
+        for (section, pass) in faced.beside().zip(&mut self.beside) {
+            part.lobes()[section.lobe].list_blocks(begin, law.is_some(), margin_mm, pass);
+        }
         let mut removal = Removal::default();
         for j in 1..=positions {
             let s = f64::from(j) / f64::from(positions);
@@ -216,14 +233,20 @@ impl ContactState {
             .seen_from(throw);
             let taken = match law {
                 // The gap detector feels the depth in its moment.
-                None if cuts && self.gap.is_none() => lobe.pass_later(wheel, &mut self.pass),
-                None => lobe.pass(wheel, cuts),
+                None if cuts && self.gap.is_none() => {
+                    let taken = part.lobe_mut(main).pass_later(wheel, &mut self.pass);
+                    let beside = faced.beside().zip(&mut self.beside);
+                    beside.fold(taken, |taken, (section, pass)| {
+                        taken.beside(part.lobe_mut(section.lobe).pass_later(wheel, pass))
+                    })
+                }
+                None => pass_all(part, faced, wheel, cuts),
                 Some(law) if self.modes.is_some() => {
-                    self.press_on_modes(lobe, wheel, law, (cuts, step_s / f64::from(positions)))
+                    self.press_on_modes(part, faced, wheel, law, (cuts, step_s / f64::from(positions)))
                 }
                 Some(law) => {
                     let time_s = step_s / f64::from(positions);
-                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, (cuts, time_s), &mut self.pass);
+                    let (taken, deflection) = self.press(part, faced, wheel, law, self.deflection, (cuts, time_s));
                     (self.deflection, self.force_n) = (deflection, law.force_n(deflection.mm));
                     taken
                 }
@@ -240,18 +263,19 @@ impl ContactState {
     /// The wheel presses at a position of its path, from which the modes of the contact carry it away along the normal.
     fn press_on_modes(
         &mut self,
-        lobe: &mut Lobe,
+        part: &mut Workpiece,
+        faced: &FacedSections,
         wheel: WheelCentre,
         law: &ContactLaw,
         (cuts, time_s): (bool, f64),
     ) -> Removal {
         let Some(step) = self.modes.as_ref().and_then(|modes| modes.begin(law, time_s)) else {
-            return lobe.pass(wheel, cuts);
+            return pass_all(part, faced, wheel, cuts);
         };
         let normal = self.deflection.normal;
         let carried = wheel.carried(Deflection { mm: step.away_mm, normal });
         let before = Deflection { mm: self.deflection.mm - step.away_mm, normal };
-        let (taken, deflection) = lobe.press(carried, &step.law, before, (cuts, time_s), &mut self.pass);
+        let (taken, deflection) = self.press(part, faced, carried, &step.law, before, (cuts, time_s));
         self.force_n = step.law.force_n(deflection.mm);
         self.deflection = Deflection { mm: step.away_mm + deflection.mm, ..deflection };
         if let Some(modes) = &mut self.modes {
@@ -259,6 +283,72 @@ impl ContactState {
         }
         taken
     }
+
+    /// The wheel presses on one section, or on several that deflect it together. `law` is that of the section nearest to its middle.
+    fn press(
+        &mut self,
+        part: &mut Workpiece,
+        faced: &FacedSections,
+        wheel: WheelCentre,
+        law: &ContactLaw,
+        before: Deflection,
+        (cuts, time_s): (bool, f64),
+    ) -> (Removal, Deflection) {
+        if faced.is_alone() {
+            return part.lobe_mut(faced.main.lobe).press(wheel, law, before, (cuts, time_s), &mut self.pass);
+        }
+        let mut removal = Removal::default();
+        let mut touches: [Option<DeepestTouch>; MAX_FACED] = [None; MAX_FACED];
+        let mut surfaces = [EngagedWidth { engagement_mm: 0.0, law: *law }; MAX_FACED];
+        let mut count = 0;
+        for (index, found) in touches.iter_mut().enumerate() {
+            let Some((section, pass)) = self.section(faced, index) else { break };
+            let lobe = part.lobe_mut(section.lobe);
+            let parted = match lobe.engage(wheel, before, pass) {
+                Engagement::Clear => Removal::default(),
+                Engagement::OverCentre => lobe.pass(wheel, cuts),
+                Engagement::Apart => lobe.part_from(pass),
+                Engagement::Touch(touch) => {
+                    *found = Some(touch);
+                    let own = section.law.filter(|_| index > 0).unwrap_or(*law);
+                    surfaces[count] = EngagedWidth { engagement_mm: touch.depth_mm, law: own };
+                    count += 1;
+                    continue;
+                }
+            };
+            removal = if index == 0 { removal.and(parted) } else { removal.beside(parted) };
+        }
+        let deepest = touches.iter().flatten().max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
+        let Some(deepest) = deepest else { return (removal, Deflection::default()) };
+        let mm = match cuts {
+            true => shared_deflection_mm(law.machine_n_mm(), &mut surfaces[..count]),
+            false => deepest.depth_mm,
+        };
+        let deflection = Deflection { mm, normal: deepest.normal };
+        let force_n = law.force_n(deflection.mm);
+        for (index, touch) in touches.iter().enumerate() {
+            let (Some(touch), Some((section, pass))) = (touch, self.section(faced, index)) else { continue };
+            let depth_mm = if cuts { (touch.depth_mm - mm).max(0.0) } else { 0.0 };
+            let cut = TouchedCut { depth_mm, deflection, force_n, cuts, time_s };
+            let taken = part.lobe_mut(section.lobe).cut_touched(wheel, *touch, &cut, pass);
+            removal = if index == 0 { removal.and(taken) } else { removal.beside(taken) };
+        }
+        (removal, deflection)
+    }
+
+    /// A section with the wheel's pass along it: 0 is the one nearest to the middle of the wheel.
+    fn section(&mut self, faced: &FacedSections, index: usize) -> Option<(FacedSection, &mut WheelPass)> {
+        match index.checked_sub(1) {
+            None => Some((faced.main, &mut self.pass)),
+            Some(beside) => Some((faced.beside().nth(beside)?, self.beside.get_mut(beside)?)),
+        }
+    }
+}
+
+/// The wheel stands in all sections for a moment.
+fn pass_all(part: &mut Workpiece, faced: &FacedSections, wheel: WheelCentre, cuts: bool) -> Removal {
+    let removal = part.lobe_mut(faced.main.lobe).pass(wheel, cuts);
+    faced.beside().fold(removal, |removal, section| removal.beside(part.lobe_mut(section.lobe).pass(wheel, cuts)))
 }
 
 /// Azimuth of the wheel line seen from the part (rad), with C at so many counts of which `turn` are a turn.

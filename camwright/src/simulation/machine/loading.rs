@@ -37,7 +37,22 @@ impl Machine {
         (width_mm, radii): (f64, Vec<f64>),
         centre: Option<LobeCentre>,
     ) -> Result<(), LobeError> {
-        self.workholding.load_lobe(name, station, (width_mm, radii), centre, &self.description)
+        self.load_section(name, station, (0.0, width_mm, radii), centre)
+    }
+
+    /// The same for a section of a lobe that is wider than the wheel: the middle of the section stands beside the position of the station
+    /// (mm along Z, before its width). The wheel grinds all sections of a lobe whose middles it faces, together.
+    ///
+    /// # Errors
+    /// See [`Machine::load_lobe_about`]; sections that overlap, or more than a wheel can meet at once.
+    pub fn load_section(
+        &mut self,
+        name: &str,
+        station: &str,
+        (offset_mm, width_mm, radii): (f64, f64, Vec<f64>),
+        centre: Option<LobeCentre>,
+    ) -> Result<(), LobeError> {
+        self.workholding.load_section(name, station, (offset_mm, width_mm, radii), centre, &self.description)
     }
 
     /// Azimuth of the part's keyway as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where

@@ -24,7 +24,6 @@ mod work_area;
 mod workholding;
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind};
-use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::persistent_state::{PersistentState, TravelCount};
 use crate::machine::setpoint::{Input, Setpoint};
@@ -47,7 +46,7 @@ use power::Power;
 use stream::SetpointStream;
 use supervision::Supervision;
 use wheel::GrindingWheel;
-use workholding::Workholding;
+use workholding::{FacedSection, FacedSections, Workholding};
 
 /// Questions that can wait for the readings of a real machine: more than commands of a lag.
 const PENDING_ASKS: usize = 8;
@@ -214,12 +213,16 @@ impl Machine {
         core::array::from_fn(|i| self.axes[i].swing())
     }
 
-    /// Distance of the wheel's cutting point from the farthest point of the lobe in front of it (mm, below 0 where it may
+    /// Distance of the wheel's cutting point from the farthest point of the lobe sections in front of it (mm, below 0 where it may
     /// touch); `None` where nothing is in front of it.
     #[must_use]
     pub fn wheel_gap_mm(&self) -> Option<f64> {
-        let lobe = &self.workholding.lobes()[self.lobe_in_front()?];
-        Some(self.truth()[Axis::X.index()].0 - lobe.reach_mm() - lobe.throw_mm())
+        let gap_mm = |section: FacedSection| {
+            let lobe = &self.workholding.lobes()[section.lobe];
+            self.truth()[Axis::X.index()].0 - lobe.reach_mm() - lobe.throw_mm()
+        };
+        let faced = self.workholding.faced(self.table_mm(), &self.description)?;
+        Some(faced.beside().map(gap_mm).fold(gap_mm(faced.main), f64::min))
     }
 
     /// Every axis is clamped at its resting setpoint: from here on any number of idle ticks changes nothing.
@@ -333,9 +336,9 @@ impl Machine {
         }
         let mut removal = Removal::default();
         let mut turned = TurnedRemoval::default();
-        let lobe = self.lobe_in_front();
-        let law = lobe.and_then(|lobe| self.workholding.contact_law(lobe, self.table_mm(), &self.description));
-        if law.is_none() {
+        let faced = self.workholding.faced(self.table_mm(), &self.description);
+        let lobe = faced.map(|faced| faced.main.lobe);
+        if faced.is_none_or(|faced| faced.main.law.is_none()) {
             self.contact.separate();
         }
         let key_way = self.workholding.keyway(&self.axes[Axis::C.index()], &self.description);
@@ -350,15 +353,15 @@ impl Machine {
                 Some(measured) if index == 0 => self.inputs.sense_wired(&measured.marks, sensing),
                 Some(_) => {}
             }
-            if let Some(lobe) = lobe {
-                removal = removal.and(self.grind(index, (lobe, law.as_ref()), &spans));
+            if let Some(faced) = &faced {
+                removal = removal.and(self.grind(index, faced, &spans));
             } else if let Some(clamped) = self.workholding.turned_mut() {
                 let cuts = self.wheel.spindle().cuts();
                 turned = turned.and(clamped.turn(&spans, &self.axes, self.step_s, cuts, &self.description));
             }
         }
-        if let Some(lobe) = lobe {
-            removal = removal.and(self.contact.finish(self.workholding.lobe_mut(lobe)));
+        if let Some(faced) = &faced {
+            removal = removal.and(self.contact.finish(self.workholding.part_mut(), faced));
         }
         if let Some(clamped) = self.workholding.turned_mut() {
             clamped.part.refresh();
@@ -373,9 +376,10 @@ impl Machine {
         self.contact.sense_gap(&mut sensing);
         self.wheel.turn_on(&self.description, &mut self.lasting);
         self.contact.sense_force(&mut self.inputs, &mut sensing);
-        if let Some(lobe) = lobe {
-            self.workholding.lobe_mut(lobe).refresh();
-            self.wheel.wear(lobe, removal, &self.description, &mut self.lasting);
+        if let Some(faced) = &faced {
+            self.workholding.lobe_mut(faced.main.lobe).refresh();
+            faced.beside().for_each(|section| self.workholding.lobe_mut(section.lobe).refresh());
+            self.wheel.wear(faced.main.lobe, removal, &self.description, &mut self.lasting);
         }
         let cycle_time_s = self.description.cycle_time_s();
         for (axis, _) in self.axes.iter_mut().zip(dead).filter(|(_, dead)| !*dead) {
@@ -497,13 +501,8 @@ impl Machine {
         self.contact.forces_on_axes(&self.axes, self.lasting.wheel_radius_mm, sense, centre)
     }
 
-    /// Sweeps the wheel over a lobe along a servo step.
-    fn grind(
-        &mut self,
-        servo_step: u32,
-        (lobe, law): (usize, Option<&ContactLaw>),
-        spans: &[Span; AXIS_COUNT],
-    ) -> Removal {
+    /// Sweeps the wheel over the sections of a lobe along a servo step.
+    fn grind(&mut self, servo_step: u32, faced: &FacedSections, spans: &[Span; AXIS_COUNT]) -> Removal {
         let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
         if c.is_still() && x.is_still() && !self.contact.vibrates() {
             return Removal::default();
@@ -518,7 +517,7 @@ impl Machine {
             surface: self.wheel.surface(servo_step, self.step_s, &self.description, &self.lasting),
             cuts: self.wheel.spindle().cuts(),
         };
-        self.contact.grind(self.workholding.lobe_mut(lobe), law, &sweep)
+        self.contact.grind(self.workholding.part_mut(), faced, &sweep)
     }
 
     /// Readings of the gauge at the end of a tick, while C turns; `measured_mm` are those of a real one.

@@ -8,7 +8,7 @@ use crate::machine::description::MachineDescription;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::simulation::axis::AxisState;
 use crate::simulation::turned_part::{TurnedPart, TurnedPartError};
-use crate::simulation::workpiece::{CutRecord, Lobe, LobeError, Workpiece};
+use crate::simulation::workpiece::{CutRecord, Lobe, LobeError, MAX_AT_STATION, MAX_FACED, Workpiece};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
@@ -20,6 +20,36 @@ pub(super) struct PartClearance {
     /// Position of X at which the tool would touch the part nearest to its axis (mm), at most where X is.
     pub(super) nearest_mm: f64,
 }
+
+/// A section of the part in front of the wheel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FacedSection {
+    /// Index of the lobe.
+    pub(super) lobe: usize,
+    /// Law of the width that it has in common with the wheel; `None` where nothing deflects.
+    pub(super) law: Option<ContactLaw>,
+}
+
+/// Sections of a lobe that the wheel grinds together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FacedSections {
+    /// The section nearest to the middle of the wheel.
+    pub(super) main: FacedSection,
+    beside: [Option<FacedSection>; MAX_FACED - 1],
+}
+
+impl FacedSections {
+    pub(super) fn beside(&self) -> impl Iterator<Item = FacedSection> + use<> {
+        self.beside.into_iter().flatten()
+    }
+
+    pub(super) fn is_alone(&self) -> bool {
+        self.beside[0].is_none()
+    }
+}
+
+/// Overlap of two sections that are flush, for rounding (mm).
+const FLUSH_MM: f64 = 1e-3;
 
 /// The clamped part.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -59,6 +89,10 @@ impl Workholding {
 
     pub(super) fn lobe_mut(&mut self, index: usize) -> &mut Lobe {
         self.part.lobe_mut(index)
+    }
+
+    pub(super) fn part_mut(&mut self) -> &mut Workpiece {
+        &mut self.part
     }
 
     pub(super) fn turned(&self) -> Option<&Clamped> {
@@ -111,11 +145,11 @@ impl Workholding {
         Ok(())
     }
 
-    pub(super) fn load_lobe(
+    pub(super) fn load_section(
         &mut self,
         name: &str,
         station: &str,
-        (width_mm, radii): (f64, Vec<f64>),
+        (offset_mm, width_mm, radii): (f64, f64, Vec<f64>),
         centre: Option<LobeCentre>,
         description: &MachineDescription,
     ) -> Result<(), LobeError> {
@@ -124,14 +158,25 @@ impl Workholding {
             .iter()
             .position(|s| s.switch == station)
             .ok_or_else(|| LobeError::UnknownStation { name: name.to_string(), station: station.to_string() })?;
-        if let Some(other) = self.lobes().iter().find(|lobe| lobe.station() == index && lobe.name() != name) {
+        let lobe = Lobe::new(String::from(name), index, width_mm, radii)?.about(centre)?;
+        let mut lobe = lobe.beside_station(offset_mm)?;
+        let others = || self.lobes().iter().filter(|other| other.station() == index && other.name() != name);
+        if let Some(other) = others().find(|other| !lobe.is_section_with(other) || overlap_mm(&lobe, other) > FLUSH_MM)
+        {
             return Err(LobeError::StationTaken {
                 name: name.to_string(),
                 station: station.to_string(),
                 other: other.name().to_string(),
             });
         }
-        let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?.about(centre)?;
+        let mut middles_mm: Vec<f64> = others().map(Lobe::offset_mm).chain([offset_mm]).collect();
+        middles_mm.sort_unstable_by(f64::total_cmp);
+        let wheel_mm = description.wheel.width_mm;
+        let is_crowded = middles_mm.windows(MAX_FACED + 1).any(|few| few[MAX_FACED] - few[0] < wheel_mm);
+        if is_crowded || middles_mm.len() > MAX_AT_STATION {
+            let (name, station) = (name.to_string(), station.to_string());
+            return Err(LobeError::TooManySections { name, station, max: MAX_FACED });
+        }
         if let Some(record) = CutRecord::from_description(description) {
             lobe.record(record);
         }
@@ -151,6 +196,23 @@ impl Workholding {
             .map(|(index, _)| index)
     }
 
+    /// The lobe in front of the wheel with the other sections of it whose middles the wheel faces.
+    pub(super) fn faced(&self, z_mm: f64, description: &MachineDescription) -> Option<FacedSections> {
+        let main = self.lobe_in_front(z_mm, description)?;
+        let section = |lobe: usize| FacedSection { lobe, law: self.contact_law(lobe, z_mm, description) };
+        let is_beside = |(index, lobe): &(usize, &Lobe)| {
+            *index != main
+                && lobe.is_section_with(&self.lobes()[main])
+                && beside_mm(lobe, z_mm, description) < 0.5 * description.wheel.width_mm
+        };
+        let mut faced = FacedSections { main: section(main), beside: [None; MAX_FACED - 1] };
+        let beside = self.lobes().iter().enumerate().filter(is_beside);
+        for (place, (index, _)) in faced.beside.iter_mut().zip(beside) {
+            *place = Some(section(index));
+        }
+        Some(faced)
+    }
+
     /// Deflection law of wheel and lobe over the width that both have in common; `None` where nothing deflects.
     pub(super) fn contact_law(&self, lobe: usize, z_mm: f64, description: &MachineDescription) -> Option<ContactLaw> {
         let contact = description.contact.as_ref()?;
@@ -166,10 +228,17 @@ impl Workholding {
         let (reach_mm, nearest_mm) = if description.is_lathe() {
             self.turned()?.insert_positions_mm(&description.insert?, z_mm)?
         } else {
-            let lobe = &self.lobes()[self.lobe_in_front(z_mm, description)?];
-            let (reach_mm, throw_mm) = (lobe.reach_mm(), lobe.throw_mm());
-            let nearest_mm = lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius));
-            (reach_mm + throw_mm, nearest_mm - throw_mm)
+            let bounds = |section: FacedSection| {
+                let lobe = &self.lobes()[section.lobe];
+                let (reach_mm, throw_mm) = (lobe.reach_mm(), lobe.throw_mm());
+                let nearest_mm = lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius));
+                (reach_mm + throw_mm, nearest_mm - throw_mm)
+            };
+            let wider = |(reach_mm, nearest_mm): (f64, f64), other: (f64, f64)| {
+                (f64::max(reach_mm, other.0), f64::min(nearest_mm, other.1))
+            };
+            let faced = self.faced(z_mm, description)?;
+            faced.beside().map(bounds).fold(bounds(faced.main), wider)
         };
         let off_mm = reach_mm + description.retract.clearance_mm;
         (x_mm < off_mm).then_some(PartClearance { off_mm, nearest_mm: nearest_mm.min(x_mm) })
@@ -178,5 +247,10 @@ impl Workholding {
 
 /// Distance of the middle of a lobe from the wheel's (mm).
 fn beside_mm(lobe: &Lobe, z_mm: f64, description: &MachineDescription) -> f64 {
-    (z_mm - description.stations[lobe.station()].position_mm).abs()
+    (z_mm - (description.stations[lobe.station()].position_mm + lobe.offset_mm())).abs()
+}
+
+/// Common length of two sections along Z (mm); below 0 their distance.
+fn overlap_mm(one: &Lobe, other: &Lobe) -> f64 {
+    0.5 * (one.width_mm() + other.width_mm()) - (one.offset_mm() - other.offset_mm()).abs()
 }

@@ -80,11 +80,39 @@ impl Snapshot for EngagedSurface {
 }
 
 /// Deepest point of a wheel in the surface.
-struct DeepestTouch {
-    depth_mm: f64,
-    normal: (f64, f64),
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DeepestTouch {
+    pub(crate) depth_mm: f64,
+    pub(crate) normal: (f64, f64),
     /// Index of the azimuth nearest to it.
     at: usize,
+}
+
+/// Contact of an undeflected wheel with a surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Engagement {
+    /// The wheel is outside of the surface's largest radius.
+    Clear,
+    /// The wheel is over the centre of the surface.
+    OverCentre,
+    /// The wheel touches nothing.
+    Apart,
+    /// The wheel touches with its engagement as the depth.
+    Touch(DeepestTouch),
+}
+
+/// Cut of a wheel that touches a surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TouchedCut {
+    /// U, depth of the cut along the normal (mm).
+    pub(crate) depth_mm: f64,
+    pub(crate) deflection: Deflection,
+    /// Normal force of the whole contact (N).
+    pub(crate) force_n: f64,
+    /// The wheel is fast enough to cut.
+    pub(crate) cuts: bool,
+    /// Length of the moment (s).
+    pub(crate) time_s: f64,
 }
 
 impl Lobe {
@@ -113,37 +141,60 @@ impl Lobe {
         (cuts, time_s): (bool, f64),
         pass: &mut WheelPass,
     ) -> (Removal, Deflection) {
+        let touch = match self.engage(wheel, before, pass) {
+            Engagement::Clear => return (Removal::default(), Deflection::default()),
+            Engagement::OverCentre => return (self.pass(wheel, cuts), Deflection::default()),
+            Engagement::Apart => return (self.part_from(pass), Deflection::default()),
+            Engagement::Touch(touch) => touch,
+        };
+        let depth_mm = if cuts { law.depth_of_cut_mm(touch.depth_mm) } else { 0.0 };
+        let deflection = Deflection { mm: touch.depth_mm - depth_mm, normal: touch.normal };
+        let cut = TouchedCut { depth_mm, deflection, force_n: law.force_n(deflection.mm), cuts, time_s };
+        (self.cut_touched(wheel, touch, &cut, pass), deflection)
+    }
+
+    /// Engagement of a wheel that had given way like this in the moment before.
+    pub(crate) fn engage(&mut self, wheel: WheelCentre, before: Deflection, pass: &WheelPass) -> Engagement {
         if wheel.centre_mm - wheel.radius_mm >= self.met.reach {
-            return (Removal::default(), Deflection::default());
+            return Engagement::Clear;
         }
         if wheel.centre_mm <= wheel.radius_mm {
-            return (self.pass(wheel, cuts), Deflection::default());
+            return Engagement::OverCentre;
         }
         self.bring_up_to(wheel.azimuth_rad);
-        let (position, wheel) = (wheel, WheelDirection::from_wheel(wheel));
+        let wheel = WheelDirection::from_wheel(wheel);
         let touch = match self.touch(&wheel.deflected(before), Some(&pass.near)) {
             Some(touch) => Some(DeepestTouch { depth_mm: touch.depth_mm + before.mm, ..touch }),
             None => self.touch(&wheel, Some(&pass.near)),
         };
-        let Some(DeepestTouch { depth_mm: engagement_mm, normal, at }) = touch else {
-            let removal = self.finish(pass);
-            if let Some(record) = &mut self.record {
-                record.leave();
-            }
-            return (removal, Deflection::default());
-        };
-        let depth_mm = if cuts { law.depth_of_cut_mm(engagement_mm) } else { 0.0 };
-        let deflection = Deflection { mm: engagement_mm - depth_mm, normal };
+        touch.map_or(Engagement::Apart, Engagement::Touch)
+    }
+
+    /// The wheel touches nothing: makes the cuts that wait.
+    pub(crate) fn part_from(&mut self, pass: &mut WheelPass) -> Removal {
+        let removal = self.finish(pass);
+        if let Some(record) = &mut self.record {
+            record.leave();
+        }
+        removal
+    }
+
+    /// Lets an undeflected wheel that touches here cut at the end of the pass, where it stands when it has given way.
+    pub(crate) fn cut_touched(
+        &mut self,
+        wheel: WheelCentre,
+        touch: DeepestTouch,
+        &TouchedCut { depth_mm, deflection, force_n, cuts, time_s }: &TouchedCut,
+        pass: &mut WheelPass,
+    ) -> Removal {
         let contact = self.record.is_some().then(|| {
-            let azimuth_rad = at as f64 / self.radii.len() as f64 * TURN_RAD;
-            let force_n = law.force_n(deflection.mm);
-            let sample = ContactSample { azimuth_rad, area_mm2: 0.0, depth_mm, force_n, cos_beta: normal.0 };
-            (position, sample, time_s)
+            let azimuth_rad = touch.at as f64 / self.radii.len() as f64 * TURN_RAD;
+            let sample = ContactSample { azimuth_rad, area_mm2: 0.0, depth_mm, force_n, cos_beta: touch.normal.0 };
+            (wheel, sample, time_s)
         });
-        let cut = (cuts && depth_mm > 0.0).then(|| wheel.deflected(deflection));
+        let cut = (cuts && depth_mm > 0.0).then(|| WheelDirection::from_wheel(wheel).deflected(deflection));
         let removal = self.cut_later(cut, contact, pass);
-        let pressed = Removal { depth_mm: if cuts { 0.0 } else { engagement_mm }, ..Removal::default() };
-        (removal.and(pressed), deflection)
+        removal.and(Removal { depth_mm: if cuts { 0.0 } else { touch.depth_mm }, ..Removal::default() })
     }
 
     /// Updates the surface that the wheel meets again: its own cut, from the azimuth opposite the wheel on.

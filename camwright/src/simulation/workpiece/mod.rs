@@ -26,6 +26,7 @@ use thiserror::Error;
 
 use candidate_blocks::{BlockEdge, BlockList, CandidateBlocks, FoundBlock, WheelDisc};
 pub use compliance::Deflection;
+pub(crate) use compliance::{DeepestTouch, Engagement, TouchedCut};
 pub use cut_record::{CutRecord, DEGREES, RemovalAtDegree};
 pub(crate) use wheel_pass::WheelPass;
 
@@ -68,6 +69,16 @@ pub enum LobeError {
         /// Azimuth (rad).
         azimuth_rad: f64,
     },
+    /// The offset from the station is no place.
+    #[error("lobe {name}: its middle is {offset_mm} mm from the station, must be finite")]
+    Offset {
+        name: String,
+        /// The offset (mm).
+        offset_mm: f64,
+    },
+    /// A wheel would meet more sections than the machine can grind together.
+    #[error("lobe {name}: at station {station} the wheel would meet more than {max} sections at once")]
+    TooManySections { name: String, station: String, max: usize },
     /// The machine has no such station.
     #[error("lobe {name}: the machine has no station {station}")]
     UnknownStation {
@@ -92,6 +103,10 @@ const LISTED: f64 = 4.0;
 /// Addition to the margin of a list of blocks, for rounding (mm).
 const ROUNDING_MM: f64 = 1e-6;
 
+/// Most sections at a station, and most that the wheel may meet at once.
+pub(crate) const MAX_AT_STATION: usize = 150;
+pub(crate) const MAX_FACED: usize = 5;
+
 /// Fewest radii of an outline.
 pub const MIN_AZIMUTHS: usize = 16;
 
@@ -114,6 +129,12 @@ impl Removal {
             depth_mm: self.depth_mm.max(other.depth_mm),
             is_over_axis: self.is_over_axis || other.is_over_axis,
         }
+    }
+
+    /// This with what the same wheel does to a section beside it: the area is per width, and that of this section.
+    #[must_use]
+    pub fn beside(self, other: Removal) -> Removal {
+        Removal { area_mm2: self.area_mm2, ..self.and(other) }
     }
 }
 
@@ -199,6 +220,8 @@ pub struct Lobe {
     name: String,
     station: usize,
     width_mm: f64,
+    /// Middle of its width from the position of the station along Z (mm).
+    offset_mm: f64,
     /// Centre of its radii; `None` for the axis.
     centre: Option<LobeCentre>,
     radii: Vec<f64>,
@@ -237,6 +260,7 @@ impl Lobe {
             name,
             station,
             width_mm,
+            offset_mm: 0.0,
             centre: None,
             radii,
             block_reach,
@@ -260,6 +284,29 @@ impl Lobe {
             return Err(LobeError::Centre { name: self.name, distance_mm, azimuth_rad });
         }
         Ok(Self { centre: centre.filter(|centre| centre.distance_mm > 0.0), ..self })
+    }
+
+    /// The same outline with the middle of its width beside the position of the station (mm along Z): a section of a wide lobe.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn beside_station(self, offset_mm: f64) -> Result<Self, LobeError> {
+        if !offset_mm.is_finite() {
+            return Err(LobeError::Offset { name: self.name, offset_mm });
+        }
+        Ok(Self { offset_mm, ..self })
+    }
+
+    /// Middle of its width from the position of the station along Z (mm); 0 but for a section of a wide lobe.
+    #[must_use]
+    pub fn offset_mm(&self) -> f64 {
+        self.offset_mm
+    }
+
+    /// Both are sections of one lobe: they stand at one station and have one centre.
+    #[must_use]
+    pub fn is_section_with(&self, other: &Self) -> bool {
+        self.station == other.station && self.centre == other.centre
     }
 
     /// Centre of its radii, of a crank pin; `None` for the axis of the part.

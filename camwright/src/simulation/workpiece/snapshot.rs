@@ -1,6 +1,6 @@
 //! The part in a keyframe: outlines are read as those of a raw part are taken, then what a cut has left in addition to them.
 
-use super::{CutRecord, Lobe, Workpiece};
+use super::{CutRecord, Lobe, MAX_AT_STATION, Workpiece};
 use crate::cam::contour::LobeCentre;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use alloc::string::String;
@@ -17,7 +17,7 @@ impl Workpiece {
         stations: usize,
         record: impl Fn() -> Option<CutRecord>,
     ) -> Result<(), SnapshotError> {
-        let count = codec.count(self.lobes.len(), stations)?;
+        let count = codec.count(self.lobes.len(), stations.saturating_mul(MAX_AT_STATION))?;
         if codec.is_reading() {
             self.lobes.clear();
             for index in 0..count {
@@ -29,26 +29,32 @@ impl Workpiece {
     }
 }
 
-/// Outline of the raw lobe. The sign of the width says whether the centre of a crank pin follows it: what is about the axis is written as
-/// it was before there were pins.
+/// Outline of the raw lobe. The sign of the width says whether a place follows it, and the sign of the throw whether the place is beside the
+/// station: what is about the axis and at its station is written as it was before there were pins and sections.
 fn snapshot_outline(
     codec: &mut SnapshotCodec<'_>,
     name: &mut String,
     station: &mut usize,
-    (width_mm, centre): (&mut f64, &mut Option<LobeCentre>),
+    (width_mm, offset_mm, centre): (&mut f64, &mut f64, &mut Option<LobeCentre>),
     radii: &mut Vec<f64>,
 ) -> Result<(), SnapshotError> {
     codec.field("name", |codec| name.snapshot(codec))?;
     codec.field("station", |codec| station.snapshot(codec))?;
-    let mut marked_mm = if centre.is_some() { -*width_mm } else { *width_mm };
+    let is_placed = centre.is_some() || *offset_mm != 0.0;
+    let mut marked_mm = if is_placed { -*width_mm } else { *width_mm };
     codec.field("width_mm", |codec| marked_mm.snapshot(codec))?;
     *width_mm = marked_mm.abs();
     if marked_mm < 0.0 {
-        let LobeCentre { mut distance_mm, mut azimuth_rad } =
+        let LobeCentre { distance_mm, mut azimuth_rad } =
             centre.unwrap_or(LobeCentre { distance_mm: 0.0, azimuth_rad: 0.0 });
-        codec.field("throw_mm", |codec| distance_mm.snapshot(codec))?;
+        let mut throw_mm = if *offset_mm == 0.0 { distance_mm } else { -distance_mm };
+        codec.field("throw_mm", |codec| throw_mm.snapshot(codec))?;
         codec.field("throw_azimuth_rad", |codec| azimuth_rad.snapshot(codec))?;
-        *centre = Some(LobeCentre { distance_mm, azimuth_rad });
+        if throw_mm.is_sign_negative() {
+            codec.field("offset_mm", |codec| offset_mm.snapshot(codec))?;
+        }
+        *centre =
+            Some(LobeCentre { distance_mm: throw_mm.abs(), azimuth_rad }).filter(|centre| centre.distance_mm != 0.0);
     }
     codec.field("radii", |codec| codec.list_of_numbers(radii, usize::MAX))
 }
@@ -56,12 +62,15 @@ fn snapshot_outline(
 impl Lobe {
     fn read(codec: &mut SnapshotCodec<'_>, stations: usize, record: Option<CutRecord>) -> Result<Self, SnapshotError> {
         let (mut name, mut station, mut width_mm, mut radii) = (String::new(), 0, 0.0, Vec::new());
-        let mut centre = None;
-        snapshot_outline(codec, &mut name, &mut station, (&mut width_mm, &mut centre), &mut radii)?;
+        let (mut offset_mm, mut centre) = (0.0, None);
+        let place = (&mut width_mm, &mut offset_mm, &mut centre);
+        snapshot_outline(codec, &mut name, &mut station, place, &mut radii)?;
         if station >= stations {
             return Err(SnapshotError::Impossible("a lobe stands at no station"));
         }
-        let lobe = Self::new(name, station, width_mm, radii).and_then(|lobe| lobe.about(centre));
+        let lobe = Self::new(name, station, width_mm, radii)
+            .and_then(|lobe| lobe.about(centre))
+            .and_then(|lobe| lobe.beside_station(offset_mm));
         let mut lobe = lobe.map_err(|_| SnapshotError::Impossible("an outline that is none"))?;
         lobe.record = record;
         lobe.snapshot_rest(codec)?;
@@ -81,9 +90,9 @@ impl Lobe {
 impl Snapshot for Lobe {
     /// A lobe that is there; one that is read is made anew.
     fn snapshot(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
-        let Self { name, station, width_mm, centre, radii, .. } = self;
+        let Self { name, station, width_mm, offset_mm, centre, radii, .. } = self;
         // What else it has: `cos` and `sin`, which its number of radii decides.
-        snapshot_outline(codec, name, station, (width_mm, centre), radii)?;
+        snapshot_outline(codec, name, station, (width_mm, offset_mm, centre), radii)?;
         self.snapshot_rest(codec)
     }
 }

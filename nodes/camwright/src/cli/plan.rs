@@ -166,6 +166,11 @@ fn details(summary: &planning::Summary) -> String {
     text += &by_lobes(summary, "limits of the speed, share of a turn's time: C angles (deg)", bounds_text);
     text.push('\n');
     for lobe in &summary.lobes {
+        if let Some(plunge) = &lobe.plunge {
+            text += &format!("plunge {}: {plunge}\n", lobe.name);
+        }
+    }
+    for lobe in &summary.lobes {
         if let Some(deflection) = &lobe.giving_way {
             text += &format!("deflection {}: {deflection}\n", lobe.name);
         }

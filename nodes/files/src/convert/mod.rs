@@ -42,20 +42,38 @@ pub fn centre_values(centre: Option<LobeCentre>) -> Vec<f64> {
     centre.map_or_else(Vec::new, |centre| vec![m_from_mm(centre.distance_mm), centre.azimuth_rad])
 }
 
+/// The same of a section whose middle stands beside the position of its station (mm along Z): the offset (m) is a third value.
+#[must_use]
+pub fn section_centre_values(centre: Option<LobeCentre>, offset_mm: f64) -> Vec<f64> {
+    if offset_mm == 0.0 {
+        return centre_values(centre);
+    }
+    let LobeCentre { distance_mm, azimuth_rad } = centre.unwrap_or(LobeCentre { distance_mm: 0.0, azimuth_rad: 0.0 });
+    vec![m_from_mm(distance_mm), azimuth_rad, m_from_mm(offset_mm)]
+}
+
 /// The same the other way. A list of another length is a centre of NaN, which a machine refuses.
 #[must_use]
 pub fn centre_from_values(values: &[f64]) -> Option<LobeCentre> {
     match *values {
         [] => None,
-        [distance, azimuth_rad] => Some(LobeCentre { distance_mm: mm_from_m(distance), azimuth_rad }),
+        [distance, azimuth_rad] | [distance, azimuth_rad, _] => {
+            Some(LobeCentre { distance_mm: mm_from_m(distance), azimuth_rad })
+        }
         _ => Some(LobeCentre { distance_mm: f64::NAN, azimuth_rad: f64::NAN }),
     }
+}
+
+/// Middle of a section from the position of its station (mm along Z); 0 where the values have no third.
+#[must_use]
+pub fn offset_from_values(values: &[f64]) -> f64 {
+    if let [_, _, offset] = *values { mm_from_m(offset) } else { 0.0 }
 }
 
 /// Offset of that centre from the axis (m), along azimuth 0 and a quarter turn on; `None` where the axis is the centre.
 #[must_use]
 pub fn centre_offset(values: &[f64]) -> Option<[f64; 2]> {
-    let [distance, azimuth_rad] = *values else { return None };
+    let ([distance, azimuth_rad] | [distance, azimuth_rad, _]) = *values else { return None };
     Some([distance * azimuth_rad.cos(), distance * azimuth_rad.sin()])
 }
 

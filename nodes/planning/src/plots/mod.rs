@@ -7,11 +7,13 @@
 //! | `c_axis` | speed, acceleration, jerk of C with what is allowed of them, per pass |
 //! | `x_axis` | the same of X |
 //! | `removal_rate` | specific removal rate with its bound and how long it lasts, per pass |
+//! | `plunges` | wheel of every plunge over a lobe that is wider than the wheel |
 
 mod chart;
 mod contour;
 mod curves;
 pub(super) mod nc;
+mod plunges;
 mod sheet;
 mod stability;
 mod turned;
@@ -41,6 +43,11 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
             drawing: curves::tool_path(&sheet),
         },
     ];
+    plots.extend(plunges::drawing(&sheet).map(|drawing| Plot {
+        name: "plunges".into(),
+        caption: "Wheel of every plunge over the lobe, and the sections that they leave.".into(),
+        drawing,
+    }));
     for (pass, of_pass) in summary.passes.iter().enumerate() {
         let Some(turn) = LobeTurn::new(prepared, index, pass) else { continue };
         let cut = DrawnPass { arcs: arcs(&turn.points), turn, summary: of_pass };
@@ -87,6 +94,7 @@ mod tests {
             ("plate_cam", vec![], 5),
             ("crank_pins", vec![], 16),
             ("punches", vec![], 10),
+            ("wide_lobes", vec![], 35),
         ] {
             let plots = drawn(job, &set);
             assert_eq!(plots.len(), count, "{job} {set:?}");

@@ -65,13 +65,13 @@ pub(super) fn with_request<R>(
     let deepest_mm = deepest_mm.map(|(pass, plan)| per_turn_mm(pass, plan)).fold(0.0, f64::max);
     let height_mm = spec.retract_clearance_mm + deepest_mm;
     let mut features = Vec::new();
-    for (lobe, (planned, of)) in lobes.iter().zip(prepared.planned.lobes.iter().zip(&spec.lobes)) {
-        let station = prepared.machine.station(&of.station);
+    for (lobe, planned) in lobes.iter().zip(&prepared.planned.lobes) {
+        let z_mm = planned.design.z_mm(&prepared.machine);
         features.push(FeatureRequest {
             name: planned.design.name.clone(),
             phase_rad: planned.design.phase_rad,
             path: &lobe.path,
-            stands_mm: station.map(|station| (CarriageAxis::Z, station.position_mm)).into_iter().collect(),
+            stands_mm: z_mm.map(|z_mm| (CarriageAxis::Z, z_mm)).into_iter().collect(),
             clear_mm: lobe.highest_mm + spec.maximum_stock_mm() + height_mm,
             lead: Lead { height_mm, angle_rad: settings.lead_rad, leaves_turning: true },
             passes: passes(prepared, planned, lobe, settings),
