@@ -1,8 +1,7 @@
 //! A job over and the faults that HAL reports.
 
 use crate::hal::{
-    Hal, JOB, LONG_QUEUE, NAMESPACE, messages, recorded_cell, reset, send, subscribe_to_alarms, wait_for_alarms,
-    wait_for_recorder,
+    Hal, JOB, NAMESPACE, messages, recorded_cell, reset, send, subscribe_to_alarms, wait_for_alarms, wait_for_recorder,
 };
 use crate::support;
 use camwright_analysis::report;
@@ -70,7 +69,7 @@ fn judge_bag(bag: &Path) {
     assert!(verdict.setpoints > 5_000 && verdict.ticks == 0, "{text}");
     assert!(text.contains("the machine is real (hal): only the interpolator is recomputed"), "{text}");
     let page = report::html(bag).expect("a report");
-    for words in ["Real drives (hal)", "as if wheel and part were rigid", "of 450 setpoints waited in the queue"] {
+    for words in ["Real drives (hal)", "as if wheel and part were rigid", "of 150 setpoints waited in the queue"] {
         assert!(page.contains(words), "{words} is not in the report");
     }
     let diagnostics: Vec<DiagnosticArray> = messages(&Bag::open(bag).expect("a bag"), "/diagnostics");
@@ -100,7 +99,7 @@ fn same_setpoints(real: &Path, simulated: &Path) {
 
 #[test]
 fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
-    let Some(hal) = Hal::start_with(&LONG_QUEUE, None) else { return };
+    let Some(hal) = Hal::start(None) else { return };
     let domain = Domain::reserve();
     let mut machine = hal.node(&domain);
     let bag = fresh_bag("hal");

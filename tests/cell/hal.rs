@@ -52,36 +52,26 @@ const WATCHED: [&str; 11] = [
     "z-axis-enable",
     "wheel-run",
 ];
-/// A queue for a computer that does other work meanwhile: three times that of the shipped machine. The tutorial has the shipped one.
-pub(crate) const LONG_QUEUE: [(&str, &str); 2] =
-    [("fifo_ticks: 150", "fifo_ticks: 450"), ("feedback_delay_ticks: 400", "feedback_delay_ticks: 1000")];
-/// Real-time priority, as on a machine: no load of this computer delays HAL and its node.
-const REAL_TIME: [&str; 3] = ["chrt", "--fifo", "10"];
-
-/// Returns whether the tests may set real-time priority.
-pub(crate) fn may_set_priority() -> bool {
-    Command::new(REAL_TIME[0]).args(&REAL_TIME[1..]).arg("true").output().is_ok_and(|done| done.status.success())
-}
-
-/// A command of the user of HAL, at real-time priority where the tests have the right.
+/// A command of the user of HAL. Where the tests have the right, it takes precedence over those that run beside it: a machine has a
+/// computer to itself.
 pub(crate) fn as_user(program: &Path, home: &Path) -> Command {
-    let mut words = if may_set_priority() { REAL_TIME.to_vec() } else { Vec::new() };
     let id = Command::new("id").arg("-u").output().expect("id is part of coreutils");
-    let (user, group) = (format!("--reuid={NOBODY}"), format!("--regid={NOBODY}"));
-    if id.stdout.trim_ascii() == b"0" {
-        words.extend(["setpriv", &user, &group, "--clear-groups"]);
-    }
-    let mut command = words.first().map_or_else(|| Command::new(program), Command::new);
-    if !words.is_empty() {
-        command.args(&words[1..]).arg(program);
-    }
+    let mut command = if id.stdout.trim_ascii() == b"0" {
+        let mut command = Command::new("nice");
+        command.args(["--adjustment=-15", "setpriv"]);
+        command.args([&format!("--reuid={NOBODY}"), &format!("--regid={NOBODY}"), "--clear-groups"]).arg(program);
+        command
+    } else {
+        Command::new(program)
+    };
     command.env("HOME", home).current_dir(home);
     command
 }
 
-/// Gives all threads of a process real-time priority, where the tests have the right.
+/// Gives all threads of a process real-time priority, as on a machine, where the tests have the right.
 fn raise(id: &str) {
-    if may_set_priority() {
+    let has_right = Command::new("chrt").args(["--fifo", "10", "true"]).output();
+    if has_right.is_ok_and(|done| done.status.success()) {
         let raised = Command::new("chrt").args(["--all-tasks", "--fifo", "--pid", "10", id]).status();
         assert!(raised.is_ok_and(|status| status.success()), "process {id:?}");
     }
@@ -266,7 +256,9 @@ impl Hal {
         command.env("ROS_DOMAIN_ID", domain.id().to_string());
         command.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
         command.args(["-p", "machine:=machine.yaml", "-p", "state_file:=none"]);
-        Guarded::start("machine_hal", &mut command)
+        let node = Guarded::start("machine_hal", &mut command);
+        raise(&node.id().to_string());
+        node
     }
 }
 

@@ -1,6 +1,6 @@
 //! A gauge behind HAL.
 
-use crate::hal::{Hal, LONG_QUEUE, NAMESPACE, as_user, messages, recorded_cell, wait_for_recorder};
+use crate::hal::{Hal, NAMESPACE, as_user, messages, recorded_cell, wait_for_recorder};
 use crate::support;
 use camwright::machine::contact_law::ContactLaw;
 use camwright_analysis::rerun;
@@ -106,7 +106,7 @@ fn refuse_gauge(hal: &Hal, domain: &Domain) {
 /// A gauge of HAL measures the stock, then the runout of a journal, which the planner corrects: both are those that HAL was given.
 #[test]
 fn a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one() {
-    let Some(hal) = Hal::start_with(&[&LONG_QUEUE[..], &SOFT].concat(), None) else { return };
+    let Some(hal) = Hal::start_with(&SOFT, None) else { return };
     let domain = Domain::reserve();
     refuse_gauge(&hal, &domain);
     hal.set("gauge-to-wave.in1", &PlantedJournal::WAVE_MM.to_string());
