@@ -466,7 +466,7 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
 
 /// A goal is served as soon as it is accepted, though its motion waits until the axes stand still; one that arrives then replaces it.
 #[test]
-fn a_goal_that_follows_an_ended_motion_replacing() {
+fn a_goal_that_follows_an_ended_motion_is_replaced() {
     let cell = Cell::start(&[]);
     let follower = Follower::new(&cell);
     let replacing = |before: &str, (position, time_s): (f64, f64)| {

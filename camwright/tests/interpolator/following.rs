@@ -322,8 +322,8 @@ fn a_trajectory_that_has_not_begun_is_not_over() {
         assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
     };
     let nothing = |_: &mut Bench| {};
-    let cases: [(&str, &dyn Fn(&mut Bench)); 5] = [
-        ("nothing", &nothing),
+    let cases = [
+        ("nothing", &nothing as &dyn Fn(&mut Bench)),
         ("a complete one", &completed),
         ("a cancelled one", &cancelled),
         ("an aborted one", &aborted),

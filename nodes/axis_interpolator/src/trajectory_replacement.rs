@@ -128,24 +128,29 @@ mod tests {
             self.inlet.send(message).expect("room");
         }
 
-        /// Next report of the machine; `behind_counts` is the following error of Z.
-        fn feedback(&mut self, is_standstill: bool, behind_counts: i64, alarms: &[u16]) {
-            self.tick += self.machine.stream_period_ticks();
-            let tick = self.tick;
-            let mut counts =
-                self.engine.interpolator.desired_at(tick).map_or([0; AXIS_COUNT], |setpoint| setpoint.counts);
+        /// Report of the machine's tick; `behind_counts` is the following error of Z.
+        fn report(&self, is_standstill: bool, behind_counts: i64, alarms: &[u16]) -> ToEngine {
+            let (tick, interpolator) = (self.tick, &self.engine.interpolator);
+            let mut counts = interpolator.desired_at(tick).map_or([0; AXIS_COUNT], |setpoint| setpoint.counts);
             counts[Z] -= behind_counts;
-            self.send(ToEngine::News(Box::new(MachineFeedback {
+            ToEngine::News(Box::new(MachineFeedback {
                 tick,
                 credit_tick: tick + u64::from(self.machine.feedback_delay_ticks),
                 is_standstill,
                 is_realtime: self.is_realtime,
                 commands_received: self.commands_received,
                 alarms: alarms.to_vec(),
-                setpoint_counts: self.engine.interpolator.setpoint().counts,
+                setpoint_counts: interpolator.setpoint().counts,
                 measured: Some(Measured { tick, counts, velocity: [0.0; AXIS_COUNT] }),
                 latches: Vec::new(),
-            })));
+            }))
+        }
+
+        /// The machine's next report.
+        fn feedback(&mut self, is_standstill: bool, behind_counts: i64) {
+            self.tick += self.machine.stream_period_ticks();
+            let report = self.report(is_standstill, behind_counts, &[]);
+            self.send(report);
         }
 
         fn cycle(&mut self) {
@@ -170,12 +175,12 @@ mod tests {
 
         /// A machine that moves or settles, and one that stands still.
         fn moves(&mut self) {
-            self.feedback(false, 0, &[]);
+            self.feedback(false, 0);
             self.cycle();
         }
 
         fn stands(&mut self) {
-            self.feedback(true, 0, &[]);
+            self.feedback(true, 0);
             self.cycle();
         }
 
@@ -214,7 +219,7 @@ mod tests {
                     return ended;
                 }
                 let is_over = self.engine.running.is_some_and(|running| running.outcome.is_some());
-                self.feedback(is_over && stands, behind_counts, &[]);
+                self.feedback(is_over && stands, behind_counts);
                 self.cycle();
             }
             panic!("it does not end: {:?}", self.received);
@@ -311,22 +316,24 @@ mod tests {
         bench.stands();
         bench.start(100.0, 3600.0);
         bench.cycle();
-        bench.feedback(true, 0, &[]);
+        bench.feedback(true, 0);
         bench.send(ToEngine::Foresee { soonest: 0 });
         bench.cycle();
         bench.replace("its start", 50.0);
         assert_eq!(bench.end(false, 0).outcome, MotionOutcome::Completed);
     }
 
+    type EndOfWait<'a> = &'a dyn Fn(&EngineBench) -> ToEngine;
+
     /// What ends the wait of the one in command ends that of its successor, in this order.
     #[test]
     fn a_forecast_is_answered_when_the_trajectory_does_not_begin() {
         let alarm = AlarmKind::FollowingError(Axis::Z).entry().number;
-        let cases: [(&dyn Fn(&mut EngineBench), StartError); 3] = [
-            (&|bench| bench.send(ToEngine::Request(MotionRequest::Cancel)), StartError::Cancelled),
-            (&|bench| bench.feedback(false, 0, &[alarm]), StartError::Fault),
-            (&|bench| bench.send(ToEngine::MachineLost), StartError::MachineLost),
-        ];
+        let cancel = |_: &EngineBench| ToEngine::Request(MotionRequest::Cancel);
+        let lost = |_: &EngineBench| ToEngine::MachineLost;
+        let raised = |bench: &EngineBench| bench.report(false, 0, &[alarm]);
+        let cases: [(EndOfWait<'_>, StartError); 3] =
+            [(&cancel, StartError::Cancelled), (&raised, StartError::Fault), (&lost, StartError::MachineLost)];
         for (end, wanted) in cases {
             let mut bench = EngineBench::new(false);
             run_before(&mut bench, "a complete one");
@@ -335,7 +342,9 @@ mod tests {
             bench.send(ToEngine::Foresee { soonest: 0 });
             bench.cycle();
             assert!(bench.received.is_empty(), "{:?}", bench.received);
-            end(&mut bench);
+            bench.tick += bench.machine.stream_period_ticks();
+            let message = end(&bench);
+            bench.send(message);
             bench.cycle();
             let [FromEngine::NotStarted(error, _), FromEngine::Foreseen(MotionForecast::Over)] = &bench.received[..]
             else {
