@@ -7,6 +7,7 @@ use crate::support;
 use crate::watched;
 
 use camwright_msgs::builtin_interfaces::msg::{Duration as RosDuration, Time};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::control_msgs::action::{
@@ -460,6 +461,57 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     // The goal that comes while the one before is at its end begins after it.
     let (status, _, text) = result(&follower.send(goal(to("z_axis", 0.1, 3.0))));
     assert_eq!(status, GoalStatus::Succeeded, "{text}");
+    cell.stop();
+}
+
+/// A goal is served as soon as it is accepted, though its motion waits until the axes stand still; one that arrives then replaces it.
+#[test]
+fn a_goal_that_follows_an_ended_motion_is_replaced() {
+    let cell = Cell::start(&[]);
+    let follower = Follower::new(&cell);
+    let replacing = |before: &str, (position, time_s): (f64, f64)| {
+        let slow = follower.moving(goal(to("z_axis", 0.2, 3600.0)));
+        let fast = follower.moving(goal(to("z_axis", position, time_s)));
+        let (status, code, text) = result(&slow);
+        assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL), "after {before}: {text}");
+        assert!(text.starts_with("a joint trajectory replaced it at tick "), "after {before}: {text}");
+        fast
+    };
+    let succeeds = |goal: &ClientGoal<FollowJointTrajectory>| {
+        let (status, _, text) = result(goal);
+        assert_eq!(status, GoalStatus::Succeeded, "{text}");
+    };
+    succeeds(&replacing("nothing", (0.0, 2.0)));
+    succeeds(&follower.send(goal(to("z_axis", 0.05, 1.0))));
+    succeeds(&replacing("a complete goal", (0.1, 2.0)));
+
+    let far = follower.moving(goal(to("z_axis", 0.3, 100.0)));
+    assert_eq!(far.cancel(PATIENCE).expect("an answer"), CancelOutcome::Accepted);
+    assert_eq!(result(&far).0, GoalStatus::Canceled);
+    succeeds(&replacing("a cancelled goal", (0.05, 2.0)));
+
+    let narrow = FollowJointTrajectoryGoal {
+        path_tolerance: vec![tolerance("z_axis", 1e-5, 0.0)],
+        ..goal(to("z_axis", 0.1, 1.0))
+    };
+    let (status, code, text) = result(&follower.send(narrow));
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::PATH_TOLERANCE_VIOLATED), "{text}");
+    succeeds(&replacing("an aborted goal", (0.1, 2.0)));
+
+    let home = cell.client.node.action_client::<Home>("axis_interpolator/home").expect("a client");
+    home.wait_for_server(PATIENCE).expect("home");
+    let homing = home.send_goal(HomeGoal { joints: vec!["c_axis".into()] }, drop, PATIENCE).expect("a decision");
+    let (status, homed) = homing.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", homed.message);
+    // Two replacements in a row.
+    let second = replacing("a homing", (0.15, 3600.0));
+    let third = follower.moving(goal(to("z_axis", 0.1, 3.0)));
+    let (status, _, text) = result(&second);
+    assert_eq!(status, GoalStatus::Aborted, "{text}");
+    assert!(text.starts_with("a joint trajectory replaced it at tick "), "{text}");
+    succeeds(&third);
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    joints.until("the table stands at 100 mm", |joints| (position(joints, "z_axis") - 0.1).abs() < 1e-9);
     cell.stop();
 }
 

@@ -14,6 +14,8 @@ use alloc::boxed::Box;
 pub enum StateForecast {
     /// Position and motion of the axes by the trajectory's own time, if nothing disturbs it.
     At(TrajectoryStart),
+    /// A trajectory is loaded whose first tick has not been computed yet.
+    NotBegun,
     /// No trajectory is executed, or it is over or coming to its end by then.
     Over,
     Held,
@@ -24,8 +26,10 @@ impl Interpolator {
     #[must_use]
     pub fn foresee(&self, tick: u64) -> StateForecast {
         let Some(motion) = self.motion.as_deref() else { return StateForecast::Over };
-        let (ExecutionMode::Trajectory(clock), Some(trajectory)) = (&self.mode, &motion.trajectory) else {
-            return StateForecast::Over;
+        let (clock, trajectory) = match (&self.mode, &motion.trajectory) {
+            (ExecutionMode::Trajectory(clock), Some(trajectory)) => (clock, trajectory),
+            (ExecutionMode::Starting, Some(_)) => return StateForecast::NotBegun,
+            _ => return StateForecast::Over,
         };
         let time = clock.at(tick);
         let ends = self.cancel || self.alarm.is_some() || self.following.broken.is_some();

@@ -293,3 +293,73 @@ fn a_trajectory_that_waits_gives_way() {
     assert_eq!(bench.finish(2000), MotionOutcome::Completed);
     assert_eq!((bench.counts(), bench.last().tick), ([0, 0, 5 * PER_MM], tick + 1000));
 }
+
+/// A trajectory between its start and its first tick is not over: whatever ended before it, it can be replaced once it has begun.
+#[test]
+fn a_trajectory_that_has_not_begun_is_not_over() {
+    let machine = machine();
+    let bench = || Bench::new(machine.clone());
+    let tolerances = FollowingTolerances { path: of_x(Some(0.5), None), ..FollowingTolerances::default() };
+    let completed = |bench: &mut Bench| {
+        bench.start(Motion::from(twenty_mm(tolerances)));
+        assert_eq!(bench.finish(3000), MotionOutcome::Completed);
+    };
+    let cancelled = |bench: &mut Bench| {
+        bench.start(Motion::from(twenty_mm(tolerances)));
+        for _ in 0..400 {
+            bench.step(&[]);
+        }
+        bench.step(&[MotionRequest::Cancel]);
+        assert_eq!(bench.finish(3000), MotionOutcome::Cancelled);
+    };
+    let aborted = |bench: &mut Bench| {
+        bench.start(Motion::from(twenty_mm(tolerances)));
+        let outcome = LaggingAxis::new(20, 1).finish(bench, 3000);
+        assert!(matches!(outcome, MotionOutcome::OutOfTolerance(_)), "{outcome:?}");
+    };
+    let homed = |bench: &mut Bench| {
+        bench.start(Motion::Home(vec![Axis::C]));
+        assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
+    };
+    let nothing = |_: &mut Bench| {};
+    let cases = [
+        ("nothing", &nothing as &dyn Fn(&mut Bench)),
+        ("a complete one", &completed),
+        ("a cancelled one", &cancelled),
+        ("an aborted one", &aborted),
+        ("a homing", &homed),
+    ];
+    for (after, run) in cases {
+        let mut bench = bench();
+        run(&mut bench);
+        let first = bench.tick;
+        assert_eq!(bench.interpolator.foresee(first + 10), StateForecast::Over, "after {after}: nothing is executed");
+        let counts = bench.interpolator.setpoint().counts;
+        let start = TrajectoryStart::at_rest(Axis::ALL.map(|axis| {
+            let index = axis.index();
+            machine.axis(axis).scale.position(counts[index])
+        }));
+        let slow = [point(3600.0, start.position[Axis::X.index()] + 5.0)];
+        let slow = Trajectory::from_points(&[Axis::X], &slow, &start, &machine).expect("within limits");
+        bench.start(Motion::from(slow));
+        assert_eq!(bench.interpolator.foresee(first + 10), StateForecast::NotBegun, "after {after}");
+        bench.step(&[]);
+        // One takes the place of the slow one, and another the place of that.
+        for (tick, target_mm) in [(first + 10, 8.0), (first + 300, 9.0)] {
+            let StateForecast::At(start) = bench.interpolator.foresee(tick) else { panic!("after {after}: it moves") };
+            let trajectory = Trajectory::from_points(&[Axis::X], &[point(1.0, target_mm)], &start, &machine);
+            let motion = Motion::from(trajectory.expect("within limits"));
+            while bench.tick < tick {
+                bench.step(&[]);
+            }
+            let motion = Box::new(Prepared::new(motion, &machine).expect("good"));
+            bench.interpolator.splice(tick, motion).unwrap_or_else(|(error, _)| panic!("after {after}: {error}"));
+        }
+        assert_eq!(bench.finish(2000), MotionOutcome::Completed, "after {after}");
+        assert_eq!((bench.interpolator.setpoint().counts[1], bench.last().tick), (9 * PER_MM, first + 1300), "{after}");
+    }
+    // Only a trajectory can be replaced.
+    let mut bench = bench();
+    bench.start(Motion::Home(vec![Axis::C]));
+    assert_eq!(bench.interpolator.foresee(bench.tick + 10), StateForecast::Over);
+}

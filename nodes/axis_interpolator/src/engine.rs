@@ -134,11 +134,16 @@ impl Engine {
         waker.adopt_current_thread();
         while !self.stop.load(Ordering::Acquire) {
             injected::point("interpolator cycle");
-            self.receive();
-            self.give_up_attention();
-            self.compute();
+            self.cycle();
             let _woken = waker.wait(Duration::from_millis(100));
         }
+    }
+
+    /// Takes what has arrived and computes what it allows.
+    pub(super) fn cycle(&mut self) {
+        self.receive();
+        self.give_up_attention();
+        self.compute();
     }
 
     fn receive(&mut self) {
@@ -166,6 +171,8 @@ impl Engine {
                     }
                 }
             }
+            // The wait of the one in command may be over with this message.
+            self.answer_forecast();
         }
     }
 
@@ -272,6 +279,11 @@ impl Engine {
         }
     }
 
+    /// A motion has not begun yet.
+    pub(super) fn has_waiting(&self) -> bool {
+        self.waiting.is_some() || self.attending.is_some()
+    }
+
     /// The motion that has not begun yet.
     fn take_waiting(&mut self) -> Option<PreparedMotion> {
         let attending = self.attending.take().map(|(made, ..)| made);
@@ -283,6 +295,7 @@ impl Engine {
         let number = AlarmKind::MachineLost.entry().number;
         if let Some(made) = self.take_waiting() {
             self.send(FromEngine::NotStarted(StartError::MachineLost, made));
+            self.answer_forecast();
         }
         let Some(seen) = self.seen.take() else { return };
         self.unacknowledged.clear();
@@ -310,7 +323,7 @@ impl Engine {
     /// where ticks follow the clock: at pace fast those in which the axes settle pass by themselves.
     fn start(&mut self, made: PreparedMotion, job: JobEnds) {
         let refusal = match self.seen {
-            _ if self.running.is_some() || self.waiting.is_some() || self.attending.is_some() => Some(StartError::Busy),
+            _ if self.running.is_some() || self.has_waiting() => Some(StartError::Busy),
             Some(seen) if !seen.has_alarms => None,
             Some(_) => Some(StartError::Fault),
             None => Some(StartError::MachineLost),
@@ -370,6 +383,7 @@ impl Engine {
         if let Some((made, ..)) = self.attending.take_if(|(_, _, since)| since.elapsed() > ATTENTION) {
             self.unacknowledged.clear();
             self.send(FromEngine::NotStarted(StartError::MachineLost, made));
+            self.answer_forecast();
         }
     }
 
@@ -415,6 +429,7 @@ impl Engine {
             if running.outcome.is_some() || self.unacknowledged.is_full() {
                 return;
             }
+            self.answer_forecast();
             self.succeed();
             let bound = self.unacknowledged.last_tick();
             let last = seen.credit_tick.min(bound).min(self.next_trajectory.last_tick());

@@ -7,6 +7,8 @@ use super::engine_messages::PreparedMotion;
 pub(super) enum NextTrajectory {
     #[default]
     None,
+    /// A forecast is requested, for this tick or a later one; the one in command has not begun.
+    Requested(u64),
     /// One is being made for this tick.
     Awaited(u64),
     Ready(u64, PreparedMotion),
@@ -16,7 +18,7 @@ impl NextTrajectory {
     /// Last tick that may be computed before it is known what comes next.
     pub(super) fn last_tick(&self) -> u64 {
         match self {
-            NextTrajectory::None => u64::MAX,
+            NextTrajectory::None | NextTrajectory::Requested(_) => u64::MAX,
             NextTrajectory::Awaited(tick) | NextTrajectory::Ready(tick, _) => tick - 1,
         }
     }
