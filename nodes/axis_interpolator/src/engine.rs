@@ -284,10 +284,18 @@ impl Engine {
         self.waiting.is_some() || self.attending.is_some()
     }
 
-    /// The motion that has not begun yet.
+    /// The motion that has not begun yet, which does not begin any more.
     fn take_waiting(&mut self) -> Option<PreparedMotion> {
         let attending = self.attending.take().map(|(made, ..)| made);
-        attending.or_else(|| self.waiting.take().map(|(made, _)| made))
+        let made = attending.or_else(|| self.waiting.take().map(|(made, _)| made))?;
+        self.drop_requests();
+        Some(made)
+    }
+
+    /// Requests for a motion that is over, or that does not begin, do not apply to the next one. An override does.
+    fn drop_requests(&mut self) {
+        let before = self.requests;
+        self.wait(before.iter().flatten().copied().filter(is_override));
     }
 
     /// Nothing that the machine said counts any more: what is under way is over, and zeros have to be found again.
@@ -310,6 +318,7 @@ impl Engine {
         }
         self.next_trajectory = NextTrajectory::None;
         if let Some(running) = self.running.take() {
+            self.drop_requests();
             let (first_tick, counts) = (running.first_tick, seen.counts);
             let ended = Ended { outcome: MotionOutcome::Failed(number), first_tick, last_tick: seen.tick, counts };
             self.send(FromEngine::Ended(ended));
@@ -382,6 +391,7 @@ impl Engine {
     fn give_up_attention(&mut self) {
         if let Some((made, ..)) = self.attending.take_if(|(_, _, since)| since.elapsed() > ATTENTION) {
             self.unacknowledged.clear();
+            self.drop_requests();
             self.send(FromEngine::NotStarted(StartError::MachineLost, made));
             self.answer_forecast();
         }
@@ -400,8 +410,6 @@ impl Engine {
         let first_tick = seen.tick + lead.max(1);
         self.next_tick = first_tick;
         self.running = Some(Running { job, is_trajectory, first_tick, outcome: None });
-        let before = self.requests;
-        self.wait(before.iter().flatten().copied().filter(is_override));
         self.send(FromEngine::Started { tick: first_tick, rest, record });
         if job.begins {
             self.command(SequencedCommand::JobBegin { tick: first_tick }, first_tick);
@@ -538,6 +546,7 @@ impl Engine {
             return;
         }
         self.running = None;
+        self.drop_requests();
         self.unacknowledged.clear();
         self.next_trajectory = NextTrajectory::None;
         if seen.has_alarms || matches!(outcome, MotionOutcome::Failed(_)) {

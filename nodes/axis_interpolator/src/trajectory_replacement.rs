@@ -353,4 +353,52 @@ mod tests {
             assert_eq!(*error, wanted);
         }
     }
+
+    /// A hold is answered with success while a motion has command, so it applies to a motion that has not begun.
+    #[test]
+    fn a_hold_before_the_first_tick_holds_the_motion() {
+        for is_realtime in [false, true] {
+            let mut bench = EngineBench::new(is_realtime);
+            run_before(&mut bench, "a move");
+            let stood = bench.engine.interpolator.setpoint().counts;
+            bench.start(40.0, 1.0);
+            bench.moves();
+            bench.send(ToEngine::Request(MotionRequest::Hold));
+            bench.moves();
+            assert!(bench.engine.has_waiting());
+            (0..300).for_each(|_| bench.stands());
+            assert!(bench.engine.running.is_some());
+            let held = bench.engine.interpolator.setpoint().counts;
+            (0..300).for_each(|_| bench.stands());
+            assert_eq!(bench.engine.interpolator.setpoint().counts, held, "realtime {is_realtime}: it rests");
+            bench.send(ToEngine::Request(MotionRequest::Unhold));
+            assert_eq!(bench.end(true, 0).outcome, MotionOutcome::Completed);
+            let [done, whole] = [held, bench.engine.interpolator.setpoint().counts].map(|at| at[Z] - stood[Z]);
+            assert!(whole > 0 && 100 * done.abs() < whole, "held after {done} of {whole} counts");
+        }
+    }
+
+    #[test]
+    fn a_hold_of_a_motion_that_is_over_does_not_hold_the_next_one() {
+        let mut bench = EngineBench::new(true);
+        bench.stands();
+        bench.start(20.0, 1.0);
+        bench.stands();
+        bench.stands();
+        // The last setpoint is computed before the machine executes it.
+        let is_computed = |engine: &Engine| engine.running.is_some_and(|running| running.outcome.is_some());
+        let cycles = (0..3000).find(|_| {
+            bench.moves();
+            is_computed(&bench.engine)
+        });
+        assert!(cycles.is_some());
+        bench.send(ToEngine::Request(MotionRequest::Hold));
+        assert_eq!(bench.end(true, 0).outcome, MotionOutcome::Completed);
+        let stood = bench.engine.interpolator.setpoint().counts;
+        bench.start(40.0, 1.0);
+        bench.stands();
+        bench.stands();
+        assert_eq!(bench.end(true, 0).outcome, MotionOutcome::Completed);
+        assert_ne!(bench.engine.interpolator.setpoint().counts, stood);
+    }
 }
