@@ -1,7 +1,8 @@
 //! A job over and the faults that HAL reports.
 
 use crate::hal::{
-    Hal, JOB, NAMESPACE, messages, recorded_cell, reset, send, subscribe_to_alarms, wait_for_alarms, wait_for_recorder,
+    Hal, JOB, NAMESPACE, integrator, messages, planner_client, recorded_cell, reset, send, subscribe_to_alarms,
+    wait_for_alarms, wait_for_recorder,
 };
 use crate::support;
 use camwright_analysis::report;
@@ -11,7 +12,7 @@ use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs};
+use camwright_ros::{ActionClient, GoalStatus, Qos};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -46,8 +47,7 @@ fn setpoints(bag: &Path) -> Vec<[[u64; 3]; 3]> {
 fn simulated() -> PathBuf {
     let (domain, bag) = (Domain::reserve(), fresh_bag("hal-simulated"));
     let cell = Processes::start(&domain, NAMESPACE, &["machine:=cam_grinder_hal"], &bag);
-    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
-    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let node = integrator(&domain);
     let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
     let spin = node.spin_in_thread().expect("a thread");
     jobs.wait_for_server(PATIENCE).expect("the planner");
@@ -104,8 +104,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
     let mut machine = hal.node(&domain);
     let bag = fresh_bag("hal");
     let (mut recorder, cell) = recorded_cell(&domain, &bag);
-    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
-    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let node = integrator(&domain);
     let seen: Arc<Mutex<Vec<MachineStream>>> = Arc::default();
     let into = Arc::clone(&seen);
     let qos = Qos::default_topic().keep_last(1000);
@@ -115,9 +114,7 @@ fn a_job_runs_over_hal_and_every_fault_of_hal_is_an_alarm() {
         })
         .expect("a subscription");
     let (_alarms, alarms) = subscribe_to_alarms(&node);
-    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
-    let _spin = node.spin_in_thread().expect("a thread");
-    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let (jobs, _spin) = planner_client(&node, &machine);
     let _command = Shared::for_cell(&domain, NAMESPACE);
     wait_for_recorder(&node);
 

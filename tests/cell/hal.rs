@@ -12,7 +12,7 @@ use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineAlarms, RecorderStatus};
 use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_ros::{ActionClient, Node, Qos, Subscription};
+use camwright_ros::{ActionClient, Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
 use std::collections::BTreeSet;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
@@ -312,6 +312,20 @@ pub(crate) fn messages<M: serde::de::DeserializeOwned>(bag: &Bag, topic: &str) -
         }
     }
     found
+}
+
+/// A node beside the cell.
+pub(crate) fn integrator(domain: &Domain) -> Node {
+    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
+    Node::new(NodeOptions::new("integrator", &args)).expect("a node")
+}
+
+/// A client of the planner, with the thread that spins its node, once the planner is there.
+pub(crate) fn planner_client(node: &Node, machine: &Guarded) -> (ActionClient<RunJob>, SpinThread) {
+    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
+    let spin = node.spin_in_thread().expect("a thread");
+    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    (jobs, spin)
 }
 
 /// Recorder with a new bag, interpolator and planner beside the machine.

@@ -1,14 +1,14 @@
 //! A gauge behind HAL.
 
-use crate::hal::{Hal, NAMESPACE, as_user, messages, recorded_cell, wait_for_recorder};
+use crate::hal::{Hal, NAMESPACE, as_user, integrator, messages, planner_client, recorded_cell, wait_for_recorder};
 use crate::support;
 use camwright::machine::contact_law::ContactLaw;
 use camwright_analysis::rerun;
 use camwright_bag::Bag;
-use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
+use camwright_msgs::camwright_msgs::action::RunJobGoal;
 use camwright_msgs::camwright_msgs::msg::GaugeReading;
 use camwright_msgs::rcl_interfaces::msg::Log;
-use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, RosArgs};
+use camwright_ros::GoalStatus;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use support::command::Shared;
 use support::processes::fresh_bag;
@@ -113,11 +113,8 @@ fn a_journal_is_gauged_over_hal_and_its_runout_is_the_planted_one() {
     let machine = hal.node(&domain);
     let bag = fresh_bag("hal-gauge");
     let (mut recorder, cell) = recorded_cell(&domain, &bag);
-    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
-    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
-    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
-    let spin = node.spin_in_thread().expect("a thread");
-    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let node = integrator(&domain);
+    let (jobs, spin) = planner_client(&node, &machine);
     let command = Shared::for_cell(&domain, NAMESPACE);
     wait_for_recorder(&node);
     let goal = RunJobGoal {

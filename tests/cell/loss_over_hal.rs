@@ -1,9 +1,11 @@
 //! Processes beside the node of HAL that die or stand still.
 
-use crate::hal::{Hal, NAMESPACE, WatchedPeriod, moves, reset, rests, send, subscribe_to_alarms, wait_for_alarms};
+use crate::hal::{
+    Hal, NAMESPACE, WatchedPeriod, integrator, moves, planner_client, reset, rests, send, subscribe_to_alarms,
+    wait_for_alarms,
+};
 use crate::support;
-use camwright_msgs::camwright_msgs::action::RunJob;
-use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, RosArgs};
+use camwright_ros::GoalStatus;
 use std::collections::BTreeSet;
 use std::process::Command;
 use support::command::Shared;
@@ -36,12 +38,9 @@ fn what_dies_or_stands_still_beside_the_node_ends_at_rest_with_its_alarm() {
     let mut sender = in_domain(env!("CARGO_BIN_EXE_axis_interpolator"), &domain);
     let sender = Guarded::start("axis_interpolator", sender.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]));
     let cell = Processes::start_some(&domain, NAMESPACE, &["job_planner"]);
-    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
-    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let node = integrator(&domain);
     let (_alarms, alarms) = subscribe_to_alarms(&node);
-    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
-    let spin = node.spin_in_thread().expect("a thread");
-    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let (jobs, spin) = planner_client(&node, &machine);
     let command = Shared::for_cell(&domain, NAMESPACE);
     let mut watch = hal.watch();
     let at_rest = |what: &str, periods: &[WatchedPeriod]| {

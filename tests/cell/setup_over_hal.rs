@@ -1,9 +1,9 @@
 //! Homing over HAL.
 
-use crate::hal::{Hal, NAMESPACE};
+use crate::hal::{Hal, NAMESPACE, integrator};
 use crate::support;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal};
-use camwright_ros::{ActionClient, Node, NodeOptions, RosArgs};
+use camwright_ros::ActionClient;
 use std::time::{Duration, Instant};
 use support::command::Shared;
 use support::processes::Processes;
@@ -30,8 +30,7 @@ fn homing_at_an_index_mark_finds_the_same_zero_from_everywhere() {
     let domain = Domain::reserve();
     let machine = hal.node(&domain);
     let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
-    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
-    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
+    let node = integrator(&domain);
     let home: ActionClient<Home> = node.action_client("axis_interpolator/home").expect("a client");
     let moves: ActionClient<MoveTo> = node.action_client("axis_interpolator/move_to").expect("a client");
     let spin = node.spin_in_thread().expect("a thread");

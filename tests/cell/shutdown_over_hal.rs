@@ -1,9 +1,7 @@
 //! The end of the node of HAL.
 
-use crate::hal::{Hal, NAMESPACE, WatchedPeriod, moves, send};
+use crate::hal::{Hal, NAMESPACE, WatchedPeriod, integrator, moves, planner_client, send};
 use crate::support;
-use camwright_msgs::camwright_msgs::action::RunJob;
-use camwright_ros::{ActionClient, Node, NodeOptions, RosArgs};
 use support::command::Shared;
 use support::processes::Processes;
 use support::{Domain, Guarded, PATIENCE};
@@ -16,11 +14,8 @@ fn end_in_motion(hal: &Hal, signal: &str, axes: &[usize]) -> (Vec<WatchedPeriod>
     let domain = Domain::reserve();
     let machine = hal.node(&domain);
     let cell = Processes::start_some(&domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
-    let args = RosArgs::default().with_domain_id(domain.id()).with_namespace(NAMESPACE);
-    let node = Node::new(NodeOptions::new("integrator", &args)).expect("a node");
-    let jobs: ActionClient<RunJob> = node.action_client("job_planner/run_job").expect("a client");
-    let spin = node.spin_in_thread().expect("a thread");
-    jobs.wait_for_server(PATIENCE).unwrap_or_else(|error| panic!("{error}{}", machine.stderr()));
+    let node = integrator(&domain);
+    let (jobs, spin) = planner_client(&node, &machine);
     let command = Shared::for_cell(&domain, NAMESPACE);
     let job = send(&jobs, &machine);
     let mut watch = hal.watch();

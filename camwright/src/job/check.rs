@@ -485,9 +485,7 @@ impl JobSpec {
         }
         Ok(())
     }
-}
 
-impl JobSpec {
     /// Refuses wide lobes with more sections than a machine reports.
     fn check_sections(&self) -> Result<(), JobError> {
         let count = self.lobes.iter().map(LobeSpec::section_count).sum();

@@ -12,6 +12,8 @@
 use super::error::JobError;
 use super::grinding::LobeSpec;
 use super::key::{JobKey, Subject};
+use crate::machine::contact_law::ContactLaw;
+use crate::machine::description::MachineDescription;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -128,6 +130,24 @@ fn offset_mm(number: u32, count: u32, spacing_mm: f64) -> f64 {
     (f64::from(number) - 0.5 * f64::from(count + 1)) * spacing_mm
 }
 
+/// Contact law of the wheel and a lobe, or one of its plunges, where it is ground: of a plunge over the width that no plunge has cut before.
+/// `None` on a rigid machine.
+pub(crate) fn contact_law(
+    machine: &MachineDescription,
+    station: &str,
+    width_mm: f64,
+    plunge: Option<&Plunge>,
+) -> Option<ContactLaw> {
+    let beside = |plunge: &Plunge| (plunge.offset_mm(width_mm), plunge.fresh_width_mm(width_mm));
+    let (offset_mm, fresh_mm) = plunge.map_or((0.0, width_mm), beside);
+    machine.contact_law_at(machine.station(station)?.position_mm + offset_mm, fresh_mm)
+}
+
+/// Both are plunges of one lobe.
+pub(crate) fn are_beside(one: Option<&Plunge>, other: Option<&Plunge>) -> bool {
+    matches!((one, other), (Some(one), Some(other)) if one.lobe == other.lobe)
+}
+
 fn plunge_name(lobe: &str, number: u32) -> String {
     alloc::format!("{lobe}-{number}")
 }
@@ -148,7 +168,7 @@ impl LobeSpec {
     /// Both are plunges of one lobe.
     #[must_use]
     pub fn is_beside(&self, other: &Self) -> bool {
-        matches!((&self.plunge, &other.plunge), (Some(own), Some(other)) if own.lobe == other.lobe)
+        are_beside(self.plunge.as_ref(), other.plunge.as_ref())
     }
 
     /// The plunges of a lobe with a wheel of width `wheel_mm` that overlap by at least `overlap_mm` (mm), from the headstock on; the lobe

@@ -152,6 +152,7 @@ impl ContactLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::unit_numbers;
 
     /// km/kg = 1/5.
     fn law(threshold_n: f64) -> ContactLaw {
@@ -231,13 +232,7 @@ mod tests {
     /// Any number of surfaces: the deflection balances the forces; a single surface has that of its own law.
     #[test]
     fn one_spring_carries_all_surfaces() {
-        let mut seed = 0x2545_f491_u32;
-        let mut random = || {
-            seed ^= seed << 13;
-            seed ^= seed >> 17;
-            seed ^= seed << 5;
-            f64::from(seed) / f64::from(u32::MAX)
-        };
+        let mut random = unit_numbers(0x2545_f491);
         let (mut rubs, mut misses) = (0, 0);
         for round in 0..2000 {
             let machine_n_mm = 1e4 + 5e4 * random();

@@ -28,6 +28,8 @@ pub mod noise;
 pub(crate) mod pentadiagonal;
 pub mod periodic_cubic;
 pub mod periodic_spline;
+#[cfg(test)]
+pub(crate) mod random;
 pub mod range;
 pub(crate) mod root;
 pub mod snapshot;

@@ -11,7 +11,7 @@ use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
-use crate::job::plunges::{LobeSection, Plunge};
+use crate::job::plunges::{self, LobeSection, Plunge};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::machine::wheel_state::WheelNow;
@@ -71,8 +71,7 @@ impl LobeDesign {
     /// Contact law of wheel and lobe where it is ground, of a plunge over the width that no plunge has cut before; `None` on a rigid machine.
     #[must_use]
     pub fn contact_law(&self, machine: &MachineDescription) -> Option<ContactLaw> {
-        let fresh_mm = self.plunge.as_ref().map_or(self.width_mm, |plunge| plunge.fresh_width_mm(self.width_mm));
-        machine.contact_law_at(self.z_mm(machine)?, fresh_mm)
+        plunges::contact_law(machine, &self.station, self.width_mm, self.plunge.as_ref())
     }
 
     /// Sections of the part that are finished with this, its own first: one, or several of a plunge.
@@ -87,7 +86,7 @@ impl LobeDesign {
     /// Both are plunges of one lobe.
     #[must_use]
     pub fn is_beside(&self, other: &Self) -> bool {
-        matches!((&self.plunge, &other.plunge), (Some(own), Some(other)) if own.lobe == other.lobe)
+        plunges::are_beside(self.plunge.as_ref(), other.plunge.as_ref())
     }
 
     /// Centre of its contour on a part whose keyway truly lies at an azimuth (rad); `None` for the spindle axis, which it is but for a

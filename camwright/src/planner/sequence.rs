@@ -7,6 +7,7 @@ use super::lobe::{LobeStart, PlannedLobe, WheelShape, soft_limit};
 use super::steps::{PlanSteps, StepSubject, shared};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{JobSpec, LobeSpec};
+use crate::job::plunges;
 use crate::machine::description::{Axis, MachineDescription, Station};
 use crate::machine::wheel_state::nm_from_mm;
 use crate::math::hermite::HermiteSpline;
@@ -284,10 +285,8 @@ impl<'a> Sequence<'a> {
     /// Predicts the time of cuts whose infeed ends at a size, or whose spark-out ends when the force is steady.
     fn foresee(&mut self) {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
-            let machine = self.steps.machine;
-            let z_mm = machine.station(&lobe.station).map(|station| station.position_mm + lobe.offset_mm());
-            let fresh_mm = lobe.plunge.as_ref().map_or(lobe.width_mm, |plunge| plunge.fresh_width_mm(lobe.width_mm));
-            let Some(law) = z_mm.and_then(|z_mm| machine.contact_law_at(z_mm, fresh_mm)) else { continue };
+            let law = plunges::contact_law(self.steps.machine, &lobe.station, lobe.width_mm, lobe.plunge.as_ref());
+            let Some(law) = law else { continue };
             let mut surface = GroundLobe::new(self.job.stock_mm, &law);
             for number in 0..self.steps.plan.segments.len() {
                 let size = GaugedSize::from_plan(&self.steps.plan, number, self.steps.machine);

@@ -325,7 +325,7 @@ mod tests {
 
     type EndOfWait<'a> = &'a dyn Fn(&EngineBench) -> ToEngine;
 
-    /// What ends the wait of the one in command ends that of its successor, in this order.
+    /// A cancel, an alarm or a lost machine ends the wait of the trajectory in command, and then that of its successor.
     #[test]
     fn a_forecast_is_answered_when_the_trajectory_does_not_begin() {
         let alarm = AlarmKind::FollowingError(Axis::Z).entry().number;

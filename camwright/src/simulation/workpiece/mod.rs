@@ -592,6 +592,7 @@ impl Workpiece {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::unit_numbers;
     use alloc::vec;
 
     fn blank(radius: f64) -> Lobe {
@@ -614,13 +615,7 @@ mod tests {
     /// Blocks that are passed over lose nothing: random wheels against the formula on every azimuth.
     #[test]
     fn blocks_cut_exactly_what_the_formula_cuts() {
-        let mut seed = 0x2545_f491_u32;
-        let mut random = || {
-            seed ^= seed << 13;
-            seed ^= seed >> 17;
-            seed ^= seed << 5;
-            f64::from(seed) / f64::from(u32::MAX)
-        };
+        let mut random = unit_numbers(0x2545_f491);
         for azimuths in [16, 31, 3600, 1001] {
             let mut lobe = Lobe::new(String::from("L"), 0, 10.0, vec![25.0; azimuths]).expect("a round blank");
             let mut slow = vec![25.0; azimuths];
