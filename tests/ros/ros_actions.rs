@@ -3,7 +3,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Arc, Mutex, mpsc},
+    sync::{Arc, Condvar, Mutex, MutexGuard, mpsc},
     time::{Duration, Instant},
 };
 
@@ -45,7 +45,7 @@ fn node(domain: &Domain, name: &str) -> (Node, SpinThread) {
 /// Takes goals named after what is to become of them.
 #[derive(Default, Clone)]
 struct Homing {
-    goals: Arc<Mutex<BTreeMap<GoalId, GoalHandle<Home>>>>,
+    goals: Arc<(Mutex<BTreeMap<GoalId, GoalHandle<Home>>>, Condvar)>,
 }
 
 impl Homing {
@@ -53,9 +53,26 @@ impl Homing {
         goal.joints.first().map_or("", String::as_str)
     }
 
+    fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, GoalHandle<Home>>> {
+        self.goals.0.lock().expect("not poisoned")
+    }
+
+    /// Waits for the goal: a client may have its answer before the handler has the goal.
     fn named(&self, wish: &str) -> GoalHandle<Home> {
-        let goals = self.goals.lock().expect("not poisoned");
-        goals.values().find(|goal| Self::wish(goal.goal()) == wish).expect("such a goal").clone()
+        let deadline = Instant::now() + PATIENCE;
+        let mut goals = self.goals();
+        loop {
+            if let Some(goal) = goals.values().find(|goal| Self::wish(goal.goal()) == wish) {
+                return goal.clone();
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            let (woken, timeout) = self.goals.1.wait_timeout(goals, left).expect("not poisoned");
+            goals = woken;
+            if timeout.timed_out() {
+                drop(goals);
+                panic!("the handler has no goal '{wish}'");
+            }
+        }
     }
 }
 
@@ -82,12 +99,12 @@ impl ActionHandler<Home> for Homing {
 
     fn accepted(&mut self, goal: GoalHandle<Home>) {
         assert_eq!(goal.status(), GoalStatus::Executing);
-        self.goals.lock().expect("not poisoned").insert(goal.id(), goal);
+        self.goals().insert(goal.id(), goal);
+        self.goals.1.notify_all();
     }
 
     fn cancel(&mut self, id: GoalId) -> bool {
-        let goals = self.goals.lock().expect("not poisoned");
-        goals.get(&id).is_some_and(|goal| Self::wish(goal.goal()) != "stubborn")
+        self.goals().get(&id).is_some_and(|goal| Self::wish(goal.goal()) != "stubborn")
     }
 }
 
@@ -310,7 +327,7 @@ fn ids_in_use_are_refused_and_a_dropped_goal_is_aborted() {
     let (accepted, _) = Home::split_send_goal_response(again.call(&request, PATIENCE).expect("an answer"));
     assert!(!accepted);
 
-    homing.goals.lock().expect("not poisoned").clear();
+    homing.goals().clear();
     assert_eq!(sent.result(PATIENCE).expect("a result").0, GoalStatus::Aborted);
 
     // From a callback, without blocking.
@@ -328,7 +345,6 @@ fn ids_in_use_are_refused_and_a_dropped_goal_is_aborted() {
         };
         inside.send_goal_with(goal("z"), |_| {}, decided).expect("sent");
     });
-    until("the goal is there", || homing.goals.lock().expect("not poisoned").len() == 1);
     homing.named("z").succeed(result("homed"));
     let (id, status, message) = receiver.recv_timeout(PATIENCE).expect("the end");
     assert_eq!((id, status, message.as_str()), (homing.named("z").id(), GoalStatus::Succeeded, "homed"));
