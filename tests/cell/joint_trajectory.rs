@@ -21,7 +21,7 @@ use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_msgs::msg::Header;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint};
 use camwright_msgs::unique_identifier_msgs::msg::UUID;
-use camwright_ros::{ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos, RosArgs};
+use camwright_ros::{ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos};
 use cell::{Cell, PATIENCE};
 use serde_json::json;
 use std::sync::mpsc;
@@ -557,10 +557,7 @@ fn planned(joint: &str, from: f64, position: f64, time_s: f64) -> JointTrajector
 /// Planners begin with the measured positions, and send the next goal as soon as the one before is over: an axis is still settling then.
 #[test]
 fn goals_that_begin_with_the_measured_positions_are_followed_right_after_a_move() {
-    let realtime = ParameterValue::String("realtime".into());
-    let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
-        args.with_parameter(Some("machine_sim"), "pace", realtime)
-    });
+    let cell = Cell::start_realtime(&[]);
     let (follower, log) = (Follower::new(&cell), LogLines::subscribe(&cell));
     let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
     let places =
@@ -583,10 +580,7 @@ fn goals_that_begin_with_the_measured_positions_are_followed_right_after_a_move(
 #[test]
 fn goals_of_rclpy_that_begin_with_the_measured_positions_are_followed() {
     let Some(env) = support::peer_env() else { return };
-    let realtime = ParameterValue::String("realtime".into());
-    let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
-        args.with_parameter(Some("machine_sim"), "pace", realtime)
-    });
+    let cell = Cell::start_realtime(&[]);
     let mut peer = support::Peer::start(env, cell.domain(), "planner");
     let (states, action) = ("/joint_states", "/axis_interpolator/follow_joint_trajectory");
     let topic = json!({ "topic": states, "type": "sensor_msgs/msg/JointState", "qos": "best_effort" });
@@ -655,10 +649,7 @@ fn a_goal_ends_by_cancel_by_deactivation_and_runs_at_the_scaling_that_is_asked()
 /// With the clock, as a real machine: one goal after the other, each begins though the axes still settle from the one before.
 #[test]
 fn goals_follow_each_other_at_pace_realtime() {
-    let realtime =
-        |args: RosArgs| args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into()));
-    // A delay that outlasts whatever else this computer does.
-    let cell = Cell::start_with(&["feedback_delay_ticks=1000"], realtime);
+    let cell = Cell::start_realtime(&[]);
     let follower = Follower::new(&cell);
     let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
     for (place, time_s) in [(0.02, 0.7), (0.0, 0.6), (0.01, 0.5)] {

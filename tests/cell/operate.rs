@@ -80,9 +80,7 @@ fn a_part_is_loaded_and_unloaded_by_hand() {
     let door =
         "loading={door: {opens_ms: 500, closes_ms: 500}, chuck: {opens_ms: 200, closes_ms: 200}, safe_x_mm: 120}";
     // At pace realtime a step begins before the motion of the step before has ended, unless someone waits for it.
-    let realtime =
-        |args: RosArgs| args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into()));
-    let (cell, runtime) = (Cell::start_with(&[door], realtime), Folder::new("operate-load"));
+    let (cell, runtime) = (Cell::start_realtime(&[door]), Folder::new("operate-load"));
     let call = |words: &[&str]| camwright(cell.domain(), runtime.path(), words);
     answers(&call(&["home"]), 3, "axis_interpolator refuses: nothing may start: the chuck is not closed");
     answers(&call(&["load"]), 0, "part loaded");
@@ -100,6 +98,7 @@ fn processes_of_the_user_that_runs_a_job_operate_its_cell() {
     let (domain, folder, runtime) = (Domain::reserve(), Folder::new("operate-run"), Folder::new("operate-user"));
     let mut run = Command::new(env!("CARGO_BIN_EXE_camwright"));
     run.current_dir(folder.path()).args(["run", "four_lobe_camshaft", "--pace", "realtime"]);
+    run.args(["--set-machine", "feedback_delay_ticks=500"]);
     run.env("ROS_DOMAIN_ID", domain.id().to_string()).env("XDG_RUNTIME_DIR", runtime.path());
     let mut run = Guarded::start("camwright run", run.env("XDG_STATE_HOME", folder.path()));
     let args = RosArgs::default().with_domain_id(domain.id());

@@ -108,6 +108,14 @@ impl Cell {
         Self::start_with(machine, |args| args)
     }
 
+    /// The same at pace realtime, with setpoints that run so far ahead that a pause of this computer is no alarm 80.
+    pub fn start_realtime(machine: &[&str]) -> Self {
+        let realtime = ParameterValue::String("realtime".into());
+        Self::start_with(&[&["feedback_delay_ticks=500"], machine].concat(), |args| {
+            args.with_parameter(Some("machine_sim"), "pace", realtime)
+        })
+    }
+
     /// The same with more parameters.
     pub fn start_with(machine: &[&str], more: impl FnOnce(RosArgs) -> RosArgs) -> Self {
         let domain = Domain::reserve();

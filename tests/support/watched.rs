@@ -52,8 +52,10 @@ impl LogLines {
 
     /// The next line with these words.
     pub fn line(&self, words: &[&str]) -> String {
+        let deadline = Instant::now() + PATIENCE;
         loop {
-            let line = self.lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no line with {words:?}"));
+            let left = deadline.saturating_duration_since(Instant::now());
+            let line = self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("no line with {words:?}"));
             if words.iter().all(|word| line.contains(word)) {
                 return line;
             }

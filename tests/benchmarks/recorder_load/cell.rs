@@ -25,8 +25,9 @@ const RECORDED: [&str; 6] = [
     "/axis_interpolator/inputs",
     "/job_planner/plan",
 ];
-/// The recorder gets the joint states of every tick, those of a machine at rest too.
-const MACHINE: &[&str] = &["pace:=realtime", "state_file:=none", "rest_publish_rate_hz:=1000.0"];
+/// The recorder gets the joint states of every tick, those of a machine at rest too. A pause of the computer is no alarm 80.
+const MACHINE: &[&str] =
+    &["pace:=realtime", "state_file:=none", "rest_publish_rate_hz:=1000.0", "setpoint_buffer_ms:=500.0"];
 
 fn start_nodes(domain: &Domain) -> [Guarded; 3] {
     let nodes: [(&str, &str, &[&str]); 3] = [
