@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the lift tables of the default job: ramp, flank and nose, from closed formulas, with no code of camwright.
+"""Writes the shipped tables from closed formulas, with no code of camwright: lifts of the default job (ramp, flank and nose), and points.
 
 Ramp: the lift velocity rises from 0 to v over 8 deg as a quintic smoothstep, then stays for 12 deg.
 Flank and nose: s = L + c2 x^2 + c4 x^4 + c6 x^6 + c8 x^8 with x the angle from the nose; the four coefficients meet the
@@ -66,3 +66,19 @@ def write(name, title, lift_mm, half_angle_deg, ramp_mm):
 
 write("intake.csv", "Intake lobe: lift 6.2 mm, 58 deg from ramp to nose, ramps 0.2 mm", 6.2, 58.0, 0.2)
 write("exhaust.csv", "Exhaust lobe: lift 5.8 mm, 60 deg from ramp to nose, ramps 0.25 mm", 5.8, 60.0, 0.25)
+
+
+def oblong(name, title, half_way_mm, radius_mm):
+    """Points of two half circles and the lines that join them, 5 degrees and about 1 mm apart."""
+    points = []
+    for side in (1, -1):
+        for step in range(-18, 18):
+            angle = math.radians(5 * step + 2.5)
+            points.append((side * (half_way_mm + radius_mm * math.cos(angle)), side * radius_mm * math.sin(angle)))
+        count = round(2 * half_way_mm)
+        points += [(side * (half_way_mm - (k + 0.5) * 2 * half_way_mm / count), side * radius_mm) for k in range(count)]
+    lines = [f"# {title}", "x_mm,y_mm"] + [f"{x:.3f},{y:.3f}" for x, y in points]
+    pathlib.Path(__file__).with_name(name).write_text("\n".join(lines) + "\n")
+
+
+oblong("oblong_points.csv", "Points of an oblong of 36 by 20 mm", 8.0, 10.0)

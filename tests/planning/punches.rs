@@ -48,6 +48,86 @@ fn the_wheel_follows_flats_and_corners() {
     assert!(flats > 600 && corners > 2500 && between < 300, "{flats} {corners} {between}");
 }
 
+const NO_PHASE: &str = "lobes.B.phase_deg=0";
+const POINTS: &str = "profiles.oblong.lift={table: oblong_points, reading: lines_and_arcs}";
+
+/// The path of a wheel round the oblong of lines and arcs, from its points: where it touches a flat its distance is that of one line to a
+/// nanometre, and everywhere that of the drawing within the digit of the points.
+#[test]
+fn the_oblong_is_found_again_in_its_points() {
+    let folder = Folder::new("punches-points");
+    let rows = |name: &str, set: &[&str]| -> Vec<(f64, f64)> {
+        let out = folder.join(name).display().to_string();
+        let output = camwright(&["plan", "punches", "--details", "--out", &out], set);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        if set.contains(&POINTS) {
+            let text = String::from_utf8_lossy(&output.stdout).replace("\n  ", " ");
+            assert!(text.contains("lift oblong   lines 2, arcs 4 (R 10.0000, 10.0000, 10.0000, 10.0000 mm)"), "{text}");
+        }
+        let text = std::fs::read_to_string(folder.join(name).join("B/tool_path.csv")).expect("the path of the wheel");
+        let rows = text.lines().skip(1).map(|row| {
+            let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().expect("a number")).collect();
+            (cells[0], cells[1])
+        });
+        rows.collect()
+    };
+    let set = format!("wheel_radius_mm={WHEEL_MM}");
+    let (drawn, found) = (rows("drawn", &[&set, NO_PHASE]), rows("found", &[&set, NO_PHASE, POINTS]));
+    assert_eq!(drawn.len(), found.len());
+    let (mut flats, mut flat_mm) = (0, (f64::INFINITY, f64::NEG_INFINITY));
+    for ((c_deg, drawn_mm), (_, found_mm)) in drawn.into_iter().zip(found) {
+        assert!((found_mm - drawn_mm).abs() < 1e-3, "C {c_deg}: {found_mm} for {drawn_mm}");
+        // Well inside of the flats at azimuth 90 and 270: the wheel touches at (10 + R) tan(azimuth - 90), at most 8 mm from its middle.
+        let from_flat = ((c_deg - 90.0 + 90.0).rem_euclid(180.0) - 90.0).to_radians();
+        if (from_flat.sin() * (10.0 + WHEEL_MM)).abs() < 6.0 {
+            let line_mm = found_mm * from_flat.cos() - WHEEL_MM - BLEND_MM;
+            flat_mm = (flat_mm.0.min(line_mm), flat_mm.1.max(line_mm));
+            flats += 1;
+        }
+    }
+    assert!(flats > 150 && (flat_mm.0 - 10.0).abs() < 5e-4, "{flats} {flat_mm:?}");
+    // Symmetric points have parallel flats.
+    assert!(flat_mm.1 - flat_mm.0 < 1e-9, "{flat_mm:?}");
+}
+
+/// A wrong point, a corner and a table without points are refused, with the line of the file.
+#[test]
+fn points_without_lines_and_arcs_are_refused() {
+    let folder = Folder::new("punches-refused");
+    let table = std::fs::read_to_string(support::repository().join("params/lifts/oblong_points.csv")).expect("shipped");
+    let lines: Vec<&str> = table.lines().collect();
+    let with = |number: usize, line: &str| {
+        let mut lines = lines.clone();
+        lines[number - 1] = line;
+        lines.join("\n")
+    };
+    let square: Vec<String> = (0..80)
+        .map(|i| {
+            let (side, along) = (i / 20, f64::from(i % 20) - 9.5);
+            let (sin, cos) = (f64::from(side) * std::f64::consts::FRAC_PI_2).sin_cos();
+            format!("{:.3},{:.3}", 10.0 * cos - along * sin, 10.0 * sin + along * cos)
+        })
+        .collect();
+    let square = format!("x_mm,y_mm\n{}\n", square.join("\n"));
+    for (text, words) in [
+        (
+            with(45, "1.500,10.020"),
+            ["points.csv:45", "um away from the nearest outline of tangent lines and arcs; allowed: 1 um"],
+        ),
+        (square, ["points.csv:", "two lines meet in a corner at this point"]),
+        (
+            format!("radius_mm\n{}", "20.0\n".repeat(360)),
+            ["profile oblong", "lines_and_arcs needs points (columns x_mm and y_mm)"],
+        ),
+    ] {
+        folder.write("points.csv", &text);
+        let path = folder.join("points.csv").display().to_string();
+        let set = format!("profiles.oblong.lift={{table: {path}, reading: lines_and_arcs}}");
+        let text = refusal_of_check("punches", &[&set]);
+        assert!(words.iter().all(|word| text.contains(word)), "{words:?}: {text}");
+    }
+}
+
 /// One key wrong each: the refusal names it, what is wrong, and what would do.
 #[test]
 fn what_is_no_outline_is_refused() {

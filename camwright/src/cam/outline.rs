@@ -10,6 +10,8 @@
 //! between a straight and a curve of a road. Lines stay straight, arcs stay arcs about their
 //! centres, the curvature is nowhere outside the range of the drawing, and the curve lies 0 to t outside the drawing.
 
+pub mod fit;
+
 use crate::math::extremum::smallest_over_turn;
 use crate::math::hermite::Sample;
 use crate::math::root::growing_root;

@@ -4,6 +4,7 @@ use super::lift_text::{Content, Printed};
 use super::table_files::TableFiles;
 use super::{ConfigError, FileLocation};
 use camwright::cam::lift::points::{ContourPoint, rows_of};
+use camwright::cam::outline::fit::{self, FittedOutline, OutlineFitError};
 use std::path::Path;
 
 /// Share of a turn that the files of a table hold.
@@ -66,15 +67,53 @@ pub(super) fn make_lifts(
     Ok(Some(base_mm))
 }
 
-/// Points as rows of radii at even azimuths. Of a half they are mirrored at azimuth 0, and the rows of the half that is left go from the
-/// nose there to opposite it.
-fn lay_out(path: &Path, printed: &mut Printed, turn: Orientation) -> Result<(), Vec<ConfigError>> {
-    let mut points = std::mem::take(&mut printed.points);
+/// Place of a table's points in the cam, and the tolerance of lines and arcs through them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointsInCam {
+    pub orientation: Orientation,
+    /// Cam angle of the file's azimuth 0 (deg).
+    pub turned_deg: f64,
+    /// Azimuths count against the cam angle.
+    pub mirrored: bool,
+    pub tolerance_mm: f64,
+}
+
+/// Lines and arcs through the points of a table.
+pub(super) fn lines_and_arcs(
+    path: &Path,
+    printed: &Printed,
+    place: &PointsInCam,
+) -> Result<FittedOutline, Vec<ConfigError>> {
+    let files = TableFiles::of_whole(path, printed);
+    if !printed.findings.is_empty() {
+        return Err(files.errors(Vec::new()));
+    }
+    let mut points = whole_turn(printed.points.clone(), place.orientation);
+    let (sin, cos) = place.turned_deg.to_radians().sin_cos();
+    for point in &mut points {
+        let (x_mm, y_mm) = (point.x_mm, if place.mirrored { -point.y_mm } else { point.y_mm });
+        (point.x_mm, point.y_mm) = (cos * x_mm - sin * y_mm, sin * x_mm + cos * y_mm);
+    }
+    fit::lines_and_arcs(&points, place.tolerance_mm).map_err(|error| match error {
+        OutlineFitError::Points(findings) => files.errors(findings),
+        error => vec![files.error(error.line(), &error.to_string())],
+    })
+}
+
+/// The points of a whole turn: those of a half are mirrored at azimuth 0.
+fn whole_turn(mut points: Vec<ContourPoint>, turn: Orientation) -> Vec<ContourPoint> {
     if turn == Orientation::Half {
         let mirrored = points.iter().rev().filter(|point| point.y_mm.abs() > ON_THE_MIRROR_MM);
         let mirrored: Vec<_> = mirrored.map(|point| ContourPoint { y_mm: -point.y_mm, ..*point }).collect();
         points.extend(mirrored);
     }
+    points
+}
+
+/// Points as rows of radii at even azimuths. Of a half they are mirrored at azimuth 0, and the rows of the half that is left go from the
+/// nose there to opposite it.
+fn lay_out(path: &Path, printed: &mut Printed, turn: Orientation) -> Result<(), Vec<ConfigError>> {
+    let points = whole_turn(std::mem::take(&mut printed.points), turn);
     let rows = rows_of(&points);
     let mut rows = rows.map_err(|findings| TableFiles::of_whole(path, printed).errors(findings))?;
     if turn == Orientation::Half {

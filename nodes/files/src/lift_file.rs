@@ -6,7 +6,7 @@
 //! eccentric, s_cam, conjugate_of, round ───────────────────────────────────────────────► formula ──────────────┘
 //! ```
 
-use super::contour_table::{self, Orientation};
+use super::contour_table::{self, Orientation, PointsInCam};
 use super::job_files::JobFiles;
 use super::lift_context::LiftContext;
 use super::lift_formula::{self, CrankPinFile, EccentricFile, SCamFile, SegmentFile};
@@ -25,6 +25,7 @@ use camwright::cam::lift::uneven::{evenly_spaced, with_base_circle};
 use camwright::cam::lift::{
     LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable, TableMethod, TableReading,
 };
+use camwright::cam::outline::fit::FittedOutline;
 use camwright::math::units::mm_from_um;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -115,7 +116,7 @@ pub struct LiftFile {
     resolution_mm: Option<f64>,
     /// Curve through the table. Default: smoothest.
     reading: Option<ReadingFile>,
-    /// Tolerance of the smoothest curve, at least half the resolution. Default: half the resolution.
+    /// Tolerance of the smoothest curve, at least half the resolution. Default: half the resolution; of lines and arcs the resolution.
     #[schemars(range(min = 1e-6, max = 1e4))]
     smooth_within_um: Option<f64>,
     /// Cam angle at which the first segment begins, with lift 0. Default: 0.
@@ -130,6 +131,8 @@ enum ReadingFile {
     Smoothest,
     /// Cubic spline through the figures.
     CubicSpline,
+    /// Tangent lines and arcs through the points of a contour: flats stay flat.
+    LinesAndArcs,
 }
 
 /// The lift of a profile as understood.
@@ -142,6 +145,8 @@ pub struct ProfileLift {
     pub files: Vec<PathBuf>,
     /// Cost of the other readings of the table.
     pub others: Vec<TableReading>,
+    /// Lines and arcs that were found through the points of a table.
+    pub outline: Option<FittedOutline>,
     /// Valid but suspicious content.
     pub warnings: Vec<ConfigError>,
     /// Follower and radius of the base circle (mm), where the lift says the cam itself and the profile must not.
@@ -153,7 +158,16 @@ pub struct ProfileLift {
 impl ProfileLift {
     /// One that is no table.
     pub(super) fn formula(law: LiftLaw, own: Option<(Follower, f64)>) -> Self {
-        Self { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new(), own, throw_mm: 0.0 }
+        Self {
+            law,
+            table: None,
+            files: Vec::new(),
+            others: Vec::new(),
+            outline: None,
+            warnings: Vec::new(),
+            own,
+            throw_mm: 0.0,
+        }
     }
 }
 
@@ -367,6 +381,9 @@ fn read_table(
 ) -> Result<ProfileLift, Vec<ConfigError>> {
     let format = file.format(profile.mm_per_deg());
     lift_text::check_columns(&format).map_err(|error| profile.refuse("columns", error))?;
+    if file.reading == Some(ReadingFile::LinesAndArcs) {
+        return read_outline(file, profile, source, &format);
+    }
     let mut warnings = Vec::new();
     let base_mm;
     let (table, files) = match source {
@@ -420,7 +437,37 @@ fn read_table(
         );
         warnings.extend(profile.refuse("", message));
     }
-    Ok(ProfileLift { law, table: Some(table), files, others, warnings, own, throw_mm: 0.0 })
+    Ok(ProfileLift { law, table: Some(table), files, others, outline: None, warnings, own, throw_mm: 0.0 })
+}
+
+/// Lines and arcs through the points of a table.
+fn read_outline(
+    file: &LiftFile,
+    profile: &LiftContext<'_>,
+    source: &LiftSource,
+    format: &TextFormat,
+) -> Result<ProfileLift, Vec<ConfigError>> {
+    let (located, orientation, nose_deg) = match source {
+        LiftSource::Whole(located) => (located, Orientation::Whole, 0.0),
+        LiftSource::Half(located) => (located, Orientation::Half, NOSE_DEG),
+        LiftSource::Halves { .. } => {
+            return Err(profile.refuse("reading", "lines_and_arcs needs the points of one table; these are two"));
+        }
+    };
+    let printed = lift_text::read(located, format)?;
+    if printed.content != Content::Points {
+        let message = "lines_and_arcs needs points (columns x_mm and y_mm); this table holds something else";
+        return Err(profile.refuse("reading", message));
+    }
+    let turned = PointsInCam {
+        orientation,
+        turned_deg: file.zero_deg.unwrap_or(nose_deg),
+        mirrored: file.mirrored == Some(true),
+        tolerance_mm: file.smooth_within_um.map_or_else(|| file.declaration(&printed).resolution_mm, mm_from_um),
+    };
+    let fitted = contour_table::lines_and_arcs(&located.path, &printed, &turned)?;
+    let lift = outline_file::fitted(&fitted, profile)?;
+    Ok(ProfileLift { files: vec![located.path.clone()], outline: Some(fitted), ..lift })
 }
 
 /// One table with a whole turn, or with the lift event of one.

@@ -35,6 +35,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("studies/drive_mismatch.yaml", include_str!("../../../params/studies/drive_mismatch.yaml")),
     ("lifts/intake.csv", include_str!("../../../params/lifts/intake.csv")),
     ("lifts/exhaust.csv", include_str!("../../../params/lifts/exhaust.csv")),
+    ("lifts/oblong_points.csv", include_str!("../../../params/lifts/oblong_points.csv")),
     ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),
 ];
 

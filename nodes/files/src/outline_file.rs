@@ -5,6 +5,7 @@ use super::lift_context::LiftContext;
 use super::lift_file::ProfileLift;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::LiftLaw;
+use camwright::cam::outline::fit::FittedOutline;
 use camwright::cam::outline::{Outline, OutlineError, OutlineSegment};
 use camwright::math::units::mm_from_um;
 use schemars::JsonSchema;
@@ -75,6 +76,12 @@ pub(super) fn outline(file: &OutlineFile, profile: &LiftContext<'_>) -> Result<P
         profile.refuse(&key, error)
     })?;
     lift_of(outline, "outline", profile)
+}
+
+/// Lines and arcs that were found through points.
+pub(super) fn fitted(found: &FittedOutline, profile: &LiftContext<'_>) -> Result<ProfileLift, Vec<ConfigError>> {
+    let outline = Outline::new(found.start_mm, &found.segments, tolerance_mm(None));
+    lift_of(outline.map_err(|error| profile.refuse("reading", error))?, "reading", profile)
 }
 
 /// A regular polygon.

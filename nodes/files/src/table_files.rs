@@ -35,7 +35,7 @@ impl<'a> TableFiles<'a> {
     }
 
     /// The core writes the line at the head of its message; a message of this program begins with the file and that line.
-    fn error(&self, line: Option<usize>, text: &str) -> ConfigError {
+    pub(super) fn error(&self, line: Option<usize>, text: &str) -> ConfigError {
         let message = match text.split_once(": ") {
             Some((head, message)) if head.starts_with("line ") => message,
             _ => text,

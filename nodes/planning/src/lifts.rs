@@ -2,7 +2,8 @@
 
 use super::PreparedJob;
 use super::turn::LobeTurn;
-use camwright::cam::lift::{LiftLaw, TableReading};
+use camwright::cam::lift::{LiftLaw, LiftTable, TableReading};
+use camwright::cam::outline::fit::FittedOutline;
 use camwright::job::grinding::{ProfileSpec, SpeedLaw};
 use camwright::machine::description::Axis;
 use camwright::math::hermite::Sample;
@@ -24,6 +25,44 @@ pub struct LiftSummary {
     pub blocks: usize,
     /// The reading that is used first, then what the others would have been.
     pub readings: Vec<ReadingSummary>,
+    /// Lines and arcs through the points of a contour, in place of a reading.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outline: Option<OutlineSummary>,
+}
+
+impl LiftSummary {
+    /// A line for each reading.
+    pub fn texts(&self) -> impl Iterator<Item = String> + '_ {
+        let readings = self.readings.iter().map(ToString::to_string);
+        let outline = self.outline.iter().map(ToString::to_string);
+        readings.chain(outline).map(|text| format!("lift {:<8} {text}", self.profile))
+    }
+}
+
+/// Lines and arcs that were found through points.
+#[derive(Debug, Clone, Serialize)]
+pub struct OutlineSummary {
+    pub lines: usize,
+    /// Radii of the arcs, in their order; negative where the contour is hollow.
+    pub radii_mm: Vec<f64>,
+    /// Largest deviation from a point.
+    pub max_deviation_mm: f64,
+}
+
+impl OutlineSummary {
+    fn new(outline: &FittedOutline) -> Self {
+        let radii_mm = outline.segments.iter().filter_map(|segment| segment.radius_mm).collect();
+        Self { lines: outline.lines(), radii_mm, max_deviation_mm: outline.max_deviation_mm }
+    }
+}
+
+impl fmt::Display for OutlineSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let radii: Vec<String> = self.radii_mm.iter().map(|radius| format!("{radius:.4}")).collect();
+        let deviation_um = um_from_mm(self.max_deviation_mm);
+        write!(f, "lines {}, arcs {} (", self.lines, radii.len())?;
+        write!(f, "R {} mm), largest deviation from a point {deviation_um:.3} um", radii.join(", "))
+    }
 }
 
 /// One way to read a table.
@@ -217,7 +256,8 @@ fn path_of(lift: &LiftLaw, profile: &ProfileSpec, wheel_radius_mm: f64) -> Resul
 /// Reading of every table of a job; `prepared` if it could be planned.
 pub(super) fn summaries(job: &Job, prepared: Option<&PreparedJob>) -> Vec<LiftSummary> {
     let summary = |(index, (profile, lift)): (usize, (&ProfileSpec, &ProfileLift))| {
-        let blocks = lift.table.as_ref()?.blocks();
+        let of_outline = lift.outline.as_ref().map(|outline| outline.points);
+        let blocks = lift.table.as_ref().map(LiftTable::blocks).or(of_outline)?;
         let mut readings = readings(lift);
         add_axis_jerk(&mut readings, job, prepared, index);
         Some(LiftSummary {
@@ -225,6 +265,7 @@ pub(super) fn summaries(job: &Job, prepared: Option<&PreparedJob>) -> Vec<LiftSu
             files: lift.files.iter().map(|file| file.display().to_string()).collect(),
             blocks,
             readings,
+            outline: lift.outline.as_ref().map(OutlineSummary::new),
         })
     };
     job.spec.profiles.iter().zip(&job.lifts).enumerate().filter_map(summary).collect()
@@ -232,8 +273,5 @@ pub(super) fn summaries(job: &Job, prepared: Option<&PreparedJob>) -> Vec<LiftSu
 
 /// One line for each reading of each table.
 pub(super) fn notes(job: &Job, prepared: Option<&PreparedJob>) -> Vec<String> {
-    summaries(job, prepared)
-        .iter()
-        .flat_map(|lift| lift.readings.iter().map(move |reading| format!("lift {:<8} {reading}", lift.profile)))
-        .collect()
+    summaries(job, prepared).iter().flat_map(LiftSummary::texts).collect()
 }

@@ -40,6 +40,12 @@ const DIVISIONS: [usize; 7] = [360, 720, 1440, 3600, 7200, 14_400, LiftTable::MA
 /// Numbers that are none, too few points, points on the axis; azimuths that turn back, leave gaps, or go round other than once: each with
 /// its line.
 pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> {
+    resampled(&unwrapped_points(points)?)
+}
+
+/// Azimuth (rad, rising), radius (mm) and line of every point of a contour, counterclockwise. A last point that repeats the first is
+/// passed over. The errors are those of [`rows_of`].
+pub(crate) fn unwrapped_points(points: &[ContourPoint]) -> Result<Vec<(f64, f64, usize)>, Vec<LiftError>> {
     let points = match points {
         [first, .., last] if close(first, last) => &points[..points.len() - 1],
         all => all,
@@ -54,7 +60,7 @@ pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> 
     if !unusable.is_empty() {
         return Err(unusable);
     }
-    resampled(&unwrapped(points)?)
+    unwrapped(points)
 }
 
 /// Rows at even angles (cam deg) from the periodic cubic spline through angles (rad, rising, less than a turn), values and lines; twice as

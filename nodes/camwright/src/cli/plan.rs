@@ -176,8 +176,8 @@ fn details(summary: &planning::Summary) -> String {
         }
     }
     for lift in &summary.lifts {
-        for reading in &lift.readings {
-            text += &format!("lift {:<8} {reading}\n", lift.profile);
+        for line in lift.texts() {
+            text += &format!("{line}\n");
         }
     }
     if let Some(saved_s) = summary.saved_by_order_s {
