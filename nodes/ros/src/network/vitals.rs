@@ -3,6 +3,7 @@
 use super::descriptors::UdpSocket;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Duration;
 use std::{fs, io};
 
 /// Threads of a participant and the sockets they read.
@@ -10,6 +11,17 @@ use std::{fs, io};
 pub(crate) struct Vitals {
     pub(super) threads: BTreeSet<u32>,
     pub(super) readers: Arc<Vec<UdpSocket>>,
+}
+
+impl Vitals {
+    /// Time for which all its threads together have waited for a processor; 0 where the kernel does not count it.
+    pub(super) fn waited_for_processor(&self) -> Duration {
+        let waited_ns = self.threads.iter().filter_map(|thread| {
+            let text = fs::read_to_string(format!("/proc/self/task/{thread}/schedstat")).ok()?;
+            text.split_whitespace().nth(1)?.parse::<u64>().ok()
+        });
+        Duration::from_nanos(waited_ns.sum())
+    }
 }
 
 /// The threads of `RustDDS` in this process.

@@ -12,7 +12,7 @@ use super::vitals::{Vitals, is_rustdds};
 
 const PERIOD: Duration = Duration::from_millis(500);
 
-/// Maximum age of the oldest datagram of a socket; beyond it the reader has stopped. A busy computer delays a thread by much less.
+/// Maximum age of the oldest datagram of a socket; beyond it the reader has stopped. Time in which the reader could not run does not count.
 const STANDSTILL: Duration = Duration::from_secs(10);
 
 /// Receiver of the alarm text.
@@ -21,9 +21,25 @@ type AlarmCallback = Box<dyn Fn(&str) + Send>;
 struct WatchedLoop {
     id: u64,
     vitals: Vitals,
-    /// The oldest unread datagram of each socket, and since when.
-    unread: Vec<Option<(Vec<u8>, Instant)>>,
+    /// The oldest unread datagram of each socket.
+    unread: Vec<Option<UnreadDatagram>>,
     alarm: AlarmCallback,
+}
+
+struct UnreadDatagram {
+    octets: Vec<u8>,
+    /// Time for which the reader has left it.
+    left: Duration,
+    /// Time for which the threads of the participant had waited for a processor at the last look.
+    waited: Duration,
+}
+
+impl UnreadDatagram {
+    /// It is still there after this time. A round that is late was held up by what may have held up the reader too.
+    fn is_there_after(&mut self, round: Duration, waited: Duration) {
+        self.left += round.min(2 * PERIOD).saturating_sub(waited.saturating_sub(self.waited));
+        self.waited = waited;
+    }
 }
 
 #[derive(Default)]
@@ -72,16 +88,19 @@ impl Drop for ParticipantWatch {
 }
 
 fn make_rounds() {
+    let mut last = Instant::now();
     loop {
         let mut ward = ward();
         while ward.patients.is_empty() {
             ward = ADMITTED.wait(ward).unwrap_or_else(PoisonError::into_inner);
         }
         let now = Instant::now();
+        let round = now.duration_since(last);
+        last = now;
         let mut index = 0;
         let mut alarms = Vec::new();
         while index < ward.patients.len() {
-            match ward.patients[index].examine(now) {
+            match ward.patients[index].examine(round) {
                 None => index += 1,
                 Some(reason) => alarms.push((ward.patients.swap_remove(index).alarm, reason)),
             }
@@ -96,23 +115,50 @@ fn make_rounds() {
 }
 
 impl WatchedLoop {
-    fn examine(&mut self, now: Instant) -> Option<String> {
+    /// Looks at it after the time since the last look.
+    fn examine(&mut self, round: Duration) -> Option<String> {
         if let Some(thread) = self.vitals.threads.iter().find(|thread| !is_rustdds(**thread)) {
             return Some(format!("thread {thread} of RustDDS has ended"));
         }
+        let waited = self.vitals.waited_for_processor();
         for (socket, unread) in self.vitals.readers.iter().zip(&mut self.unread) {
-            let oldest = socket.oldest_unread();
-            match (oldest, unread.as_ref()) {
+            match (socket.oldest_unread(), unread.as_mut()) {
                 (None, _) => *unread = None,
-                (Some(oldest), Some((same, since))) if oldest == *same => {
-                    if now.duration_since(*since) >= STANDSTILL {
+                (Some(oldest), Some(same)) if oldest == same.octets => {
+                    same.is_there_after(round, waited);
+                    if same.left >= STANDSTILL {
                         let waited_s = STANDSTILL.as_secs();
                         return Some(format!("RustDDS has read no datagram for {waited_s} s though one is waiting"));
                     }
                 }
-                (Some(oldest), _) => *unread = Some((oldest, now)),
+                (Some(octets), _) => *unread = Some(UnreadDatagram { octets, left: Duration::ZERO, waited }),
             }
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reader may wait for a processor, or its process be stopped, for longer than it may stand still.
+    #[test]
+    fn a_reader_that_cannot_run_does_not_stand_still() {
+        let (second, waited) = (Duration::from_secs(1), Duration::from_secs(100));
+        let unread = || UnreadDatagram { octets: vec![1], left: Duration::ZERO, waited };
+        let mut standing = unread();
+        (0..20).for_each(|_| standing.is_there_after(PERIOD, waited));
+        assert_eq!(standing.left, STANDSTILL);
+
+        let mut starved = unread();
+        (1..=40).for_each(|round| starved.is_there_after(PERIOD, waited + round * PERIOD / 2));
+        assert_eq!(starved.left, STANDSTILL);
+
+        let mut stopped = unread();
+        stopped.is_there_after(60 * second, waited);
+        // Several threads may have waited for longer than the time that went by.
+        stopped.is_there_after(PERIOD, waited + 3 * second);
+        assert_eq!(stopped.left, second);
     }
 }
