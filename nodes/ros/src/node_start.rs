@@ -238,8 +238,9 @@ fn report_death(logger: &Logger, node: &str) -> impl Fn(&str) + Send + use<> {
     let (logger, node) = (logger.clone(), node.to_owned());
     move |reason| {
         let text = format!(
-            "{node} has lost its connection to the graph: {reason}. The process ends with exit code {EXIT_FAILED}; start it again. If it \
-             happens again, look for a peer that sends malformed datagrams (docs/guides/network_and_security.md)"
+            "{node} has lost its connection to the graph: {reason}. The process ends with exit code {EXIT_FAILED}; start it again. A \
+             process that was stopped (Ctrl-Z, a debugger) and continued ends like this. If it happens without, look for a peer that sends \
+             malformed datagrams (docs/guides/network_and_security.md)"
         );
         logger.log(Level::Fatal, &text);
         Shutdown::fail_process(&text);
