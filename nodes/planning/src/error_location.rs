@@ -111,6 +111,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::NothingKept { .. } => "runout_correction.stiffness".into(),
         JobError::MeasuresNoStock { .. } => "measure_stock".into(),
         JobError::MarginTooSmall { .. } => "measure_stock.margin_um".into(),
+        JobError::RadialLawOnPin { pass, .. } => pass_key(job, pass, "speed.law"),
+        JobError::FeedsOfTurns { pass } => pass_key(job, pass, "infeed.per_turn_um"),
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
         JobError::NotRound { lobe }
@@ -149,6 +151,7 @@ fn file_key(key: JobKey) -> &'static str {
     match key {
         JobKey::TotalInfeed => "infeed.total_mm",
         JobKey::InfeedPerBlock => PER_BLOCK,
+        JobKey::InfeedOfTurns => "infeed.per_turn_um",
         JobKey::WorkSpeed => "work_speed_rpm",
         JobKey::FootprintSpeed => "speed.footprint_speed_mm_s",
         JobKey::RemovalRate => "speed.removal_rate_mm2_s",

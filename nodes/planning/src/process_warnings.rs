@@ -126,7 +126,8 @@ fn coarse_tables(prepared: &PreparedJob) -> Vec<Finding> {
         let lobe = job.spec.lobes.iter().position(|lobe| lobe.profile == index)?;
         let turns: u32 = prepared.planned.plan.cuts_of(lobe).map(|cut| cut.turns).sum();
         let passes = &prepared.planned.lobes.get(lobe)?.passes;
-        let finest_mm = passes.iter().map(|pass| pass.infeed().schedule().per_turn_mm()).fold(f64::INFINITY, f64::min);
+        let finest_mm =
+            passes.iter().map(|pass| pass.infeed().schedule().min_per_turn_mm()).fold(f64::INFINITY, f64::min);
         let unknown_mm = table.unknown_mm();
         if turns < MANY_TURNS || unknown_mm <= finest_mm {
             return None;

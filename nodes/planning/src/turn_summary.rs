@@ -43,6 +43,7 @@ pub(super) const fn law_name(law: &SpeedLaw) -> &'static str {
         SpeedLaw::ConstantWorkSpeed { .. } => "constant_work_speed",
         SpeedLaw::ConstantFootprintSpeed { .. } => "constant_footprint_speed",
         SpeedLaw::ConstantRemovalRate { .. } => "constant_removal_rate",
+        SpeedLaw::ConstantRadialRemovalRate { .. } => "constant_radial_removal_rate",
         SpeedLaw::ConstantPower { .. } => "constant_power",
         SpeedLaw::ConstantTemperature { .. } => "constant_temperature",
         SpeedLaw::TimeOptimal { .. } => "time_optimal",
