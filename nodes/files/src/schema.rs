@@ -603,9 +603,8 @@ pub(super) fn key(path: &str, schema: &Json, is_required: bool) -> Key {
     for form in forms.iter().filter(|form| form["const"].is_string() && form["description"].is_string()) {
         describe_word(&mut text, form["const"].as_str().unwrap_or_default(), &description(form));
     }
-    let types: Vec<&str> = forms.iter().flat_map(|form| types(form)).collect();
     let mut named: Vec<&str> = Vec::new();
-    for name in types {
+    for name in forms.iter().flat_map(|form| types(form)) {
         if !named.contains(&name) {
             named.push(name);
         }
