@@ -80,7 +80,7 @@ pub enum InfeedError {
     /// The infeeds of the turns do not sum to RT.
     #[error(
         "the {turns} values of the infeed per turn sum to {} mm, the total infeed is {} mm; they must agree within half a count of x_axis \
-         ({} um): set the total infeed to {}, or change a value by {} um",
+         ({} um): set the total infeed to {} mm, or change a value by {} um",
         significant(*.sum_mm), significant(*.total_mm), significant(um_from_mm(*.tolerance_mm)), significant(*.sum_mm),
         significant(um_from_mm(*.total_mm - *.sum_mm))
     )]
@@ -676,7 +676,7 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "the 2 values of the infeed per turn sum to 0.35 mm, the total infeed is 0.36 mm; they must agree within half a count of x_axis \
-             (0.005 um): set the total infeed to 0.35, or change a value by 10 um"
+             (0.005 um): set the total infeed to 0.35 mm, or change a value by 10 um"
         );
         assert!(InfeedSchedule::from_list(0.36, &[0.2, 0.160_004], X).is_ok());
         assert!(InfeedSchedule::from_list(0.36, &[0.2, 0.160_01], X).is_err());

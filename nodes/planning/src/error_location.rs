@@ -3,6 +3,7 @@
 use super::process_warnings::limit_key;
 use camwright::job::dressing::DressError;
 use camwright::job::grinding::{JobError, JobKey, Subject};
+use camwright::job::infeed::InfeedError;
 use camwright::machine::WHEEL_TOLERANCE_MM;
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::SpeedPlanError;
@@ -60,6 +61,9 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::Collision { x_mm, .. } if *x_mm < job.spec.home.x_mm => "rapid_advance_mm".into(),
         PlanError::Collision { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
+        PlanError::Infeed { pass, source: InfeedError::WrongSum { .. } | InfeedError::TooLongList { .. } } => {
+            pass_key(job, pass, "infeed.per_turn_um")
+        }
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),

@@ -298,14 +298,21 @@ fn a_list_of_infeeds_is_ground_within_tolerance_and_replayed_to_the_bit() {
             .env("XDG_STATE_HOME", folder.join("state"))
             .args(["run", "eccentric", "--json", "--bag"])
             .arg(folder.join(name));
-        command.args(["--set", "infeed.per_block_um=null", "--set", &format!("infeed.per_turn_um={list}")]);
+        command.args([
+            "--set",
+            ONE_LOBE[0],
+            "--set",
+            "infeed.per_block_um=null",
+            "--set",
+            &format!("infeed.per_turn_um={list}"),
+        ]);
         let output = command.output().expect("camwright runs");
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         assert_eq!(output.status.code(), Some(0), "{text} {}", String::from_utf8_lossy(&output.stderr));
         text
     };
-    println!("{}", run("one", "[60, 60, 50, 45, 40, 35, 30, 20, 12, 8]"));
-    run("other", "[60, 60, 50, 45, 40, 35, 30, 20, 10, 10]");
+    println!("{}", run("one", "[50, 50, 45, 45, 40, 40, 30, 30, 20, 10]"));
+    run("other", "[50, 50, 45, 45, 40, 40, 30, 30, 18, 12]");
     let replay = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
         let output = command.current_dir(folder.path()).arg("replay").args(arguments).output().expect("it runs");
