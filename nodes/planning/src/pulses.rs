@@ -8,7 +8,7 @@ use super::error_location;
 use super::finding::{Finding, warning};
 use super::table::NumberTable;
 use camwright::machine::description::Axis;
-use camwright::math::units::{TURN_RAD, deg_from_rad};
+use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use camwright_files::pulse_file::PulseSettings;
 
 /// Pulses of one step of C.
@@ -97,7 +97,7 @@ pub(super) fn warnings(prepared: &PreparedJob) -> Vec<Finding> {
         let highest = all.iter().max_by(|a, b| hz(a).total_cmp(&hz(b)))?;
         (hz(highest) > max_hz).then_some((highest, hz(highest)))
     };
-    let weights = [("c_deg", settings.c_deg, "deg"), ("x_um", 1e3 * settings.x_mm, "um")];
+    let weights = [("c_deg", settings.c_deg, "deg"), ("x_um", um_from_mm(settings.x_mm), "um")];
     let warn = |(axis, (key, weight, unit)): (usize, (&str, f64, &str))| {
         let ((lobe, pass, step), hz) = highest(axis)?;
         let name = &prepared.planned.lobes.get(*lobe)?.design.name;
@@ -127,6 +127,12 @@ mod tests {
         prepare_any("rough_and_finish", &set, None).expect("a plan")
     }
 
+    #[allow(clippy::cast_possible_truncation, reason = "counts of pulses far below 2^53")]
+    fn whole(pulses: f64) -> i64 {
+        assert!(pulses.fract().abs() < 1e-12, "{pulses} pulses");
+        pulses as i64
+    }
+
     fn column<'a>(columns: &'a [NumberColumn], name: &str) -> &'a [f64] {
         &columns.iter().find(|column| column.name == name).expect("a column").values
     }
@@ -142,16 +148,17 @@ mod tests {
         let plan = &job.planned.plan;
         for (number, cut) in plan.cuts_of(0).enumerate() {
             let motion = plan.motion_of(cut).expect("its splines");
-            let of_pass: Vec<usize> =
-                (0..columns[0].values.len()).filter(|row| columns[0].values[*row] == (number + 1) as f64).collect();
+            let of_pass: Vec<usize> = (0..columns[0].values.len())
+                .filter(|row| (columns[0].values[*row] - (number + 1) as f64).abs() < 0.5)
+                .collect();
             let values = |name: &str| of_pass.iter().map(|row| column(columns, name)[*row]).collect::<Vec<f64>>();
             let (c, x, step_s) = (values("c_pulses"), values("x_pulses"), values("step_s"));
             assert_eq!(of_pass.len(), 1440 * cut.turns as usize);
-            assert_eq!(c.iter().sum::<f64>(), (f64::from(cut.turns) * 360.0 / 0.0007).round());
+            assert_eq!(whole(c.iter().sum()), whole((f64::from(cut.turns) * 360.0 / 0.0007).round()));
             let x_at = |angle: f64| motion.over_angle(angle).value;
             let end_rad = f64::from(cut.turns) * std::f64::consts::TAU;
             let pulses = |mm: f64| (mm / 0.3e-3).round();
-            assert_eq!(x.iter().sum::<f64>(), pulses(x_at(end_rad)) - pulses(x_at(0.0)));
+            assert_eq!(whole(x.iter().sum()), whole(pulses(x_at(end_rad)) - pulses(x_at(0.0))));
             let mut sum = pulses(x_at(0.0));
             for (step, pulses) in (1_u32..).zip(&x) {
                 sum += pulses;
