@@ -47,6 +47,7 @@
 //!     name: "finish".into(),
 //!     total_infeed_mm: 0.036,
 //!     infeed_per_block_mm: 0.000_05,
+//!     infeed_of_turns_mm: Vec::new(),
 //!     infeed_course: InfeedCourse::PerAngle,
 //!     infeed_direction: InfeedDirection::X,
 //!     spark_out_turns: 1,

@@ -237,3 +237,40 @@ fn a_plan_prints_the_warnings() {
     assert_eq!(output.status.code(), Some(0), "{errors}");
     assert!(errors.contains("warning: ") && errors.contains("2 spark-out turns leave 6.6"), "{errors}");
 }
+
+/// A list of infeeds, the published removal law and pulses are checked with the key that is wrong and the value that fits.
+#[test]
+fn infeed_lists_radial_stock_and_pulses_are_checked_by_key() {
+    let no_block = "infeed.per_block_um=null";
+    let list = |list: &'static str| -> Vec<&'static str> { vec![no_block, list] };
+    for (job, set, words) in [
+        (
+            "plate_cam",
+            list("infeed.per_turn_um=[60, 50]"),
+            "the 2 values of the infeed per turn sum to 0.11 mm, the total infeed is 0.36 mm",
+        ),
+        ("plate_cam", list("infeed.per_turn_um=[60, 50]"), "(set by infeed.per_turn_um=[60, 50])"),
+        ("plate_cam", list("infeed.per_turn_um=[]"), "infeed.per_turn_um has 0 entries; it must have 1 to 1000"),
+        ("plate_cam", list("infeed.per_turn_um=[360, 0]"), "infeed.per_turn_um.1 is 0; it must be 0.000001 to 100000"),
+        ("plate_cam", vec!["infeed.per_turn_um=[300, 60]"], "infeed has both per_turn_um and per_block_um"),
+        (
+            "journal_runout",
+            vec![no_block, "infeed.per_turn_um=[300, 60]", "identification={}"],
+            "pass grind has an infeed of its own for every turn, and the stiffness is measured at one steady feed per pass",
+        ),
+        (
+            "crank_pins",
+            vec!["speed={law: constant_radial_removal_rate, removal_rate_mm2_s: 2.0}"],
+            "lobe P1 is a crank pin, whose radius about the spindle axis is no contour of one value per angle",
+        ),
+        ("plate_cam", vec!["pulses={c_deg: 0.001, x_um: 1, step_deg: 0.7}"], "it must be a whole part of 360 deg"),
+    ] {
+        let (code, text) = check(job, &set);
+        assert!(code == 2 && text.contains(words), "{job} {set:?}: {code}, {text}");
+    }
+    let (code, text) = check("plate_cam", &["pulses={c_deg: 0.001, x_um: 1, max_frequency_hz: 100000}"]);
+    assert!(code == 1 && text.contains("c_axis needs 180000 pulses per second"), "{code} {text}");
+    // The sum of the values of a shop is the stock: no warning.
+    let (code, text) = check("plate_cam", &list("infeed.per_turn_um=[50, 50, 45, 45, 40, 40, 30, 30, 20, 10]"));
+    assert_eq!(code, 0, "{text}");
+}

@@ -2,7 +2,7 @@
 
 use super::grinding::{
     BetweenLobes, CorrectionSpec, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM,
-    MAX_PASSES, MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec,
+    MAX_PASSES, MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, SpeedLaw,
     StiffnessSource,
 };
 use super::key::{JobKey, Subject};
@@ -81,6 +81,9 @@ impl JobSpec {
         positive(place, JobKey::TotalInfeed, pass.total_infeed_mm)?;
         within(place, JobKey::TotalInfeed, pass.total_infeed_mm, (0.0, MAX_INFEED_MM), "above 0 and at most 100")?;
         positive(place, JobKey::InfeedPerBlock, pass.infeed_per_block_mm)?;
+        for value in &pass.infeed_of_turns_mm {
+            positive(place, JobKey::InfeedOfTurns, *value)?;
+        }
         for (key, value) in pass.speed.settings() {
             positive(place, key, value)?;
             if key == JobKey::WorkSpeed {
@@ -94,6 +97,7 @@ impl JobSpec {
         within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
         self.check_spark_out(pass, machine)?;
         self.check_size(pass, machine)?;
+        self.check_radial_law(pass)?;
         let first = &self.passes[0];
         if pass.infeed_direction == first.infeed_direction {
             return Ok(());
@@ -104,6 +108,17 @@ impl JobSpec {
             pass: pass.name.clone(),
             other: pass.infeed_direction.name(),
         })
+    }
+
+    /// The law of radial stock needs a contour about the spindle axis.
+    fn check_radial_law(&self, pass: &PassSpec) -> Result<(), JobError> {
+        let is_pin = |lobe: &&LobeSpec| self.profiles.get(lobe.profile).is_some_and(ProfileSpec::is_pin);
+        match (pass.speed, self.lobes.iter().find(is_pin)) {
+            (SpeedLaw::ConstantRadialRemovalRate { .. }, Some(lobe)) => {
+                Err(JobError::RadialLawOnPin { lobe: lobe.name.clone(), pass: pass.name.clone() })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_moves(&self) -> Result<(), JobError> {
@@ -399,6 +414,9 @@ impl JobSpec {
     fn check_identification(&self) -> Result<(), JobError> {
         let Some(identification) = &self.identification else { return Ok(()) };
         let feed_mm = |pass: &PassSpec| pass.infeed_per_block_mm * f64::from(self.blocks_per_turn);
+        if let Some(pass) = self.passes.iter().find(|pass| !pass.infeed_of_turns_mm.is_empty()) {
+            return Err(JobError::FeedsOfTurns { pass: pass.name.clone() });
+        }
         let feeds = || self.passes.iter().map(feed_mm);
         let (min_mm, max_mm) = minimum_and_maximum(feeds());
         if max_mm.is_nan() || max_mm < 2.0 * min_mm {

@@ -193,6 +193,12 @@ pub enum JobError {
         /// Largest (mm).
         max_mm: f64,
     },
+    /// The measurement of stiffness needs a steady feed.
+    #[error(
+        "pass {pass} has an infeed of its own for every turn, and the stiffness is measured at one steady feed per pass; set one infeed per \
+         turn, or remove the measurement"
+    )]
+    FeedsOfTurns { pass: String },
     /// No turn in the air to know friction by.
     #[error(
         "the infeed begins {air_mm:.4} mm above the raw part; to measure the stiffness it must begin {needed_mm:.4} mm above it, for \
@@ -240,6 +246,12 @@ pub enum JobError {
         /// Key that asks for the gauge.
         key: &'static str,
     },
+    /// The radius of a pin about the spindle axis does not describe its contour.
+    #[error(
+        "lobe {lobe} is a crank pin, whose radius about the spindle axis is no contour of one value per angle; in pass {pass} use the law \
+         constant_removal_rate"
+    )]
+    RadialLawOnPin { lobe: String, pass: String },
     /// Only round parts have a runout.
     #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]
     NotRound { lobe: String },

@@ -182,6 +182,14 @@ pub enum SpeedLaw {
         /// Largest headstock speed (rad/s).
         max_rad_s: f64,
     },
+    /// One specific removal rate Q′ by the published law of radial stock, ω = k/(ρ dφ/dC): the same depth along every radius of the
+    /// contour, in polar coordinates ρ(φ) about the spindle axis.
+    ConstantRadialRemovalRate {
+        /// Q′ of the radial stock (mm²/s).
+        removal_rate_mm2_s: f64,
+        /// Largest headstock speed (rad/s).
+        max_rad_s: f64,
+    },
     /// One power of the wheel spindle per width: what chips take and what rubbing takes, P′ = e·Q′ + p·l·v.
     ConstantPower {
         /// P′ (W/mm).
@@ -238,6 +246,7 @@ impl SpeedLaw {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
             SpeedLaw::ConstantFootprintSpeed { max_rad_s, .. }
             | SpeedLaw::ConstantRemovalRate { max_rad_s, .. }
+            | SpeedLaw::ConstantRadialRemovalRate { max_rad_s, .. }
             | SpeedLaw::ConstantPower { max_rad_s, .. }
             | SpeedLaw::ConstantTemperature { max_rad_s, .. }
             | SpeedLaw::TimeOptimal { max_rad_s } => max_rad_s,
@@ -251,7 +260,8 @@ impl SpeedLaw {
             SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, max_rad_s } => {
                 alloc::vec![(JobKey::FootprintSpeed, footprint_speed_mm_s), (JobKey::WorkSpeed, max_rad_s)]
             }
-            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s } => {
+            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s }
+            | SpeedLaw::ConstantRadialRemovalRate { removal_rate_mm2_s, max_rad_s } => {
                 alloc::vec![(JobKey::RemovalRate, removal_rate_mm2_s), (JobKey::WorkSpeed, max_rad_s)]
             }
             SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, max_rad_s } => alloc::vec![
@@ -341,6 +351,8 @@ pub struct PassSpec {
     pub total_infeed_mm: f64,
     /// ΔR, infeed per block (mm); N blocks of it are the infeed of a turn, however that is spread.
     pub infeed_per_block_mm: f64,
+    /// Infeed of each turn (mm), of which `infeed_per_block_mm` is the mean; empty: the same in every turn.
+    pub infeed_of_turns_mm: Vec<f64>,
     /// Over what the wheel comes closer.
     pub infeed_course: InfeedCourse,
     /// Along what the infeed is measured; the same in all passes.

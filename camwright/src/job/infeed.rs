@@ -19,6 +19,9 @@
 //!                   ╰────╮
 //!              0         ╰────
 //! ```
+//!
+//! The infeed may differ from turn to turn, as a list of values whose sum is RT. A spiral then changes its slope in a blend around the end
+//! of a turn, which takes the same share of X's limits.
 
 use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::job::grinding::InfeedCourse;
@@ -40,7 +43,10 @@ const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
 const LEAVES_MM: f64 = 0.2;
 
 /// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
-const MAX_TURNS: u32 = 1000;
+pub const MAX_TURNS: u32 = 1000;
+
+/// Infeeds of two turns that differ by less are the same (mm): far below a count, far above rounding.
+const SAME_INFEED_MM: f64 = 1e-9;
 
 /// Why settings of the infeed fit no whole number of turns.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -71,6 +77,24 @@ pub enum InfeedError {
         turns: f64,
         max: u32,
     },
+    /// The infeeds of the turns do not sum to RT.
+    #[error(
+        "the {turns} values of the infeed per turn sum to {} mm, the total infeed is {} mm; they must agree within half a count of x_axis \
+         ({} um): set the total infeed to {} mm, or change a value by {} um",
+        significant(*.sum_mm), significant(*.total_mm), significant(um_from_mm(*.tolerance_mm)), significant(*.sum_mm),
+        significant(um_from_mm(*.total_mm - *.sum_mm))
+    )]
+    WrongSum {
+        turns: usize,
+        /// Sum of the values (mm).
+        sum_mm: f64,
+        total_mm: f64,
+        /// Difference that is allowed (mm).
+        tolerance_mm: f64,
+    },
+    /// A list of more values than turns are allowed.
+    #[error("the infeed per turn has {turns} values; at most {max} are allowed")]
+    TooLongList { turns: usize, max: u32 },
     /// RT is less than one count of X.
     #[error("total infeed {total_mm} mm is less than one count of x_axis")]
     BelowOneCount { total_mm: f64 },
@@ -113,13 +137,15 @@ fn significant(value: f64) -> f64 {
 }
 
 /// Total infeed, turns and slope: settings of a pass that are known to fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InfeedSchedule {
     total_counts: i64,
     total_mm: f64,
     turns: u32,
     left_mm: f64,
     course: InfeedCourse,
+    /// Infeed of each turn (mm); empty: the same in all.
+    each_mm: Vec<f64>,
 }
 
 impl InfeedSchedule {
@@ -160,18 +186,42 @@ impl InfeedSchedule {
             turns,
             left_mm: 0.0,
             course: InfeedCourse::PerAngle,
+            each_mm: Vec::new(),
         })
+    }
+
+    /// Checks that the infeeds of the turns (mm) sum to RT, in counts of X. Values that all agree are the same as one value.
+    ///
+    /// # Errors
+    /// Another sum than RT, too many turns, or less than a count of X.
+    pub fn from_list(total_mm: f64, each_mm: &[f64], x_scale: AxisScale) -> Result<Self, InfeedError> {
+        let turns = u32::try_from(each_mm.len()).ok().filter(|turns| *turns <= MAX_TURNS);
+        let turns = turns.ok_or(InfeedError::TooLongList { turns: each_mm.len(), max: MAX_TURNS })?;
+        let total_counts = x_scale.counts(total_mm);
+        if total_counts < 1 {
+            return Err(InfeedError::BelowOneCount { total_mm });
+        }
+        let sum_mm: f64 = each_mm.iter().sum();
+        if sum_mm.is_nan() || x_scale.counts(sum_mm) != total_counts {
+            let (turns, tolerance_mm) = (each_mm.len(), 0.5 * x_scale.position(1));
+            return Err(InfeedError::WrongSum { turns, sum_mm, total_mm, tolerance_mm });
+        }
+        let on_counts_mm = x_scale.position(total_counts);
+        let is_even = each_mm.iter().all(|mm| (mm - each_mm[0]).abs() < SAME_INFEED_MM);
+        let each_mm = each_mm.iter().filter(|_| !is_even).map(|mm| mm * (on_counts_mm / sum_mm)).collect();
+        let (left_mm, course) = (0.0, InfeedCourse::PerAngle);
+        Ok(Self { total_counts, total_mm: on_counts_mm, turns, left_mm, course, each_mm })
     }
 
     /// The same schedule for a pass after which others take so much more (mm, on counts of X).
     #[must_use]
-    pub const fn above(self, left_mm: f64) -> Self {
+    pub fn above(self, left_mm: f64) -> Self {
         Self { left_mm, ..self }
     }
 
     /// The same schedule, spread as wanted.
     #[must_use]
-    pub const fn spread(self, course: InfeedCourse) -> Self {
+    pub fn spread(self, course: InfeedCourse) -> Self {
         Self { course, ..self }
     }
 
@@ -199,19 +249,66 @@ impl InfeedSchedule {
         self.turns
     }
 
-    /// Infeed of a turn (mm).
+    /// Infeed of each turn where it differs from turn to turn (mm); empty where it is the same in all.
     #[must_use]
-    pub fn per_turn_mm(&self) -> f64 {
-        self.total_mm / f64::from(self.turns)
+    pub fn each_mm(&self) -> &[f64] {
+        &self.each_mm
     }
 
-    /// Infeed per angle in the mean of a turn (mm/rad).
+    /// Infeed of a turn, from 0 (mm).
+    #[must_use]
+    pub fn of_turn_mm(&self, turn: u32) -> f64 {
+        self.each_mm.get(turn as usize).copied().unwrap_or(self.total_mm / f64::from(self.turns))
+    }
+
+    /// Largest infeed of a turn (mm).
+    #[must_use]
+    pub fn max_per_turn_mm(&self) -> f64 {
+        self.each_mm.iter().copied().reduce(f64::max).unwrap_or_else(|| self.of_turn_mm(0))
+    }
+
+    /// Smallest infeed of a turn (mm).
+    #[must_use]
+    pub fn min_per_turn_mm(&self) -> f64 {
+        self.each_mm.iter().copied().reduce(f64::min).unwrap_or_else(|| self.of_turn_mm(0))
+    }
+
+    /// Infeed of the last turn (mm).
+    #[must_use]
+    pub fn last_turn_mm(&self) -> f64 {
+        self.of_turn_mm(self.turns - 1)
+    }
+
+    /// Offset of X above the finished path at the begin of a turn, from 0, of a spiral (mm).
+    #[must_use]
+    pub fn begins_mm(&self, turn: u32) -> f64 {
+        match self.each_mm.get(turn as usize..) {
+            Some(after) if !self.each_mm.is_empty() && turn > 0 => self.left_mm + after.iter().sum::<f64>(),
+            _ => self.left_mm + self.total_mm - f64::from(turn) * self.of_turn_mm(0),
+        }
+    }
+
+    /// Largest infeed per angle in the mean of a turn (mm/rad).
     #[must_use]
     pub fn slope_mm_rad(&self) -> f64 {
-        self.total_mm / (f64::from(self.turns) * TURN_RAD)
+        if self.each_mm.is_empty() {
+            return self.total_mm / (f64::from(self.turns) * TURN_RAD);
+        }
+        self.max_per_turn_mm() / TURN_RAD
     }
 
-    /// Slope of the law in most of a turn (mm/rad): 0 where it steps.
+    /// Infeed per angle in the mean of the last turn (mm/rad).
+    fn last_slope_mm_rad(&self) -> f64 {
+        if self.each_mm.is_empty() { self.slope_mm_rad() } else { self.last_turn_mm() / TURN_RAD }
+    }
+
+    /// Largest change of the slope of a spiral, its end included (mm/rad).
+    fn slope_change_mm_rad(&self) -> f64 {
+        let changes = self.each_mm.windows(2).map(|pair| (pair[1] - pair[0]).abs() / TURN_RAD);
+        changes.fold(self.last_slope_mm_rad(), f64::max)
+    }
+
+    /// Largest slope of the law in most of a turn (mm/rad): 0 where it steps.
     #[must_use]
     pub fn lasting_slope_mm_rad(&self) -> f64 {
         match self.course {
@@ -229,12 +326,12 @@ impl InfeedSchedule {
         let blend_rad = match self.course {
             // The slope falls by smoothstep: its first and second derivative peak at 1.5/β and 6/β².
             InfeedCourse::PerAngle => {
-                let slope = self.slope_mm_rad();
+                let slope = self.slope_change_mm_rad();
                 (1.5 * slope * w * w / acceleration).max(libm::sqrt(6.0 * slope * w * w * w / jerk))
             }
             // A quintic step: its second and third derivative peak at (10/√3)/β² and 60/β³.
             InfeedCourse::PerTurn => {
-                let step = self.per_turn_mm();
+                let step = self.max_per_turn_mm();
                 let for_acceleration = libm::sqrt(10.0 / libm::sqrt(3.0) * step * w * w / acceleration);
                 for_acceleration.max(libm::cbrt(60.0 * step * w * w * w / jerk))
             }
@@ -242,8 +339,8 @@ impl InfeedSchedule {
         // Also where it is not a number.
         let blend_rad = blend_rad.clamp(TURN_RAD / 3600.0, LONGEST_BLEND_RAD);
         match self.course {
-            InfeedCourse::PerAngle => InfeedLaw::spiral(*self, blend_rad),
-            InfeedCourse::PerTurn => InfeedLaw::steps(*self, blend_rad, base_rad),
+            InfeedCourse::PerAngle => InfeedLaw::spiral(self.clone(), blend_rad),
+            InfeedCourse::PerTurn => InfeedLaw::steps(self.clone(), blend_rad, base_rad),
         }
     }
 }
@@ -258,15 +355,26 @@ pub struct InfeedLaw {
 
 impl InfeedLaw {
     fn spiral(schedule: InfeedSchedule, blend_rad: f64) -> Self {
-        let slope = schedule.slope_mm_rad();
+        let of_turn = |turn: usize| schedule.each_mm[turn] / TURN_RAD;
+        let first = if schedule.each_mm.is_empty() { schedule.slope_mm_rad() } else { of_turn(0) };
+        let slope = schedule.last_slope_mm_rad();
         let end = f64::from(schedule.turns) * TURN_RAD;
         let half = 0.5 * blend_rad;
-        let law = HermiteSpline::new(alloc::vec![
-            Knot { at: 0.0, value: schedule.left_mm + schedule.total_mm, first: -slope, second: 0.0 },
-            Knot { at: end - half, value: schedule.left_mm + slope * half, first: -slope, second: 0.0 },
-            Knot { at: end + half, value: schedule.left_mm, first: 0.0, second: 0.0 },
-        ])
-        .expect("the blend is longer than nothing and ends within the turns around it; all numbers are finite");
+        let mut knots =
+            alloc::vec![Knot { at: 0.0, value: schedule.left_mm + schedule.total_mm, first: -first, second: 0.0 }];
+        // The slope goes from one to the other by smoothstep around the end of a turn, so that it adds nothing there.
+        for (turn, pair) in (1_u32..).zip(schedule.each_mm.windows(2)) {
+            if (pair[1] - pair[0]).abs() >= SAME_INFEED_MM {
+                let (at, level) = (f64::from(turn) * TURN_RAD, schedule.begins_mm(turn));
+                let (before, after) = (pair[0] / TURN_RAD, pair[1] / TURN_RAD);
+                knots.push(Knot { at: at - half, value: level + before * half, first: -before, second: 0.0 });
+                knots.push(Knot { at: at + half, value: level - after * half, first: -after, second: 0.0 });
+            }
+        }
+        knots.push(Knot { at: end - half, value: schedule.left_mm + slope * half, first: -slope, second: 0.0 });
+        knots.push(Knot { at: end + half, value: schedule.left_mm, first: 0.0, second: 0.0 });
+        let law = HermiteSpline::new(knots)
+            .expect("the blend is longer than nothing and ends within the turns around it; all numbers are finite");
         Self { schedule, last_blend_rad: (end - half, end + half), law }
     }
 
@@ -277,6 +385,9 @@ impl InfeedLaw {
         let first = base_rad.clamp(half, TURN_RAD - half);
         let still = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
         let level = |step: u32| {
+            if !schedule.each_mm.is_empty() {
+                return schedule.begins_mm(step);
+            }
             schedule.left_mm + schedule.total_mm * f64::from(schedule.turns - step) / f64::from(schedule.turns)
         };
         let mut knots = Vec::with_capacity(2 * schedule.turns as usize + 1);
@@ -337,6 +448,13 @@ impl InfeedLaw {
         &self.law
     }
 
+    /// Angles from the first change of the infeed to the end of the last blend (rad): in between, turns differ from each other. Where the
+    /// infeed is the same in all turns it is the last blend.
+    #[must_use]
+    pub fn varies_rad(&self) -> (f64, f64) {
+        if self.schedule.each_mm.is_empty() { self.last_blend_rad } else { (0.0, self.last_blend_rad.1) }
+    }
+
     /// Start and end of the last blend (rad); for a spiral centred on the end of the last turn with infeed.
     #[must_use]
     pub const fn last_blend_rad(&self) -> (f64, f64) {
@@ -352,8 +470,16 @@ impl InfeedLaw {
         }
         // Half-way through the blend ∫(1 − 3u² + 2u³) du over ½..1 = 3/32 of slope times blend is still to go.
         let (from, to) = self.last_blend_rad;
-        self.schedule.slope_mm_rad() * (to - from) * (3.0 / 32.0)
+        self.schedule.last_slope_mm_rad() * (to - from) * (3.0 / 32.0)
     }
+}
+
+/// The infeed of a law differs from turn to turn.
+pub(crate) fn differs_by_turn(law: &HermiteSpline, turns: u32) -> bool {
+    let level = |turn: u32| law.sample(f64::from(turn) * TURN_RAD).value;
+    let ends_mm = law.knots().iter().map(|knot| knot.value).fold(f64::INFINITY, f64::min);
+    let each_mm = (level(0) - ends_mm) / f64::from(turns.max(1));
+    (1..turns).any(|turn| (level(turn - 1) - level(turn) - each_mm).abs() > SAME_INFEED_MM)
 }
 
 #[cfg(test)]
@@ -464,5 +590,99 @@ mod tests {
         let under_a_turn = InfeedSchedule::new(0.04, 0.000_025, 3600, X).expect_err("0.44 turns");
         assert!(under_a_turn.to_string().contains("the nearest total infeed is 0.09 mm"), "{under_a_turn}");
         assert!(matches!(InfeedSchedule::new(0.36, 1e-12, 3600, X), Err(InfeedError::TooManyTurns { .. })));
+    }
+
+    const LIST_MM: [f64; 4] = [0.14, 0.1, 0.1, 0.02];
+
+    fn listed() -> InfeedSchedule {
+        InfeedSchedule::from_list(0.36, &LIST_MM, X).expect("the sum is 0.36 mm")
+    }
+
+    /// Each turn takes its own infeed: at the end of a turn the spiral stands where the values so far bring it, but for the smoothstep of
+    /// the slope, which is 3/32 of the change times the blend off in its middle; a blend away it is exact.
+    #[test]
+    fn every_turn_of_a_list_takes_its_infeed() {
+        let law = listed().law_for(6.0, LIMITS, 0.0);
+        let (half, mut left_mm) = (0.5 * blend_rad(&law), 0.36);
+        for (turn, infeed_mm) in (0_u32..).zip(LIST_MM) {
+            let begin = f64::from(turn) * TURN_RAD;
+            for share in [0.2, 0.5, 0.8] {
+                let at = law.law().sample(begin + share * TURN_RAD);
+                assert!((at.value - (left_mm - share * infeed_mm)).abs() < 1e-12, "turn {turn}: {at:?}");
+                assert!((at.first + infeed_mm / TURN_RAD).abs() < 1e-12, "turn {turn}: {at:?}");
+            }
+            let before_mm = LIST_MM[(turn as usize).saturating_sub(1)];
+            let middle_mm = (before_mm - infeed_mm) / TURN_RAD * 2.0 * half * (3.0 / 32.0);
+            assert!((law.law().sample(begin).value - (left_mm + middle_mm)).abs() < 1e-12, "turn {turn}");
+            left_mm -= infeed_mm;
+        }
+        assert_eq!(law.law().sample(law.law().end()).value.to_bits(), 0.0_f64.to_bits());
+        assert_eq!((law.varies_rad().0, listed().turns(), listed().total_counts()), (0.0, 4, 36_000));
+        assert!((law.left_on_part_mm(1) - 0.02 / TURN_RAD * 2.0 * half * (3.0 / 32.0)).abs() < 1e-12);
+    }
+
+    /// The offset never rises, and every blend takes its share of X's limits at most.
+    #[test]
+    fn the_blends_of_a_list_keep_their_share() {
+        for (course, each_mm) in [
+            (InfeedCourse::PerAngle, &LIST_MM[..]),
+            (InfeedCourse::PerAngle, &[0.01, 0.34, 0.01]),
+            (InfeedCourse::PerTurn, &LIST_MM[..]),
+            (InfeedCourse::PerTurn, &[0.01, 0.34, 0.01]),
+        ] {
+            let schedule = InfeedSchedule::from_list(0.36, each_mm, X).expect("the sum is 0.36 mm").spread(course);
+            for speed in [0.5, 6.0, 30.0] {
+                let law = schedule.law_for(speed, LIMITS, 1.0);
+                let mut before_mm = f64::INFINITY;
+                for i in 0..=40_000 {
+                    let s = law.law().sample(law.law().end() * f64::from(i) / 40_000.0);
+                    assert!(s.value <= before_mm + 1e-15 && s.first <= 1e-12, "{course:?} {speed}: {s:?}");
+                    assert!(s.second.abs() * speed * speed <= BLEND_SHARE * LIMITS.acceleration * (1.0 + 1e-9));
+                    assert!(s.third.abs() * speed * speed * speed <= BLEND_SHARE * LIMITS.jerk * (1.0 + 1e-9));
+                    before_mm = s.value;
+                }
+            }
+        }
+    }
+
+    /// Steps of a list are its values, one per turn.
+    #[test]
+    fn steps_of_a_list_are_its_values() {
+        let law = listed().spread(InfeedCourse::PerTurn).law_for(6.0, LIMITS, 2.0);
+        let mut left_mm = 0.36;
+        for (turn, infeed_mm) in (0_u32..).zip(LIST_MM) {
+            left_mm -= infeed_mm;
+            let stands = law.law().sample(2.0 + 3.0 + f64::from(turn) * TURN_RAD);
+            assert!((stands.value - left_mm).abs() < 1e-12 && stands.first.abs() < 1e-12, "turn {turn}: {stands:?}");
+        }
+    }
+
+    /// A list of equal values is the same law as one value, to the bit, and the check of a plan sees which laws differ by turn.
+    #[test]
+    fn equal_values_of_a_list_are_one_value() {
+        let even = InfeedSchedule::from_list(0.36, &[0.09; 4], X).expect("4 turns");
+        assert_eq!(even, InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("4 turns"));
+        for course in [InfeedCourse::PerAngle, InfeedCourse::PerTurn] {
+            let law = |schedule: InfeedSchedule| schedule.spread(course).above(0.1).law_for(6.0, LIMITS, 2.0);
+            assert!(!differs_by_turn(law(even.clone()).law(), 4) && differs_by_turn(law(listed()).law(), 4));
+            let two = InfeedSchedule::from_list(0.36, &[0.2, 0.16], X).expect("2 turns");
+            assert!(differs_by_turn(law(two).law(), 2));
+        }
+    }
+
+    #[test]
+    fn a_list_with_another_sum_is_refused_with_what_is_missing() {
+        let error = InfeedSchedule::from_list(0.36, &[0.2, 0.15], X).expect_err("0.35 mm");
+        assert_eq!(
+            error.to_string(),
+            "the 2 values of the infeed per turn sum to 0.35 mm, the total infeed is 0.36 mm; they must agree within half a count of x_axis \
+             (0.005 um): set the total infeed to 0.35 mm, or change a value by 10 um"
+        );
+        assert!(InfeedSchedule::from_list(0.36, &[0.2, 0.160_004], X).is_ok());
+        assert!(InfeedSchedule::from_list(0.36, &[0.2, 0.160_01], X).is_err());
+        assert!(matches!(InfeedSchedule::from_list(0.36, &[f64::NAN], X), Err(InfeedError::WrongSum { .. })));
+        assert!(matches!(InfeedSchedule::from_list(0.0, &[0.2], X), Err(InfeedError::BelowOneCount { .. })));
+        let long = alloc::vec![1e-3; 1001];
+        assert!(matches!(InfeedSchedule::from_list(1.001, &long, X), Err(InfeedError::TooLongList { .. })));
     }
 }

@@ -9,6 +9,7 @@ named! {
     JobKey {
         TotalInfeed = "total_infeed_mm",
         InfeedPerBlock = "infeed_per_block_mm",
+        InfeedOfTurns = "infeed_of_turns_mm",
         WorkSpeed = "work_speed_rad_s",
         FootprintSpeed = "footprint_speed_mm_s",
         RemovalRate = "removal_rate_mm2_s",

@@ -245,10 +245,7 @@ fn shortened(
 ) -> Result<(JobSpec, SkippedTurns), PlanError> {
     let lobe = &job.lobes[index].name;
     let margin_mm = job.measure_stock.map_or(0.0, |stock| stock.margin_mm);
-    let begins_mm = |number: usize, turn: u32| {
-        let schedule = &schedules[number];
-        schedule.left_mm() + schedule.total_mm() - f64::from(turn) * schedule.per_turn_mm()
-    };
+    let begins_mm = |number: usize, turn: u32| schedules[number].begins_mm(turn);
     let (farthest_mm, needed_mm) = (begins_mm(0, 0), stock_mm + margin_mm);
     if stock_mm.is_nan() || farthest_mm + ROUNDING_MM < needed_mm {
         let (lobe, expected_mm) = (lobe.clone(), job.stock_mm);
@@ -264,7 +261,7 @@ fn shortened(
         return Err(PlanError::NoStock { lobe: lobe.clone(), stock_mm, min_mm: job.allowance_mm() });
     }
     let identifies = job.identification.is_some();
-    let needed_mm = needed_mm + if identifies { AIR_TURNS * schedules[0].per_turn_mm() } else { 0.0 };
+    let needed_mm = needed_mm + if identifies { AIR_TURNS * schedules[0].max_per_turn_mm() } else { 0.0 };
     let max_turns = |number: usize, turns: u32| match (identifies, number) {
         (true, 0) => turns.saturating_sub(MIN_TURNS) + 1,
         // Of a job that measures its stiffness every feed is needed.
@@ -285,7 +282,13 @@ fn shortened(
     let spark_out_turns = left_out.iter().map(|pass| pass.spark_out_turns).sum();
     if let Some(first) = shorter.passes.first_mut().filter(|_| turn > 0) {
         let per_turn_mm = f64::from(job.blocks_per_turn) * first.infeed_per_block_mm;
-        first.total_infeed_mm = per_turn_mm * f64::from(schedules[number].turns() - turn);
+        let turns = f64::from(schedules[number].turns() - turn);
+        first.total_infeed_mm = per_turn_mm * turns;
+        if !first.infeed_of_turns_mm.is_empty() {
+            first.infeed_of_turns_mm.drain(..turn as usize);
+            first.total_infeed_mm = first.infeed_of_turns_mm.iter().sum();
+            first.infeed_per_block_mm = first.total_infeed_mm / (turns * f64::from(job.blocks_per_turn));
+        }
     }
     let skipped = SkippedTurns {
         lobe: lobe.clone(),

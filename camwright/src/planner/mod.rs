@@ -235,11 +235,16 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
     let mut left_counts = allowance_counts - job.size_control().map_or(0, |size| scale.counts(size.beyond_mm));
     let mut schedules = Vec::with_capacity(job.passes.len());
     for pass in job.passes.iter().rev() {
-        let schedule = InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
+        let schedule = match pass.infeed_of_turns_mm.as_slice() {
+            [] => InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale),
+            each_mm => InfeedSchedule::from_list(pass.total_infeed_mm, each_mm, scale),
+        };
+        let schedule = schedule
             .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })?
             .spread(pass.infeed_course);
+        let total_counts = schedule.total_counts();
         schedules.push(schedule.above(scale.position(left_counts)));
-        left_counts += schedule.total_counts();
+        left_counts += total_counts;
     }
     schedules.reverse();
     Ok(schedules)

@@ -114,6 +114,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
             name: "grind".into(),
             total_infeed_mm: 0.36,
             infeed_per_block_mm: 0.000_05,
+            infeed_of_turns_mm: Vec::new(),
             infeed_course: course,
             infeed_direction: direction,
             spark_out_turns: 2,
@@ -172,6 +173,7 @@ fn spoil(random: &mut SplitMix64, job: &mut JobSpec) {
                 SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: value }
                 | SpeedLaw::TimeOptimal { max_rad_s: value }
                 | SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: value, .. }
+                | SpeedLaw::ConstantRadialRemovalRate { removal_rate_mm2_s: value, .. }
                 | SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: value, .. } => odd(random, value),
                 SpeedLaw::ConstantPower { .. } | SpeedLaw::ConstantTemperature { .. } => {}
             },

@@ -79,6 +79,7 @@ fn pass(random: &mut SplitMix64, name: &str, along: InfeedDirection, course: Inf
         name: name.into(),
         total_infeed_mm: infeed_per_block_mm * 3600.0 * (1 + random.next() % 3) as f64,
         infeed_per_block_mm,
+        infeed_of_turns_mm: Vec::new(),
         infeed_course: course,
         infeed_direction: along,
         spark_out_turns: 1 + u32::try_from(random.next() % 2).expect("0 or 1"),

@@ -91,6 +91,7 @@ fn job(mode: GaugingMode) -> JobSpec {
             name: "grind".into(),
             total_infeed_mm: 0.18,
             infeed_per_block_mm: 0.000_005,
+            infeed_of_turns_mm: Vec::new(),
             infeed_course: InfeedCourse::PerAngle,
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 3,

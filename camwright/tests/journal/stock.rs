@@ -61,6 +61,22 @@ fn turns_in_the_air_are_left_out_by_the_closed_form_and_the_part_is_as_good() {
     }
 }
 
+/// With an infeed of its own in every turn the first pass begins its turns 218, 188, 162, 140, 126 and 116 µm above the journal: turns are
+/// omitted up to the last that begins s + 41 µm above it, and the list loses as many values.
+#[test]
+fn turns_of_a_list_in_the_air_are_left_out_by_their_own_infeed() {
+    let machine = grinder(0.2, 270.0);
+    for (unknown_mm, infeed_turns, spark_out_turns) in [(0.0, 2, 0), (-0.03, 5, 0), (-0.05, 9, 1), (0.06, 0, 0)] {
+        let mut job = measuring_job(unknown_mm);
+        job.passes[0].infeed_of_turns_mm = vec![0.03, 0.026, 0.022, 0.014, 0.01, 0.006];
+        let (measured, left) = measured_and_ground(&machine, &job).unwrap_or_else(|error| panic!("{error}"));
+        for (skipped, (runout_mm, off_mm)) in measured.skipped.iter().zip(&left) {
+            assert_eq!((skipped.infeed_turns, skipped.spark_out_turns), (infeed_turns, spark_out_turns), "{skipped:?}");
+            assert!(*runout_mm < 1e-3 && off_mm.abs() < 3e-4, "{runout_mm} mm left, {off_mm} mm off");
+        }
+    }
+}
+
 /// A part with more stock than the start of the infeed is not touched: the wheel stays at its home position.
 #[test]
 fn a_part_with_too_much_stock_is_refused_before_the_wheel_comes_near_it() {

@@ -15,6 +15,7 @@ use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{self, InfeedFile, RoughingFile, SpeedFile};
 use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
+use super::pulse_file::{PulseSettings, PulsesFile};
 use super::recorded_files::NamedFile;
 use super::schema;
 use super::start_file::{DryRunFile, StartLobeFile};
@@ -159,6 +160,9 @@ pub(super) struct JobFile {
     /// Settings of the NC program that `camwright post` makes of the job.
     #[serde(default)]
     nc: NcFile,
+    /// Pulses of C and X that `camwright plan` counts in `pulses.csv`, for a control that moves its axes by number and frequency of pulses.
+    /// Default: no such file.
+    pulses: Option<PulsesFile>,
     /// NC program that drives the part instead of the job's own cuts, for the control `nc.control`. Default: the
     /// job's own cuts.
     program: Option<String>,
@@ -281,6 +285,8 @@ pub struct Job {
     pub wheel_radius_mm: Option<f64>,
     /// Settings of the NC program.
     pub nc: NcSettings,
+    /// Pulses to be counted.
+    pub pulses: Option<PulseSettings>,
     /// The NC program that it is ground by, instead of its own cuts.
     pub program: Option<JobProgram>,
     /// The job file, for messages that point into it.
@@ -364,6 +370,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     if let Some(start) = start {
         spec.begin_with(start);
     }
+    let pulses = file.pulses.map(|pulses| pulses.settings(&document, spec.blocks_per_turn, turns(&spec)));
+    let pulses = pulses.transpose().map_err(one)?;
     let (hash, files) = files.finish();
     Ok(Job {
         spec,
@@ -379,6 +387,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         faults,
         wheel_radius_mm: file.wheel_radius_mm,
         nc,
+        pulses,
         program,
         document,
     })
@@ -411,11 +420,20 @@ fn side_by_side(
     Ok(plunges)
 }
 
+/// Turns of all passes on a lobe.
+fn turns(spec: &JobSpec) -> f64 {
+    spec.passes.iter().map(|pass| infeed_turns(pass, spec.blocks_per_turn) + f64::from(pass.spark_out_turns)).sum()
+}
+
+fn infeed_turns(pass: &PassSpec, blocks_per_turn: u32) -> f64 {
+    pass.total_infeed_mm / (f64::from(blocks_per_turn) * pass.infeed_per_block_mm)
+}
+
 /// Time that all cuts take at least: every turn at the largest speed that its pass allows (s).
 fn minimum_cut_s(spec: &JobSpec) -> f64 {
     let pass_s = |pass: &PassSpec| {
-        let infeed_turns = pass.total_infeed_mm / (f64::from(spec.blocks_per_turn) * pass.infeed_per_block_mm);
-        (infeed_turns + f64::from(pass.spark_out_turns)) * TURN_RAD / pass.speed.maximum_rad_s()
+        (infeed_turns(pass, spec.blocks_per_turn) + f64::from(pass.spark_out_turns)) * TURN_RAD
+            / pass.speed.maximum_rad_s()
     };
     let lobes = spec.lobes.len() as f64;
     lobes * spec.passes.iter().map(pass_s).sum::<f64>()

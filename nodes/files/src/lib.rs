@@ -44,6 +44,7 @@ mod probe_file;
 mod process_file;
 pub mod profile_file;
 pub mod program_file;
+pub mod pulse_file;
 pub mod recorded_files;
 mod retract_file;
 pub mod schema;

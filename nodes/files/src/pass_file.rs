@@ -4,6 +4,7 @@ use super::names;
 use camwright::job::grinding::{
     InfeedCourse, InfeedDirection, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, PassSpec, SizeControl, SpeedLaw,
 };
+use camwright::job::infeed::MAX_TURNS;
 use camwright::machine::description::ReferenceCut;
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
 use schemars::JsonSchema;
@@ -22,9 +23,9 @@ pub(super) struct InfeedFile {
     /// Delta R (DS3), infeed per block: the infeed per turn divided by the blocks of a turn. Instead of `per_turn_um`.
     #[schemars(range(min = 1e-6, max = 1e5))]
     per_block_um: Option<f64>,
-    /// Infeed per turn. Instead of `per_block_um`.
-    #[schemars(range(min = 1e-6, max = 1e5))]
-    per_turn_um: Option<f64>,
+    /// Infeed per turn, the same in every turn, or a list with the infeed of each turn, whose sum is `total_mm` within half a count of X.
+    /// Instead of `per_block_um`.
+    per_turn_um: Option<TurnInfeedFile>,
     /// Turns without infeed. At least one removes the step that the infeed leaves.
     #[schemars(range(min = 1, max = MAX_SPARK_OUT_TURNS))]
     pub(super) spark_out_turns: u32,
@@ -42,6 +43,16 @@ pub(super) struct InfeedFile {
     /// Direction in which the infeed is measured; the same for all passes.
     #[serde(default)]
     along: AlongFile,
+}
+
+/// Infeed per turn: one value, or one for each turn.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum TurnInfeedFile {
+    /// The same in every turn.
+    Each(#[schemars(range(min = 1e-6, max = 1e5))] f64),
+    /// One value for each turn.
+    List(#[schemars(length(min = 1, max = MAX_TURNS), inner(range(min = 1e-6, max = 1e5)))] Vec<f64>),
 }
 
 /// Size on the gauge that ends an infeed.
@@ -62,14 +73,26 @@ const fn default_beyond_um() -> f64 {
 }
 
 impl InfeedFile {
-    /// Infeed per block (µm); the infeed per turn is the same in every block.
+    /// Infeed per block (µm), of a list the mean of all blocks; the infeed of a turn is the same in each of its blocks.
     fn per_block_um(&self, blocks_per_turn: u32) -> f64 {
-        self.per_block_um.or(self.per_turn_um.map(|um| um / f64::from(blocks_per_turn))).unwrap_or_default()
+        let per_turn_um = self.per_turn_um.as_ref().map(|infeed| match infeed {
+            TurnInfeedFile::Each(um) => *um,
+            TurnInfeedFile::List(list) => list.iter().sum::<f64>() / list.len() as f64,
+        });
+        self.per_block_um.or(per_turn_um.map(|um| um / f64::from(blocks_per_turn))).unwrap_or_default()
+    }
+
+    /// Infeed of each turn (mm); empty where it is the same in all.
+    fn of_turns_mm(&self) -> Vec<f64> {
+        match &self.per_turn_um {
+            Some(TurnInfeedFile::List(list)) => list.iter().copied().map(mm_from_um).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// Error where not exactly one of infeed per block and per turn is given.
     fn finding(&self) -> Option<&'static str> {
-        match (self.per_block_um, self.per_turn_um) {
+        match (self.per_block_um, &self.per_turn_um) {
             (None, None) => {
                 Some("infeed needs per_turn_um, the infeed per turn, or per_block_um, the infeed per block")
             }
@@ -122,6 +145,13 @@ pub(super) enum SpeedFile {
         #[schemars(range(min = 1e-6, max = 1e6))]
         removal_rate_mm2_s: f64,
     },
+    /// Fastest turn with at most this specific removal rate by the published law ω = k/(ρ dφ/dC), which counts the infeed along the radius of
+    /// the contour, within all limits. Not for crank pins.
+    ConstantRadialRemovalRate {
+        /// Q', removed volume per width and time, for the infeed of a turn.
+        #[schemars(range(min = 1e-6, max = 1e6))]
+        removal_rate_mm2_s: f64,
+    },
     /// Fastest turn with at most this spindle power, within all limits.
     ConstantPower {
         /// Spindle power per width: specific energy * Q' + rubbing * contact length * wheel speed.
@@ -160,6 +190,9 @@ impl SpeedFile {
             }
             SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
                 SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, max_rad_s }
+            }
+            SpeedFile::ConstantRadialRemovalRate { removal_rate_mm2_s } => {
+                SpeedLaw::ConstantRadialRemovalRate { removal_rate_mm2_s, max_rad_s }
             }
             SpeedFile::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2 } => {
                 SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, max_rad_s }
@@ -217,6 +250,7 @@ fn pass((name, infeed): (&str, &InfeedFile), work_speed_rpm: f64, speed: &SpeedF
         name: name.into(),
         total_infeed_mm: infeed.total_mm,
         infeed_per_block_mm: mm_from_um(infeed.per_block_um(blocks_per_turn)),
+        infeed_of_turns_mm: infeed.of_turns_mm(),
         infeed_course: match infeed.course {
             CourseFile::PerAngle => InfeedCourse::PerAngle,
             CourseFile::PerTurn => InfeedCourse::PerTurn,

@@ -492,10 +492,14 @@ impl Key {
             (false, _) => self.words.join(", "),
             (true, Range { min: None, max: None }) => self.kind.clone(),
             (true, range) if self.kind == "a whole number" => format!("{range}, whole"),
+            (true, range) if self.kind == NUMBER_OR_LIST => format!("{range}, or a list of such values"),
             (true, range) => range.to_string(),
         }
     }
 }
+
+/// Type of a key that takes a number or several.
+pub const NUMBER_OR_LIST: &str = "a number or a list";
 
 /// Ends of names of keys with their units, longer ends first.
 const UNITS: [(&str, &str); 38] = [
@@ -599,17 +603,18 @@ pub(super) fn key(path: &str, schema: &Json, is_required: bool) -> Key {
     for form in forms.iter().filter(|form| form["const"].is_string() && form["description"].is_string()) {
         describe_word(&mut text, form["const"].as_str().unwrap_or_default(), &description(form));
     }
-    let types: Vec<&str> = forms.iter().flat_map(|form| types(form)).collect();
     let mut named: Vec<&str> = Vec::new();
-    for name in types {
+    for name in forms.iter().flat_map(|form| types(form)) {
         if !named.contains(&name) {
             named.push(name);
         }
     }
+    let kind = type_names(&named);
+    let number = forms.iter().find(|form| kind == NUMBER_OR_LIST && types(form).contains(&"number"));
     Key {
         path: path.to_owned(),
-        kind: type_names(&named),
-        range: Range::from_schema(schema),
+        kind,
+        range: Range::from_schema(number.unwrap_or(&schema)),
         words,
         default: default_text(&schema["default"]),
         is_required,

@@ -20,13 +20,33 @@ struct Starter {
     title: &'static str,
     /// Keys with the example that holds a value; empty: the default of the key.
     optional: &'static [(&'static str, &'static str)],
-    /// Path of a mapping, and other keys for it that a starter file offers behind a `#`.
-    instead: Option<(&'static str, &'static str)>,
+    /// Other keys of mappings that a starter file offers behind a `#`.
+    instead: &'static [Instead],
+}
+
+/// Other keys of a mapping, once.
+#[derive(Debug, Clone, Copy)]
+struct Instead {
+    /// Path of the mapping.
+    path: &'static str,
+    /// Key that they replace; empty: all keys of the mapping.
+    replaced: &'static str,
+    keys: &'static str,
 }
 
 /// A table instead of motion laws.
-const TABLE: (&str, &str) =
-    ("profiles[].lift", "{table: my_lift.csv, columns: [cam_angle_deg, lift_mm], decimal_comma: false}");
+const TABLE: Instead = Instead {
+    path: "profiles[].lift",
+    replaced: "",
+    keys: "{table: my_lift.csv, columns: [cam_angle_deg, lift_mm], decimal_comma: false}",
+};
+
+/// An infeed of its own for every turn.
+const INFEED_LIST: Instead = Instead {
+    path: "infeed",
+    replaced: "per_block_um",
+    keys: "{per_turn_um: [50, 50, 45, 45, 40, 40, 30, 30, 20, 10]}",
+};
 
 impl FileKind {
     const fn starter(self) -> Starter {
@@ -44,21 +64,21 @@ impl FileKind {
                     ("clearance_mm", ""),
                     ("form_compensation", ""),
                 ],
-                instead: Some(TABLE),
+                instead: &[TABLE, INFEED_LIST],
             },
             Self::TurningJob => Starter {
                 folder: "jobs",
                 example: "turned_cam",
                 title: "Turning job",
                 optional: &[("clearance_mm", ""), ("angles_per_turn", ""), ("form_grid", "")],
-                instead: None,
+                instead: &[],
             },
             Self::MillingJob => Starter {
                 folder: "jobs",
                 example: "plate_groove",
                 title: "Milling job",
                 optional: &[("clearance_mm", ""), ("nc", "")],
-                instead: None,
+                instead: &[],
             },
             Self::Study => Starter {
                 folder: "studies",
@@ -71,7 +91,7 @@ impl FileKind {
                     ("seed", ""),
                     ("minimise", ""),
                 ],
-                instead: None,
+                instead: &[],
             },
             Self::Machine => Starter {
                 folder: "machines",
@@ -85,7 +105,7 @@ impl FileKind {
                     ("headstock", "cam_grinder_with_dresser"),
                     ("tailstock", "cam_grinder_with_dresser"),
                 ],
-                instead: None,
+                instead: &[],
             },
         }
     }
@@ -100,11 +120,7 @@ impl FileKind {
         for (_, node) in entries.iter_mut().filter(|(key, _)| key == "name") {
             node.value = YamlValue::Text(name.to_owned());
         }
-        let instead = starter.instead.map(|(path, keys)| match serde_saphyr::from_str::<YamlNode>(keys) {
-            Ok(YamlNode { value: YamlValue::Map(entries), .. }) => (path, entries),
-            _ => (path, Vec::new()),
-        });
-        let mut writer = StarterWriter { instead, ..StarterWriter::default() };
+        let mut writer = StarterWriter { instead: starter.instead.to_vec(), ..StarterWriter::default() };
         writer.comment(&format!("{}. Each key has its meaning, unit and range.", starter.title), 0);
         writer.comment(&format!("All keys: `camwright schema {} --table`.", self.name()), 0);
         writer.comment("A # directly in front of a key switches an optional key off: remove it.", 0);
@@ -160,8 +176,8 @@ struct StarterWriter {
     text: String,
     /// Paths of keys that have their comment; `[]` stands for the elements of a list.
     seen: BTreeSet<String>,
-    /// Path of a mapping, and other keys for it.
-    instead: Option<(&'static str, Vec<(String, YamlNode)>)>,
+    /// Other keys of mappings that are still to be offered.
+    instead: Vec<Instead>,
 }
 
 impl StarterWriter {
@@ -200,8 +216,11 @@ impl StarterWriter {
 
     /// Writes the other keys of a mapping, each behind a `#`, once.
     fn offer_instead(&mut self, schema: &Json, present: &[(String, YamlNode)], path: &str, indent: usize) {
-        let Some((_, keys)) = self.instead.take_if(|(of, _)| *of == path) else { return };
-        let present: Vec<String> = present.iter().map(|(key, _)| format!("`{key}`")).collect();
+        let Some(place) = self.instead.iter().position(|instead| instead.path == path) else { return };
+        let instead = self.instead.remove(place);
+        let Ok(YamlNode { value: YamlValue::Map(keys), .. }) = serde_saphyr::from_str(instead.keys) else { return };
+        let present = present.iter().filter(|(key, _)| instead.replaced.is_empty() || key == instead.replaced);
+        let present: Vec<String> = present.map(|(key, _)| format!("`{key}`")).collect();
         self.comment(&format!("Instead of {}:", present.join(" and ")), indent);
         let mut other = StarterWriter::default();
         other.map(schema, &keys, path, indent, false);

@@ -55,7 +55,8 @@ const KEYS: [&str; 24] = [
 fn declared(key: &Key) -> Parameter {
     let example = match key.kind.as_str() {
         "a whole number" => ParameterValue::Integer(0),
-        "a number" => ParameterValue::Double(0.0),
+        // A list is set by a parameter of its own, `overrides`.
+        "a number" | schema::NUMBER_OR_LIST => ParameterValue::Double(0.0),
         "true or false" => ParameterValue::Bool(false),
         _ => ParameterValue::String(String::new()),
     };

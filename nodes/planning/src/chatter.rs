@@ -148,7 +148,7 @@ fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Optio
         radius_mm: radii.sum::<f64>() / f64::from(AZIMUTHS),
         wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
         turn_s: speed.turn_s(),
-        infeed_per_turn_mm: speed.infeed().schedule().per_turn_mm(),
+        infeed_per_turn_mm: speed.infeed().schedule().max_per_turn_mm(),
     })
 }
 

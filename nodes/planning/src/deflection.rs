@@ -124,7 +124,7 @@ pub(super) fn size_warnings(prepared: &PreparedJob) -> Vec<(&'static str, String
     else {
         return Vec::new();
     };
-    let per_turn_um = um_from_mm(schedule.infeed().schedule().per_turn_mm());
+    let per_turn_um = um_from_mm(schedule.infeed().schedule().max_per_turn_mm());
     let above_um = um_from_mm(size.ends_above_mm);
     let mut warnings = Vec::new();
     for (index, lobe) in prepared.planned.lobes.iter().enumerate() {

@@ -3,6 +3,7 @@
 use super::process_warnings::limit_key;
 use camwright::job::dressing::DressError;
 use camwright::job::grinding::{JobError, JobKey, Subject};
+use camwright::job::infeed::InfeedError;
 use camwright::machine::WHEEL_TOLERANCE_MM;
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::SpeedPlanError;
@@ -60,6 +61,9 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::Collision { x_mm, .. } if *x_mm < job.spec.home.x_mm => "rapid_advance_mm".into(),
         PlanError::Collision { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
+        PlanError::Infeed { pass, source: InfeedError::WrongSum { .. } | InfeedError::TooLongList { .. } } => {
+            pass_key(job, pass, "infeed.per_turn_um")
+        }
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
@@ -111,6 +115,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::NothingKept { .. } => "runout_correction.stiffness".into(),
         JobError::MeasuresNoStock { .. } => "measure_stock".into(),
         JobError::MarginTooSmall { .. } => "measure_stock.margin_um".into(),
+        JobError::RadialLawOnPin { pass, .. } => pass_key(job, pass, "speed.law"),
+        JobError::FeedsOfTurns { pass } => pass_key(job, pass, "infeed.per_turn_um"),
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
         JobError::NotRound { lobe }
@@ -149,6 +155,7 @@ fn file_key(key: JobKey) -> &'static str {
     match key {
         JobKey::TotalInfeed => "infeed.total_mm",
         JobKey::InfeedPerBlock => PER_BLOCK,
+        JobKey::InfeedOfTurns => "infeed.per_turn_um",
         JobKey::WorkSpeed => "work_speed_rpm",
         JobKey::FootprintSpeed => "speed.footprint_speed_mm_s",
         JobKey::RemovalRate => "speed.removal_rate_mm2_s",

@@ -8,6 +8,7 @@
 //! | `<lobe>/tool_path.csv` | one per block, over a turn of `c_axis` | `c_deg` the headstock, azimuths the lobe |
 //! | `<lobe>/inspection.csv` | one per block, over the cam angle, where the profile has a gauge | the lobe |
 //! | `<lobe>/speed_plan.csv` | one per interpolation period, over the whole cut | `c_deg` the headstock, from the start of the cut on |
+//! | `<lobe>/pulses.csv` | one per step of C, over the whole cut, where the job has `pulses` | `c_deg` the headstock |
 //!
 //! With `--plots` also the drawings of [`super::plots`], each as SVG and PNG, and `index.html` with all of them.
 //!

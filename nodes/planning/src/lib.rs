@@ -36,6 +36,7 @@ mod plots;
 mod process_warnings;
 mod program;
 mod programmed;
+mod pulses;
 mod recorded;
 mod simulate;
 mod stored_stiffness;

@@ -3,6 +3,7 @@
 use super::PreparedJob;
 use super::cut_table::pass_rows;
 use super::inspect::inspection_table;
+use super::pulses;
 use super::table::NumberTable;
 use camwright::math::units::{deg_from_rad, rad_from_deg, wrap_turn};
 use camwright::planner::PlannedLobe;
@@ -16,10 +17,13 @@ pub(crate) enum LobeTable {
     /// Expected readings of a gauge; only profiles with a gauge have it.
     Inspection,
     SpeedPlan,
+    /// Pulses of the axes; only jobs with pulse weights have it.
+    Pulses,
 }
 
 impl LobeTable {
-    pub(crate) const ALL: [Self; 5] = [Self::Lift, Self::Contour, Self::ToolPath, Self::Inspection, Self::SpeedPlan];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Lift, Self::Contour, Self::ToolPath, Self::Inspection, Self::SpeedPlan, Self::Pulses];
 
     /// Name, and name of the CSV file without its extension.
     pub(crate) const fn name(self) -> &'static str {
@@ -29,12 +33,17 @@ impl LobeTable {
             Self::ToolPath => "tool_path",
             Self::Inspection => "inspection",
             Self::SpeedPlan => "speed_plan",
+            Self::Pulses => "pulses",
         }
     }
 
     /// Returns true if a lobe has this table.
     pub(crate) fn exists(self, prepared: &PreparedJob, index: usize) -> bool {
-        self != Self::Inspection || prepared.inspections.get(index).is_some_and(Option::is_some)
+        match self {
+            Self::Inspection => prepared.inspections.get(index).is_some_and(Option::is_some),
+            Self::Pulses => prepared.job.pulses.is_some(),
+            Self::Lift | Self::Contour | Self::ToolPath | Self::SpeedPlan => true,
+        }
     }
 
     /// Computes the table of a lobe, if the lobe has it.
@@ -48,6 +57,7 @@ impl LobeTable {
                 inspection_table(prepared.inspections.get(index)?.as_ref()?, prepared.job.spec.blocks_per_turn)
             }
             Self::SpeedPlan => speed_plan(prepared, index, lobe),
+            Self::Pulses => pulses::table(prepared, index, prepared.job.pulses.as_ref()?),
         })
     }
 }

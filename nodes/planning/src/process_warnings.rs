@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, warning};
 use super::turn::LobeTurn;
-use super::{PreparedJob, error_location};
+use super::{PreparedJob, error_location, pulses};
 use camwright::job::grinding::{PassSpec, SpeedLaw};
 use camwright::machine::description::{Axis, MotionLimits};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
@@ -23,6 +23,7 @@ const MUCH_OF_A_TURN: f64 = 0.5;
 pub(super) fn of_process(prepared: &PreparedJob) -> Vec<Finding> {
     let mut findings: Vec<Finding> = coarse_tables(prepared);
     findings.extend(few_rows(prepared));
+    findings.extend(pulses::warnings(prepared));
     for pass in 0..prepared.job.spec.passes.len() {
         let turns: Vec<(usize, LobeTurn<'_>)> = (0..prepared.planned.lobes.len())
             .filter_map(|lobe| Some((lobe, LobeTurn::new(prepared, lobe, pass)?)))
@@ -126,7 +127,8 @@ fn coarse_tables(prepared: &PreparedJob) -> Vec<Finding> {
         let lobe = job.spec.lobes.iter().position(|lobe| lobe.profile == index)?;
         let turns: u32 = prepared.planned.plan.cuts_of(lobe).map(|cut| cut.turns).sum();
         let passes = &prepared.planned.lobes.get(lobe)?.passes;
-        let finest_mm = passes.iter().map(|pass| pass.infeed().schedule().per_turn_mm()).fold(f64::INFINITY, f64::min);
+        let finest_mm =
+            passes.iter().map(|pass| pass.infeed().schedule().min_per_turn_mm()).fold(f64::INFINITY, f64::min);
         let unknown_mm = table.unknown_mm();
         if turns < MANY_TURNS || unknown_mm <= finest_mm {
             return None;

@@ -8,7 +8,7 @@ use super::lifts::{self, LiftSummary};
 use super::turn::LobeTurn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
 use super::wide_lobes::PlungeSummary;
-use camwright::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
 use camwright::motion::speed_plan::{LimitUse, SpeedPlan};
 use camwright::planner::PlannedLobe;
 use serde::Serialize;
@@ -127,6 +127,9 @@ pub struct PassSummary {
     pub cut_s: f64,
     pub turns: u32,
     pub infeed_turns: u32,
+    /// Infeed of each turn, where the job has a list of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub infeed_per_turn_um: Vec<f64>,
     /// Time of one turn at the programmed speed.
     pub turn_s: f64,
     /// A time below which no turn under the speed law can be; none at a constant work speed.
@@ -254,6 +257,7 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
         cut_s: speed.law().end(),
         turns: speed.turns(),
         infeed_turns: speed.infeed().schedule().turns(),
+        infeed_per_turn_um: spec.infeed_of_turns_mm.iter().map(|mm| um_from_mm(*mm)).collect(),
         turn_s: speed.turn_s(),
         least_turn_s: speed.minimum_turn_s(),
         constant_speed_turn_s: turn.as_ref().map(LobeTurn::constant_speed_turn_s),

@@ -51,7 +51,7 @@ impl<'a> LobeTurn<'a> {
         let cutting = Cutting {
             wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
             wheel_speed_m_s: prepared.machine.wheel.surface_speed_m_s,
-            infeed_per_turn_mm: schedule.per_turn_mm(),
+            infeed_per_turn_mm: schedule.max_per_turn_mm(),
             infeed_direction: spec.infeed_direction,
         };
         let bounds = TurnBounds {

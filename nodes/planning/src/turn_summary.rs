@@ -43,6 +43,7 @@ pub(super) const fn law_name(law: &SpeedLaw) -> &'static str {
         SpeedLaw::ConstantWorkSpeed { .. } => "constant_work_speed",
         SpeedLaw::ConstantFootprintSpeed { .. } => "constant_footprint_speed",
         SpeedLaw::ConstantRemovalRate { .. } => "constant_removal_rate",
+        SpeedLaw::ConstantRadialRemovalRate { .. } => "constant_radial_removal_rate",
         SpeedLaw::ConstantPower { .. } => "constant_power",
         SpeedLaw::ConstantTemperature { .. } => "constant_temperature",
         SpeedLaw::TimeOptimal { .. } => "time_optimal",
@@ -220,6 +221,42 @@ mod tests {
             assert!(pass.removal_classes[9].share > 0.85, "{:?}", pass.removal_classes);
             assert_eq!(pass.bounds[0].bound, "removal_rate");
             assert!(pass.bounds[0].share > 0.8, "{:?}", pass.bounds);
+        }
+    }
+
+    /// Where the published law of radial stock sets the speed, the exact removal rate is the stated one times cos β/cos α: β between normal
+    /// and X, α between normal and radius of the contour. Where the exact law does, it is the stated one.
+    #[test]
+    fn the_radial_law_exceeds_its_rate_on_flanks() {
+        const STATED_MM2_S: f64 = 1.0;
+        for (law, least, most) in [("constant_removal_rate", 1.0, 1.0), ("constant_radial_removal_rate", 1.0, 1.05)] {
+            let prepared =
+                prepared(&[&format!("speed.law={law}"), "speed.removal_rate_mm2_s=1.0", "work_speed_rpm=300.0"]);
+            let turn = LobeTurn::new(&prepared, 0, 0).unwrap();
+            let lobe = &prepared.planned.lobes[0];
+            let (contour, sense) = (&lobe.design.contour, f64::from(prepared.machine.rotation_sense));
+            let held = turn.points.iter().filter(|point| point.active == Some(Bound::Process));
+            let (mut low, mut high, mut count) = (f64::INFINITY, 0.0_f64, 0);
+            for point in held {
+                let theta = sense * point.c.value;
+                let cam_angle = contour.cam_angle_at(lobe.tool_path.contact_azimuth(theta));
+                let (at, normal_rad) = (contour.point(cam_angle), contour.normal_angle(cam_angle));
+                let cos_alpha = (at.x * normal_rad.cos() + at.y * normal_rad.sin()) / at.norm();
+                let wanted =
+                    if law == "constant_removal_rate" { 1.0 } else { lobe.tool_path.beta(theta).cos() / cos_alpha };
+                let rate = point.removal_mm2_s / STATED_MM2_S;
+                // Within 5 % of its bound a law is said to set the speed.
+                assert!(
+                    rate <= wanted * 1.001 && rate >= wanted * 0.94,
+                    "{law} at {} deg: {rate}, not {wanted}",
+                    point.c_deg
+                );
+                (low, high, count) = (low.min(wanted), high.max(wanted), count + 1);
+            }
+            assert!(count > 2000, "{law}: {count} of 3600");
+            let peak = turn.peak_mm2_s() / STATED_MM2_S;
+            eprintln!("{law}: {low:.4} to {high:.4} of the stated rate, peak {peak:.4}, turn {:.4} s", turn.turn_s);
+            assert!(peak >= least - 0.001 && high >= most - 1e-9, "{law}: {high}, peak {peak}");
         }
     }
 

@@ -284,3 +284,42 @@ fn the_command_compares_a_run_with_itself_and_with_another() {
     let (code, text) = replay(&["nowhere", "--against"]);
     assert!(code == Some(1) && text.starts_with("camwright replay: cannot replay nowhere: "), "{text}");
 }
+
+/// A list of infeeds is run on the whole cell: the part is within its tolerance, the run is computed again to the bit, and another list of the
+/// same sum is another run.
+#[test]
+fn a_list_of_infeeds_is_ground_within_tolerance_and_replayed_to_the_bit() {
+    let folder = Folder::new("replay-list");
+    let run = |name: &str, list: &str| {
+        let domain = support::Domain::reserve();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
+        command
+            .env("XDG_STATE_HOME", folder.join("state"))
+            .args(["run", "eccentric", "--json", "--bag"])
+            .arg(folder.join(name));
+        command.args([
+            "--set",
+            ONE_LOBE[0],
+            "--set",
+            "infeed.per_block_um=null",
+            "--set",
+            &format!("infeed.per_turn_um={list}"),
+        ]);
+        let output = command.output().expect("camwright runs");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{text} {}", String::from_utf8_lossy(&output.stderr));
+        text
+    };
+    println!("{}", run("one", "[50, 50, 45, 45, 40, 40, 30, 30, 20, 10]"));
+    run("other", "[50, 50, 45, 45, 40, 40, 30, 30, 18, 12]");
+    let replay = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        let output = command.current_dir(folder.path()).arg("replay").args(arguments).output().expect("it runs");
+        (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
+    };
+    let (code, text) = replay(&["one", "--against"]);
+    assert!(code == Some(0) && text.starts_with("identical: "), "{text}");
+    let (code, text) = replay(&["one", "--against", "other"]);
+    assert!(code == Some(3) && text.contains("the other run differs: job 1: the same up to tick "), "{text}");
+}

@@ -80,6 +80,7 @@ impl TurnBounds<'_> {
             SpeedLaw::ConstantWorkSpeed { .. } | SpeedLaw::TimeOptimal { .. } => return None,
             SpeedLaw::ConstantFootprintSpeed { max_rad_s, .. }
             | SpeedLaw::ConstantRemovalRate { max_rad_s, .. }
+            | SpeedLaw::ConstantRadialRemovalRate { max_rad_s, .. }
             | SpeedLaw::ConstantPower { max_rad_s, .. }
             | SpeedLaw::ConstantTemperature { max_rad_s, .. } => *max_rad_s = f64::INFINITY,
         }

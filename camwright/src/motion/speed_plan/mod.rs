@@ -183,6 +183,7 @@ impl SpeedPlan {
             }
             SpeedLaw::ConstantFootprintSpeed { .. }
             | SpeedLaw::ConstantRemovalRate { .. }
+            | SpeedLaw::ConstantRadialRemovalRate { .. }
             | SpeedLaw::ConstantPower { .. }
             | SpeedLaw::ConstantTemperature { .. }
             | SpeedLaw::TimeOptimal { .. } => {
@@ -193,7 +194,7 @@ impl SpeedPlan {
         };
         let candidate = request.led(candidate)?;
         let motion = request.motion(&candidate);
-        let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
+        let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, candidate.infeed.varies_rad());
         let step = request.check_step(candidate.turn_s);
         let found = uses_by_differences(&motion, &stretches, step, c, x);
         if let Some(exceeded) = request.seen_from_lobe(found).into_iter().find(|found| found.ratio() > 1.0) {
@@ -462,7 +463,7 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, L
         let motion = request.motion(&candidate);
         let uses = request.seen_from_lobe(uses_by_chain_rule(
             &motion,
-            &windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad()),
+            &windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.varies_rad()),
             request.step(candidate.turn_s),
             &request.c,
             &request.x,

@@ -160,7 +160,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
     let law = HermiteSpline::new(law).map_err(|_| LimitViolation::NoRunUp)?;
     let mut candidate = Candidate { law, infeed, lead: None, plateau_s, turn_s: turn.turn_s(), uses: Vec::new() };
     let motion = request.motion(&candidate);
-    let stretches = windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
+    let stretches = windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.varies_rad());
     let uses = super::uses_by_chain_rule(&motion, &stretches, request.step(candidate.turn_s), &request.c, &request.x);
     candidate.uses = request.seen_from_lobe(uses);
     Ok(candidate)

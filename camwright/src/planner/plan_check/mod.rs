@@ -5,6 +5,7 @@
 
 mod spiral;
 
+use crate::job::infeed::differs_by_turn;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::wheel_state::{mm_from_nm, nm_from_mm};
 use crate::math::differences::largest_derivatives;
@@ -376,7 +377,8 @@ impl PlanCheck<'_> {
         }
 
         let infeed_knots = motion.infeed.knots();
-        let blend = (infeed_knots[infeed_knots.len() - 2].at, motion.infeed.end());
+        let varies = differs_by_turn(motion.infeed, cut.infeed_turns);
+        let blend = (if varies { 0.0 } else { infeed_knots[infeed_knots.len() - 2].at }, motion.infeed.end());
         let fine = (cut.turn_s / FINE_GRID).max(SHORTEST_STEP_S);
         let mut worst: Option<LimitUse> = None;
         for (stretches, step) in [

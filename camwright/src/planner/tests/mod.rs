@@ -151,6 +151,7 @@ pub(crate) fn job() -> JobSpec {
             name: String::from("grind"),
             total_infeed_mm: 0.36,
             infeed_per_block_mm: 0.000_05,
+            infeed_of_turns_mm: Vec::new(),
             infeed_course: InfeedCourse::PerAngle,
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 2,

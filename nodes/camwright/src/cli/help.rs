@@ -34,8 +34,8 @@ pub(super) const PLAN: &str = "\
 Example: camwright plan four_lobe_camshaft --out plan --plots
 
 Files: summary.json; per lobe lift.csv, contour.csv, tool_path.csv and
-speed_plan.csv; for a turned part surface.csv, clearance.csv and per pass
-insert_path.csv
+speed_plan.csv, with the key `pulses` also pulses.csv; for a turned part
+surface.csv, clearance.csv and per pass insert_path.csv
 
 Exit codes: 0 planned and written, 2 rejected or not written";
 

@@ -71,6 +71,58 @@ fn the_infeed_is_set_per_block_or_per_turn() {
     assert_eq!(Ok(load("eccentric", &set).unwrap().spec.passes), passes(per_block));
 }
 
+/// A list has one value per turn; ranges hold for each of its values.
+#[test]
+fn the_infeed_per_turn_may_be_a_list() {
+    let with = |list: &str| {
+        let set = ["infeed.per_block_um=null".to_owned(), format!("infeed.per_turn_um={list}")];
+        load("eccentric", &set).map(|job| job.spec.passes[0].clone()).map_err(|error| error.to_string())
+    };
+    let pass = with("[100, 80.5, 36]").unwrap();
+    assert_eq!(pass.infeed_of_turns_mm, [0.1, 0.0805, 0.036]);
+    assert!((pass.infeed_per_block_mm - 0.2165 / 3.0 / 3600.0).abs() < 1e-15, "{pass:?}");
+    assert!(with("36").unwrap().infeed_of_turns_mm.is_empty());
+    for (list, words) in [
+        ("[]", "infeed.per_turn_um has 0 entries; it must have 1 to 1000"),
+        ("[36, 0]", "infeed.per_turn_um.1 is 0; it must be 0.000001 to 100000"),
+        ("[36, -1, 2]", "infeed.per_turn_um.1 is -1; it must be 0.000001 to 100000"),
+        ("[36, deep]", "infeed.per_turn_um.1 is the text \"deep\"; it must be a number"),
+        ("deep", "infeed.per_turn_um is the text \"deep\"; it must be a number or a list"),
+        ("2e5", "infeed.per_turn_um is 200000; it must be 0.000001 to 100000"),
+    ] {
+        let error = with(list).expect_err(list);
+        assert!(error.contains(words), "{list}: {error}");
+    }
+    let found = findings(|text| text.replace("per_block_um: 0.01", "per_block_um: 0.01, per_turn_um: [36, 20]"));
+    assert!(found.len() == 1 && found[0].contains("infeed has both per_turn_um and per_block_um"), "{found:?}");
+}
+
+/// The step of the pulses divides a turn, and a lobe has no more steps than can be written.
+#[test]
+fn pulses_have_a_step_that_divides_a_turn() {
+    let with = |pulses: &str| {
+        let set = [format!("pulses={{c_deg: 0.001, x_um: 0.5{pulses}}}")];
+        load("eccentric", &set).map(|job| job.pulses.unwrap()).map_err(|error| error.to_string())
+    };
+    let pulses = with("").unwrap();
+    assert_eq!(
+        (pulses.c_deg, pulses.x_mm, pulses.steps_per_turn, pulses.max_frequency_hz),
+        (0.001, 0.0005, 3600, None)
+    );
+    assert_eq!(with(", step_deg: 0.5, max_frequency_hz: 2e5").unwrap().steps_per_turn, 720);
+    for (more, words) in [
+        (", step_deg: 0.7", "pulses.step_deg is 0.7; it must be a whole part of 360 deg, the nearest is 0.70038"),
+        (", step_deg: 60", "pulses.step_deg is 60; it must be 0.01 to 45"),
+        (", max_frequency_hz: 0", "pulses.max_frequency_hz is 0; it must be 1 to 1000000000"),
+    ] {
+        let error = with(more).expect_err(more);
+        assert!(error.contains(words), "{more}: {error}");
+    }
+    let many = ["pulses={c_deg: 0.001, x_um: 0.5, step_deg: 0.01}".to_owned(), "infeed.spark_out_turns=100".to_owned()];
+    let error = load("eccentric", &many).expect_err("more than 100 turns of 36000 steps").to_string();
+    assert!(error.contains("at most 2000000 are counted; set pulses.step_deg to 0.0"), "{error}");
+}
+
 /// DS4 to DS7 as printed in JPS6156064B2 have the other sign.
 #[test]
 fn a_phase_may_have_the_sign_of_the_patent() {

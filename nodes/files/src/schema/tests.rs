@@ -116,7 +116,8 @@ fn a_missing_key_is_named_with_its_meaning() {
 fn words_and_units_are_in_the_table() {
     let table = table(&FileKind::Job.schema());
     for row in [
-        "| `infeed.per_turn_um` | µm | 0.000001 to 100000 |  | Infeed per turn. Instead of `per_block_um`. |",
+        "| `infeed.per_turn_um` | µm | 0.000001 to 100000, or a list of such values |  | Infeed per turn, the same in every turn, or a list \
+         with the infeed of each turn, whose sum is `total_mm` within half a count of X. Instead of `per_block_um`. |",
         "| `infeed.total_mm` | mm | 0.000001 to 100 | required |",
         "| `c_between_lobes` |  | stops, turns_on | `stops` | Motion of C between two lobes. `stops`: Grinds every lobe",
         "| `lobes[].width_mm` | mm | 0.000001 to 10000 | required | Width of the lobe",

@@ -60,7 +60,10 @@ pub(super) fn with_request<R>(
     let (spec, document) = (&prepared.job.spec, &prepared.job.document);
     refuse_what_needs_the_machine(&prepared.job)?;
     let lobes = lobes(prepared, settings);
-    let per_turn_mm = |pass: &PassSpec, plan: &SpeedPlan| pass.total_infeed_mm / f64::from(infeed_turns(pass, plan));
+    let per_turn_mm = |pass: &PassSpec, plan: &SpeedPlan| {
+        let even_mm = pass.total_infeed_mm / f64::from(infeed_turns(pass, plan));
+        pass.infeed_of_turns_mm.iter().copied().reduce(f64::max).unwrap_or(even_mm)
+    };
     let deepest_mm = prepared.planned.lobes.iter().flat_map(|lobe| spec.passes.iter().zip(&lobe.passes));
     let deepest_mm = deepest_mm.map(|(pass, plan)| per_turn_mm(pass, plan)).fold(0.0, f64::max);
     let height_mm = spec.retract_clearance_mm + deepest_mm;
@@ -178,8 +181,11 @@ fn passes<'a>(
         let turns = infeed_turns(pass, plan);
         let per_turn_mm = pass.total_infeed_mm / f64::from(turns);
         let ends_mm = if number + 1 == spec.passes.len() { 0.0 } else { left_mm - pass.total_infeed_mm };
-        let deeper =
-            (1..=turns).map(|turn| if turn == turns { ends_mm } else { left_mm - f64::from(turn) * per_turn_mm });
+        let after_mm = |turn: u32| match pass.infeed_of_turns_mm.as_slice() {
+            [] => f64::from(turn) * per_turn_mm,
+            each_mm => each_mm.iter().take(turn as usize).sum(),
+        };
+        let deeper = (1..=turns).map(|turn| if turn == turns { ends_mm } else { left_mm - after_mm(turn) });
         let deeper = deeper.filter(|leaves_mm| *leaves_mm < spec.maximum_stock_mm());
         let request = |name: String, leaves_mm: Vec<f64>, tolerance_mm: f64| PassRequest {
             name,
