@@ -76,6 +76,7 @@ pub(crate) fn machine() -> MachineDescription {
         },
         insert: None,
         contact: None,
+        workholding: None,
         thermal: None,
         gauge: None,
         gap_detector: None,
@@ -175,6 +176,7 @@ pub(crate) fn job() -> JobSpec {
         dry_run_mm: None,
         part_phase_rad: 0.0,
         measure_stock: None,
+        part_support: None,
     }
 }
 
