@@ -83,10 +83,9 @@ impl SupportedShaft {
             (false, None) => return None,
         };
         let rest = match layout.steady_rest_z_mm {
-            Some(z_mm) => Some(RedundantSpring {
-                x_mm: z_mm - layout.headstock_z_mm,
-                n_mm: workholding.steady_rest?.n_mm,
-            }),
+            Some(z_mm) => {
+                Some(RedundantSpring { x_mm: z_mm - layout.headstock_z_mm, n_mm: workholding.steady_rest?.n_mm })
+            }
             None => None,
         };
         Some(Self {

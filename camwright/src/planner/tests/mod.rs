@@ -250,6 +250,7 @@ mod dressing;
 mod dry_run;
 mod infeeds;
 mod order;
+mod part_support;
 mod passes;
 mod refusals;
 mod sparking_out;

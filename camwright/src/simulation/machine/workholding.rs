@@ -190,12 +190,12 @@ impl Workholding {
 
     /// Gives a lobe the compliance of the part on its supports (mm/N).
     pub(super) fn set_part_compliance(&mut self, name: &str, part_mm_n: f64) -> Result<(), LobeError> {
-        let lobe = self.part.lobe_by_name_mut(name).filter(|lobe| lobe.is_on_supports());
-        let (is_possible, lobe) = (part_mm_n >= 0.0 && part_mm_n.is_finite(), lobe);
-        match lobe.filter(|_| is_possible) {
-            Some(lobe) => lobe.hold(Some(part_mm_n)),
-            None if part_mm_n == 0.0 => {}
-            None => return Err(LobeError::PartCompliance { name: name.to_string(), part_mm_n }),
+        let lobe = self.part.lobe_by_name_mut(name);
+        let Some(lobe) = lobe.filter(|lobe| part_mm_n == 0.0 || lobe.is_on_supports()) else {
+            return Err(LobeError::PartCompliance { name: name.to_string(), part_mm_n });
+        };
+        if lobe.is_on_supports() {
+            lobe.hold(Some(part_mm_n));
         }
         Ok(())
     }
