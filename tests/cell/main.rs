@@ -43,4 +43,5 @@ mod turned_job;
 mod tutorial_over_hal;
 mod two_cells;
 mod wheel;
+mod steady_rest;
 mod wide_lobes;

@@ -20,5 +20,6 @@ mod study;
 mod terminal;
 mod tutorials;
 mod warnings;
+mod steady_rest;
 mod wide_lobes;
 mod wrong_inputs;
