@@ -37,17 +37,13 @@ fn a_slender_part_is_planned_with_the_stiffness_of_each_lobe() {
 #[test]
 fn supports_that_cannot_hold_the_part_are_refused() {
     for (set, words) in [
-        (vec!["machine=cam_grinder", "lobes=[{name: I1, station: LS1, profile: intake, phase_deg: 0, width_mm: 14}]"], [
-            "machine cam_grinder states no stiffness of its supports; add workholding",
-            "long_camshaft.yaml",
-        ]),
-        (vec!["machine.workholding.steady_rest=null"], ["states no steady rest", "workholding.steady_rest"]),
-        (vec!["machine.workholding.tailstock_stiffness_n_um=null"], ["states no stiffness of a tailstock", "tailstock"]),
         (
-            vec!["part_support.headstock=chuck", "machine.workholding.chuck_tilt_n_m_rad=null"],
-            ["states no tilting stiffness of a chuck", "add workholding.chuck_tilt_n_m_rad"],
+            vec![
+                "machine=cam_grinder",
+                "lobes=[{name: I1, station: LS1, profile: intake, phase_deg: 0, width_mm: 14}]",
+            ],
+            ["machine cam_grinder states no stiffness of its supports; add workholding", "long_camshaft.yaml"],
         ),
-        (vec!["machine.contact=null"], ["workholding needs contact", "the machine is rigid"]),
         (vec!["part_support.tailstock=false"], ["needs the tailstock", "headstock to chuck"]),
         (vec!["part_support.steady_rest_z_mm=185.0"], ["lobe I2 reaches from 173 to 187 mm", "under the jaws"]),
         (vec!["part_support.steady_rest_z_mm=419.0"], ["steady_rest_z_mm is 419", "it must be 36 to 414"]),
@@ -58,12 +54,61 @@ fn supports_that_cannot_hold_the_part_are_refused() {
         (vec!["part_support.length_mm=5"], ["part_support.length_mm is 5", "10 to 10000"]),
         (vec!["part_support={diameter_mm: 28.0}"], ["headstock_z_mm", "length_mm"]),
         (vec!["part_support.headstock=collet"], ["collet", "centre, chuck"]),
-        (vec!["machine.workholding.headstock_stiffness_n_um=0"], ["headstock_stiffness_n_um is 0", "0.1 to 10000"]),
-        (vec!["machine.workholding.steady_rest.jaw_width_mm=-1"], ["jaw_width_mm is -1", "0.1 to 1000"]),
     ] {
         let text = refusal_of_check("long_camshaft", &set);
         for word in words {
             assert!(text.contains(word), "{set:?}: {word:?} is not in {text}");
         }
     }
+}
+
+/// A machine file without a support that the job needs, or with one that is none.
+#[test]
+fn supports_that_the_machine_lacks_are_refused() {
+    const CHUCK: &str = "part_support.headstock=chuck";
+    let shipped = support::repository().join("params/machines/cam_grinder_with_steady_rest.yaml");
+    let shipped = std::fs::read_to_string(shipped).expect("the shipped machine");
+    let folder = Folder::new("steady-rest-machines");
+    for (number, (from, to, set, words)) in [
+        (
+            "  steady_rest: {stiffness_n_um: 60.0, jaw_width_mm: 12.0}\n",
+            "",
+            "",
+            ["states no steady rest; add workholding.steady_rest", "long_camshaft.yaml"],
+        ),
+        (
+            "  tailstock_stiffness_n_um: 100.0\n",
+            "",
+            "",
+            ["states no stiffness of a tailstock", "leave that support out"],
+        ),
+        (
+            "  chuck_tilt_n_m_rad: 2000000.0\n",
+            "",
+            CHUCK,
+            ["states no tilting stiffness of a chuck", "chuck_tilt_n_m_rad"],
+        ),
+        ("headstock_stiffness_n_um: 150.0", "headstock_stiffness_n_um: 0", "", ["is 0", "0.1 to 10000"]),
+        ("jaw_width_mm: 12.0", "jaw_width_mm: -1", "", ["jaw_width_mm is -1", "0.1 to 1000"]),
+        ("contact:\n", "unused:\n", "", ["unused is an unknown key", "machine.yaml"]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        assert!(shipped.contains(from), "{from}");
+        let path = folder.join(&format!("{number}-machine.yaml"));
+        std::fs::write(&path, shipped.replacen(from, to, 1)).expect("a machine file");
+        let machine = format!("machine={}", path.display());
+        let set: Vec<&str> = [machine.as_str(), set].into_iter().filter(|set| !set.is_empty()).collect();
+        let text = refusal_of_check("long_camshaft", &set);
+        for word in words {
+            assert!(text.contains(word), "{set:?}: {word:?} is not in {text}");
+        }
+    }
+    let start = shipped.find("contact:\n").expect("a contact");
+    let end = shipped.find("# Radial stiffness").expect("supports");
+    let path = folder.join("rigid-machine.yaml");
+    std::fs::write(&path, format!("{}{}", &shipped[..start], &shipped[end..])).expect("a machine file");
+    let text = refusal_of_check("long_camshaft", &[&format!("machine={}", path.display())]);
+    assert!(text.contains("workholding needs contact: without it the machine is rigid"), "{text}");
 }

@@ -82,8 +82,8 @@ pub(super) fn order_lines(prepared: &PreparedJob) -> Vec<String> {
         let most = moved.max_by(|a, b| (a.2.abs() / a.1.tolerance_um).total_cmp(&(b.2.abs() / b.1.tolerance_um)));
         if let Some((index, support, share)) = most {
             lines.push(format!(
-                "grind the seat of the steady rest at {rest_mm} mm before this job, with the rest retracted: the seat must be round within \
-                 {:.1} um, or lobe {} leaves its tolerance of {} um",
+                "grind the seat of the steady rest at {rest_mm} mm before this job, with the rest retracted: a form error of the seat of \
+                 {:.1} um alone takes lobe {} to its tolerance of {} um",
                 support.tolerance_um / share.abs(),
                 lobes[index].design.name,
                 support.tolerance_um

@@ -144,12 +144,10 @@ mod tests {
         let machine = without_part(measured, 5e-5).unwrap();
         assert!((machine.value - 5000.0).abs() < 1e-9 && (machine.uncertainty - 40.0 * 1.5625).abs() < 1e-9);
         assert_eq!(without_part(measured, 2.6e-4), None);
-        let set = [
-            "identification=null".to_owned(),
-            "machine.workholding={headstock_stiffness_n_um: 150.0, tailstock_stiffness_n_um: 100.0}".to_owned(),
-            "part_support={diameter_mm: 28.0, headstock_z_mm: 20.0, length_mm: 390.0}".to_owned(),
-        ];
-        let prepared = prepare("journal_runout", &set, None).unwrap();
+        let slender = prepare("long_camshaft", &["part_support.steady_rest_z_mm=null".to_owned()], None).unwrap();
+        let mut prepared = prepare("journal_runout", &UNMEASURED.map(String::from), None).unwrap();
+        prepared.machine.workholding = slender.machine.workholding;
+        prepared.job.spec.part_support = slender.job.spec.part_support;
         let of_job = kept_contacts(&kept(&[(80.0, 5000.0), (220.0, 5000.0)]), &prepared.job, &prepared.machine);
         let lobe = &prepared.job.spec.lobes[0];
         let part_mm_n = prepared.job.spec.lobe_compliance_mm_n(&prepared.machine, lobe);

@@ -14,6 +14,9 @@ const SUPPORT: Pen = Pen::solid(Colour::BLACK, 0.4);
 const LOBE: Colour = Colour(240, 240, 236);
 const OWN_LOBE: Colour = Colour(200, 200, 182);
 
+/// Share of the length that is seen on either side.
+const BESIDE: f64 = 0.03;
+
 /// Points of a curve.
 const POINTS: u32 = 400;
 
@@ -39,7 +42,9 @@ pub(super) fn drawing(sheet: &Sheet<'_>) -> Option<Drawing> {
     let without = shaft.rest_mm().map(|_| shaft.without_rest());
     let highest = without.into_iter().chain([shaft]).flat_map(compliance).map(|point| point.1).fold(0.0, f64::max);
     let up = Scale::exactly(0.0, 1.1 * highest, 8.0);
-    let axes = Axes { frame: ROOM, across: Scale::exactly(low_mm, high_mm, 12.0), up };
+    let beside_mm = BESIDE * (high_mm - low_mm);
+    let across = Scale::exactly(low_mm - beside_mm, high_mm + beside_mm, 12.0);
+    let axes = Axes { frame: ROOM, across, up };
     for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
         let z_mm = lobe.design.z_mm(&prepared.machine)?;
         let [left, right] = [-0.5, 0.5].map(|side| axes.x(z_mm + side * lobe.design.width_mm));
