@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// N m/rad to N mm/rad.
 const N_MM_PER_N_M: f64 = 1e3;
 
-/// GPa to N/mm².
+/// Gigapascal to N/mm².
 const N_MM2_PER_GPA: f64 = 1e3;
 
 /// Radial stiffness of the supports of a machine.
