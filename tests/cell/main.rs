@@ -38,6 +38,7 @@ mod setup_over_hal;
 mod setup_work;
 mod shutdown_over_hal;
 mod status_watch;
+mod steady_rest;
 mod trajectory_controller_bridge;
 mod turned_job;
 mod tutorial_over_hal;

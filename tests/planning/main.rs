@@ -16,6 +16,7 @@ mod punches;
 mod refusals;
 mod schema;
 mod starter_files;
+mod steady_rest;
 mod study;
 mod terminal;
 mod tutorials;

@@ -54,6 +54,7 @@ impl JobSpec {
         self.check_wheel_power()?;
         self.check_room()?;
         self.check_raw_part()?;
+        self.check_part_support(machine)?;
         self.check_correction(machine)?;
         self.check_stock(machine)?;
         self.check_compensation()?;

@@ -285,6 +285,38 @@ pub enum JobError {
         /// Allowed slope (mm/rad).
         max_slope_mm_rad: f64,
     },
+    /// The machine lacks a support that the part needs.
+    #[error(
+        "part_support: machine {machine} states no {what}; add {key} to the machine file, or leave that support out of the job"
+    )]
+    NoSupport {
+        machine: String,
+        what: &'static str,
+        /// Key of the machine file.
+        key: &'static str,
+    },
+    /// Nothing holds the other end.
+    #[error(
+        "part_support: a part on the centre of the headstock needs the tailstock; set tailstock to true, or headstock to chuck"
+    )]
+    LoosePart,
+    /// The steady rest does not stand between the ends of the part.
+    #[error(
+        "part_support.steady_rest_z_mm is {z_mm}; it must be {low_mm} to {high_mm}, with the whole jaws between the ends of the part"
+    )]
+    RestOutside { z_mm: f64, low_mm: f64, high_mm: f64 },
+    /// A lobe overhangs its supports.
+    #[error(
+        "lobe {lobe} reaches from {from_mm} to {to_mm} mm; part_support holds the part from {low_mm} to {high_mm} mm \
+         (headstock_z_mm and length_mm), and a lobe must stand between"
+    )]
+    OutsideSupports { lobe: String, from_mm: f64, to_mm: f64, low_mm: f64, high_mm: f64 },
+    /// The jaws of the steady rest bear on the lobe.
+    #[error(
+        "lobe {lobe} reaches from {from_mm} to {to_mm} mm, under the jaws of the steady rest from {jaws_from_mm} to {jaws_to_mm} mm; move \
+         part_support.steady_rest_z_mm, or grind the lobe first in a job without it"
+    )]
+    UnderSteadyRest { lobe: String, from_mm: f64, to_mm: f64, jaws_from_mm: f64, jaws_to_mm: f64 },
     /// A number is outside its range.
     #[error("{}{key} is {value}; it must be {wanted}", place.prefix())]
     OutOfRange { place: Subject, key: JobKey, value: f64, wanted: &'static str },

@@ -16,6 +16,7 @@ use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
 use crate::gauging::published::PublishedWindow;
 use crate::job::dressing::DressingSpec;
+use crate::job::part_support::PartSupport;
 use crate::job::plunges::Plunge;
 use crate::job::raw_part::RawPart;
 use crate::machine::contact_law::ContactLaw;
@@ -416,6 +417,8 @@ pub struct JobSpec {
     pub wheels: Vec<WheelRequirement>,
     /// Deviation of the raw part from the design.
     pub raw_part: RawPart,
+    /// Elastic support of the part; `None`: the part is as stiff as the machine's contact says.
+    pub part_support: Option<PartSupport>,
     /// Runout correction of its journals; `None`: off. With it every lobe is a journal.
     pub correction: Option<CorrectionSpec>,
     /// Form compensation from part to part, with the learned corrections; `None`: every part is ground as designed.
@@ -488,6 +491,7 @@ impl JobSpec {
             clearance_mm: 1.0,
             wheels: Vec::new(),
             raw_part: RawPart::default(),
+            part_support: None,
             correction: None,
             compensation: None,
             dry_run_mm: None,

@@ -17,6 +17,8 @@ pub mod grinding;
 pub mod infeed;
 mod key;
 pub mod milling;
+pub mod part_support;
 pub mod plunges;
 pub mod raw_part;
+pub mod supported_shaft;
 pub mod turning;

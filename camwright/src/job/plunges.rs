@@ -130,17 +130,25 @@ fn offset_mm(number: u32, count: u32, spacing_mm: f64) -> f64 {
     (f64::from(number) - 0.5 * f64::from(count + 1)) * spacing_mm
 }
 
-/// Contact law of the wheel and a lobe, or one of its plunges, where it is ground: of a plunge over the width that no plunge has cut before.
+/// Middle of the wheel from the position of the station when it grinds a lobe, or a plunge of one (mm).
+pub(crate) fn offset_of(lobe: &LobeSpec) -> f64 {
+    lobe.plunge.as_ref().map_or(0.0, |plunge| plunge.offset_mm(lobe.width_mm))
+}
+
+/// Contact law of the wheel and a lobe, or one of its plunges, where it is ground: of a plunge over the width that no plunge has cut before;
+/// with a part of this compliance on its supports (mm/N).
 /// `None` on a rigid machine.
 pub(crate) fn contact_law(
     machine: &MachineDescription,
     station: &str,
     width_mm: f64,
     plunge: Option<&Plunge>,
+    part_mm_n: f64,
 ) -> Option<ContactLaw> {
     let beside = |plunge: &Plunge| (plunge.offset_mm(width_mm), plunge.fresh_width_mm(width_mm));
     let (offset_mm, fresh_mm) = plunge.map_or((0.0, width_mm), beside);
-    machine.contact_law_at(machine.station(station)?.position_mm + offset_mm, fresh_mm)
+    let law = machine.contact_law_at(machine.station(station)?.position_mm + offset_mm, fresh_mm)?;
+    Some(law.in_series(part_mm_n))
 }
 
 /// Both are plunges of one lobe.

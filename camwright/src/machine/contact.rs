@@ -70,6 +70,18 @@ impl ContactDescription {
         ContactLaw::new(self.machine_n_mm(z_mm), self.grinding_n_mm2 * width_mm, self.threshold_n_mm * width_mm).ok()
     }
 
+    /// Share of the part in the deflection, with the table at a position and a part of this compliance on its supports (mm/N).
+    #[must_use]
+    pub fn part_share_with(&self, z_mm: f64, part_mm_n: f64) -> f64 {
+        match part_mm_n > 0.0 {
+            true => {
+                let machine_mm_n = 1.0 / self.machine_n_mm(z_mm);
+                (self.part_share * machine_mm_n + part_mm_n) / (machine_mm_n + part_mm_n)
+            }
+            false => self.part_share,
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), DescriptionError> {
         let positive = |what: &'static str, value: f64| match value > 0.0 && value.is_finite() {
             true => Ok(()),

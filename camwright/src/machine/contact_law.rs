@@ -93,6 +93,15 @@ impl ContactLaw {
         Ok(Self { machine_n_mm, grinding_n_mm, threshold_n })
     }
 
+    /// The same with a further spring of this compliance (mm/N) behind the machine: the part on its supports. 0 changes nothing.
+    #[must_use]
+    pub fn in_series(self, compliance_mm_n: f64) -> Self {
+        match compliance_mm_n > 0.0 && compliance_mm_n.is_finite() {
+            true => Self { machine_n_mm: 1.0 / (1.0 / self.machine_n_mm + compliance_mm_n), ..self },
+            false => self,
+        }
+    }
+
     /// km (N/mm).
     #[must_use]
     pub const fn machine_n_mm(&self) -> f64 {

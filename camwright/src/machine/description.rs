@@ -20,6 +20,7 @@ pub use crate::machine::process::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract::AlarmRetract;
 pub use crate::machine::thermal::ThermalDescription;
 pub use crate::machine::wheel::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
+pub use crate::machine::workholding::{SteadyRest, WorkholdingDescription};
 
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,6 +89,8 @@ pub struct MachineDescription {
     pub insert: Option<InsertDescription>,
     /// Deflection of wheel and part; `None`: rigid.
     pub contact: Option<ContactDescription>,
+    /// Supports that hold the part; `None`: unknown, the part is as stiff as `contact` says.
+    pub workholding: Option<WorkholdingDescription>,
     /// Thermal growth of the wheelhead; `None`: none.
     pub thermal: Option<ThermalDescription>,
     /// Gauge that measures the lobe in front of the wheel; `None`: no gauge.
@@ -153,6 +156,7 @@ impl MachineDescription {
         let only = [
             (self.wheel != insert.tool(), "a wheel"),
             (self.contact.is_some(), "a contact"),
+            (self.workholding.is_some(), "supports of a part"),
             (self.thermal.is_some(), "a wheelhead that grows"),
             (self.gauge.is_some(), "a gauge"),
             (self.gap_detector.is_some(), "a gap detector"),
@@ -246,6 +250,7 @@ impl MachineDescription {
         self.validate_insert()?;
         self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
         self.validate_contact_of_drives()?;
+        self.workholding.map_or(Ok(()), |workholding| workholding.validate())?;
         self.thermal.map_or(Ok(()), |thermal| thermal.validate())?;
         self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
         self.gap_detector.map_or(Ok(()), |detector| detector.validate())?;

@@ -38,5 +38,6 @@ pub(crate) mod thermal;
 mod wheel;
 pub mod wheel_state;
 mod without_effect;
+pub(crate) mod workholding;
 
 pub use wheel::WHEEL_TOLERANCE_MM;

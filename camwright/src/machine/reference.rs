@@ -35,6 +35,7 @@ pub fn cam_grinder() -> MachineDescription {
         wheel: grinding_wheel(),
         insert: None,
         contact: None,
+        workholding: None,
         thermal: None,
         gauge: None,
         gap_detector: None,

@@ -52,7 +52,7 @@ pub fn decide_corrections(
     let logged = Logged::new(machine, first, logs);
     let decided = logged.each(|index, journal| {
         let spec = job.correction.as_ref().ok_or(unknown("how it is corrected"))?;
-        let seen = logged.seen()?;
+        let seen = logged.seen(journal.lobe)?;
         let measured = measured.get(index).and_then(Option::as_ref);
         let law = measured.map(|measured| measured.law);
         let (law, _) = journal.lobe.contact(job, machine, law).ok_or(unknown("the stiffness"))?;

@@ -70,7 +70,7 @@ pub fn identify(
     let logged = Logged::new(machine, first, logs);
     let measured = logged.each(|_, journal| {
         let spec = job.identification.as_ref().ok_or(unknown("how its stiffness is measured"))?;
-        let seen = logged.seen()?;
+        let seen = logged.seen(journal.lobe)?;
         journal.is_whole()?;
         let (lobe, rest_rad) = (journal.lobe, journal.rest_rad);
         let turns: u32 = lobe.passes.iter().map(crate::motion::speed_plan::SpeedPlan::turns).sum();

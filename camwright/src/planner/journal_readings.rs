@@ -102,16 +102,18 @@ impl<'a> Logged<'a> {
         libm::round((logged_rad - self.rests[index]) / TURN_RAD).max(0.0)
     }
 
-    /// Gauge that measures the journals of the machine.
-    pub(super) fn seen(&self) -> Result<GaugeSetup, JournalError> {
-        seen(self.machine)
+    /// Gauge that measures a journal on the machine.
+    pub(super) fn seen(&self, lobe: &PlannedLobe) -> Result<GaugeSetup, JournalError> {
+        seen(self.machine, lobe)
     }
 }
 
-/// Gauge that measures the journals of a machine.
-pub(super) fn seen(machine: &MachineDescription) -> Result<GaugeSetup, JournalError> {
+/// Gauge that measures a journal on a machine.
+pub(super) fn seen(machine: &MachineDescription, lobe: &PlannedLobe) -> Result<GaugeSetup, JournalError> {
     let gauge = machine.gauge.as_ref().ok_or(JournalError::NotKnown { what: "the gauge" })?;
-    let part_share = machine.contact.as_ref().map_or(0.0, |contact| contact.part_share);
+    let part_mm_n = lobe.design.part_compliance_mm_n(machine, 0.0);
+    let z_mm = lobe.design.z_mm(machine).unwrap_or(0.0);
+    let part_share = machine.contact.as_ref().map_or(0.0, |contact| contact.part_share_with(z_mm, part_mm_n));
     Ok(gauge.seen(part_share, machine.cycle_time_s())?)
 }
 
@@ -163,7 +165,11 @@ impl PlannedLobe {
         let name = &self.design.name;
         let kept = job.correction.iter().filter(|spec| spec.stiffness != StiffnessSource::Nominal);
         let kept = kept.flat_map(|spec| &spec.contacts).find(|contact| contact.lobe == *name);
-        let nominal = || machine.contact_law(&self.design.station, self.design.width_mm);
+        let part_mm_n = self.design.part_compliance_mm_n(machine, 0.0);
+        let nominal = || {
+            let law = machine.contact_law(&self.design.station, self.design.width_mm)?;
+            Some(law.in_series(part_mm_n))
+        };
         measured
             .map(|law| (law, ContactFrom::Measured))
             .or_else(|| kept.map(|kept| (kept.law, ContactFrom::Kept)))

@@ -11,6 +11,7 @@ use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
+use crate::job::part_support::PartSupport;
 use crate::job::plunges::{self, LobeSection, Plunge};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription};
@@ -42,6 +43,8 @@ pub struct LobeDesign {
     pub tolerance: FormTolerance,
     /// Plunge of a lobe wider than the wheel that this is.
     pub plunge: Option<Plunge>,
+    /// The part on its supports as a round shaft; `None`: the part is as stiff as the machine's contact says.
+    pub part_support: Option<PartSupport>,
 }
 
 impl LobeDesign {
@@ -71,7 +74,17 @@ impl LobeDesign {
     /// Contact law of wheel and lobe where it is ground, of a plunge over the width that no plunge has cut before; `None` on a rigid machine.
     #[must_use]
     pub fn contact_law(&self, machine: &MachineDescription) -> Option<ContactLaw> {
-        plunges::contact_law(machine, &self.station, self.width_mm, self.plunge.as_ref())
+        let part_mm_n = self.part_compliance_mm_n(machine, self.offset_mm());
+        plunges::contact_law(machine, &self.station, self.width_mm, self.plunge.as_ref(), part_mm_n)
+    }
+
+    /// Radial compliance of the part on its supports beside the position of the station (mm/N, mm); 0 of a part as stiff as the machine's
+    /// contact says.
+    #[must_use]
+    pub fn part_compliance_mm_n(&self, machine: &MachineDescription, offset_mm: f64) -> f64 {
+        let shaft = self.part_support.as_ref().and_then(|support| support.shaft(machine));
+        let station = shaft.zip(machine.station(&self.station));
+        station.map_or(0.0, |(shaft, station)| shaft.compliance_mm_n(station.position_mm + offset_mm))
     }
 
     /// Sections of the part that are finished with this, its own first: one, or several of a plunge.
@@ -178,6 +191,7 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
         width_mm: lobe.width_mm,
         tolerance: lobe.tolerance,
         plunge: lobe.plunge.clone(),
+        part_support: job.part_support,
     }
 }
 

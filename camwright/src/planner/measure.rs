@@ -141,7 +141,7 @@ pub fn measured_stocks(
     logs: &[JournalReadings],
 ) -> Result<Vec<f64>, UncorrectedJournal> {
     let stock_mm = |lobe: &PlannedLobe, log: &JournalReadings, to_rad: f64| {
-        seen(machine)?;
+        seen(machine, lobe)?;
         let gauged = the_turn(&log.gauged, to_rad);
         if let Some(pair) = gauged.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1) {
             return Err(JournalError::Lost { from: pair[0].tick, to: pair[1].tick });

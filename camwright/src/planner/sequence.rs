@@ -285,7 +285,9 @@ impl<'a> Sequence<'a> {
     /// Predicts the time of cuts whose infeed ends at a size, or whose spark-out ends when the force is steady.
     fn foresee(&mut self) {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
-            let law = plunges::contact_law(self.steps.machine, &lobe.station, lobe.width_mm, lobe.plunge.as_ref());
+            let machine = self.steps.machine;
+            let part_mm_n = self.job.lobe_compliance_mm_n(machine, lobe);
+            let law = plunges::contact_law(machine, &lobe.station, lobe.width_mm, lobe.plunge.as_ref(), part_mm_n);
             let Some(law) = law else { continue };
             let mut surface = GroundLobe::new(self.job.stock_mm, &law);
             for number in 0..self.steps.plan.segments.len() {

@@ -136,6 +136,7 @@ pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
         dry_run_mm: None,
         part_phase_rad: 0.0,
         measure_stock: None,
+        part_support: None,
     }
 }
 

@@ -111,6 +111,7 @@ pub(crate) fn machine() -> MachineDescription {
         },
         insert: None,
         contact: None,
+        workholding: None,
         thermal: None,
         gauge: None,
         gap_detector: None,

@@ -7,6 +7,7 @@ mod solids;
 
 mod milling_job;
 mod random_cams;
+mod supported_shaft;
 mod turned_program;
 mod turning_drives;
 mod turning_job;

@@ -129,6 +129,7 @@ fn job(mode: GaugingMode) -> JobSpec {
         dry_run_mm: None,
         part_phase_rad: 0.0,
         measure_stock: None,
+        part_support: None,
     }
 }
 

@@ -5,7 +5,8 @@ use super::turned::{self, Eccentric};
 use super::{ideal, machine};
 use camwright::machine::description::{
     Axis, ContactDescription, ContactMode, GapDetector, GaugeDescription, GaugeKind, GrindingProcess, KeyWayProbe,
-    LoadingDescription, MachineDescription, ReferenceCut, StiffnessAt, Structure, ThermalDescription,
+    LoadingDescription, MachineDescription, ReferenceCut, SteadyRest, StiffnessAt, Structure, ThermalDescription,
+    WorkholdingDescription,
 };
 use camwright::machine::reference::lathe;
 use camwright::machine::setpoint::{Input, Setpoint};
@@ -30,6 +31,12 @@ fn equipped() -> MachineDescription {
             threshold_n_mm: 0.8,
             part_share: 0.5,
             modes: vec![ContactMode { frequency_rad_s: 1200.0, damping: 0.05, compliance_share: 0.3 }],
+        }),
+        workholding: Some(WorkholdingDescription {
+            headstock_n_mm: 1e5,
+            chuck_tilt_n_mm_rad: None,
+            tailstock_n_mm: Some(8e4),
+            steady_rest: Some(SteadyRest { n_mm: 5e4, jaw_width_mm: 15.0 }),
         }),
         gauge: Some(GaugeDescription {
             kind: GaugeKind::Diameter,
@@ -88,6 +95,7 @@ fn grinding() -> RunEvents {
     rest(&mut machine, 400);
     for (name, station, max_mm) in [("I1", "LS1", 23.1), ("E1", "LS2", 24.0)] {
         machine.load_lobe(name, station, 15.0, vec![max_mm; 720]).expect("a round blank");
+        machine.set_part_compliance(name, 4e-5).expect("the machine has supports");
     }
     let setpoints = turned::turning(&description, 60.0, 6.0, 2400, |c| lobe.path_over_c(1.0, c));
     machine.place(setpoints[0].counts);

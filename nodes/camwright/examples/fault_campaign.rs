@@ -15,7 +15,7 @@ use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::fault_campaign::{Campaign, CaseResult, FaultCase, every_fault, seeded_moments};
 use camwright_files::convert::plan::plan_from_pages;
-use camwright_files::convert::{centre_from_values, mm_from_m, offset_from_values};
+use camwright_files::convert::{centre_from_values, compliance_from_values, mm_from_m, offset_from_values};
 use camwright_planning::{PreparedJob, prepare, raw_part};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
@@ -47,6 +47,7 @@ fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<Clos
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
         let outline = (offset_from_values(&raw.centre), mm_from_m(raw.width), radii);
         machine.load_section(&raw.name, &raw.station, outline, centre_from_values(&raw.centre))?;
+        machine.set_part_compliance(&raw.name, compliance_from_values(&raw.centre))?;
     }
     Ok(ClosedLoop::new(machine))
 }

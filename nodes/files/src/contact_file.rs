@@ -15,7 +15,7 @@ pub(super) const PER_MM: f64 = 1e3;
 #[serde(deny_unknown_fields)]
 pub(super) struct ContactFile {
     /// km: stiffness of machine and part at the wheel along the contour's normal, over the position of `z_axis`;
-    /// linear between points, constant beyond.
+    /// linear between points, constant beyond. For a job with `part_support` it is that of the machine alone.
     #[schemars(length(min = 1, max = 1000))]
     machine_stiffness: Vec<StiffnessPointFile>,
     /// kg: normal force per depth of cut and width.

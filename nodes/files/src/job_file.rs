@@ -20,6 +20,7 @@ use super::recorded_files::NamedFile;
 use super::schema;
 use super::start_file::{DryRunFile, StartLobeFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
+use super::workholding_file::PartSupportFile;
 use super::yaml::Document;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::{
@@ -135,6 +136,9 @@ pub(super) struct JobFile {
     /// Errors of the raw part that only the simulated machine knows.
     #[serde(default)]
     raw_part: RawPartFile,
+    /// The part as a round shaft on the supports of the machine (`workholding`), which deflects with its lobes. Default:
+    /// the part is as stiff as the machine's `contact` says.
+    part_support: Option<PartSupportFile>,
     /// Measures the runout of the journals with the machine's gauge and corrects it in one turn each; `{}`
     /// selects the defaults. All lobes must be round. Default: no correction.
     runout_correction: Option<CorrectionFile>,
@@ -469,6 +473,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         obstacles: file.obstacles.iter().map(ObstacleFile::spec).collect(),
         clearance_mm: file.clearance_mm,
         raw_part: file.raw_part.part(),
+        part_support: file.part_support.as_ref().map(PartSupportFile::support),
         correction: file.runout_correction.as_ref().map(CorrectionFile::spec),
         compensation: file.form_compensation.as_ref().map(CompensationFile::compensation),
         identification: file.identification.as_ref().map(IdentificationFile::spec),

@@ -58,6 +58,7 @@ mod surface_file;
 mod table_files;
 pub mod turning_file;
 mod wheel_file;
+mod workholding_file;
 pub mod yaml;
 
 use std::fmt;

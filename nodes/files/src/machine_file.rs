@@ -14,6 +14,7 @@ use super::recorded_files::MACHINES;
 use super::retract_file::AlarmRetractFile;
 use super::schema;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
+use super::workholding_file::WorkholdingFile;
 use super::yaml::Document;
 use super::{ConfigError, FileLocation};
 use camwright::machine::description::{
@@ -72,11 +73,14 @@ pub(super) struct MachineFile {
     origin_window_deg: f64,
     /// Grinding wheel. A machine has a wheel or an insert.
     wheel: Option<WheelFile>,
-    /// Round driven insert of a lathe. A lathe has no contact, thermal, gauge, `gap_detector`, process and
+    /// Round driven insert of a lathe. A lathe has no contact, workholding, thermal, gauge, `gap_detector`, process and
     /// dresser.
     insert: Option<InsertFile>,
     /// Contact of wheel and part. Default: rigid.
     contact: Option<ContactFile>,
+    /// Stiffness of the supports of the part. A job with `part_support` adds the compliance of its part to
+    /// `contact.machine_stiffness`, which then is that of the machine alone. Default: unknown.
+    workholding: Option<WorkholdingFile>,
     /// Growth of the wheelhead. Default: none.
     thermal: Option<ThermalFile>,
     /// In-process gauge; it reads every tick in which C turns with a lobe in front of the wheel. Default: none.
@@ -386,6 +390,7 @@ fn describe(
         wheel,
         insert,
         contact: file.contact.as_ref().map(ContactFile::contact),
+        workholding: file.workholding.as_ref().map(WorkholdingFile::workholding),
         thermal: file.thermal.as_ref().map(ThermalFile::thermal),
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
         gap_detector: file.gap_detector.as_ref().map(GapDetectorFile::detector),
@@ -466,6 +471,8 @@ fn check(document: &Document, file: &MachineFile) -> Vec<ConfigError> {
         findings.extend(extent.as_ref().and_then(|extent| extent.check(document, key).err()));
     }
     findings.extend(file.contact.iter().filter_map(|contact| contact.check(document).err()));
+    let has_contact = file.contact.is_some();
+    findings.extend(file.workholding.iter().filter_map(|workholding| workholding.check(document, has_contact).err()));
     findings.extend(check_stations(document, file).err());
     findings
 }

@@ -502,7 +502,8 @@ impl Key {
 pub const NUMBER_OR_LIST: &str = "a number or a list";
 
 /// Ends of names of keys with their units, longer ends first.
-const UNITS: [(&str, &str); 38] = [
+const UNITS: [(&str, &str); 40] = [
+    ("_n_m_rad", "N m/rad"),
     ("_n_um_mm", "N/µm per mm"),
     ("_rad_s2", "rad/s²"),
     ("_rad_s3", "rad/s³"),
@@ -530,6 +531,7 @@ const UNITS: [(&str, &str); 38] = [
     ("_ticks", "ticks"),
     ("_turns", "turns"),
     ("_rpm", "rpm"),
+    ("_gpa", "GPa"),
     ("_deg", "deg"),
     ("_us", "µs"),
     ("_ms", "ms"),

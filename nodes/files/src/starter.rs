@@ -104,6 +104,7 @@ impl FileKind {
                     ("dresser", "cam_grinder_with_dresser"),
                     ("headstock", "cam_grinder_with_dresser"),
                     ("tailstock", "cam_grinder_with_dresser"),
+                    ("workholding", "cam_grinder_with_steady_rest"),
                 ],
                 instead: &[],
             },

@@ -7,7 +7,7 @@ use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::workpiece::{CutRecord, LobeError};
 use camwright_files::convert::pages::{RADII_PER_PAGE, split};
 use camwright_files::convert::time::TickClock;
-use camwright_files::convert::{centre_from_values, m_from_mm, mm_from_m, offset_from_values};
+use camwright_files::convert::{centre_from_values, compliance_from_values, m_from_mm, mm_from_m, offset_from_values};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use thiserror::Error;
@@ -26,6 +26,8 @@ pub struct RawLobe {
     pub radii_mm: Vec<f64>,
     /// Centre of the radii, of a crank pin.
     pub centre: Option<LobeCentre>,
+    /// Radial compliance of the part on its supports there (mm/N).
+    pub part_mm_n: f64,
     /// Request of the lobe.
     pub request: LoadLobeRequest,
 }
@@ -109,19 +111,22 @@ impl RawLobe {
             key_way_rad: lobe.key_way,
             radii_mm: lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
             centre: centre_from_values(&lobe.centre),
+            part_mm_n: compliance_from_values(&lobe.centre),
             request,
         }
     }
 
     /// Puts it on the part in a machine at rest, with or in the place of what is there.
     pub fn put_in(&mut self, machine: &mut Machine) -> Result<(), LobeRefused> {
+        machine.check_part_compliance(&self.name, self.part_mm_n).map_err(LobeRefused::Part)?;
         if self.clear {
             machine.clear_part();
         }
         let radii = std::mem::take(&mut self.radii_mm);
         machine.set_keyway(self.key_way_rad);
         let outline = (self.offset_mm, self.width_mm, radii);
-        machine.load_section(&self.name, &self.station, outline, self.centre).map_err(LobeRefused::Part)
+        machine.load_section(&self.name, &self.station, outline, self.centre).map_err(LobeRefused::Part)?;
+        machine.set_part_compliance(&self.name, self.part_mm_n).map_err(LobeRefused::Part)
     }
 }
 

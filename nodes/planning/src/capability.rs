@@ -101,6 +101,7 @@ mod tests {
             width_mm: 14.0,
             tolerance: FormTolerance::default(),
             plunge: None,
+            part_support: None,
         };
         let part = |um: f64| {
             let radius = vec![m_from_mm(20.0 + 1e-3 * um); 360];

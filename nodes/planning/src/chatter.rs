@@ -144,6 +144,7 @@ fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Optio
     ChatterForecast::new(&ChatterRequest {
         machine: &prepared.machine,
         station: &design.station,
+        part_mm_n: design.part_compliance_mm_n(&prepared.machine, 0.0),
         width_mm: design.width_mm,
         radius_mm: radii.sum::<f64>() / f64::from(AZIMUTHS),
         wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
@@ -160,7 +161,8 @@ pub(super) fn chatter_warning(prepared: &PreparedJob) -> Option<String> {
         let design = &lobe.design;
         let (law, station) =
             (machine.contact_law(&design.station, design.width_mm)?, machine.station(&design.station)?);
-        let limit = ContactCompliance::from_machine(machine, station.position_mm)?.unconditional_n_mm();
+        let compliance = ContactCompliance::from_machine(machine, station.position_mm)?;
+        let limit = compliance.with_part(design.part_compliance_mm_n(machine, 0.0)).unconditional_n_mm();
         // Stable at every speed: no root needs to be found.
         if limit.is_none_or(|limit| law.grinding_n_mm() < limit) {
             continue;

@@ -71,6 +71,28 @@ pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDefle
     })
 }
 
+/// Number of turns without infeed in the last pass after which the deflection leaves the tolerance of a lobe; `None` on a rigid machine,
+/// where the rubbing force alone leaves more, and where a correction or the gauge decides the size.
+pub(super) fn spark_out_needed(prepared: &PreparedJob, lobe: usize) -> Option<u32> {
+    let spec = &prepared.job.spec;
+    if spec.correction.is_some() || spec.size_control().is_some() {
+        return None;
+    }
+    let (law, way) = (law_of(prepared, lobe)?, from_lobe(prepared, lobe)?);
+    let tolerance_um = um_from_mm(prepared.planned.lobes.get(lobe)?.design.tolerance.smallest_mm());
+    let rests_um = um_from_mm(law.threshold_n() / law.machine_n_mm());
+    let turned = spec.passes.last()?.spark_out_turns.saturating_sub(way.most_turns - way.turns);
+    let (left_um, allowed_um) = (way.left_um - rests_um, tolerance_um - rests_um);
+    if allowed_um <= 0.0 {
+        return None;
+    }
+    // Every turn leaves the same share of what the infeed left; the first one takes its step.
+    let more = if left_um > 0.0 { (allowed_um / left_um).ln() / way.left_by_a_turn.ln() } else { f64::NEG_INFINITY };
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and the largest u32")]
+    let needed = (f64::from(turned) + more).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;
+    Some(needed)
+}
+
 /// Warning for the lobe on which spark-out leaves most of the tolerance used, if it exceeds the tolerance.
 pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, from_lobe(prepared, lobe)?)));

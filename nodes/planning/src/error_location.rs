@@ -108,6 +108,18 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::SizeAboveRaw { pass, .. } => pass_key(job, pass, "infeed.gauge_size.ends_above_um"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
+        JobError::NoSupport { key, .. } => match *key {
+            "workholding.steady_rest" => "part_support.steady_rest_z_mm",
+            "workholding.tailstock_stiffness_n_um" => "part_support.tailstock",
+            "workholding.chuck_tilt_n_m_rad" => "part_support.headstock",
+            _ => "part_support",
+        }
+        .into(),
+        JobError::LoosePart => "part_support.tailstock".into(),
+        JobError::RestOutside { .. } => "part_support.steady_rest_z_mm".into(),
+        JobError::OutsideSupports { lobe, .. } | JobError::UnderSteadyRest { lobe, .. } => {
+            format!("{}.station", lobe_key(job, lobe))
+        }
         JobError::CannotCorrect { .. } | JobError::GaugeSeesNoCut { .. } => "runout_correction".into(),
         JobError::PublishedWindow { .. } => "runout_correction.published_window_deg".into(),
         JobError::PublishedGauge { .. } => "runout_correction.mode".into(),
@@ -176,6 +188,7 @@ fn file_key(key: JobKey) -> &'static str {
         JobKey::CBetweenLobesMargin => "arrival_margin_ms",
         JobKey::PublishedWindow => "runout_correction.published_window_deg",
         JobKey::PublishedStep => "runout_correction.published_step_deg",
+        JobKey::PartModulus => "part_support.modulus_gpa",
         JobKey::MeasureStockMargin => "measure_stock.margin_um",
         JobKey::MeasureStockSpeed => "measure_stock.work_speed_rpm",
         JobKey::RunoutCorrectionAllowance => "runout_correction.allowance_um",

@@ -278,7 +278,8 @@ pub fn raw_part(prepared: &PreparedJob) -> impl Iterator<Item = PartLobe> + '_ {
         let station_mm = prepared.machine.station(&design.station).map_or(0.0, |station| station.position_mm);
         let z_mm = station_mm + section.offset_mm;
         let above_mm = |azimuth_rad: f64| job.raw_part.above_mm(azimuth_rad, z_mm);
-        lobes::blank(design, &section, job.stock_mm, key_way_rad, above_mm)
+        let part_mm_n = design.part_compliance_mm_n(&prepared.machine, section.offset_mm);
+        lobes::blank(design, &section, (job.stock_mm, part_mm_n), key_way_rad, above_mm)
     })
 }
 

@@ -31,6 +31,7 @@ mod journals;
 mod lifts;
 mod lobe_tables;
 mod lobes;
+mod part_support;
 mod picture_index;
 mod plots;
 mod process_warnings;
@@ -74,6 +75,7 @@ pub use journals::{
 };
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result, measured_form, pin_line, sections_result};
+pub use part_support::LobeSupport;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;

@@ -6,7 +6,7 @@ use camwright::job::plunges::LobeSection;
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
 use camwright::planner::LobeDesign;
-use camwright_files::convert::{m_from_mm, mm_from_m, section_centre_values};
+use camwright_files::convert::{held_centre_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use thiserror::Error;
 
@@ -23,12 +23,12 @@ pub struct LobeFormError {
 }
 
 /// The raw outline of a section of a lobe: its contour with the stock along the normal and what the part has above that (mm, over the azimuth from its
-/// keyway), on equal azimuths, with its keyway at one of them (rad).
+/// keyway), on equal azimuths, with its keyway at one of them (rad); the part has a radial compliance there (mm/N).
 #[must_use]
 pub(super) fn blank(
     design: &LobeDesign,
     section: &LobeSection,
-    stock_mm: f64,
+    (stock_mm, part_mm_n): (f64, f64),
     key_way_rad: f64,
     above_mm: impl Fn(f64) -> f64,
 ) -> PartLobe {
@@ -43,7 +43,7 @@ pub(super) fn blank(
         finished: false,
         key_way: key_way_rad,
         radius,
-        centre: section_centre_values(design.centre_on(key_way_rad), section.offset_mm),
+        centre: held_centre_values(design.centre_on(key_way_rad), section.offset_mm, part_mm_n),
         ..PartLobe::default()
     }
 }
@@ -212,7 +212,7 @@ mod tests {
     }
 
     fn raw(design: &LobeDesign, stock_mm: f64, key_way_rad: f64) -> PartLobe {
-        blank(design, &design.sections()[0], stock_mm, key_way_rad, |_| 0.0)
+        blank(design, &design.sections()[0], (stock_mm, 0.0), key_way_rad, |_| 0.0)
     }
 
     fn disc(eccentricity_mm: f64, radius_mm: f64, phase_rad: f64) -> LobeDesign {
@@ -225,6 +225,7 @@ mod tests {
             width_mm: 14.0,
             tolerance: FormTolerance::default(),
             plunge: None,
+            part_support: None,
         }
     }
 

@@ -18,7 +18,7 @@ use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::gauge::{log, readings};
 use camwright_files::convert::machine_report::cut_of;
 use camwright_files::convert::plan::plan_from_pages;
-use camwright_files::convert::{centre_from_values, m_from_mm, mm_from_m, offset_from_values};
+use camwright_files::convert::{centre_from_values, compliance_from_values, m_from_mm, mm_from_m, offset_from_values};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::fmt::Display;
 use std::sync::Arc;
@@ -129,7 +129,8 @@ pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -
         let outline = (offset_from_values(&raw.centre), mm_from_m(raw.width), radii);
         machine.set_keyway(raw.key_way);
         let loaded = machine.load_section(&raw.name, &raw.station, outline, centre_from_values(&raw.centre));
-        loaded.map_err(|error| error.to_string())?;
+        let held = loaded.and_then(|()| machine.set_part_compliance(&raw.name, compliance_from_values(&raw.centre)));
+        held.map_err(|error| error.to_string())?;
     }
     Ok(machine)
 }

@@ -19,7 +19,7 @@ pub struct StoredContacts {
 }
 
 /// Stored contacts for a job: used if its runout is corrected and its stiffness is not measured, unless it uses the description's
-/// stiffness or contains stored values itself.
+/// stiffness or contains stored values itself. What is stored is the machine's; the part of the job stands in series with it.
 #[must_use]
 pub fn kept_contacts(kept: &StoredStiffness, job: &Job, machine: &MachineDescription) -> StoredContacts {
     let takes =
@@ -34,7 +34,10 @@ pub fn kept_contacts(kept: &StoredStiffness, job: &Job, machine: &MachineDescrip
     for lobe in &job.spec.lobes {
         let Some(station) = machine.station(&lobe.station) else { continue };
         match kept.map().law(station.position_mm, lobe.width_mm) {
-            Ok(law) => flows.push(contact_flow(&KnownContact { lobe: lobe.name.clone(), law })),
+            Ok(law) => {
+                let law = law.in_series(job.spec.lobe_compliance_mm_n(machine, lobe));
+                flows.push(contact_flow(&KnownContact { lobe: lobe.name.clone(), law }));
+            }
             Err(error) => {
                 lines.push(format!("lobe {}: no stiffness is stored for it on {}: {error}", lobe.name, kept.machine));
             }
@@ -68,10 +71,20 @@ pub fn learn_stiffness(
             value: value / width_mm,
             uncertainty: uncertainty / width_mm,
         };
+        let measured = MeasuredValue { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm };
+        let part_mm_n = lobe.design.part_compliance_mm_n(&prepared.machine, 0.0);
+        let machine_n_mm = without_part(measured, part_mm_n).ok_or_else(|| {
+            format!(
+                "lobe {}: the measured stiffness of {:.1} N/um is less than that of the part alone, {:.1} N/um; correct part_support",
+                lobe.design.name,
+                measured.value / PER_MM,
+                1.0 / part_mm_n / PER_MM
+            )
+        })?;
         let place = StoredContact {
             place: MeasuredStiffness {
                 z_mm: station.position_mm,
-                machine_n_mm: MeasuredValue { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm },
+                machine_n_mm,
                 grinding_n_mm2: per_width(law.grinding_n_mm(), known_to.grinding_n_mm),
                 threshold_n_mm: per_width(law.threshold_n(), known_to.threshold_n),
             },
@@ -85,6 +98,21 @@ pub fn learn_stiffness(
     }
     Ok(kept)
 }
+
+/// N/µm to N/mm.
+const PER_MM: f64 = 1e3;
+
+/// Stiffness of the machine behind a part of this compliance (mm/N), from that of both; `None` where the part alone is softer.
+fn without_part(measured: MeasuredValue, part_mm_n: f64) -> Option<MeasuredValue> {
+    if part_mm_n == 0.0 {
+        return Some(measured);
+    }
+    let machine_mm_n = 1.0 / measured.value - part_mm_n;
+    let value = 1.0 / machine_mm_n;
+    let uncertainty = measured.uncertainty * (value / measured.value) * (value / measured.value);
+    (machine_mm_n > 0.0).then_some(MeasuredValue { value, uncertainty })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,6 +135,28 @@ mod tests {
     }
 
     const UNMEASURED: [&str; 1] = ["identification=null"];
+
+    /// What is stored is the stiffness of the machine: the part that was on it is taken out, and the part of the next job put in series.
+    #[test]
+    fn a_slender_part_is_not_stored_with_the_machine() {
+        let measured = MeasuredValue { value: 4000.0, uncertainty: 40.0 };
+        assert_eq!(without_part(measured, 0.0), Some(measured));
+        let machine = without_part(measured, 5e-5).unwrap();
+        assert!((machine.value - 5000.0).abs() < 1e-9 && (machine.uncertainty - 40.0 * 1.5625).abs() < 1e-9);
+        assert_eq!(without_part(measured, 2.6e-4), None);
+        let slender = prepare("long_camshaft", &["part_support.steady_rest_z_mm=null".to_owned()], None).unwrap();
+        let mut prepared = prepare("journal_runout", &UNMEASURED.map(String::from), None).unwrap();
+        prepared.machine.workholding = slender.machine.workholding;
+        prepared.job.spec.part_support = slender.job.spec.part_support;
+        let of_job = kept_contacts(&kept(&[(80.0, 5000.0), (220.0, 5000.0)]), &prepared.job, &prepared.machine);
+        let lobe = &prepared.job.spec.lobes[0];
+        let part_mm_n = prepared.job.spec.lobe_compliance_mm_n(&prepared.machine, lobe);
+        let wanted = format!("lobe: {}, machine_n_um: {:.6}", lobe.name, 1e-3 / (1.0 / 5000.0 + part_mm_n));
+        assert!(
+            part_mm_n > 1e-5 && of_job.over.as_ref().is_some_and(|over| over.contains(&wanted)),
+            "{of_job:?}, {wanted}"
+        );
+    }
 
     /// Stored values are written into the job, interpolated ones as well, and the job plans to the same hash from its own text
     /// anywhere.

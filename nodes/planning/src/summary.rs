@@ -5,6 +5,7 @@ use super::cut_table::pass_rows;
 use super::deflection::{self, LobeDeflection};
 use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
+use super::part_support::{self, LobeSupport};
 use super::turn::LobeTurn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
 use super::wide_lobes::PlungeSummary;
@@ -45,6 +46,9 @@ pub struct Summary {
     pub saved_by_order_s: Option<f64>,
     /// Largest use of an axis limit anywhere in the plan, as its forward check found it; 1 is the limit.
     pub max_limit_ratio: f64,
+    /// Remarks on the order that the supports of the part ask for; none for a job without `part_support`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub support_order: Vec<String>,
     /// The dresses of the wheel, in their order.
     pub dresses: Vec<DressSummary>,
     /// One for each profile whose lift is a table.
@@ -89,6 +93,9 @@ pub struct LobeSummary {
     /// Deflection of wheel and part; `None` on a rigid machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub giving_way: Option<LobeDeflection>,
+    /// Stiffness of the part on its supports; none for a job without `part_support`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part_support: Option<LobeSupport>,
     /// The passes in their order.
     pub passes: Vec<PassSummary>,
 }
@@ -201,6 +208,7 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
             ticks * prepared.machine.cycle_time_s()
         }),
         max_limit_ratio: prepared.planned.report.max_ratio(),
+        support_order: part_support::order_lines(prepared),
         dresses: dresses(prepared),
         lifts: lifts::summaries(&prepared.job, Some(prepared)),
         lobes: (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
@@ -230,6 +238,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
         giving_way: deflection::from_lobe(prepared, index),
+        part_support: part_support::at_lobe(prepared, index),
         passes: (0..lobe.passes.len()).map(|pass| pass_summary(prepared, index, lobe, pass)).collect(),
     }
 }

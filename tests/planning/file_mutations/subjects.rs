@@ -301,6 +301,10 @@ impl Subjects {
                 let job = match seed.name.as_str() {
                     "lathe" => SMALL_TURNED.replace("SURFACE", SURFACES[0]).replace(": lathe", ": machine.yaml"),
                     "journal_grinder" => self.job("journal_runout").replace(": journal_grinder", ": machine.yaml"),
+                    "cam_grinder_with_steady_rest" => {
+                        let job = self.job("long_camshaft_seat");
+                        job.replace(": cam_grinder_with_steady_rest", ": machine.yaml")
+                    }
                     "cam_grinder_with_dresser" => {
                         self.job("dressed_batch").replace(": cam_grinder_with_dresser", ": machine.yaml")
                     }

@@ -42,6 +42,12 @@ impl ContactCompliance {
         Self { spring_mm_n: 0.0, modes: alloc::vec![mode], drive: None }
     }
 
+    /// The same with a part of this compliance on its supports (mm/N): a spring without mass.
+    #[must_use]
+    pub fn with_part(self, part_mm_n: f64) -> Self {
+        Self { spring_mm_n: self.spring_mm_n + part_mm_n, ..self }
+    }
+
     /// Deflection per force at a complex frequency (mm/N).
     #[must_use]
     pub fn at(&self, s: Complex<f64>) -> Complex<f64> {

@@ -17,6 +17,8 @@ pub struct ChatterRequest<'a> {
     pub machine: &'a MachineDescription,
     /// Station of the lobe.
     pub station: &'a str,
+    /// Compliance of the part on its supports at the lobe (mm/N); 0: the part is as stiff as the machine's contact says.
+    pub part_mm_n: f64,
     /// Width of the lobe (mm).
     pub width_mm: f64,
     /// Mean radius of the lobe (mm).
@@ -78,10 +80,19 @@ impl ChatterForecast {
     /// Forecast of a pass; `None` on a rigid machine, or without its station.
     #[must_use]
     pub fn new(request: &ChatterRequest<'_>) -> Option<Self> {
-        let ChatterRequest { machine, station, width_mm, radius_mm, wheel_radius_mm, turn_s, infeed_per_turn_mm } =
-            *request;
-        let law = machine.contact_law(station, width_mm)?;
-        let compliance = ContactCompliance::from_machine(machine, machine.station(station)?.position_mm)?;
+        let ChatterRequest {
+            machine,
+            station,
+            part_mm_n,
+            width_mm,
+            radius_mm,
+            wheel_radius_mm,
+            turn_s,
+            infeed_per_turn_mm,
+        } = *request;
+        let law = machine.contact_law(station, width_mm)?.in_series(part_mm_n);
+        let rigid_part = ContactCompliance::from_machine(machine, machine.station(station)?.position_mm)?;
+        let compliance = rigid_part.with_part(part_mm_n);
         let part_mm_s = TURN_RAD * radius_mm / turn_s;
         let wheel_speed =
             (1e3 * machine.wheel.surface_speed_m_s, TURN_RAD / machine.wheel.speed_rad_s(wheel_radius_mm));

@@ -76,6 +76,7 @@ pub(crate) fn machine() -> MachineDescription {
         },
         insert: None,
         contact: None,
+        workholding: None,
         thermal: None,
         gauge: None,
         gap_detector: None,
@@ -176,6 +177,7 @@ pub(crate) fn job() -> JobSpec {
         dry_run_mm: None,
         part_phase_rad: 0.0,
         measure_stock: None,
+        part_support: None,
     }
 }
 
@@ -249,6 +251,7 @@ mod dressing;
 mod dry_run;
 mod infeeds;
 mod order;
+mod part_support;
 mod passes;
 mod refusals;
 mod sparking_out;

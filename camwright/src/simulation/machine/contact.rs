@@ -269,7 +269,8 @@ impl ContactState {
         law: &ContactLaw,
         (cuts, time_s): (bool, f64),
     ) -> Removal {
-        let Some(step) = self.modes.as_ref().and_then(|modes| modes.begin(law, time_s)) else {
+        let part_mm_n = faced.main.part_mm_n;
+        let Some(step) = self.modes.as_ref().and_then(|modes| modes.begin(law, part_mm_n, time_s)) else {
             return pass_all(part, faced, wheel, cuts);
         };
         let normal = self.deflection.normal;
@@ -279,7 +280,7 @@ impl ContactState {
         self.force_n = step.law.force_n(deflection.mm);
         self.deflection = Deflection { mm: step.away_mm + deflection.mm, ..deflection };
         if let Some(modes) = &mut self.modes {
-            modes.finish(law, time_s, self.force_n);
+            modes.finish((law, part_mm_n), time_s, self.force_n);
         }
         taken
     }

@@ -107,10 +107,11 @@ impl ContactModes {
         })
     }
 
-    /// Prepares a step of this length on a contact with this law; `None` where its numbers make no law.
-    pub(super) fn begin(&self, law: &ContactLaw, step_s: f64) -> Option<ModeStep> {
-        let compliance = 1.0 / law.machine_n_mm();
-        let (mut away_mm, mut soft) = (0.0, self.spring_share * compliance);
+    /// Prepares a step of this length on a contact with this law, in which the part has its own compliance (mm/N); `None` where the
+    /// numbers make no law. Modes belong to the machine: the part is a spring without mass beside them.
+    pub(super) fn begin(&self, law: &ContactLaw, part_mm_n: f64, step_s: f64) -> Option<ModeStep> {
+        let compliance = 1.0 / law.machine_n_mm() - part_mm_n;
+        let (mut away_mm, mut soft) = (0.0, self.spring_share * compliance + part_mm_n);
         for motion in &self.motions {
             let (response, own) = (StepResponse::new(&motion.mode, step_s), motion.mode.compliance_share * compliance);
             let static_mm = own * self.force_n;
@@ -122,8 +123,8 @@ impl ContactModes {
     }
 
     /// Ends a step of this length with a force (N).
-    pub(super) fn finish(&mut self, law: &ContactLaw, step_s: f64, force_n: f64) {
-        let compliance = 1.0 / law.machine_n_mm();
+    pub(super) fn finish(&mut self, (law, part_mm_n): (&ContactLaw, f64), step_s: f64, force_n: f64) {
+        let compliance = 1.0 / law.machine_n_mm() - part_mm_n;
         self.compliance_mm_n = compliance;
         let before_n = core::mem::replace(&mut self.force_n, force_n);
         for motion in &mut self.motions {
@@ -180,21 +181,23 @@ mod tests {
         (ContactModes::new(&contact).expect("two modes"), contact.law(0.0, 20.0).expect("a law"))
     }
 
-    /// Under a steady engagement the modes come to rest where the contact law without them stands.
+    /// Under a steady engagement the modes come to rest where the contact law without them stands, behind a rigid part and a slender one:
+    /// the modes have their shares of the machine's own compliance.
     #[test]
     fn at_rest_all_of_it_is_the_contact_law() {
-        let (mut modes, law) = modes();
-        let engagement_mm = 0.02;
-        let mut force_n = 0.0;
-        for _ in 0..20_000 {
-            let step = modes.begin(&law, 1e-4).expect("a law");
-            let deflection_mm = step.law.deflection_mm(engagement_mm - step.away_mm);
-            force_n = step.law.force_n(deflection_mm);
-            modes.finish(&law, 1e-4, force_n);
+        for part_mm_n in [0.0, 1.2e-4] {
+            let (mut modes, rigid) = modes();
+            let (law, engagement_mm, mut force_n) = (rigid.in_series(part_mm_n), 0.02, 0.0);
+            for _ in 0..20_000 {
+                let step = modes.begin(&law, part_mm_n, 1e-4).expect("a law");
+                let deflection_mm = step.law.deflection_mm(engagement_mm - step.away_mm);
+                force_n = step.law.force_n(deflection_mm);
+                modes.finish((&law, part_mm_n), 1e-4, force_n);
+            }
+            let wanted_n = law.force_n(law.deflection_mm(engagement_mm));
+            assert!((force_n / wanted_n - 1.0).abs() < 1e-9, "{force_n} N, {wanted_n} N");
+            assert!((modes.reach_mm() * 20e3 / (0.7 * force_n) - 1.0).abs() < 1e-9, "{}", modes.reach_mm());
         }
-        let wanted_n = law.force_n(law.deflection_mm(engagement_mm));
-        assert!((force_n / wanted_n - 1.0).abs() < 1e-9, "{force_n} N, {wanted_n} N");
-        assert!((modes.reach_mm() * 20e3 / (0.7 * force_n) - 1.0).abs() < 1e-9, "{}", modes.reach_mm());
     }
 
     /// Two steps with a force that grows evenly are one step of twice the length, and a step at a prepared force ends where it was
@@ -206,10 +209,10 @@ mod tests {
         for turn in 0..50 {
             let force_n = 40.0 * libm::sin(f64::from(turn));
             let middle_n = 0.5 * (twice.force_n + force_n);
-            let step = once.begin(&law, 4e-4).expect("a law");
-            once.finish(&law, 4e-4, force_n);
-            twice.finish(&law, 2e-4, middle_n);
-            twice.finish(&law, 2e-4, force_n);
+            let step = once.begin(&law, 0.0, 4e-4).expect("a law");
+            once.finish((&law, 0.0), 4e-4, force_n);
+            twice.finish((&law, 0.0), 2e-4, middle_n);
+            twice.finish((&law, 0.0), 2e-4, force_n);
             let spring_mm = 0.3 * force_n / 20e3;
             let total_mm: f64 = once.motions.iter().map(|motion| motion.at_mm).sum();
             assert!((step.away_mm + force_n / step.law.machine_n_mm() - total_mm - spring_mm).abs() < 1e-15);
@@ -229,7 +232,7 @@ mod tests {
         let (w, z) = (200.0 * TURN_RAD, 0.03);
         let damped = w * (1.0_f64 - z * z).sqrt();
         for k in 1..=400 {
-            modes.finish(&law, 1e-4, 0.0);
+            modes.finish((&law, 0.0), 1e-4, 0.0);
             let t = 1e-4 * f64::from(k);
             let wanted = (-z * w * t).exp() * ((damped * t).cos() + z * w / damped * (damped * t).sin());
             assert!((modes.motions[0].at_mm - wanted).abs() < 1e-10, "{k}");

@@ -55,6 +55,27 @@ impl Machine {
         self.workholding.load_section(name, station, (offset_mm, width_mm, radii), centre, &self.description)
     }
 
+    /// Gives a lobe or section that is in the machine the radial compliance of the part on its supports there (mm/N).
+    ///
+    /// # Errors
+    /// A number that is none or below 0; a lobe that is not there; a machine without `workholding`, unless the compliance is 0.
+    pub fn set_part_compliance(&mut self, name: &str, part_mm_n: f64) -> Result<(), LobeError> {
+        self.check_part_compliance(name, part_mm_n)?;
+        self.workholding.set_part_compliance(name, part_mm_n)
+    }
+
+    /// Checks whether a lobe that is not in the machine yet could have this compliance (mm/N).
+    ///
+    /// # Errors
+    /// See [`Machine::set_part_compliance`].
+    pub fn check_part_compliance(&self, name: &str, part_mm_n: f64) -> Result<(), LobeError> {
+        let is_possible = part_mm_n >= 0.0 && part_mm_n.is_finite();
+        match is_possible && (part_mm_n == 0.0 || self.description.workholding.is_some()) {
+            true => Ok(()),
+            false => Err(LobeError::PartCompliance { name: name.into(), part_mm_n }),
+        }
+    }
+
     /// Azimuth of the part's keyway as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where
     /// C is 0.
     #[must_use]

@@ -35,7 +35,7 @@ use crate::simulation::measured::{DriveOrders, MAX_LAG_TICKS, Measurement, witho
 use crate::simulation::tick_report::TickReport;
 use crate::simulation::turned_part::TurnedRemoval;
 use crate::simulation::work_area::WorkArea;
-use crate::simulation::workpiece::Removal;
+use crate::simulation::workpiece::{Lobe, Removal};
 use alarm_retract::Retract;
 use axis_watch::AxisWatch;
 pub use command::{MachineCommand, ResetRefused};
@@ -533,7 +533,10 @@ impl Machine {
         let read =
             lobe.filter(|lobe| lobe.centre().is_none() && (!headstock.is_at_rest() || self.contact.is_push_allowed()));
         let sense = f64::from(self.description.rotation_sense);
-        let share = self.description.contact.as_ref().map_or(0.0, |contact| contact.part_share);
+        let z_mm = self.axes[Axis::Z.index()].true_value();
+        let part_mm_n = lobe.map_or(0.0, Lobe::part_mm_n);
+        let contact = self.description.contact.as_ref();
+        let share = contact.map_or(0.0, |contact| contact.part_share_with(z_mm, part_mm_n));
         let deflection = self.contact.part_deflection(share);
         let readings_mm = self.gauging.read(read, headstock, sense, deflection, measured_mm);
         let round_mm = lobe.map_or(f64::INFINITY, |lobe| TURN_RAD * lobe.reach_mm());

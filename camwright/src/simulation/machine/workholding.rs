@@ -28,6 +28,8 @@ pub(super) struct FacedSection {
     pub(super) lobe: usize,
     /// Law of the width that it has in common with the wheel; `None` where nothing deflects.
     pub(super) law: Option<ContactLaw>,
+    /// Compliance of the part on its supports (mm/N).
+    pub(super) part_mm_n: f64,
 }
 
 /// Sections of a lobe that the wheel grinds together.
@@ -70,7 +72,8 @@ impl Workholding {
         // The keyway follows in a group of its own.
         let Self { part, turned, key_way_rad: _ } = self;
         codec.field("part", |codec| {
-            part.snapshot(codec, description.stations.len(), || CutRecord::from_description(description))
+            let new = || (CutRecord::from_description(description), description.workholding.map(|_| 0.0));
+            part.snapshot(codec, description.stations.len(), new)
         })?;
         codec.field("turned", |codec| snapshot_clamped(turned, description.insert.is_some(), codec))
     }
@@ -180,7 +183,20 @@ impl Workholding {
         if let Some(record) = CutRecord::from_description(description) {
             lobe.record(record);
         }
+        lobe.hold(description.workholding.map(|_| 0.0));
         self.part.load(lobe);
+        Ok(())
+    }
+
+    /// Gives a lobe the compliance of the part on its supports (mm/N).
+    pub(super) fn set_part_compliance(&mut self, name: &str, part_mm_n: f64) -> Result<(), LobeError> {
+        let lobe = self.part.lobe_by_name_mut(name);
+        let Some(lobe) = lobe.filter(|lobe| part_mm_n == 0.0 || lobe.is_on_supports()) else {
+            return Err(LobeError::PartCompliance { name: name.to_string(), part_mm_n });
+        };
+        if lobe.is_on_supports() {
+            lobe.hold(Some(part_mm_n));
+        }
         Ok(())
     }
 
@@ -199,7 +215,11 @@ impl Workholding {
     /// The lobe in front of the wheel with the other sections of it whose middles the wheel faces.
     pub(super) fn faced(&self, z_mm: f64, description: &MachineDescription) -> Option<FacedSections> {
         let main = self.lobe_in_front(z_mm, description)?;
-        let section = |lobe: usize| FacedSection { lobe, law: self.contact_law(lobe, z_mm, description) };
+        let section = |lobe: usize| FacedSection {
+            lobe,
+            law: self.contact_law(lobe, z_mm, description),
+            part_mm_n: self.lobes()[lobe].part_mm_n(),
+        };
         let is_beside = |(index, lobe): &(usize, &Lobe)| {
             *index != main
                 && lobe.is_section_with(&self.lobes()[main])
@@ -219,7 +239,7 @@ impl Workholding {
         let lobe = &self.lobes()[lobe];
         let (lobe_mm, wheel_mm) = (lobe.width_mm(), description.wheel.width_mm);
         let common_mm = (0.5 * (lobe_mm + wheel_mm) - beside_mm(lobe, z_mm, description)).min(lobe_mm).min(wheel_mm);
-        contact.law(z_mm, common_mm)
+        Some(contact.law(z_mm, common_mm)?.in_series(lobe.part_mm_n()))
     }
 
     /// Clearance that the wheel, or the insert's centre, lacks with X and Z at these positions; `None` where it is off the part or

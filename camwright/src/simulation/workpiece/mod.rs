@@ -86,6 +86,16 @@ pub enum LobeError {
         /// The station asked for.
         station: String,
     },
+    /// The compliance of the part is none, or the machine has no supports that it could come from.
+    #[error(
+        "lobe {name}: the part has a compliance of {part_mm_n} mm/N there; it must be 0 or above, and other than 0 only on a machine with \
+         `workholding`"
+    )]
+    PartCompliance {
+        name: String,
+        /// The compliance (mm/N).
+        part_mm_n: f64,
+    },
     /// Another lobe stands at this station.
     #[error("lobe {name}: station {station} already has lobe {other}")]
     StationTaken {
@@ -233,6 +243,8 @@ pub struct Lobe {
     changed: bool,
     met: compliance::EngagedSurface,
     record: Option<CutRecord>,
+    /// Compliance of the part on its supports here (mm/N); `None` on a machine without such supports.
+    part_mm_n: Option<f64>,
 }
 
 impl Lobe {
@@ -270,6 +282,7 @@ impl Lobe {
             changed: false,
             met,
             record: None,
+            part_mm_n: None,
         })
     }
 
@@ -358,6 +371,22 @@ impl Lobe {
     /// Keeps a record of what is cut from now on.
     pub(crate) fn record(&mut self, record: CutRecord) {
         self.record = Some(record);
+    }
+
+    /// Holds the part here by supports of this compliance (mm/N); `None`: by none that deflect.
+    pub(crate) fn hold(&mut self, part_mm_n: Option<f64>) {
+        self.part_mm_n = part_mm_n;
+    }
+
+    /// It stands on a machine whose supports deflect.
+    pub(crate) fn is_on_supports(&self) -> bool {
+        self.part_mm_n.is_some()
+    }
+
+    /// Compliance of the part on its supports here (mm/N); 0: the part is as stiff as the machine's contact says.
+    #[must_use]
+    pub fn part_mm_n(&self) -> f64 {
+        self.part_mm_n.unwrap_or(0.0)
     }
 
     /// Process values at every degree, if they are recorded.
@@ -582,6 +611,10 @@ impl Workpiece {
     /// Takes the part out.
     pub fn clear(&mut self) {
         self.lobes.clear();
+    }
+
+    pub(crate) fn lobe_by_name_mut(&mut self, name: &str) -> Option<&mut Lobe> {
+        self.lobes.iter_mut().find(|lobe| lobe.name == name)
     }
 
     pub(crate) fn lobe_mut(&mut self, index: usize) -> &mut Lobe {

@@ -7,7 +7,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 impl Workpiece {
-    /// Goes through the part; `record` makes what a lobe keeps of its cut on this machine.
+    /// Goes through the part; `new` makes what a lobe keeps of its cut on this machine, and the compliance of its supports (mm/N).
     ///
     /// # Errors
     /// Those of the walk; lobes that cannot be on a machine with so many stations.
@@ -15,13 +15,13 @@ impl Workpiece {
         &mut self,
         codec: &mut SnapshotCodec<'_>,
         stations: usize,
-        record: impl Fn() -> Option<CutRecord>,
+        new: impl Fn() -> (Option<CutRecord>, Option<f64>),
     ) -> Result<(), SnapshotError> {
         let count = codec.count(self.lobes.len(), stations.saturating_mul(MAX_AT_STATION))?;
         if codec.is_reading() {
             self.lobes.clear();
             for index in 0..count {
-                self.lobes.push(codec.item(index, |codec| Lobe::read(codec, stations, record()))?);
+                self.lobes.push(codec.item(index, |codec| Lobe::read(codec, stations, new()))?);
             }
             return Ok(());
         }
@@ -60,7 +60,11 @@ fn snapshot_outline(
 }
 
 impl Lobe {
-    fn read(codec: &mut SnapshotCodec<'_>, stations: usize, record: Option<CutRecord>) -> Result<Self, SnapshotError> {
+    fn read(
+        codec: &mut SnapshotCodec<'_>,
+        stations: usize,
+        (record, part_mm_n): (Option<CutRecord>, Option<f64>),
+    ) -> Result<Self, SnapshotError> {
         let (mut name, mut station, mut width_mm, mut radii) = (String::new(), 0, 0.0, Vec::new());
         let (mut offset_mm, mut centre) = (0.0, None);
         let place = (&mut width_mm, &mut offset_mm, &mut centre);
@@ -72,18 +76,24 @@ impl Lobe {
             .and_then(|lobe| lobe.about(centre))
             .and_then(|lobe| lobe.beside_station(offset_mm));
         let mut lobe = lobe.map_err(|_| SnapshotError::Impossible("an outline that is none"))?;
-        lobe.record = record;
+        (lobe.record, lobe.part_mm_n) = (record, part_mm_n);
         lobe.snapshot_rest(codec)?;
         Ok(lobe)
     }
 
     fn snapshot_rest(&mut self, codec: &mut SnapshotCodec<'_>) -> Result<(), SnapshotError> {
-        let Self { block_reach, reach, changed, met, record, .. } = self;
+        let Self { block_reach, reach, changed, met, record, part_mm_n, .. } = self;
         codec.field("block_reach", |codec| codec.numbers(block_reach))?;
         codec.field("reach", |codec| reach.snapshot(codec))?;
         codec.field("changed", |codec| changed.snapshot(codec))?;
         codec.field("met", |codec| met.snapshot(codec))?;
-        codec.field("record", |codec| record.as_mut().map_or(Ok(()), |record| record.snapshot(codec)))
+        codec.field("record", |codec| record.as_mut().map_or(Ok(()), |record| record.snapshot(codec)))?;
+        let Some(part_mm_n) = part_mm_n else { return Ok(()) };
+        codec.field("part_mm_n", |codec| part_mm_n.snapshot(codec))?;
+        match *part_mm_n >= 0.0 && part_mm_n.is_finite() {
+            true => Ok(()),
+            false => Err(SnapshotError::Impossible("a compliance that is none")),
+        }
     }
 }
 

@@ -175,6 +175,14 @@ fn details(summary: &planning::Summary) -> String {
             text += &format!("deflection {}: {deflection}\n", lobe.name);
         }
     }
+    for lobe in &summary.lobes {
+        if let Some(support) = &lobe.part_support {
+            text += &format!("support {}: {support}\n", lobe.name);
+        }
+    }
+    for line in &summary.support_order {
+        text += &format!("support: {line}\n");
+    }
     for lift in &summary.lifts {
         for line in lift.texts() {
             text += &format!("{line}\n");

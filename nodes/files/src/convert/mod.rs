@@ -52,12 +52,29 @@ pub fn section_centre_values(centre: Option<LobeCentre>, offset_mm: f64) -> Vec<
     vec![m_from_mm(distance_mm), azimuth_rad, m_from_mm(offset_mm)]
 }
 
+/// The same with the radial compliance of the part on its supports there (mm/N) as a fourth value (m/N), where it is not 0.
+#[must_use]
+pub fn held_centre_values(centre: Option<LobeCentre>, offset_mm: f64, part_mm_n: f64) -> Vec<f64> {
+    let mut values = section_centre_values(centre, offset_mm);
+    if part_mm_n != 0.0 {
+        values.resize(3, 0.0);
+        values.push(m_from_mm(part_mm_n));
+    }
+    values
+}
+
+/// Radial compliance of the part on its supports (mm/N); 0 where the values have no fourth.
+#[must_use]
+pub fn compliance_from_values(values: &[f64]) -> f64 {
+    if let [_, _, _, compliance] = *values { mm_from_m(compliance) } else { 0.0 }
+}
+
 /// The same the other way. A list of another length is a centre of NaN, which a machine refuses.
 #[must_use]
 pub fn centre_from_values(values: &[f64]) -> Option<LobeCentre> {
     match *values {
         [] => None,
-        [distance, azimuth_rad] | [distance, azimuth_rad, _] => {
+        [distance, azimuth_rad] | [distance, azimuth_rad, _] | [distance, azimuth_rad, _, _] => {
             Some(LobeCentre { distance_mm: mm_from_m(distance), azimuth_rad })
         }
         _ => Some(LobeCentre { distance_mm: f64::NAN, azimuth_rad: f64::NAN }),
@@ -67,13 +84,15 @@ pub fn centre_from_values(values: &[f64]) -> Option<LobeCentre> {
 /// Middle of a section from the position of its station (mm along Z); 0 where the values have no third.
 #[must_use]
 pub fn offset_from_values(values: &[f64]) -> f64 {
-    if let [_, _, offset] = *values { mm_from_m(offset) } else { 0.0 }
+    if let [_, _, offset] | [_, _, offset, _] = *values { mm_from_m(offset) } else { 0.0 }
 }
 
 /// Offset of that centre from the axis (m), along azimuth 0 and a quarter turn on; `None` where the axis is the centre.
 #[must_use]
 pub fn centre_offset(values: &[f64]) -> Option<[f64; 2]> {
-    let ([distance, azimuth_rad] | [distance, azimuth_rad, _]) = *values else { return None };
+    let ([distance, azimuth_rad] | [distance, azimuth_rad, _] | [distance, azimuth_rad, _, _]) = *values else {
+        return None;
+    };
     Some([distance * azimuth_rad.cos(), distance * azimuth_rad.sin()])
 }
 

@@ -7,9 +7,11 @@
 //! | `c_axis` | speed, acceleration, jerk of C with what is allowed of them, per pass |
 //! | `x_axis` | the same of X |
 //! | `removal_rate` | specific removal rate with its bound and how long it lasts, per pass |
+//! | `compliance` | compliance of a slender part along Z with its supports |
 //! | `plunges` | wheel of every plunge over a lobe that is wider than the wheel |
 
 mod chart;
+mod compliance;
 mod contour;
 mod curves;
 pub(super) mod nc;
@@ -46,6 +48,11 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
     plots.extend(plunges::drawing(&sheet).map(|drawing| Plot {
         name: "plunges".into(),
         caption: "Wheel of every plunge over the lobe, and the sections that they leave.".into(),
+        drawing,
+    }));
+    plots.extend(compliance::drawing(&sheet).map(|drawing| Plot {
+        name: "compliance".into(),
+        caption: "Compliance of the part along Z with its supports.".into(),
         drawing,
     }));
     for (pass, of_pass) in summary.passes.iter().enumerate() {
@@ -95,6 +102,8 @@ mod tests {
             ("crank_pins", vec![], 16),
             ("punches", vec![], 10),
             ("wide_lobes", vec![], 35),
+            ("long_camshaft", vec![], 54),
+            ("long_camshaft_seat", vec![], 9),
         ] {
             let plots = drawn(job, &set);
             assert_eq!(plots.len(), count, "{job} {set:?}");
