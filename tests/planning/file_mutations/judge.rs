@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Processor time that a command may take (s): above that of the longest shipped job with all its plots in a debug build, some 20 s.
-pub const MAX_CPU_S: u64 = 40;
+/// Processor time that a command may take (s): twice that of the longest shipped job with all its plots in a debug build.
+pub const MAX_CPU_S: u64 = 15;
 /// Address space that a command may have (kB); what it fills of that is less.
 pub const MAX_KB: u64 = 1 << 20;
 /// Time by the clock: a busy computer is not a defect, a command that waits for nothing is one.

@@ -32,18 +32,17 @@ pub(crate) fn png(drawing: &Drawing) -> io::Result<Vec<u8>> {
             }
         }
     }
-    // Everything lies on white paper: what is transparent in a pixel has become colour.
-    let bytes: Vec<u8> = pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
-    encoder.set_color(png::ColorType::Rgb);
+    // Everything lies on white paper: no pixel is transparent, so its premultiplied colour is its colour.
+    encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
     #[allow(clippy::cast_possible_truncation, reason = "a few thousand points per metre")]
     let per_metre = (1000.0 * PER_MM) as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header().map_err(io::Error::other)?;
-    writer.write_image_data(&bytes).map_err(io::Error::other)?;
+    writer.write_image_data(pixmap.data()).map_err(io::Error::other)?;
     writer.finish().map_err(io::Error::other)?;
     Ok(file)
 }
