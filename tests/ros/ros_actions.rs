@@ -42,10 +42,13 @@ fn node(domain: &Domain, name: &str) -> (Node, SpinThread) {
     (node, thread)
 }
 
+type HomingGoals = BTreeMap<GoalId, GoalHandle<Home>>;
+
 /// Takes goals named after what is to become of them.
 #[derive(Default, Clone)]
 struct Homing {
-    goals: Arc<(Mutex<BTreeMap<GoalId, GoalHandle<Home>>>, Condvar)>,
+    goals: Arc<Mutex<HomingGoals>>,
+    accepted: Arc<Condvar>,
 }
 
 impl Homing {
@@ -53,8 +56,8 @@ impl Homing {
         goal.joints.first().map_or("", String::as_str)
     }
 
-    fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, GoalHandle<Home>>> {
-        self.goals.0.lock().expect("not poisoned")
+    fn goals(&self) -> MutexGuard<'_, HomingGoals> {
+        self.goals.lock().expect("not poisoned")
     }
 
     /// Waits for the goal: a client may have its answer before the handler has the goal.
@@ -66,7 +69,7 @@ impl Homing {
                 return goal.clone();
             }
             let left = deadline.saturating_duration_since(Instant::now());
-            let (woken, timeout) = self.goals.1.wait_timeout(goals, left).expect("not poisoned");
+            let (woken, timeout) = self.accepted.wait_timeout(goals, left).expect("not poisoned");
             goals = woken;
             if timeout.timed_out() {
                 drop(goals);
@@ -100,7 +103,7 @@ impl ActionHandler<Home> for Homing {
     fn accepted(&mut self, goal: GoalHandle<Home>) {
         assert_eq!(goal.status(), GoalStatus::Executing);
         self.goals().insert(goal.id(), goal);
-        self.goals.1.notify_all();
+        self.accepted.notify_all();
     }
 
     fn cancel(&mut self, id: GoalId) -> bool {
