@@ -1,5 +1,5 @@
-//! Lobes of lines and arcs, planned from the command line: X against the wheel on a flat and round a corner, and what is no outline is
-//! refused.
+//! Lobes of lines and arcs, and a snail cam, planned from the command line: X against the closed form on a flat, a corner and a spiral, and
+//! what is no outline is refused.
 
 use crate::support;
 
@@ -180,4 +180,48 @@ fn a_wheel_that_does_not_fit_into_a_hollow_is_refused() {
     );
     let text = refusal_of_check("punches", &[&set, "wheel_radius_mm=60"]);
     assert!(text.contains("19.998"), "the largest wheel: {text}");
+}
+
+/// Value at an angle between rows at even angles over a turn, by the cubic through four of them.
+fn between_rows(rows: &[f64], angle_deg: f64) -> f64 {
+    let place = angle_deg.rem_euclid(360.0) / 360.0 * rows.len() as f64;
+    let (index, t) = (place.floor(), place.fract());
+    let weights =
+        [-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0, -(t + 1.0) * t * (t - 2.0) / 2.0];
+    let weights = [weights[0], weights[1], weights[2], (t + 1.0) * t * (t - 1.0) / 6.0];
+    let first = index as usize + rows.len() - 1;
+    weights.iter().enumerate().map(|(i, weight)| weight * rows[(first + i) % rows.len()]).sum()
+}
+
+/// On the spiral the centre of the roller runs on p = p0 + k φ, and that of the wheel on its parallel curve at the difference of the radii.
+/// The refusal of a steeper drop names the largest wheel that reaches into its corner.
+#[test]
+fn a_snail_cam_follows_its_spiral_and_its_drop_bounds_the_wheel() {
+    let folder = Folder::new("snail");
+    let out = folder.path().display().to_string();
+    let output = camwright(&["plan", "snail_cam", "--out", &out], &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(folder.join("S/tool_path.csv")).expect("the path of the wheel");
+    let centres: Vec<f64> = (text.lines().skip(1))
+        .map(|row| row.split(',').nth(1).and_then(|cell| cell.parse().ok()).expect("a number"))
+        .collect();
+    let (roller_mm, per_rad_mm) = (8.0, 7.6 / 270.0_f64.to_radians());
+    for cam_deg in 40..260 {
+        let pitch_mm = 24.0 + roller_mm + 0.2 + per_rad_mm * (f64::from(cam_deg) - 15.0).to_radians();
+        let along = (WHEEL_MM - roller_mm) / pitch_mm.hypot(per_rad_mm);
+        let (x, y) = (pitch_mm * (1.0 + along), -along * per_rad_mm);
+        let error_mm = between_rows(&centres, f64::from(cam_deg) + y.atan2(x).to_degrees()) - x.hypot(y);
+        assert!(error_mm.abs() < 1e-9, "{error_mm} mm at {cam_deg} deg");
+    }
+
+    let steeper = ["profiles.snail.lift.segments.3.angle_deg=55", "profiles.snail.lift.segments.1.angle_deg=275"];
+    let text = refusal_of_check("snail_cam", &steeper);
+    let largest_mm: f64 = (text.split_once("the largest usable radius is "))
+        .and_then(|(_, rest)| rest.split(' ').next()?.parse().ok())
+        .unwrap_or_else(|| panic!("no wheel is named: {text}"));
+    let wheel = |radius_mm: f64| format!("wheel_radius_mm={radius_mm}");
+    let (fits, does_not) = (wheel(largest_mm - 0.01), wheel(largest_mm + 0.01));
+    let output = camwright(&["check", "snail_cam"], &[steeper[0], steeper[1], &fits]);
+    assert!(output.status.success(), "{largest_mm} mm: {}", String::from_utf8_lossy(&output.stdout));
+    refusal_of_check("snail_cam", &[steeper[0], steeper[1], &does_not]);
 }

@@ -511,9 +511,12 @@ fn diagnostics_come_every_second_and_at_once_when_asked() {
     );
     assert_eq!(message.status[1].values[0].key, "temperature_c");
     assert!(message.header.stamp.sec > 1_700_000_000);
-    diagnostics.report_now();
-    let (second, _) = receiver.recv_timeout(PATIENCE).expect("a report");
-    let (third, _) = receiver.recv_timeout(PATIENCE).expect("a report");
-    assert!(second - first < Duration::from_millis(900), "at once: {:?}", second - first);
-    assert!(third - first < Duration::from_secs(5), "and every second: {:?}", third - first);
+    receiver.recv_timeout(PATIENCE).expect("a second report without being asked for");
+    // One that is asked for does not wait for its second: a hundred of them come in much less than a hundred seconds.
+    for _ in 0..100 {
+        while receiver.try_recv().is_ok() {}
+        diagnostics.report_now();
+        receiver.recv_timeout(PATIENCE).expect("a report");
+    }
+    assert!(first.elapsed() < Duration::from_secs(90), "{:?}", first.elapsed());
 }

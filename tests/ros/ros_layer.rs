@@ -308,7 +308,7 @@ fn raw_messages_are_the_typed_ones() {
             drop(raw_sender.send(cdr.to_vec()));
         })
         .expect("a subscription");
-    let both = raw.wait_matched(2, Duration::from_secs(5));
+    let both = raw.wait_matched(2, PATIENCE);
     assert!(both, "a node hears itself: {} {} {}", raw.matched(), typed.matched(), untyped.matched());
     assert!(typed.wait_matched(1, PATIENCE) && untyped.wait_matched(1, PATIENCE));
     let cdr = [0, 1, 0, 0, 4, 0, 0, 0, b'c', b'a', b'm', 0];
