@@ -186,15 +186,19 @@ fn a_wheel_that_does_not_fit_into_a_hollow_is_refused() {
 fn between_rows(rows: &[f64], angle_deg: f64) -> f64 {
     let place = angle_deg.rem_euclid(360.0) / 360.0 * rows.len() as f64;
     let (index, t) = (place.floor(), place.fract());
-    let weights =
-        [-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0, -(t + 1.0) * t * (t - 2.0) / 2.0];
-    let weights = [weights[0], weights[1], weights[2], (t + 1.0) * t * (t - 1.0) / 6.0];
+    let weights = [
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -(t + 1.0) * t * (t - 2.0) / 2.0,
+        (t + 1.0) * t * (t - 1.0) / 6.0,
+    ];
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to the number of rows")]
     let first = index as usize + rows.len() - 1;
     weights.iter().enumerate().map(|(i, weight)| weight * rows[(first + i) % rows.len()]).sum()
 }
 
 /// On the spiral the centre of the roller runs on p = p0 + k φ, and that of the wheel on its parallel curve at the difference of the radii.
-/// The refusal of a steeper drop names the largest wheel that reaches into its corner.
+/// The refusal of a steeper drop names the largest wheel that reaches into its corner, and one that has a path.
 #[test]
 fn a_snail_cam_follows_its_spiral_and_its_drop_bounds_the_wheel() {
     let folder = Folder::new("snail");
@@ -216,12 +220,15 @@ fn a_snail_cam_follows_its_spiral_and_its_drop_bounds_the_wheel() {
 
     let steeper = ["profiles.snail.lift.segments.3.angle_deg=55", "profiles.snail.lift.segments.1.angle_deg=275"];
     let text = refusal_of_check("snail_cam", &steeper);
-    let largest_mm: f64 = (text.split_once("the largest usable radius is "))
-        .and_then(|(_, rest)| rest.split(' ').next()?.parse().ok())
-        .unwrap_or_else(|| panic!("no wheel is named: {text}"));
+    let radius_mm = |words: &str| -> f64 {
+        let named = text.split_once(words).and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
+        named.unwrap_or_else(|| panic!("no wheel is named: {text}"))
+    };
+    let (largest_mm, recommended_mm) = (radius_mm("the largest usable radius is "), radius_mm("mm; at most "));
     let wheel = |radius_mm: f64| format!("wheel_radius_mm={radius_mm}");
-    let (fits, does_not) = (wheel(largest_mm - 0.01), wheel(largest_mm + 0.01));
+    let (fits, does_not) = (wheel(recommended_mm), wheel(largest_mm + 0.01));
     let output = camwright(&["check", "snail_cam"], &[steeper[0], steeper[1], &fits]);
-    assert!(output.status.success(), "{largest_mm} mm: {}", String::from_utf8_lossy(&output.stdout));
-    refusal_of_check("snail_cam", &[steeper[0], steeper[1], &does_not]);
+    assert!(output.status.success(), "{recommended_mm} mm: {}", String::from_utf8_lossy(&output.stdout));
+    let text = refusal_of_check("snail_cam", &[steeper[0], steeper[1], &does_not]);
+    assert!(text.contains("does not reach into the concave flank"), "{text}");
 }

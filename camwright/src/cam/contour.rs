@@ -403,11 +403,11 @@ impl Contour {
         (radius_mm > 0.0).then_some(radius_mm)
     }
 
-    /// Radius up to which a wheel is comfortable (mm), a tenth below [`Self::largest_wheel_radius_mm`]: towards the limit
+    /// Radius up to which a wheel is comfortable (mm), nine tenths of [`Self::largest_wheel_radius_mm`]: towards the limit
     /// the contact runs ever faster along the concave flank, and the headstock would have to stand still.
     #[must_use]
     pub fn recommended_wheel_radius_mm(&self) -> Option<f64> {
-        self.largest_wheel_radius_mm().map(|largest| 0.9 * largest)
+        self.largest_wheel_radius_mm().map(|largest| RECOMMENDED_SHARE * largest)
     }
 
     /// Cam angle whose point lies at an azimuth (rad), to rounding.
@@ -494,6 +494,9 @@ impl Contour {
 /// Largest angle between the wheel line and the normal of a pin (rad): 80°. Farther off X would have to move more than five times as far
 /// as what it corrects along the normal, and C pushes the pin along the wheel.
 pub(crate) const MAX_CONTACT_RAD: f64 = 4.0 * TURN_RAD / 18.0;
+
+/// Share of the largest usable wheel radius up to which a wheel is comfortable.
+pub(crate) const RECOMMENDED_SHARE: f64 = 0.9;
 
 /// Relative size of what rounding can make of a zero.
 const ROUNDING: f64 = 1e-9;

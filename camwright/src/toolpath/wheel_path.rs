@@ -13,7 +13,7 @@
 //! β is the angle from the normal of the contact to the wheel line. The path goes round the axis only if R + r exceeds the throw.
 
 use crate::cam::compensation::FormCurve;
-use crate::cam::contour::{Contour, MAX_CONTACT_RAD};
+use crate::cam::contour::{Contour, MAX_CONTACT_RAD, RECOMMENDED_SHARE};
 use crate::math::periodic_spline::{PeriodicSpline, Sample};
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
@@ -32,7 +32,8 @@ pub enum ToolPathError {
     /// A concave flank is tighter than the wheel.
     #[error(
         "the wheel of radius {wheel_radius_mm:.3} mm does not reach into the concave flank at cam angle {angle_deg:.2} deg \
-         (1 + curvature x radius = {clearance:.4}, must be above 0): the largest usable radius is {largest_mm:.3} mm"
+         (1 + curvature x radius = {clearance:.4}, must be above 0): the largest usable radius is {largest_mm:.3} mm; \
+         at most {:.3} mm is recommended", RECOMMENDED_SHARE * .largest_mm
     )]
     WheelTooLarge {
         /// Radius of the wheel (mm).
