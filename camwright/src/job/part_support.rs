@@ -118,19 +118,24 @@ impl PartSupport {
     }
 }
 
-impl JobSpec {
-    /// Radial compliance of the part on its supports at a position of `z_axis` (mm/N, mm); 0 of a job without `part_support`.
-    #[must_use]
-    pub fn part_compliance_mm_n(&self, machine: &MachineDescription, z_mm: f64) -> f64 {
-        let shaft = self.part_support.as_ref().and_then(|support| support.shaft(machine));
-        shaft.map_or(0.0, |shaft| shaft.compliance_mm_n(z_mm))
-    }
+/// Radial compliance of the part on its supports (mm/N) beside the position of a station (mm); 0 of a job without `part_support`, and without
+/// the station.
+pub(crate) fn compliance_mm_n(
+    support: Option<&PartSupport>,
+    machine: &MachineDescription,
+    station: &str,
+    offset_mm: f64,
+) -> f64 {
+    let shaft = support.and_then(|support| support.shaft(machine)).zip(machine.station(station));
+    shaft.map_or(0.0, |(shaft, station)| shaft.compliance_mm_n(station.position_mm + offset_mm))
+}
 
-    /// The same where the wheel grinds a lobe, or a plunge of one; 0 without its station.
+impl JobSpec {
+    /// Radial compliance of the part on its supports where the wheel grinds a lobe, or a plunge of one (mm/N); 0 of a job without
+    /// `part_support`.
     #[must_use]
     pub fn lobe_compliance_mm_n(&self, machine: &MachineDescription, lobe: &LobeSpec) -> f64 {
-        let Some(station) = machine.station(&lobe.station) else { return 0.0 };
-        self.part_compliance_mm_n(machine, station.position_mm + plunges::offset_of(lobe))
+        compliance_mm_n(self.part_support.as_ref(), machine, &lobe.station, plunges::offset_of(lobe))
     }
 
     pub(super) fn check_part_support(&self, machine: &MachineDescription) -> Result<(), JobError> {

@@ -11,7 +11,7 @@ use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
-use crate::job::part_support::PartSupport;
+use crate::job::part_support::{self, PartSupport};
 use crate::job::plunges::{self, LobeSection, Plunge};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription};
@@ -82,9 +82,7 @@ impl LobeDesign {
     /// contact says.
     #[must_use]
     pub fn part_compliance_mm_n(&self, machine: &MachineDescription, offset_mm: f64) -> f64 {
-        let shaft = self.part_support.as_ref().and_then(|support| support.shaft(machine));
-        let station = shaft.zip(machine.station(&self.station));
-        station.map_or(0.0, |(shaft, station)| shaft.compliance_mm_n(station.position_mm + offset_mm))
+        part_support::compliance_mm_n(self.part_support.as_ref(), machine, &self.station, offset_mm)
     }
 
     /// Sections of the part that are finished with this, its own first: one, or several of a plunge.

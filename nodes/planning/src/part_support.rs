@@ -2,6 +2,7 @@
 
 use super::PreparedJob;
 use super::deflection;
+use super::summary::LobeSummary;
 use camwright::job::supported_shaft::SupportedShaft;
 use camwright::math::units::um_from_mm;
 use serde::Serialize;
@@ -72,29 +73,27 @@ pub(super) fn at_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeSupport
 }
 
 /// Remarks on the order of grinding that the supports ask for; empty for a job without `part_support`.
-pub(super) fn order_lines(prepared: &PreparedJob) -> Vec<String> {
-    let (Some(shaft), lobes) = (shaft(prepared), &prepared.planned.lobes) else { return Vec::new() };
-    let at = |index: usize| at_lobe(prepared, index).map(|support| (index, support));
-    let supports: Vec<(usize, LobeSupport)> = (0..lobes.len()).filter_map(at).collect();
+pub(super) fn order_lines(prepared: &PreparedJob, lobes: &[LobeSummary]) -> Vec<String> {
+    let Some(shaft) = shaft(prepared) else { return Vec::new() };
+    let supports = || lobes.iter().filter_map(|lobe| Some((&lobe.name, lobe.part_support.as_ref()?)));
     let mut lines = Vec::new();
     if let Some(rest_mm) = shaft.rest_mm() {
-        let moved = supports.iter().filter_map(|(index, support)| Some((*index, support, support.seat_share?)));
+        let moved = supports().filter_map(|(lobe, support)| Some((lobe, support, support.seat_share?)));
         let most = moved.max_by(|a, b| (a.2.abs() / a.1.tolerance_um).total_cmp(&(b.2.abs() / b.1.tolerance_um)));
-        if let Some((index, support, share)) = most {
+        if let Some((lobe, support, share)) = most {
             lines.push(format!(
                 "grind the seat of the steady rest at {rest_mm} mm before this job, with the rest retracted: a form error of the seat of \
-                 {:.1} um alone takes lobe {} to its tolerance of {} um",
+                 {:.1} um alone takes lobe {lobe} to its tolerance of {} um",
                 support.tolerance_um / share.abs(),
-                lobes[index].design.name,
                 support.tolerance_um
             ));
         }
-    } else if let Some((index, support)) =
-        supports.iter().max_by(|a, b| a.1.part_compliance_um_n.total_cmp(&b.1.part_compliance_um_n))
+    } else if let Some((lobe, support)) =
+        supports().max_by(|a, b| a.1.part_compliance_um_n.total_cmp(&b.1.part_compliance_um_n))
     {
         lines.push(format!(
-            "the part is softest at lobe {}, {:.1} N/um without a steady rest",
-            lobes[*index].design.name, support.part_stiffness_n_um
+            "the part is softest at lobe {lobe}, {:.1} N/um without a steady rest",
+            support.part_stiffness_n_um
         ));
     }
     if lobes.len() > 1 {
@@ -184,15 +183,15 @@ mod tests {
     #[test]
     fn the_order_that_the_supports_ask_for_is_stated() {
         let prepared = job(&[]);
-        let lines = order_lines(&prepared);
+        let lines = summary(&prepared).support_order;
         assert!(lines[0].starts_with("grind the seat of the steady rest at 225 mm before this job"), "{lines:?}");
         assert!(lines[1].starts_with("the supports ask for no order of the lobes"), "{lines:?}");
         let shares: Vec<f64> = (0..6).map(|lobe| at_lobe(&prepared, lobe).unwrap().seat_share.unwrap()).collect();
         assert!(shares[2] > shares[0] && shares.iter().all(|share| (0.0..1.0).contains(share)), "{shares:?}");
-        let alone = order_lines(&job(&[WITHOUT_REST]));
+        let alone = summary(&job(&[WITHOUT_REST])).support_order;
         assert!(alone[0].starts_with("the part is softest at lobe "), "{alone:?}");
         let rigid = prepare("four_lobe_camshaft", &[], None).unwrap();
-        assert!(order_lines(&rigid).is_empty() && at_lobe(&rigid, 0).is_none());
+        assert!(summary(&rigid).support_order.is_empty() && at_lobe(&rigid, 0).is_none());
     }
 
     /// The planned lobes take their stiffness from the shaft of the job file: steel of 28 mm between two centres.

@@ -19,7 +19,8 @@ pub struct StoredContacts {
 }
 
 /// Stored contacts for a job: used if its runout is corrected and its stiffness is not measured, unless it uses the description's
-/// stiffness or contains stored values itself. What is stored is the machine's; the part of the job stands in series with it.
+/// stiffness or contains stored values itself. The store holds the stiffness of the machine; the part of the job stands in
+/// series with it.
 #[must_use]
 pub fn kept_contacts(kept: &StoredStiffness, job: &Job, machine: &MachineDescription) -> StoredContacts {
     let takes =
@@ -136,7 +137,7 @@ mod tests {
 
     const UNMEASURED: [&str; 1] = ["identification=null"];
 
-    /// What is stored is the stiffness of the machine: the part that was on it is taken out, and the part of the next job put in series.
+    /// The store holds the stiffness of the machine: without the part that was on it, in series with the part of the next job.
     #[test]
     fn a_slender_part_is_not_stored_with_the_machine() {
         let measured = MeasuredValue { value: 4000.0, uncertainty: 40.0 };

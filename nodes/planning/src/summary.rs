@@ -190,6 +190,9 @@ pub fn lobe_times_s(prepared: &PreparedJob) -> Vec<f64> {
 #[must_use]
 pub fn summary(prepared: &PreparedJob) -> Summary {
     let plan = &prepared.planned.plan;
+    let lobes: Vec<LobeSummary> = (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
+        .map(|(index, (lobe, duration_s))| lobe_summary(prepared, index, lobe, duration_s))
+        .collect();
     Summary {
         job: plan.job.clone(),
         title: prepared.job.title.clone(),
@@ -208,12 +211,10 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
             ticks * prepared.machine.cycle_time_s()
         }),
         max_limit_ratio: prepared.planned.report.max_ratio(),
-        support_order: part_support::order_lines(prepared),
+        support_order: part_support::order_lines(prepared, &lobes),
         dresses: dresses(prepared),
         lifts: lifts::summaries(&prepared.job, Some(prepared)),
-        lobes: (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
-            .map(|(index, (lobe, duration_s))| lobe_summary(prepared, index, lobe, duration_s))
-            .collect(),
+        lobes,
     }
 }
 

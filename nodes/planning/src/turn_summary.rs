@@ -224,8 +224,8 @@ mod tests {
         }
     }
 
-    /// Where the published law of radial stock sets the speed, the exact removal rate is the stated one times cos β/cos α: β between normal
-    /// and X, α between normal and radius of the contour. Where the exact law does, it is the stated one.
+    /// The exact removal rate is the stated one under the exact law, and cos β/cos α times the stated one under the published law of radial
+    /// stock: β between normal and X, α between normal and radius of the contour.
     #[test]
     fn the_radial_law_exceeds_its_rate_on_flanks() {
         const STATED_MM2_S: f64 = 1.0;
