@@ -69,6 +69,8 @@ pub enum OrderKind {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
+    /// Mount a wheel of the changer.
+    ChangeWheel { wheel: u32 },
     /// The wheel mounted must have this radius (nm).
     ExpectWheel { radius_nm: i64 },
     /// Dress the wheel to this radius (nm).

@@ -148,6 +148,7 @@ impl Interpolator {
                     PlanCommand::WheelStart => OrderKind::WheelStart,
                     PlanCommand::WheelStop => OrderKind::WheelStop,
                     PlanCommand::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
+                    PlanCommand::ChangeWheel { wheel } => OrderKind::ChangeWheel { wheel: *wheel },
                     PlanCommand::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
                     PlanCommand::Push { max_n } => OrderKind::Push { max_n: *max_n },
                     PlanCommand::WatchForce { max_n } => OrderKind::WatchForce { max_n: *max_n },

@@ -20,6 +20,7 @@ pub use crate::machine::process::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract::AlarmRetract;
 pub use crate::machine::thermal::ThermalDescription;
 pub use crate::machine::wheel::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
+pub use crate::machine::wheel_changer::{MAX_WHEELS, MagazineWheel, WheelChanger, WheelsNow};
 pub use crate::machine::workholding::{SteadyRest, WorkholdingDescription};
 
 /// One axis of a machine.
@@ -87,6 +88,8 @@ pub struct MachineDescription {
     pub wheel: WheelDescription,
     /// The insert of a lathe; `None`: a grinder.
     pub insert: Option<InsertDescription>,
+    /// Changer with further wheels; `None`: the machine has one wheel.
+    pub wheel_changer: Option<WheelChanger>,
     /// Deflection of wheel and part; `None`: rigid.
     pub contact: Option<ContactDescription>,
     /// Supports that hold the part; `None`: unknown, the part is as stiff as `contact` says.

@@ -1,5 +1,6 @@
 //! Errors of a machine description.
 
+use alloc::string::String;
 use thiserror::Error;
 
 /// Most stations a machine may have: their switches are one word of inputs.
@@ -71,6 +72,15 @@ pub enum DescriptionError {
     /// More stations than inputs.
     #[error("{count} stations, at most {MAX_STATIONS}")]
     TooManyStations { count: usize },
+    /// The changer has no wheel at this position.
+    #[error("the machine has no wheel {index}")]
+    NoSuchWheel { index: usize },
+    /// Two wheels of a changer have one name.
+    #[error("two wheels of the changer have the name {name}")]
+    WheelName { name: String },
+    /// A changer has too few or too many wheels.
+    #[error("a wheel changer with {count} wheels; it must have 2 to {}", crate::machine::description::MAX_WHEELS)]
+    WheelCount { count: usize },
     /// The sense of rotation is +1 or −1.
     #[error("rotation sense {sense}, allowed +1 and -1")]
     RotationSense { sense: i8 },

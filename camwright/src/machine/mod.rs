@@ -36,6 +36,7 @@ pub(crate) mod retract;
 pub mod setpoint;
 pub(crate) mod thermal;
 mod wheel;
+pub mod wheel_changer;
 pub mod wheel_state;
 mod without_effect;
 pub(crate) mod workholding;

@@ -34,6 +34,7 @@ pub fn cam_grinder() -> MachineDescription {
         origin_half_window_rad: rad_from_deg(0.5),
         wheel: grinding_wheel(),
         insert: None,
+        wheel_changer: None,
         contact: None,
         workholding: None,
         thermal: None,

@@ -29,6 +29,8 @@ pub enum Phase {
     RotaryIndex = 9,
     /// Wheel trued at the dresser.
     Dress = 10,
+    /// Another wheel mounted.
+    WheelChange = 11,
 }
 
 /// Target of one axis in a [`SegmentKind::Move`].
@@ -186,6 +188,11 @@ pub enum PlanCommand {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
+    /// Mount a wheel of the changer, with the wheel at rest and X clear; nothing if it is mounted.
+    ChangeWheel {
+        /// Position of the wheel in the changer.
+        wheel: u32,
+    },
     /// The wheel mounted must have this radius, or the plan is for another one.
     ExpectWheel {
         /// Its radius (nm).

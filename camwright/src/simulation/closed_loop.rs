@@ -406,6 +406,7 @@ impl From<OrderKind> for MachineCommand {
             OrderKind::WheelStart => MachineCommand::WheelStart,
             OrderKind::WheelStop => MachineCommand::WheelStop,
             OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
+            OrderKind::ChangeWheel { wheel } => MachineCommand::ChangeWheel { wheel },
             OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
             OrderKind::Push { max_n } => MachineCommand::Push { max_n },
             OrderKind::WatchForce { max_n } => MachineCommand::WatchForce { max_n },

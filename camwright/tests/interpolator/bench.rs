@@ -110,6 +110,7 @@ pub(crate) fn machine() -> MachineDescription {
             unbalance_mm: 0.0,
         },
         insert: None,
+        wheel_changer: None,
         contact: None,
         workholding: None,
         thermal: None,

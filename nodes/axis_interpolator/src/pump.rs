@@ -449,6 +449,9 @@ fn message(sequence: u32, command: SequencedCommand, clock: TickClock, machine: 
             OrderKind::ExpectWheel { radius_nm } => {
                 MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::EXPECT_WHEEL) }
             }
+            OrderKind::ChangeWheel { wheel } => {
+                MachineCommand { counts: i64::from(wheel), ..base(order.tick, MachineCommand::CHANGE_WHEEL) }
+            }
             OrderKind::Dress { radius_nm } => {
                 MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::DRESS) }
             }

@@ -389,6 +389,7 @@ fn describe(
         origin_half_window_rad: rad_from_deg(file.origin_window_deg) / 2.0,
         wheel,
         insert,
+        wheel_changer: None,
         contact: file.contact.as_ref().map(ContactFile::contact),
         workholding: file.workholding.as_ref().map(WorkholdingFile::workholding),
         thermal: file.thermal.as_ref().map(ThermalFile::thermal),

@@ -251,6 +251,7 @@ impl PlanCheck<'_> {
             SegmentKind::Command(
                 PlanCommand::WheelStart
                 | PlanCommand::WheelStop
+                | PlanCommand::ChangeWheel { .. }
                 | PlanCommand::Push { .. }
                 | PlanCommand::WatchForce { .. }
                 | PlanCommand::WatchSize(_),

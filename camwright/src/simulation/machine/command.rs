@@ -45,6 +45,11 @@ pub enum MachineCommand {
     },
     /// An alarm found by the interpolator, by its number; the interpolator publishes its text.
     Raise { number: u16 },
+    /// The changer mounts this wheel; refused with an alarm where the wheel turns, X is not clear, or there is no such wheel.
+    ChangeWheel {
+        /// Position of the wheel in the changer.
+        wheel: u32,
+    },
     /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
     /// touch it.
     Dress {
@@ -65,6 +70,7 @@ crate::snapshot_cases!(MachineCommand {
     8 Raise { number },
     9 Dress { radius_nm },
     10 WatchSize { diameter_nm },
+    11 ChangeWheel { wheel },
 });
 
 /// Why a reset was refused.

@@ -439,6 +439,12 @@ impl Machine {
                     raise(kind, value, bound);
                 }
             }
+            MachineCommand::ChangeWheel { wheel } => {
+                let mounted = description.mounted_wheel();
+                if wheel as usize != mounted {
+                    raise(AlarmKind::OtherWheel, f64::from(wheel), mounted as f64);
+                }
+            }
             MachineCommand::Dress { radius_nm } => {
                 if let Err((kind, value, bound)) = self.wheel.dress(radius_nm, &self.axes, description, lasting) {
                     raise(kind, value, bound);

@@ -37,7 +37,7 @@ fn class(stretch: &Period) -> &'static str {
         Some(Phase::Cut) => "z1",
         Some(Phase::SparkOut) => "z2",
         Some(Phase::Index | Phase::Position | Phase::RotaryIndex | Phase::Approach | Phase::Retract) => "z3",
-        Some(Phase::Dress) => "z5",
+        Some(Phase::Dress | Phase::WheelChange) => "z5",
         _ => "z4",
     }
 }

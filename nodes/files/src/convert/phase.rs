@@ -5,8 +5,8 @@ use camwright::motion::plan::Phase;
 /// The phase with this number.
 #[must_use]
 pub fn phase_from(number: u8) -> Option<Phase> {
-    use Phase::{Approach, Cut, Dress, Home, Index, Position, Retract, Return, RotaryIndex, SparkOut};
-    [Home, Index, Position, Approach, Cut, SparkOut, Retract, Return, RotaryIndex, Dress]
+    use Phase::{Approach, Cut, Dress, Home, Index, Position, Retract, Return, RotaryIndex, SparkOut, WheelChange};
+    [Home, Index, Position, Approach, Cut, SparkOut, Retract, Return, RotaryIndex, Dress, WheelChange]
         .into_iter()
         .find(|phase| *phase as u8 == number)
 }
@@ -25,5 +25,6 @@ pub fn phase_name(phase: Phase) -> &'static str {
         Phase::Return => "return",
         Phase::RotaryIndex => "rotary index",
         Phase::Dress => "dress",
+        Phase::WheelChange => "wheel change",
     }
 }

@@ -96,6 +96,7 @@ fn command_to(base: PlanSegment, command: &PlanCommand) -> PlanSegment {
         PlanCommand::WheelStart => (MachineCommand::WHEEL_START, "", vec![]),
         PlanCommand::WheelStop => (MachineCommand::WHEEL_STOP, "", vec![]),
         PlanCommand::ExpectWheel { radius_nm } => (MachineCommand::EXPECT_WHEEL, "", vec![*radius_nm]),
+        PlanCommand::ChangeWheel { wheel } => (MachineCommand::CHANGE_WHEEL, "", vec![i64::from(*wheel)]),
         PlanCommand::Dress { radius_nm } => (MachineCommand::DRESS, "", vec![*radius_nm]),
         PlanCommand::Push { max_n } => (MachineCommand::PUSH, "", vec![*max_n]),
         PlanCommand::WatchForce { max_n } => (MachineCommand::WATCH_FORCE, "", vec![*max_n]),

@@ -3,7 +3,7 @@
 use super::phase::phase_from;
 use super::plan_splines::SplineIndices;
 use super::{core_from_si, mm_from_m};
-use camwright::machine::description::{Axis, MachineDescription, MotionLimits};
+use camwright::machine::description::{Axis, MAX_WHEELS, MachineDescription, MotionLimits};
 use camwright::motion::plan::{
     AxisTarget, CutSegment, GaugeSize, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment,
 };
@@ -111,6 +111,7 @@ impl SegmentReader<'_> {
             MachineCommand::WHEEL_START => PlanCommand::WheelStart,
             MachineCommand::WHEEL_STOP => PlanCommand::WheelStop,
             MachineCommand::EXPECT_WHEEL => PlanCommand::ExpectWheel { radius_nm: radius_nm(self.target(0)?)? },
+            MachineCommand::CHANGE_WHEEL => PlanCommand::ChangeWheel { wheel: wheel(self.target(0)?)? },
             MachineCommand::DRESS => PlanCommand::Dress { radius_nm: radius_nm(self.target(0)?)? },
             MachineCommand::PUSH => PlanCommand::Push { max_n: force_n(self.target(0)?)? },
             MachineCommand::WATCH_FORCE => PlanCommand::WatchForce { max_n: force_n(self.target(0)?)? },
@@ -163,6 +164,11 @@ fn finite(name: &str, value: f64) -> Result<f64, String> {
 /// A force of up to 100 kN: what is larger was not meant.
 fn force_n(max_n: i64) -> Result<i64, String> {
     if (0..=100_000).contains(&max_n) { Ok(max_n) } else { Err(format!("its force is {max_n} N")) }
+}
+
+fn wheel(wheel: i64) -> Result<u32, String> {
+    let index = u32::try_from(wheel).ok().filter(|index| (*index as usize) < MAX_WHEELS);
+    index.ok_or_else(|| format!("its wheel is {wheel}; a changer has wheels 0 to {}", MAX_WHEELS - 1))
 }
 
 /// A wheel of up to 10 m: what is larger was not meant.

@@ -1,0 +1,98 @@
+//! Changer of grinding wheels: a magazine with an arm, or a wheelhead that turns one of several wheels to the part.
+//!
+//! The machine keeps the offsets of its wheels: after a change `x_axis` is the distance of the new wheel's cutting point from the spindle axis,
+//! as it is after a dress.
+
+use crate::machine::description::{DescriptionError, MachineDescription};
+use crate::machine::wheel::WheelDescription;
+use crate::machine::wheel_state::WheelNow;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Largest number of wheels of a changer.
+pub const MAX_WHEELS: usize = 4;
+
+/// A wheel of a changer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MagazineWheel {
+    /// Name by which jobs ask for it.
+    pub name: String,
+    pub wheel: WheelDescription,
+    /// Error of its stored offset before its first dress here (mm): how much nearer to the part its cutting point is than `x_axis` says.
+    pub setting_error_mm: f64,
+}
+
+/// The changer with all wheels, the mounted one included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WheelChanger {
+    /// Time of a change with the wheel at rest (s).
+    pub change_s: f64,
+    /// Smallest position of `x_axis` at which it changes (mm).
+    pub min_x_mm: f64,
+    /// Wheels by position, 2 to [`MAX_WHEELS`].
+    pub wheels: Vec<MagazineWheel>,
+    /// Index of the wheel that [`MachineDescription::wheel`] is.
+    pub mounted: usize,
+}
+
+impl WheelChanger {
+    /// Index of the wheel with this name.
+    #[must_use]
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.wheels.iter().position(|wheel| wheel.name == name)
+    }
+}
+
+impl MachineDescription {
+    /// Index of the mounted wheel; 0 on a machine without a changer.
+    #[must_use]
+    pub fn mounted_wheel(&self) -> usize {
+        self.wheel_changer.as_ref().map_or(0, |changer| changer.mounted)
+    }
+
+    /// Mounts a wheel of the changer. It does not allocate.
+    ///
+    /// # Errors
+    /// The machine has no such wheel.
+    pub fn mount_wheel(&mut self, index: usize) -> Result<(), DescriptionError> {
+        let Some(changer) = &mut self.wheel_changer else {
+            return if index == 0 { Ok(()) } else { Err(DescriptionError::NoSuchWheel { index }) };
+        };
+        let wheel = changer.wheels.get(index).ok_or(DescriptionError::NoSuchWheel { index })?.wheel;
+        changer.mounted = index;
+        self.wheel = wheel;
+        Ok(())
+    }
+}
+
+/// State of the wheels of a machine at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelsNow {
+    /// The mounted wheel.
+    pub mounted: WheelNow,
+    /// The wheels of a changer by position; `None`: as in the machine's description, new. The mounted one's entry is not used.
+    pub stored: [Option<WheelNow>; MAX_WHEELS],
+}
+
+impl<T: Into<WheelNow>> From<T> for WheelsNow {
+    fn from(mounted: T) -> Self {
+        Self { mounted: mounted.into(), stored: [None; MAX_WHEELS] }
+    }
+}
+
+impl WheelsNow {
+    /// State of a wheel of a machine.
+    #[must_use]
+    pub fn wheel(&self, machine: &MachineDescription, index: usize) -> WheelNow {
+        if index == machine.mounted_wheel() {
+            return self.mounted;
+        }
+        let stored = self.stored.get(index).copied().flatten();
+        let as_new = || {
+            let wheels = machine.wheel_changer.as_ref().map(|changer| &changer.wheels);
+            let wheel = wheels.and_then(|wheels| wheels.get(index)).map_or(machine.wheel, |wheel| wheel.wheel);
+            WheelNow::dressed(wheel.new_radius_mm)
+        };
+        stored.unwrap_or_else(as_new)
+    }
+}
