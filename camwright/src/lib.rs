@@ -42,12 +42,13 @@
 //!     throw_mm: 0.0,
 //! };
 //! let tolerance = FormTolerance::uniform(0.005);
-//! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0, tolerance, plunge: None };
+//! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0, tolerance, plunge: None, visit: None };
 //! let finish = PassSpec {
 //!     name: "finish".into(),
 //!     total_infeed_mm: 0.036,
 //!     infeed_per_block_mm: 0.000_05,
 //!     infeed_of_turns_mm: Vec::new(),
+//!     air_mm: 0.0,
 //!     infeed_course: InfeedCourse::PerAngle,
 //!     infeed_direction: InfeedDirection::X,
 //!     spark_out_turns: 1,

@@ -46,6 +46,7 @@ impl JobSpec {
         }
         self.check_reach(machine)?;
         self.check_sections()?;
+        self.check_wheels(machine)?;
         for pass in &self.passes {
             self.check_pass(pass, machine)?;
         }
@@ -443,7 +444,7 @@ impl JobSpec {
                 let name = lobe.name.clone();
                 return Err(JobError::SameName { first: other_index + 1, second: index + 1, name });
             }
-            if other.station == lobe.station && !lobe.is_beside(other) {
+            if other.station == lobe.station && !lobe.is_of_one_lobe(other) {
                 return Err(JobError::SameStation {
                     first: other.name.clone(),
                     second: lobe.name.clone(),
@@ -471,12 +472,9 @@ impl JobSpec {
         finite(place, JobKey::Phase, lobe.phase_rad)?;
         within(place, JobKey::Phase, lobe.phase_rad, (-MAX_PHASE_RAD, MAX_PHASE_RAD), "-1000 to 1000")?;
         positive(place, JobKey::Width, lobe.width_mm)?;
-        if lobe.width_mm > machine.wheel.width_mm {
-            return Err(JobError::WiderThanWheel {
-                lobe: lobe.name.clone(),
-                width_mm: lobe.width_mm,
-                wheel_mm: machine.wheel.width_mm,
-            });
+        let wheel_mm = machine.wheel_at(lobe.wheel(machine)).width_mm;
+        if lobe.width_mm > wheel_mm {
+            return Err(JobError::WiderThanWheel { lobe: lobe.name.clone(), width_mm: lobe.width_mm, wheel_mm });
         }
         Ok(())
     }
@@ -485,12 +483,12 @@ impl JobSpec {
     fn check_reach(&self, machine: &MachineDescription) -> Result<(), JobError> {
         let place =
             |lobe: &LobeSpec| machine.station(&lobe.station).map(|station| station.position_mm + lobe.offset_mm());
-        let wheel_mm = machine.wheel.width_mm;
         for (index, lobe) in self.lobes.iter().enumerate() {
+            let wheel_mm = machine.wheel_at(lobe.wheel(machine)).width_mm;
             for (other_index, other) in self.lobes.iter().enumerate() {
                 let (Some(here), Some(there)) = (place(lobe), place(other)) else { continue };
                 let (apart_mm, min_mm) = ((here - there).abs(), 0.5 * (wheel_mm + other.width_mm));
-                if index != other_index && apart_mm < min_mm && !lobe.is_beside(other) {
+                if index != other_index && apart_mm < min_mm && !lobe.is_of_one_lobe(other) {
                     return Err(JobError::NeighbourInReach {
                         lobe: lobe.name.clone(),
                         wheel_mm,
@@ -501,6 +499,40 @@ impl JobSpec {
                     });
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses what does not go with wheels that the job mounts, and wheels that the machine does not mount.
+    fn check_wheels(&self, machine: &MachineDescription) -> Result<(), JobError> {
+        let wheels = self.wheels_in_order();
+        if wheels.is_empty() {
+            return Ok(());
+        }
+        let Some(changer) = &machine.wheel_changer else {
+            return Err(JobError::NoWheelChanger { machine: machine.name.clone() });
+        };
+        if let Some(index) = wheels.iter().copied().find(|index| *index >= changer.wheels.len()) {
+            let (machine, count) = (machine.name.clone(), changer.wheels.len());
+            return Err(JobError::UnknownWheel { index, machine, count });
+        }
+        let has_plunge_in_visits = self
+            .lobes
+            .iter()
+            .any(|lobe| lobe.plunge.is_some() && lobe.passes(self.passes.len()).len() < self.passes.len());
+        let with = [
+            (self.correction.is_some(), "runout_correction"),
+            (self.identification.is_some(), "a stiffness measurement"),
+            (self.measure_stock.is_some(), "measure_stock"),
+            (matches!(self.c_between_lobes, BetweenLobes::TurnsOn { .. }), "c_between_lobes: turns_on"),
+            (has_plunge_in_visits, "a lobe wider than the wheel whose passes have different wheels"),
+        ];
+        if let Some((_, with)) = with.into_iter().find(|(is_set, _)| *is_set) {
+            return Err(JobError::NotWithWheels { with });
+        }
+        if self.home.x_mm < changer.min_x_mm {
+            let (home_mm, min_mm, machine) = (self.home.x_mm, changer.min_x_mm, machine.name.clone());
+            return Err(JobError::ChangeTooNear { home_mm, min_mm, machine });
         }
         Ok(())
     }

@@ -9,7 +9,7 @@
 //! wheel line. The path is therefore computed anew for every radius, and that error is only reported.
 
 use crate::cam::contour::Contour;
-use crate::machine::description::MachineDescription;
+use crate::machine::description::{MAX_WHEELS, MachineDescription, WheelsNow};
 use crate::machine::wheel_state::{WheelNow, mm_from_nm, nm_from_mm};
 use crate::math::extremum::Extremum;
 use crate::math::units::{TURN_RAD, um_from_mm, wrap_turn};
@@ -176,13 +176,20 @@ pub struct LobeStock<'a> {
     pub stock_mm: f64,
     /// Its area per width (mm²).
     pub area_mm2: f64,
+    /// Position of the wheel that grinds it, of a job that mounts its wheels; `None`: the mounted one.
+    pub wheel: Option<usize>,
 }
 
 impl LobeStock<'_> {
+    fn wheel_index(&self, machine: &MachineDescription) -> usize {
+        self.wheel.unwrap_or_else(|| machine.mounted_wheel())
+    }
+
     /// Wear of the wheel since its last dress at the end of the lobe (mm). What a worn wheel leaves it does not remove:
     /// w₁ = w₀ + k (stock − w₁), with k what the whole stock would wear, over the stock.
     fn wear_at_end_mm(&self, machine: &MachineDescription, now: &WheelNow) -> f64 {
-        let k = machine.wheel.wear_mm(now.radius_mm - now.wear_mm, self.area_mm2) / self.stock_mm;
+        let wheel = machine.wheel_at(self.wheel_index(machine));
+        let k = wheel.wear_mm(now.radius_mm - now.wear_mm, self.area_mm2) / self.stock_mm;
         now.wear_mm + (k * (self.stock_mm - now.wear_mm) / (1.0 + k)).max(0.0)
     }
 }
@@ -196,6 +203,19 @@ pub struct WheelCourse {
     pub wear_mm: Vec<f64>,
     /// The dresses, in their order.
     pub dresses: Vec<Dress>,
+    /// The wheels that a job mounts, in their order; empty where it names none.
+    pub mounts: Vec<WheelMount>,
+}
+
+/// A wheel that a job mounts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelMount {
+    /// Index of the lobe it comes before.
+    pub before_lobe: usize,
+    /// Position in the changer.
+    pub wheel: usize,
+    /// Radius of the wheel then (mm).
+    pub radius_mm: f64,
 }
 
 impl WheelCourse {
@@ -206,30 +226,36 @@ impl WheelCourse {
     pub fn new(
         spec: Option<&DressingSpec>,
         machine: &MachineDescription,
-        wheel: WheelNow,
+        wheels: &WheelsNow,
         lobes: &[LobeStock<'_>],
     ) -> Result<Self, DressError> {
         if let Some(spec) = spec {
             spec.check(machine)?;
         }
         let mut course = Self::default();
-        let mut now = wheel;
+        let mut of_wheel: [Option<WheelNow>; MAX_WHEELS] = [None; MAX_WHEELS];
         for (index, lobe) in lobes.iter().enumerate() {
+            let wheel = lobe.wheel_index(machine).min(MAX_WHEELS - 1);
+            let is_first = of_wheel[wheel].is_none();
+            let now = of_wheel[wheel].get_or_insert_with(|| wheels.wheel(machine, wheel));
+            if lobe.wheel.is_some() && course.mounts.last().is_none_or(|last| last.wheel != wheel) {
+                course.mounts.push(WheelMount { before_lobe: index, wheel, radius_mm: now.radius_mm });
+            }
             if let Some(spec) = spec
-                && let Some(reason) = spec.reason(&now, lobe.wear_at_end_mm(machine, &now), index == 0)
+                && let Some(reason) = spec.reason(now, lobe.wear_at_end_mm(machine, now), is_first)
             {
-                let dress = spec.dress(index, lobe.name, reason, &now, machine)?;
-                now = WheelNow::dressed(dress.radius_mm());
+                let dress = spec.dress(index, lobe, reason, now, machine)?;
+                *now = WheelNow::dressed(dress.radius_mm());
                 course.dresses.push(dress);
             }
-            now.wear_mm = lobe.wear_at_end_mm(machine, &now);
+            now.wear_mm = lobe.wear_at_end_mm(machine, now);
             let allowed = spec.and_then(|spec| spec.predicted_error_mm);
             if let Some(allowed_mm) = allowed.filter(|allowed_mm| now.wear_mm > *allowed_mm) {
                 return Err(DressError::WearsTooMuch {
                     lobe: String::from(lobe.name),
                     area_mm2: lobe.area_mm2,
                     radius_mm: now.radius_mm,
-                    grinding_ratio: machine.wheel.grinding_ratio.unwrap_or(f64::INFINITY),
+                    grinding_ratio: machine.wheel_at(wheel).grinding_ratio.unwrap_or(f64::INFINITY),
                     error_mm: now.wear_mm,
                     allowed_mm,
                 });
@@ -259,7 +285,7 @@ impl DressingSpec {
     fn dress(
         &self,
         before_lobe: usize,
-        lobe: &str,
+        lobe: &LobeStock<'_>,
         reason: DressReason,
         now: &WheelNow,
         machine: &MachineDescription,
@@ -272,8 +298,9 @@ impl DressingSpec {
             depth_mm: self.depth_mm,
             radius_nm: nm_from_mm(now.radius_mm - self.depth_mm - now.wear_mm),
         };
-        let lobe = || String::from(lobe);
-        let (radius_mm, min_mm) = (dress.radius_mm(), machine.wheel.min_radius_mm);
+        let min_mm = machine.wheel_at(lobe.wheel_index(machine)).min_radius_mm;
+        let lobe = || String::from(lobe.name);
+        let radius_mm = dress.radius_mm();
         if radius_mm < min_mm {
             return Err(DressError::WornOut { lobe: lobe(), radius_mm, min_mm });
         }

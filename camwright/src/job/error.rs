@@ -44,6 +44,34 @@ pub enum JobError {
         "lobe {lobe} is not round; the infeed ends at a size on the gauge (gauge_size) only where all lobes are journals"
     )]
     SizeNotRound { lobe: String },
+    /// The approach of a later wheel is out of its range.
+    #[error(
+        "wheel_approach_mm is {approach_mm}; it must be above 0 and at most {}",
+        super::wheel_visit::MAX_WHEEL_APPROACH_MM
+    )]
+    WheelApproach { approach_mm: f64 },
+    /// The approach of a later wheel leaves nothing of its first pass.
+    #[error(
+        "pass {pass}: its infeed of {total_mm} mm must be more than wheel_approach_mm, {approach_mm}, which is the part of it in air after a wheel \
+         change"
+    )]
+    ApproachBeyondInfeed { pass: String, approach_mm: f64, total_mm: f64 },
+    /// The machine has no wheel changer.
+    #[error(
+        "the job names a wheel (wheel), but machine {machine} has no wheel changer: remove the key, or make a job for each wheel"
+    )]
+    NoWheelChanger { machine: String },
+    /// The changer has no such wheel.
+    #[error("the job mounts the wheel with index {index}; the changer of machine {machine} has {count} wheels")]
+    UnknownWheel { index: usize, machine: String, count: usize },
+    /// A setting that does not go with several wheels.
+    #[error("the job has several wheels (wheel); {with} is not possible with them")]
+    NotWithWheels { with: &'static str },
+    /// The wheel is changed nearer to the part than the changer allows.
+    #[error(
+        "home.x_mm is {home_mm}, where the wheels are changed; the changer of machine {machine} needs at least {min_mm} mm"
+    )]
+    ChangeTooNear { home_mm: f64, min_mm: f64, machine: String },
     /// C cannot turn on and be turned to a lobe.
     #[error("c_between_lobes is turns_on and rotary_indexing is true; with rotary indexing C stops before each lobe")]
     TurnsAndIndexes,

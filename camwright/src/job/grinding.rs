@@ -19,6 +19,7 @@ use crate::job::dressing::DressingSpec;
 use crate::job::part_support::PartSupport;
 use crate::job::plunges::Plunge;
 use crate::job::raw_part::RawPart;
+use crate::job::wheel_visit::WheelVisit;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::ReferenceCut;
 use crate::machine::fixture::Extent;
@@ -159,6 +160,8 @@ pub struct LobeSpec {
     pub tolerance: FormTolerance,
     /// Plunge of a lobe wider than the wheel that this is; `None`: the wheel covers the lobe.
     pub plunge: Option<Plunge>,
+    /// Visit of one wheel of a changer that this is; `None`: all passes are ground by the mounted wheel.
+    pub visit: Option<WheelVisit>,
 }
 
 /// Speed law of the headstock over the lobe.
@@ -350,6 +353,8 @@ pub struct PassSpec {
     pub name: String,
     /// RT, total infeed (mm).
     pub total_infeed_mm: f64,
+    /// Part of it before the wheel meets what the pass before it left (mm): that of a wheel that is mounted for this pass.
+    pub air_mm: f64,
     /// ΔR, infeed per block (mm); N blocks of it are the infeed of a turn, however that is spread.
     pub infeed_per_block_mm: f64,
     /// Infeed of each turn (mm), of which `infeed_per_block_mm` is the mean; empty: the same in every turn.
@@ -510,7 +515,7 @@ impl JobSpec {
     /// Infeed of all passes together (mm).
     #[must_use]
     pub fn passes_infeed_mm(&self) -> f64 {
-        self.passes.iter().map(|pass| pass.total_infeed_mm).sum()
+        self.passes.iter().map(|pass| pass.total_infeed_mm - pass.air_mm).sum()
     }
 
     /// Material of the raw part above the contour where it has most (mm).

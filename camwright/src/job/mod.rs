@@ -22,3 +22,4 @@ pub mod plunges;
 pub mod raw_part;
 pub mod supported_shaft;
 pub mod turning;
+pub mod wheel_visit;

@@ -136,10 +136,11 @@ pub(crate) fn offset_of(lobe: &LobeSpec) -> f64 {
 }
 
 /// Contact law of the wheel and a lobe, or one of its plunges, where it is ground: of a plunge over the width that no plunge has cut before;
-/// with a part of this compliance on its supports (mm/N).
+/// with a wheel of this width (mm) and a part of this compliance on its supports (mm/N).
 /// `None` on a rigid machine.
 pub(crate) fn contact_law(
     machine: &MachineDescription,
+    wheel_mm: f64,
     station: &str,
     width_mm: f64,
     plunge: Option<&Plunge>,
@@ -147,7 +148,8 @@ pub(crate) fn contact_law(
 ) -> Option<ContactLaw> {
     let beside = |plunge: &Plunge| (plunge.offset_mm(width_mm), plunge.fresh_width_mm(width_mm));
     let (offset_mm, fresh_mm) = plunge.map_or((0.0, width_mm), beside);
-    let law = machine.contact_law_at(machine.station(station)?.position_mm + offset_mm, fresh_mm)?;
+    let z_mm = machine.station(station)?.position_mm + offset_mm;
+    let law = machine.contact.as_ref()?.law(z_mm, fresh_mm.min(wheel_mm))?;
     Some(law.in_series(part_mm_n))
 }
 
@@ -173,10 +175,10 @@ impl LobeSpec {
         self.plunge.as_ref().map_or(1, |plunge| plunge.finished_sections(self.width_mm).len())
     }
 
-    /// Both are plunges of one lobe.
+    /// Both are plunges of one lobe, or visits of wheels to one.
     #[must_use]
-    pub fn is_beside(&self, other: &Self) -> bool {
-        are_beside(self.plunge.as_ref(), other.plunge.as_ref())
+    pub fn is_of_one_lobe(&self, other: &Self) -> bool {
+        are_beside(self.plunge.as_ref(), other.plunge.as_ref()) || self.visits_with(other)
     }
 
     /// The plunges of a lobe with a wheel of width `wheel_mm` that overlap by at least `overlap_mm` (mm), from the headstock on; the lobe
@@ -227,6 +229,7 @@ mod tests {
             width_mm,
             tolerance: FormTolerance::uniform(0.005),
             plunge: None,
+            visit: None,
         }
     }
 

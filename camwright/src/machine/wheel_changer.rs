@@ -50,6 +50,19 @@ impl MachineDescription {
         self.wheel_changer.as_ref().map_or(0, |changer| changer.mounted)
     }
 
+    /// A wheel by position; without a changer, and beyond its last wheel, the mounted one.
+    #[must_use]
+    pub fn wheel_at(&self, index: usize) -> WheelDescription {
+        let changer = self.wheel_changer.as_ref().filter(|changer| changer.mounted != index);
+        changer.and_then(|changer| changer.wheels.get(index)).map_or(self.wheel, |wheel| wheel.wheel)
+    }
+
+    /// Name of a wheel of the changer; `None` without one.
+    #[must_use]
+    pub fn wheel_name(&self, index: usize) -> Option<&str> {
+        Some(self.wheel_changer.as_ref()?.wheels.get(index)?.name.as_str())
+    }
+
     /// Mounts a wheel of the changer. It does not allocate.
     ///
     /// # Errors
@@ -88,11 +101,6 @@ impl WheelsNow {
             return self.mounted;
         }
         let stored = self.stored.get(index).copied().flatten();
-        let as_new = || {
-            let wheels = machine.wheel_changer.as_ref().map(|changer| &changer.wheels);
-            let wheel = wheels.and_then(|wheels| wheels.get(index)).map_or(machine.wheel, |wheel| wheel.wheel);
-            WheelNow::dressed(wheel.new_radius_mm)
-        };
-        stored.unwrap_or_else(as_new)
+        stored.unwrap_or_else(|| WheelNow::dressed(machine.wheel_at(index).new_radius_mm))
     }
 }

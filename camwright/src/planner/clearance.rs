@@ -15,7 +15,7 @@ use super::lobe::{PlannedLobe, extremes};
 use crate::job::grinding::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::fixture::Extent;
-use crate::motion::plan::{CutSegment, Phase, Plan, Segment, SegmentKind};
+use crate::motion::plan::{CutSegment, Phase, Plan, PlanCommand, Segment, SegmentKind};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -47,8 +47,11 @@ pub(super) fn check_clearance(
     let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
     let mut x_mm = position(Axis::X, start_counts[Axis::X.index()]);
     let mut z_mm = position(Axis::Z, start_counts[Axis::Z.index()]);
-    let half_mm = 0.5 * machine.wheel.width_mm;
+    let mut half_mm = 0.5 * machine.wheel.width_mm;
     for segment in &plan.segments {
+        if let SegmentKind::Command(PlanCommand::ChangeWheel { wheel }) = segment.kind {
+            half_mm = 0.5 * machine.wheel_at(wheel as usize).width_mm;
+        }
         let way = MovePath::from_segment(segment, plan, machine, x_mm, z_mm);
         for (body, extent) in &bodies {
             let beside = extent.to_mm <= way.z_mm.0 - half_mm || extent.from_mm >= way.z_mm.1 + half_mm;
@@ -134,7 +137,7 @@ fn cut_positions(plan: &Plan, cut: &CutSegment) -> Option<(f64, f64)> {
 fn is_meant(body: Body, segment: &Segment, way: &MovePath, lobes: &[PlannedLobe]) -> bool {
     let (Body::Lobe(body), Some(lobe)) = (body, segment.lobe) else { return false };
     let is_neighbour = || match (lobes.get(body), lobes.get(lobe)) {
-        (Some(body), Some(lobe)) => body.design.is_beside(&lobe.design),
+        (Some(body), Some(lobe)) => body.design.is_of_one_lobe(&lobe.design),
         _ => false,
     };
     (body == lobe || is_neighbour()) && !way.moves_table()

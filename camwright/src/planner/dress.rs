@@ -9,7 +9,7 @@ use crate::cam::contour::Contour;
 use crate::job::dressing::{Dress, PlannedDress, RetainedPath, WheelCourse, kept_path_error};
 use crate::job::grinding::JobSpec;
 use crate::job::grinding::Subject;
-use crate::machine::description::Axis;
+use crate::machine::description::{Axis, MachineDescription, WheelsNow};
 use crate::machine::wheel_state::{mm_from_nm, nm_from_mm};
 use crate::math::units::um_from_mm;
 use crate::motion::plan::{Phase, PlanCommand, SegmentKind};
@@ -36,7 +36,7 @@ impl Sequence<'_> {
     pub(super) fn dress(&mut self, dress: &Dress, lobe: &str) -> Result<(), PlanError> {
         let Some(dresser) = self.steps.machine.dresser else { return Ok(()) };
         let of = StepSubject::part(Phase::Dress);
-        let half_mm = 0.5 * dresser.traverse_mm(self.steps.machine.wheel.width_mm);
+        let half_mm = 0.5 * dresser.traverse_mm(self.steps.machine.wheel_at(self.wheel).width_mm);
         let (first_mm, last_mm) = (dresser.z_mm - half_mm, dresser.z_mm + half_mm);
         let place = || Subject::Lobe(lobe.into());
         for z_mm in [first_mm, last_mm] {
@@ -78,9 +78,10 @@ impl Sequence<'_> {
 /// Every dress with the form error that the paths before it would leave.
 pub(super) fn with_kept_paths(
     job: &JobSpec,
+    machine: &MachineDescription,
     contours: &[Contour],
     shapes: &[WheelShape],
-    first_radius_mm: f64,
+    wheels_now: &WheelsNow,
     wheel: &WheelCourse,
 ) -> Vec<PlannedDress> {
     let path = |profile: usize, radius_mm: f64| match shape_of(shapes, profile, None, radius_mm) {
@@ -88,11 +89,18 @@ pub(super) fn with_kept_paths(
         // Nothing is ground with this wheel; it may even be too large for the profile.
         None => ToolPath::for_wheel(&contours[profile], radius_mm).ok(),
     };
-    let ends = wheel.dresses.iter().skip(1).map(|next| next.before_lobe).chain([job.lobes.len()]);
-    let kept = |dress: &Dress, end: usize, radius_mm: f64| {
+    let wheel_of = |lobe: usize| job.lobes[lobe].wheel(machine);
+    let end_of = |dress: &Dress| {
+        let own = wheel_of(dress.before_lobe);
+        let later = wheel.dresses.iter().map(|next| next.before_lobe).filter(|next| *next > dress.before_lobe);
+        later.filter(|next| wheel_of(*next) == own).min().unwrap_or(job.lobes.len())
+    };
+    let kept = |dress: &Dress, radius_mm: f64| {
         let mut worst: Option<RetainedPath> = None;
-        let lobes = &job.lobes[dress.before_lobe..end.max(dress.before_lobe)];
-        for profile in (0..contours.len()).filter(|profile| lobes.iter().any(|lobe| lobe.profile == *profile)) {
+        let own = wheel_of(dress.before_lobe);
+        let lobes = (dress.before_lobe..end_of(dress)).filter(|lobe| wheel_of(*lobe) == own);
+        let profiles: Vec<usize> = lobes.map(|lobe| job.lobes[lobe].profile).collect();
+        for profile in (0..contours.len()).filter(|profile| profiles.contains(profile)) {
             let error = kept_path_error(&contours[profile], &path(profile, radius_mm)?, dress.radius_mm());
             if worst.is_none_or(|worst| error.value.abs() > worst.error.value.abs()) {
                 worst = Some(RetainedPath { profile, error });
@@ -100,12 +108,10 @@ pub(super) fn with_kept_paths(
         }
         worst
     };
-    let dresses = wheel.dresses.iter().zip(ends);
-    dresses
-        .map(|(dress, end)| PlannedDress {
-            dress: *dress,
-            kept_path: kept(dress, end, dress.old_radius_mm),
-            first_path: kept(dress, end, first_radius_mm),
-        })
-        .collect()
+    let planned = |dress: &Dress| PlannedDress {
+        dress: *dress,
+        kept_path: kept(dress, dress.old_radius_mm),
+        first_path: kept(dress, wheels_now.wheel(machine, wheel_of(dress.before_lobe)).radius_mm),
+    };
+    wheel.dresses.iter().map(planned).collect()
 }

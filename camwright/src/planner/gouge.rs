@@ -62,6 +62,7 @@ pub(super) fn check_gouges(request: &GougeRequest<'_>) -> Result<(), PlanError> 
         at: request.start_counts,
         knows_c: request.c_homed,
         is_cut: alloc::vec![false; lobes],
+        wheel: request.machine.mounted_wheel(),
         pushes_mm: None,
         outlines: alloc::vec![None; request.job.profiles.len()],
         paths: Vec::new(),
@@ -77,6 +78,8 @@ struct GougeCheck<'a> {
     knows_c: bool,
     /// Lobes that have been cut.
     is_cut: Vec<bool>,
+    /// Position of the mounted wheel in the changer.
+    wheel: usize,
     /// Longest travel of the stopped wheel's push (mm).
     pushes_mm: Option<f64>,
     /// Contour of each profile, once it is needed.
@@ -128,6 +131,7 @@ impl GougeCheck<'_> {
                 let push_mm = self.request.job.identification.map_or(0.0, |identification| identification.push_mm);
                 self.pushes_mm = (*max_n > 0).then_some(push_mm);
             }
+            SegmentKind::Command(PlanCommand::ChangeWheel { wheel }) => self.wheel = *wheel as usize,
             SegmentKind::Command(PlanCommand::WheelStart) => self.pushes_mm = None,
             SegmentKind::Cut(cut) => self.cut(segment, cut)?,
             SegmentKind::Spiral(_)
@@ -143,15 +147,18 @@ impl GougeCheck<'_> {
         self.request.machine.axis(axis).scale.position(counts)
     }
 
-    /// Lobes that face the wheel, however little of them. A wheel that stands at a plunge cuts its overlap with the neighbours too, and none
+    /// Lobes that face the wheel, however little of them; of the visits to a lobe those of the mounted wheel. A wheel that stands at a plunge cuts its overlap with the neighbours too, and none
     /// of what only they cut.
     fn facing(&self, z_mm: f64) -> impl Iterator<Item = usize> + use<> {
-        let (machine, wheel_mm) = (self.request.machine, self.request.machine.wheel.width_mm);
+        let machine = self.request.machine;
+        let wheel_mm = machine.wheel_at(self.wheel).width_mm;
         let away_mm = |lobe: &PlannedLobe| lobe.design.z_mm(machine).map(|lobe_mm| (lobe_mm - z_mm).abs());
         let stands_at = |lobe: &&PlannedLobe| away_mm(lobe).is_some_and(|away_mm| away_mm < AT_PLUNGE_MM);
         let plunge = self.request.lobes.iter().filter(|lobe| lobe.design.plunge.is_some()).find(stands_at);
         let faces = self.request.lobes.iter().map(|lobe| {
-            if plunge.is_some_and(|plunge| plunge.design.is_beside(&lobe.design) && !core::ptr::eq(plunge, lobe)) {
+            let is_beside =
+                plunge.is_some_and(|plunge| plunge.design.is_of_one_lobe(&lobe.design) && !core::ptr::eq(plunge, lobe));
+            if is_beside || lobe.design.wheel(machine) != self.wheel {
                 return false;
             }
             let half_mm = 0.5 * (lobe.design.width_mm + wheel_mm);

@@ -13,9 +13,9 @@ use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
 use crate::job::part_support::{self, PartSupport};
 use crate::job::plunges::{self, LobeSection, Plunge};
+use crate::job::wheel_visit::{WheelVisit, visit_together};
 use crate::machine::contact_law::ContactLaw;
-use crate::machine::description::{Axis, MachineDescription};
-use crate::machine::wheel_state::WheelNow;
+use crate::machine::description::{Axis, MachineDescription, WheelsNow};
 use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
 use crate::math::range::minimum_and_maximum;
 use crate::math::units::{TURN_RAD, wrap_turn};
@@ -43,6 +43,8 @@ pub struct LobeDesign {
     pub tolerance: FormTolerance,
     /// Plunge of a lobe wider than the wheel that this is.
     pub plunge: Option<Plunge>,
+    /// Visit of one wheel of a changer that this is.
+    pub visit: Option<WheelVisit>,
     /// The part on its supports as a round shaft; `None`: the part is as stiff as the machine's contact says.
     pub part_support: Option<PartSupport>,
 }
@@ -75,7 +77,8 @@ impl LobeDesign {
     #[must_use]
     pub fn contact_law(&self, machine: &MachineDescription) -> Option<ContactLaw> {
         let part_mm_n = self.part_compliance_mm_n(machine, self.offset_mm());
-        plunges::contact_law(machine, &self.station, self.width_mm, self.plunge.as_ref(), part_mm_n)
+        let wheel_mm = machine.wheel_at(self.wheel(machine)).width_mm;
+        plunges::contact_law(machine, wheel_mm, &self.station, self.width_mm, self.plunge.as_ref(), part_mm_n)
     }
 
     /// Radial compliance of the part on its supports beside the position of the station (mm/N, mm); 0 of a part as stiff as the machine's
@@ -85,19 +88,36 @@ impl LobeDesign {
         part_support::compliance_mm_n(self.part_support.as_ref(), machine, &self.station, offset_mm)
     }
 
-    /// Sections of the part that are finished with this, its own first: one, or several of a plunge.
+    /// Position of the wheel that grinds this; the mounted one where the job names none.
+    #[must_use]
+    pub fn wheel(&self, machine: &MachineDescription) -> usize {
+        self.visit.as_ref().map_or_else(|| machine.mounted_wheel(), |visit| visit.wheel)
+    }
+
+    /// The lobe is finished with this, or a section of it.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.visit.as_ref().is_none_or(|visit| visit.is_last)
+    }
+
+    /// Sections of the part that are finished with this, its own first: one, several of a plunge, none of a wheel's visit after which
+    /// another wheel comes.
     #[must_use]
     pub fn sections(&self) -> Vec<LobeSection> {
+        if !self.is_finished() {
+            return Vec::new();
+        }
         match &self.plunge {
             Some(plunge) => plunge.finished_sections(self.width_mm),
             None => alloc::vec![LobeSection { name: self.name.clone(), offset_mm: 0.0, width_mm: self.width_mm }],
         }
     }
 
-    /// Both are plunges of one lobe.
+    /// Both are plunges of one lobe, or visits of wheels to one.
     #[must_use]
-    pub fn is_beside(&self, other: &Self) -> bool {
+    pub fn is_of_one_lobe(&self, other: &Self) -> bool {
         plunges::are_beside(self.plunge.as_ref(), other.plunge.as_ref())
+            || visit_together(self.visit.as_ref(), other.visit.as_ref())
     }
 
     /// Centre of its contour on a part whose keyway truly lies at an azimuth (rad); `None` for the spindle axis, which it is but for a
@@ -189,6 +209,7 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
         width_mm: lobe.width_mm,
         tolerance: lobe.tolerance,
         plunge: lobe.plunge.clone(),
+        visit: lobe.visit.clone(),
         part_support: job.part_support,
     }
 }
@@ -213,8 +234,9 @@ pub(super) fn shapes(
     let along_normal = job.passes.iter().any(|pass| pass.infeed_direction == InfeedDirection::Normal);
     let shape = |profile: usize, radius_mm: f64, lobe: Option<usize>| {
         let contour = contours[profile].clone();
-        let design =
-            || ToolPath::for_wheel(&contour, radius_mm).map_err(|source| no_path(job, contours, profile, source));
+        let design = || {
+            ToolPath::for_wheel(&contour, radius_mm).map_err(|source| no_path(job, machine, contours, profile, source))
+        };
         let tool_path = match lobe.and_then(|lobe| learned_of(job, lobe)) {
             None => design()?,
             Some(correction) => ToolPath::compensated(&contour, correction, radius_mm).or_else(|source| {
@@ -236,7 +258,8 @@ pub(super) fn shapes(
     };
     let mut shapes = Vec::new();
     for (index, (lobe, &radius_mm)) in job.lobes.iter().zip(&wheel.radii_mm).enumerate() {
-        if index == 0 {
+        // A wheel of a changer need not fit the lobes that another one grinds.
+        if index == 0 && lobe.visit.is_none() {
             for shape in host.map(contours.len(), |profile| shape(profile, radius_mm, None)) {
                 shapes.push(shape?);
             }
@@ -275,18 +298,22 @@ pub(super) fn wheel_course(
     job: &JobSpec,
     machine: &MachineDescription,
     contours: &[Contour],
-    wheel: WheelNow,
+    wheels: &WheelsNow,
 ) -> Result<WheelCourse, PlanError> {
     let areas: Vec<f64> = contours.iter().map(|contour| stock_area_mm2(contour, job.stock_mm)).collect();
-    let lobes = job.lobes.iter().map(|lobe| LobeStock {
-        name: &lobe.name,
-        stock_mm: job.stock_mm,
-        area_mm2: areas[lobe.profile],
+    let lobes = job.lobes.iter().enumerate().map(|(index, lobe)| match &lobe.visit {
+        None => LobeStock { name: &lobe.name, stock_mm: job.stock_mm, area_mm2: areas[lobe.profile], wheel: None },
+        Some(visit) => {
+            let left_mm = if visit.is_last { 0.0 } else { job.left_after_mm(visit.passes().end) };
+            let (stock_mm, contour) = (job.stock_of_mm(index), &contours[lobe.profile]);
+            let area_mm2 = stock_area_mm2(contour, stock_mm) - stock_area_mm2(contour, left_mm);
+            LobeStock { name: &lobe.name, stock_mm: stock_mm - left_mm, area_mm2, wheel: Some(visit.wheel) }
+        }
     });
     let lobes: Vec<LobeStock<'_>> = lobes.collect();
-    let course = WheelCourse::new(job.dressing.as_ref(), machine, wheel, &lobes)?;
+    let course = WheelCourse::new(job.dressing.as_ref(), machine, wheels, &lobes)?;
     for (lobe, &radius_mm) in job.lobes.iter().zip(&course.radii_mm) {
-        (machine.wheel.check_speed(radius_mm))
+        (machine.wheel_at(lobe.wheel(machine)).check_speed(radius_mm))
             .map_err(|source| PlanError::WheelTooFast { lobe: lobe.name.clone(), source })?;
     }
     Ok(course)
@@ -333,8 +360,11 @@ pub(super) fn begins(
     let scale = machine.axis(Axis::C).scale;
     let turn_counts = scale.counts(TURN_RAD);
     let sense = f64::from(machine.rotation_sense.signum());
-    let spark_out: u32 = job.passes.iter().map(|pass| pass.spark_out_turns).sum();
-    let turns = i64::from(schedules.iter().map(InfeedSchedule::turns).sum::<u32>() + spark_out);
+    let turns_of = |lobe: &LobeSpec| {
+        let passes = lobe.passes(job.passes.len());
+        let spark_out: u32 = job.passes[passes.clone()].iter().map(|pass| pass.spark_out_turns).sum();
+        i64::from(schedules[passes].iter().map(InfeedSchedule::turns).sum::<u32>() + spark_out)
+    };
     let mut c_counts = 0_i64;
     job.lobes
         .iter()
@@ -344,7 +374,7 @@ pub(super) fn begins(
                 c_counts += if 2 * there > turn_counts { there - turn_counts } else { there };
             }
             let begin = begin_at(machine, lobe.phase_rad, c_counts);
-            c_counts += turns * turn_counts;
+            c_counts += turns_of(lobe) * turn_counts;
             begin
         })
         .collect()
@@ -408,14 +438,16 @@ impl LobePlanner<'_> {
         comes: Option<FlyingStart>,
         goes: Option<FlyingStart>,
     ) -> Result<PlannedLobe, PlanError> {
-        let (job, machine, schedules) = (self.job, self.machine, self.schedules);
+        let (job, machine) = (self.job, self.machine);
         let lobe = &job.lobes[index];
+        let range = lobe.passes(job.passes.len());
+        let (specs, schedules) = (&job.passes[range.clone()], &self.schedules[range]);
         let path = self.path_of(index);
         let shape = &self.shapes[path];
         let start_rad = wrap_turn(f64::from(machine.rotation_sense.signum()) * begin.path_rad);
-        check_blank(job, lobe, shape, total_infeed_mm(schedules), start_rad)?;
-        let last = job.passes.len() - 1;
-        let passes = job.passes.iter().zip(schedules).enumerate().map(|(number, (pass, schedule))| {
+        check_blank(job, index, shape, total_infeed_mm(schedules), start_rad)?;
+        let last = specs.len() - 1;
+        let passes = specs.iter().zip(schedules).enumerate().map(|(number, (pass, schedule))| {
             SpeedPlan::new(&SpeedRequest {
                 path: &shape.path,
                 path_start_rad: begin.path_rad,
@@ -430,7 +462,7 @@ impl LobePlanner<'_> {
                 wheel_power: job.wheel_power.map(|power| power.as_law(lobe.width_mm)),
                 rotation_sense: machine.rotation_sense,
                 wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
-                wheel_speed_m_s: machine.wheel.surface_speed_m_s,
+                wheel_speed_m_s: machine.wheel_at(lobe.wheel(machine)).surface_speed_m_s,
                 c: machine.axis(Axis::C).limits,
                 x: machine.axis(Axis::X).limits,
                 cycle_time_s: machine.cycle_time_s(),
@@ -470,11 +502,12 @@ pub(super) fn infeed_of_x_mm(job: &JobSpec, path: &ToolPath, angle_rad: f64, inf
 /// At the end of the rapid advance the wheel stands off the blank, which is the contour and its stock.
 fn check_blank(
     job: &JobSpec,
-    lobe: &LobeSpec,
+    index: usize,
     shape: &WheelShape,
     total_infeed_mm: f64,
     start_rad: f64,
 ) -> Result<(), PlanError> {
+    let lobe = &job.lobes[index];
     let wheel_mm = shape.tool_path.wheel_radius_mm();
     let at_size_mm = shape.tool_path.sample(start_rad).value + wheel_mm;
     let total_infeed_mm = infeed_of_x_mm(job, &shape.tool_path, start_rad, total_infeed_mm);
@@ -488,7 +521,7 @@ fn check_blank(
             .fold(f64::INFINITY, f64::min)
     };
     let gap_mm = gap_at(total_infeed_mm);
-    let stock_mm = job.maximum_stock_mm();
+    let stock_mm = job.maximum_stock_of_mm(index);
     if gap_mm > stock_mm {
         return Ok(());
     }
@@ -509,7 +542,8 @@ pub(super) fn check_travel(
     lobes: &[PlannedLobe],
     clear_x_mm: Option<f64>,
 ) -> Result<(), PlanError> {
-    let total_infeed_mm = total_infeed_mm(schedules);
+    let infeeds_mm = job.lobes.iter().map(|lobe| total_infeed_mm(&schedules[lobe.passes(job.passes.len())]));
+    let infeeds_mm: Vec<f64> = infeeds_mm.collect();
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
     let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();
     let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
@@ -532,6 +566,7 @@ pub(super) fn check_travel(
     for (index, lobe) in lobes.iter().enumerate() {
         let place = || Subject::Lobe(lobe.design.name.clone());
         let (low_mm, high_mm) = extremes(lobe.tool_path.spline());
+        let total_infeed_mm = infeeds_mm[index];
         let infeed_mm = infeed_of_x_mm(job, &lobe.tool_path, lobe.start_rad, total_infeed_mm);
         let retracted_mm = lobe.tool_path.sample(lobe.start_rad).value + infeed_mm + job.rapid_advance_mm;
         soft_limit(machine, Axis::X, low_mm, place(), RequiredPosition::LowestPoint)?;

@@ -115,7 +115,7 @@ pub fn plan_measuring(
     if machine.dresser.is_some() {
         sequence.expect_wheel(wheel.into().radius_mm);
     }
-    sequence.prepare()?;
+    sequence.prepare(None)?;
     let prepared_ticks = sequence.ticks();
     let mut read_to_rad = Vec::with_capacity(job.lobes.len());
     for index in 0..job.lobes.len() {
@@ -189,7 +189,7 @@ pub fn plan_measured_job(
     job.check(machine)?;
     let all = schedules(job, machine)?;
     let contours = lobe::contours(job, &OneByOne)?;
-    let course = lobe::wheel_course(job, machine, &contours, wheel.into())?;
+    let course = lobe::wheel_course(job, machine, &contours, &wheel.into().into())?;
     let shapes = lobe::shapes(job, machine, &contours, &course, &OneByOne)?;
     let start = PlanStart { counts: measuring.report.end_counts, c_homed: true };
     let start_c_counts = start.counts[Axis::C.index()];

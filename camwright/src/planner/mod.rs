@@ -68,8 +68,7 @@ pub use program::{PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest,
 use crate::job::dressing::PlannedDress;
 use crate::job::grinding::{BetweenLobes, JobSpec};
 use crate::job::infeed::InfeedSchedule;
-use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use crate::machine::wheel_state::WheelNow;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, WheelsNow};
 use crate::motion::plan::Plan;
 use crate::planner::plan_check::{PlanReport, check_plan};
 use gouge::{GougeRequest, check_gouges};
@@ -134,7 +133,7 @@ impl PlannedJob {
     }
 }
 
-/// Plans a job for a machine and a wheel: its radius (mm), or what is known of it in addition.
+/// Plans a job for a machine and its wheels: the radius of the mounted one (mm), or what is known of it, or of all wheels of a changer.
 ///
 /// `start` is where the axes stand; without it X and Z are taken to be at the home position and C unhomed. It changes
 /// the predicted duration, and nothing else but the first moves.
@@ -144,10 +143,10 @@ impl PlannedJob {
 pub fn plan_job(
     job: &JobSpec,
     machine: &MachineDescription,
-    wheel: impl Into<WheelNow>,
+    wheels: impl Into<WheelsNow>,
     start: Option<PlanStart>,
 ) -> Result<PlannedJob, PlanError> {
-    plan_job_on(&OneByOne, job, machine, wheel, start)
+    plan_job_on(&OneByOne, job, machine, wheels, start)
 }
 
 /// [`plan_job`] on a host, which changes no bit of it.
@@ -158,7 +157,7 @@ pub fn plan_job_on(
     host: &impl PlanHost,
     job: &JobSpec,
     machine: &MachineDescription,
-    wheel: impl Into<WheelNow>,
+    wheels: impl Into<WheelsNow>,
     start: Option<PlanStart>,
 ) -> Result<PlannedJob, PlanError> {
     host.begins(PlanStage::Prepare);
@@ -167,9 +166,9 @@ pub fn plan_job_on(
     host.begins(PlanStage::Contour);
     let contours = lobe::contours(job, host)?;
     host.begins(PlanStage::Path);
-    let wheel_now = wheel.into();
-    wheels::check_one_wheel(job, &contours, wheel_now.radius_mm)?;
-    let wheel = lobe::wheel_course(job, machine, &contours, wheel_now)?;
+    let wheels_now = wheels.into();
+    wheels::check_one_wheel(job, &contours, wheels_now.mounted.radius_mm)?;
+    let wheel = lobe::wheel_course(job, machine, &contours, &wheels_now)?;
     let shapes = lobe::shapes(job, machine, &contours, &wheel, host)?;
     let begins = lobe::begins(job, machine, &schedules, job.rotary_indexing);
     let planner = LobePlanner { job, machine, shapes: &shapes, schedules: &schedules, wheel: &wheel };
@@ -184,7 +183,7 @@ pub fn plan_job_on(
     host.begins(PlanStage::Sequence);
     let start = start.unwrap_or_else(|| PlanStart::at_home(job, machine));
     // Where wheels are dressed, a plan may be older than the wheel.
-    let expected_wheel_mm = machine.dresser.map(|_| wheel_now.radius_mm);
+    let expected_wheel_mm = machine.dresser.map(|_| wheels_now.mounted.radius_mm);
     let build = Build { planner, stopping: &stopping, start, expected_wheel_mm };
     let (mut plan, lobes, duration_with_stops_s) = match job.c_between_lobes {
         BetweenLobes::Stops => (build.stopping(job.rotary_indexing)?, stopping.clone(), None),
@@ -211,11 +210,11 @@ pub fn plan_job_on(
         plan: &plan,
         start_counts: start.counts,
         c_homed: start.c_homed,
-        stock_mm: &alloc::vec![job.maximum_stock_mm(); lobes.len()],
+        stock_mm: &(0..lobes.len()).map(|lobe| job.maximum_stock_of_mm(lobe)).collect::<Vec<_>>(),
         corrections: &[],
     })?;
     host.begins(PlanStage::Dress);
-    let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
+    let dresses = dress::with_kept_paths(job, machine, &contours, &shapes, &wheels_now, &wheel);
     let start_c_counts = start.counts[Axis::C.index()];
     Ok(PlannedJob { plan, lobes, dresses, duration_with_stops_s, report, start_c_counts })
 }
@@ -244,7 +243,7 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
             .spread(pass.infeed_course);
         let total_counts = schedule.total_counts();
         schedules.push(schedule.above(scale.position(left_counts)));
-        left_counts += total_counts;
+        left_counts += total_counts - scale.counts(pass.air_mm);
     }
     schedules.reverse();
     Ok(schedules)
@@ -265,10 +264,11 @@ impl<'a> Build<'a> {
     fn sequence(&self) -> Result<Sequence<'a>, PlanError> {
         let LobePlanner { job, machine, shapes, .. } = self.planner;
         let mut sequence = Sequence::new(job, machine, shapes, self.start);
-        if let Some(radius_mm) = self.expected_wheel_mm {
+        // A plan that mounts its wheels expects each of them then.
+        if let Some(radius_mm) = self.expected_wheel_mm.filter(|_| job.wheels_in_order().is_empty()) {
             sequence.expect_wheel(radius_mm);
         }
-        sequence.prepare()?;
+        sequence.prepare(self.planner.wheel.mounts.first())?;
         Ok(sequence)
     }
 
@@ -289,6 +289,7 @@ impl<'a> Build<'a> {
         rotary_indexing: bool,
     ) -> Result<Plan, PlanError> {
         for (index, (lobe, begin)) in self.stopping.iter().zip(begins.iter().copied()).enumerate() {
+            sequence.change_wheel(index, self.planner.wheel)?;
             for dress in self.planner.wheel.dresses.iter().filter(|dress| dress.before_lobe == index) {
                 sequence.dress(dress, &lobe.design.name)?;
             }

@@ -5,6 +5,7 @@ use super::error::PlanError;
 use super::error::RequiredPosition;
 use super::lobe::{LobeStart, PlannedLobe, WheelShape, soft_limit};
 use super::steps::{PlanSteps, StepSubject, shared};
+use crate::job::dressing::{WheelCourse, WheelMount};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{JobSpec, LobeSpec};
 use crate::job::plunges;
@@ -31,6 +32,8 @@ pub(super) struct Sequence<'a> {
     watched_n: i64,
     /// The infeed of a cut ends at a size on the gauge.
     watches_size: bool,
+    /// Position of the mounted wheel in the changer.
+    pub(super) wheel: usize,
 }
 
 impl<'a> Sequence<'a> {
@@ -48,11 +51,11 @@ impl<'a> Sequence<'a> {
             ..Plan::default()
         };
         let steps = PlanSteps { machine, at: start.counts, ticks: 0, plan };
-        Self { job, start, steps, watched_n: 0, watches_size: false }
+        Self { job, start, steps, watched_n: 0, watches_size: false, wheel: machine.mounted_wheel() }
     }
 
-    /// Wheel clear of the part, C on its origin, wheel up to speed.
-    pub(super) fn prepare(&mut self) -> Result<(), PlanError> {
+    /// Wheel clear of the part, C on its origin, the first wheel of the job mounted if it names one, wheel up to speed.
+    pub(super) fn prepare(&mut self, first: Option<&WheelMount>) -> Result<(), PlanError> {
         let of = StepSubject::part(Phase::Home);
         self.steps.move_axis(
             of,
@@ -62,14 +65,51 @@ impl<'a> Sequence<'a> {
             "wheel clear of the part",
         )?;
         self.steps.home_headstock(of, self.start.c_homed)?;
-        self.steps.start_wheel(of);
+        match first {
+            Some(mount) => self.mount(mount),
+            None => self.steps.start_wheel(of),
+        }
         Ok(())
+    }
+
+    /// Mounts a wheel if the job does so before this lobe.
+    pub(super) fn change_wheel(&mut self, index: usize, course: &WheelCourse) -> Result<(), PlanError> {
+        // The first one is mounted before the wheel starts for the first time.
+        let Some(mount) = course.mounts.iter().skip(1).find(|mount| mount.before_lobe == index) else { return Ok(()) };
+        let of = StepSubject::part(Phase::WheelChange);
+        let clear = self.steps.counts(Axis::X, self.job.home.x_mm);
+        self.steps.move_axis(of, Axis::X, clear, None, "wheel clear of the part")?;
+        self.mount(mount);
+        Ok(())
+    }
+
+    /// The wheel to rest, another one in its place, and that up to speed, with X clear of the part.
+    fn mount(&mut self, mount: &WheelMount) {
+        let of = StepSubject::part(Phase::WheelChange);
+        let machine = self.steps.machine;
+        let cycle_s = machine.cycle_time_s();
+        let name = machine.wheel_name(mount.wheel).unwrap_or_default();
+        self.steps.command(of, PlanCommand::WheelStop, "wheel stop");
+        let stop_s = machine.wheel_at(self.wheel).spin_up_s;
+        self.steps.add(of, SegmentKind::Dwell, whole_ticks(stop_s, cycle_s), 0, "wheel to rest");
+        let label = alloc::format!("change to wheel {name}");
+        #[allow(clippy::cast_possible_truncation, reason = "a changer has a few wheels")]
+        let wheel = mount.wheel as u32;
+        self.steps.command(of, PlanCommand::ChangeWheel { wheel }, &label);
+        let change_s = machine.wheel_changer.as_ref().map_or(0.0, |changer| changer.change_s);
+        self.steps.add(of, SegmentKind::Dwell, whole_ticks(change_s, cycle_s), 0, &label);
+        let label = alloc::format!("wheel {name} of radius {:.4} mm", mount.radius_mm);
+        let radius_nm = nm_from_mm(mount.radius_mm);
+        self.steps.command(of, PlanCommand::ExpectWheel { radius_nm }, &label);
+        self.steps.start_wheel_in(of, machine.wheel_at(mount.wheel).spin_up_s);
+        self.wheel = mount.wheel;
     }
 
     /// The table to the station of a lobe.
     pub(super) fn index_to(&mut self, index: usize) -> Result<(), PlanError> {
         let lobe = &self.job.lobes[index];
-        let of = StepSubject { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm: self.job.stock_mm };
+        let stock_mm = self.job.stock_of_mm(index);
+        let of = StepSubject { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm };
         match self.steps.machine.station(&lobe.station) {
             Some(station) => self.index_table(of, lobe, station),
             None => Ok(()),
@@ -105,12 +145,14 @@ impl<'a> Sequence<'a> {
     ) -> Result<(), PlanError> {
         let name = lobe.design.name.as_str();
         let of = |phase: Phase, stock_mm: f64| StepSubject { phase, lobe: Some((index, name)), stock_mm };
-        let stock_mm = self.job.stock_mm;
+        let stock_mm = self.job.stock_of_mm(index);
         let rapid = Some(self.job.rapid_speed_mm_s);
         let mut retracted = self.steps.at[Axis::X.index()];
         let mut goes_turning = false;
         // Passes that would be cut in the air are omitted from the first on.
-        let specs = &self.job.passes[self.job.passes.len() - lobe.passes.len()..];
+        let specs = self.job.passes_of(index);
+        let specs = &specs[specs.len() - lobe.passes.len()..];
+        let finishes = lobe.design.is_finished();
         for (number, pass) in lobe.passes.iter().enumerate() {
             let until_steady_n = specs[number].spark_out_until_n;
             let cut = CutSegment { until_steady_n, ..self.cut_segment(lobe.path, pass, begin) };
@@ -119,7 +161,7 @@ impl<'a> Sequence<'a> {
                 self.steps.command(of(Phase::Position, stock_mm), PlanCommand::WatchForce { max_n }, &label);
                 self.watched_n = max_n;
             }
-            let size = self.job.size_control().filter(|_| number + 1 == lobe.passes.len());
+            let size = self.job.size_control().filter(|_| finishes && number + 1 == lobe.passes.len());
             if let Some(size) = size {
                 let diameter_mm = 2.0 * lobe.design.contour.radius_at(0.0) + size.ends_above_mm;
                 let size = GaugeSize { diameter_nm: nm_from_mm(diameter_mm), beyond_nm: nm_from_mm(size.beyond_mm) };
@@ -287,9 +329,11 @@ impl<'a> Sequence<'a> {
         for (index, lobe) in self.job.lobes.iter().enumerate() {
             let machine = self.steps.machine;
             let part_mm_n = self.job.lobe_compliance_mm_n(machine, lobe);
-            let law = plunges::contact_law(machine, &lobe.station, lobe.width_mm, lobe.plunge.as_ref(), part_mm_n);
+            let wheel_mm = machine.wheel_at(lobe.wheel(machine)).width_mm;
+            let law =
+                plunges::contact_law(machine, wheel_mm, &lobe.station, lobe.width_mm, lobe.plunge.as_ref(), part_mm_n);
             let Some(law) = law else { continue };
-            let mut surface = GroundLobe::new(self.job.stock_mm, &law);
+            let mut surface = GroundLobe::new(self.job.stock_of_mm(index), &law);
             for number in 0..self.steps.plan.segments.len() {
                 let size = GaugedSize::from_plan(&self.steps.plan, number, self.steps.machine);
                 let segment = &mut self.steps.plan.segments[number];

@@ -54,9 +54,15 @@ impl PlanSteps<'_> {
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")
     }
 
+    /// Starts the mounted wheel.
     pub(super) fn start_wheel(&mut self, of: StepSubject<'_>) {
+        self.start_wheel_in(of, self.machine.wheel.spin_up_s);
+    }
+
+    /// Starts a wheel that needs this time (s).
+    pub(super) fn start_wheel_in(&mut self, of: StepSubject<'_>, spin_up_s: f64) {
         self.command(of, PlanCommand::WheelStart, "wheel start");
-        let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
+        let spin_up = whole_ticks(spin_up_s, self.machine.cycle_time_s());
         self.add(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
     }
 

@@ -3,7 +3,7 @@
 use super::error::PlanError;
 use crate::cam::contour::Contour;
 use crate::job::grinding::JobSpec;
-use crate::machine::description::WHEEL_TOLERANCE_MM;
+use crate::machine::description::{MachineDescription, WHEEL_TOLERANCE_MM};
 use crate::math::units::deg_from_rad;
 use crate::toolpath::wheel_path::ToolPathError;
 use alloc::string::String;
@@ -38,7 +38,13 @@ fn needs(job: &JobSpec, contours: &[Contour]) -> String {
 }
 
 /// A path that cannot be: which lobes wait for it, and what can be done where a smaller wheel would do.
-pub(super) fn no_path(job: &JobSpec, contours: &[Contour], profile: usize, source: ToolPathError) -> PlanError {
+pub(super) fn no_path(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    contours: &[Contour],
+    profile: usize,
+    source: ToolPathError,
+) -> PlanError {
     let of: Vec<&str> =
         job.lobes.iter().filter(|lobe| lobe.profile == profile).map(|lobe| lobe.name.as_str()).collect();
     let lobes = match of.len() {
@@ -56,9 +62,13 @@ pub(super) fn no_path(job: &JobSpec, contours: &[Contour], profile: usize, sourc
                 String::new()
             } else {
                 let (one, other) = (others.join(", "), of.join(", "));
-                alloc::format!(
-                    "; the machine has one wheel: make a job of {one} and another, with a smaller wheel, of {other}"
-                )
+                if machine.wheel_changer.is_some() {
+                    alloc::format!("; name a smaller wheel of the changer for {other} (wheel), as this one fits {one}")
+                } else {
+                    alloc::format!(
+                        "; the machine has one wheel: make a job of {one} and another, with a smaller wheel, of {other}"
+                    )
+                }
             }
         }
         _ => String::new(),

@@ -92,6 +92,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         width_mm: 14.0,
         tolerance: FormTolerance::default(),
         plunge: None,
+        visit: None,
     };
     let max_rad_s = 10.0;
     let speed = match random.next() % 5 {
@@ -115,6 +116,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
             total_infeed_mm: 0.36,
             infeed_per_block_mm: 0.000_05,
             infeed_of_turns_mm: Vec::new(),
+            air_mm: 0.0,
             infeed_course: course,
             infeed_direction: direction,
             spark_out_turns: 2,

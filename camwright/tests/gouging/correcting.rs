@@ -72,6 +72,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         total_infeed_mm: 0.18,
         infeed_per_block_mm: random.one_of(&[0.000_005, 0.000_002]),
         infeed_of_turns_mm: Vec::new(),
+        air_mm: 0.0,
         infeed_course: InfeedCourse::PerAngle,
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 1 + u32::try_from(random.next() % 4).expect("0 to 3"),
@@ -102,6 +103,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         width_mm: WIDTH_MM,
         tolerance: FormTolerance::default(),
         plunge: None,
+        visit: None,
     };
     JobSpec {
         profiles: vec![journal(radius_mm)],

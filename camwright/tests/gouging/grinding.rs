@@ -80,6 +80,7 @@ fn pass(random: &mut SplitMix64, name: &str, along: InfeedDirection, course: Inf
         total_infeed_mm: infeed_per_block_mm * 3600.0 * (1 + random.next() % 3) as f64,
         infeed_per_block_mm,
         infeed_of_turns_mm: Vec::new(),
+        air_mm: 0.0,
         infeed_course: course,
         infeed_direction: along,
         spark_out_turns: 1 + u32::try_from(random.next() % 2).expect("0 or 1"),
@@ -100,6 +101,7 @@ pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
         width_mm: 15.0,
         tolerance: FormTolerance::default(),
         plunge: None,
+        visit: None,
     });
     let lobes = lobes.collect();
     let along = random.one_of(&[InfeedDirection::X, InfeedDirection::X, InfeedDirection::Normal]);

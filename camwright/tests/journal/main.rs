@@ -72,6 +72,7 @@ fn job(mode: GaugingMode) -> JobSpec {
         width_mm: WIDTH_MM,
         tolerance: FormTolerance::default(),
         plunge: None,
+        visit: None,
     };
     JobSpec {
         name: "journals".into(),
@@ -92,6 +93,7 @@ fn job(mode: GaugingMode) -> JobSpec {
             total_infeed_mm: 0.18,
             infeed_per_block_mm: 0.000_005,
             infeed_of_turns_mm: Vec::new(),
+            air_mm: 0.0,
             infeed_course: InfeedCourse::PerAngle,
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 3,

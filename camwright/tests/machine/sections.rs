@@ -189,6 +189,7 @@ fn planned_sections_are_taken() {
         width_mm: 0.0,
         tolerance: camwright::cam::form_tolerance::FormTolerance::default(),
         plunge: None,
+        visit: None,
     };
     let description = grinder(None);
     for width_mm in [25.5, 26.0, 40.0, 48.5, 60.0, 71.3, 150.0] {

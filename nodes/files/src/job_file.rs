@@ -26,6 +26,7 @@ use camwright::cam::follower::Follower;
 use camwright::job::grinding::{
     BetweenLobes, HoldInCut, HomePosition, JobError, JobSpec, LobeSpec, MIN_BLOCKS, PassSpec, ProfileSpec, Subject,
 };
+use camwright::job::wheel_visit::MAX_WHEEL_APPROACH_MM;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::planner::{LobeOrder, fastest_order};
 use schemars::JsonSchema;
@@ -60,6 +61,13 @@ pub(super) struct JobFile {
     /// wheel.
     #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
+    /// Name of the wheel of the machine's changer for every lobe and pass that names none. Default: the first wheel of the changer
+    /// if a lobe or pass names one, otherwise the mounted wheel.
+    wheel: Option<String>,
+    /// Part of the infeed that a wheel mounted after another one on a lobe feeds in air, before it meets what that one left.
+    #[serde(default = "default_wheel_approach_mm")]
+    #[schemars(range(min = 1e-6, max = MAX_WHEEL_APPROACH_MM))]
+    wheel_approach_mm: f64,
     /// Shapes of the lobes.
     #[schemars(length(min = 1, max = 100))]
     profiles: Vec<ProfileFile>,
@@ -245,8 +253,14 @@ struct LobeFile {
     /// Radius of the wheel that the lobe needs. Default: the job's.
     #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
+    /// Name of the wheel of the machine's changer that grinds all passes of the lobe. Default: the wheels of the passes.
+    wheel: Option<String>,
     /// Allowed form error of this lobe. Default: the job's.
     form_tolerance: Option<FormToleranceFile>,
+}
+
+const fn default_wheel_approach_mm() -> f64 {
+    0.02
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -366,7 +380,13 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     if let Some(order) = &lobe_order {
         spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
     }
-    spec.lobes = side_by_side(&file.lobes, spec.lobes, machine.description.wheel.width_mm, &document).map_err(one)?;
+    let wheels = job_wheels::of_passes(&file, &machine.description, &document)?;
+    let width_mm = |lobe: &LobeSpec| {
+        let wheel = wheels.iter().find(|(name, _)| *name == lobe.name).and_then(|(_, wheels)| wheels.last());
+        wheel.map_or(machine.description.wheel, |wheel| machine.description.wheel_at(*wheel)).width_mm
+    };
+    spec.lobes = side_by_side(&file.lobes, spec.lobes, width_mm, &document).map_err(one)?;
+    job_wheels::visit(&mut spec, &wheels, file.wheel_approach_mm, &document).map_err(one)?;
     limits::too_long(minimum_cut_s(&spec))
         .map_or(Ok(()), |message| Err(one(document.error("work_speed_rpm", message))))?;
     let start = file.start_at.as_ref().map(|start| start.index(&document, &spec.lobes)).transpose();
@@ -397,11 +417,11 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     })
 }
 
-/// Lobes with the plunges of a wide lobe in its place, for a wheel of this width (mm).
+/// Lobes with the plunges of a wide lobe in its place, for wheels of these widths (mm).
 fn side_by_side(
     files: &[LobeFile],
     lobes: Vec<LobeSpec>,
-    wheel_mm: f64,
+    wheel_mm: impl Fn(&LobeSpec) -> f64,
     document: &Document,
 ) -> Result<Vec<LobeSpec>, ConfigError> {
     let mut plunges = Vec::new();
@@ -416,6 +436,7 @@ fn side_by_side(
             JobError::PlungeOverlap { .. } => "plunge_overlap_mm",
             _ => "width_mm",
         };
+        let wheel_mm = wheel_mm(&lobe);
         let divided = lobe.side_by_side(overlap_mm, wheel_mm);
         plunges.extend(
             divided.map_err(|error| document.error(&format!("lobes.{name}.{}", key(&error)), error.to_string()))?,
@@ -513,10 +534,12 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
             width_mm: lobe.width_mm,
             tolerance: lobe.form_tolerance.unwrap_or(file.form_tolerance).tolerance(),
             plunge: None,
+            visit: None,
         });
     }
     lobes
 }
 
+mod job_wheels;
 #[cfg(test)]
 mod tests;

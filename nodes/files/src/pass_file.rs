@@ -232,11 +232,18 @@ pub(super) struct RoughingFile {
     /// Radius of the wheel that the pass needs. Default: the job's.
     #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
+    /// Name of the wheel of the machine's changer that grinds the pass. Default: the job's.
+    wheel: Option<String>,
 }
 
 impl RoughingFile {
     pub(super) fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Name of the wheel that grinds it.
+    pub(super) fn wheel(&self) -> Option<&str> {
+        self.wheel.as_deref()
     }
 
     /// The wheel it asks for, if it does.
@@ -251,6 +258,7 @@ fn pass((name, infeed): (&str, &InfeedFile), work_speed_rpm: f64, speed: &SpeedF
         total_infeed_mm: infeed.total_mm,
         infeed_per_block_mm: mm_from_um(infeed.per_block_um(blocks_per_turn)),
         infeed_of_turns_mm: infeed.of_turns_mm(),
+        air_mm: 0.0,
         infeed_course: match infeed.course {
             CourseFile::PerAngle => InfeedCourse::PerAngle,
             CourseFile::PerTurn => InfeedCourse::PerTurn,

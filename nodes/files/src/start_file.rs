@@ -26,9 +26,11 @@ pub(super) struct DryRunFile {
 impl StartLobeFile {
     /// Index of the lobe; `None` for the beginning with a new part.
     pub(super) fn index(&self, document: &Document, lobes: &[LobeSpec]) -> Result<Option<usize>, ConfigError> {
-        // The name of a wide lobe is that of its first plunge.
+        // The name of a wide lobe is that of its first plunge, the name of one with several wheels that of its first visit.
         let is_named = |lobe: &LobeSpec, name: &str| {
-            lobe.name == name || lobe.plunge.as_ref().is_some_and(|plunge| plunge.lobe == name)
+            lobe.name == name
+                || lobe.plunge.as_ref().is_some_and(|plunge| plunge.lobe == name)
+                || lobe.visit.as_ref().is_some_and(|visit| visit.lobe == name)
         };
         let named = |name: &str| lobes.iter().position(|lobe| is_named(lobe, name));
         let numbered = |number: usize| number.checked_sub(1).filter(|index| *index < lobes.len());

@@ -164,8 +164,8 @@ impl GrindingRun {
     /// The form of every lobe of the finished part.
     fn measure(&mut self, ended: &RunJobResult, turns_left_out: Vec<u32>) -> Result<Vec<LobeResult>, JobFailure> {
         self.turns_left_out = turns_left_out;
-        let lobes = &self.prepared.planned.lobes;
-        let sections: Vec<Vec<String>> = lobes.iter().map(section_names).collect();
+        let lobes: Vec<(usize, &PlannedLobe)> = self.prepared.finished_lobes().collect();
+        let sections: Vec<Vec<String>> = lobes.iter().map(|(_, lobe)| section_names(lobe)).collect();
         let names: Vec<&str> = sections.iter().flatten().map(String::as_str).collect();
         let parts =
             self.execution.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
@@ -176,10 +176,10 @@ impl GrindingRun {
         let by_lobe = split_parts(&parts, &sections);
         let own: Vec<PartLobe> = by_lobe.iter().filter_map(|parts| parts.first().cloned()).collect();
         self.learn(&own);
-        let pins = lobes.iter().zip(&own).filter_map(|(lobe, part)| planning::pin_line(&lobe.design, part));
+        let pins = lobes.iter().zip(&own).filter_map(|((_, lobe), part)| planning::pin_line(&lobe.design, part));
         let wide = planning::wide_lobe_forms(&self.prepared, &parts).into_iter().map(|form| form.to_string());
         self.measured = pins.chain(wide).collect();
-        by_lobe.iter().enumerate().map(|(index, parts)| self.lobe_result(index, parts, ended)).collect()
+        lobes.iter().zip(by_lobe).map(|((index, _), parts)| self.lobe_result(*index, parts, ended)).collect()
     }
 
     /// Result of a lobe from the outlines of its sections.
@@ -192,13 +192,19 @@ impl GrindingRun {
         }
         result.start_angle = lobe.start_rad;
         let left_out = self.turns_left_out.get(index).copied().unwrap_or_default();
-        let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
+        let visits = self.prepared.job.spec.visits_of(index);
+        let lobes = &self.prepared.planned.lobes;
+        let passes = visits.iter().filter_map(|visit| lobes.get(*visit)).flat_map(|lobe| &lobe.passes);
+        let planned = passes.map(SpeedPlan::turns).sum::<u32>();
         result.turns = f64::from(planned.saturating_sub(left_out));
-        result.duration = match lock(&self.execution.times).first_tick(index, ended.last_tick) {
+        let predicted_s = planning::lobe_times_s(&self.prepared);
+        let times = lock(&self.execution.times);
+        let of_visit = |visit: &usize| match times.first_tick(*visit, ended.last_tick) {
             Some(ticks) => self.execution.seconds(ticks),
             // Feedback may be lost on its way; then the plan's time is the best there is.
-            None => planning::lobe_times_s(&self.prepared).get(index).copied().unwrap_or_default(),
+            None => predicted_s.get(*visit).copied().unwrap_or_default(),
         };
+        result.duration = visits.iter().map(of_visit).sum();
         Ok(result)
     }
 
@@ -209,7 +215,8 @@ impl GrindingRun {
             0 => u64::MAX,
             number => self.execution.shared.alarm(number).map_or(ended.last_tick, |alarm| alarm.tick),
         };
-        let (finished, last_tick) = lock(&self.execution.progress).finished(&self.last_cuts, until_tick);
+        let (mut finished, last_tick) = lock(&self.execution.progress).finished(&self.last_cuts, until_tick);
+        finished.retain(|index| self.prepared.finished_lobes().any(|(other, _)| other == *index));
         if finished.is_empty() {
             return Vec::new();
         }

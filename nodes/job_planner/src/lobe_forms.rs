@@ -50,7 +50,7 @@ impl LobeForms {
     pub(super) fn designed(&self, prepared: &AnyPrepared) {
         let AnyPrepared::Ground(prepared) = prepared else { return };
         let outcome = self.clear(&prepared.machine).and_then(|()| {
-            let mut lobes = prepared.planned.lobes.iter().enumerate();
+            let mut lobes = prepared.finished_lobes();
             lobes.try_for_each(|(index, lobe)| self.publish(prepared, index, &lobe.design, None))
         });
         self.log_failure(outcome);

@@ -101,6 +101,7 @@ mod tests {
             width_mm: 14.0,
             tolerance: FormTolerance::default(),
             plunge: None,
+            visit: None,
             part_support: None,
         };
         let part = |um: f64| {

@@ -4,7 +4,7 @@ use super::PreparedJob;
 use super::drawing::{png, svg};
 use super::files::Files;
 use super::plots::stability_plot;
-use camwright::machine::description::Axis;
+use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::{TURN_RAD, rpm_from_rad_s};
 use camwright::planner::PlannedLobe;
 use camwright::planner::chatter::{
@@ -12,6 +12,7 @@ use camwright::planner::chatter::{
 };
 use camwright_files::{ConfigError, FileLocation};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Work speeds of the plot and of the search for stable ones, relative to the planned one.
@@ -114,9 +115,9 @@ pub struct PassChatter {
 pub fn chatter(prepared: &PreparedJob, variation: VariationSummary) -> Result<ChatterReport, ConfigError> {
     let machine = &prepared.machine;
     let mut passes = Vec::new();
-    for lobe in &prepared.planned.lobes {
+    for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
         for pass in 0..lobe.passes.len() {
-            let forecast = pass_chatter(prepared, lobe, pass, variation).ok_or_else(|| {
+            let forecast = pass_chatter(prepared, (index, pass), variation).ok_or_else(|| {
                 let message = format!(
                     "machine {} is rigid, so nothing can chatter; `contact` with machine_stiffness and grinding_stiffness_n_um_mm \
                      describes what deflects (docs/guides/chatter.md)",
@@ -137,12 +138,27 @@ pub fn chatter(prepared: &PreparedJob, variation: VariationSummary) -> Result<Ch
     })
 }
 
+/// The machine with the wheel of a lobe mounted.
+fn of_wheel<'a>(prepared: &'a PreparedJob, lobe: &PlannedLobe) -> Cow<'a, MachineDescription> {
+    let machine = &prepared.machine;
+    let wheel = lobe.design.wheel(machine);
+    if wheel == machine.mounted_wheel() {
+        return Cow::Borrowed(machine);
+    }
+    let mut mounted = machine.clone();
+    // A plan has no other wheels than those of its machine.
+    match mounted.mount_wheel(wheel) {
+        Ok(()) => Cow::Owned(mounted),
+        Err(_) => Cow::Borrowed(machine),
+    }
+}
+
 /// Forecast of a pass of a lobe; `None` on a rigid machine.
 fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Option<ChatterForecast> {
     let (design, speed) = (&lobe.design, lobe.passes.get(pass)?);
     let radii = (0..AZIMUTHS).map(|i| design.contour.radius_at(f64::from(i) * TURN_RAD / f64::from(AZIMUTHS)));
     ChatterForecast::new(&ChatterRequest {
-        machine: &prepared.machine,
+        machine: &of_wheel(prepared, lobe),
         station: &design.station,
         part_mm_n: design.part_compliance_mm_n(&prepared.machine, 0.0),
         width_mm: design.width_mm,
@@ -157,10 +173,12 @@ fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Optio
 pub(super) fn chatter_warning(prepared: &PreparedJob) -> Option<String> {
     let machine = &prepared.machine;
     let mut worst: Option<(f64, String)> = None;
-    for lobe in &prepared.planned.lobes {
+    for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
         let design = &lobe.design;
-        let (law, station) =
-            (machine.contact_law(&design.station, design.width_mm)?, machine.station(&design.station)?);
+        let (law, station) = (
+            of_wheel(prepared, lobe).contact_law(&design.station, design.width_mm)?,
+            machine.station(&design.station)?,
+        );
         let compliance = ContactCompliance::from_machine(machine, station.position_mm)?;
         let limit = compliance.with_part(design.part_compliance_mm_n(machine, 0.0)).unconditional_n_mm();
         // Stable at every speed: no root needs to be found.
@@ -174,7 +192,7 @@ pub(super) fn chatter_warning(prepared: &PreparedJob) -> Option<String> {
                     "lobe {}, pass {}: chatter; waves of {:.0} Hz, {:.0} in a turn, grow {:.2} times per turn; \
                      `camwright chatter` shows what is stable",
                     design.name,
-                    prepared.job.spec.passes[pass].name,
+                    prepared.job.spec.passes_of(index)[pass].name,
                     wave.frequency_hz,
                     wave.waves_per_turn,
                     wave.per_turn
@@ -188,10 +206,10 @@ pub(super) fn chatter_warning(prepared: &PreparedJob) -> Option<String> {
 
 fn pass_chatter(
     prepared: &PreparedJob,
-    lobe: &PlannedLobe,
-    pass: usize,
+    (index, pass): (usize, usize),
     variation: VariationSummary,
 ) -> Option<PassChatter> {
+    let lobe = prepared.planned.lobes.get(index)?;
     let (machine, design, speed) = (&prepared.machine, &lobe.design, lobe.passes.get(pass)?);
     let turn_s = speed.turn_s();
     let forecast = forecast_of(prepared, lobe, pass)?;
@@ -208,7 +226,7 @@ fn pass_chatter(
     let varied = SpeedVariation { amplitude: 0.01 * variation.amplitude_percent, period_turns: variation.period_turns };
     Some(PassChatter {
         lobe: design.name.clone(),
-        pass: prepared.job.spec.passes.get(pass)?.name.clone(),
+        pass: prepared.job.spec.passes_of(index).get(pass)?.name.clone(),
         work_speed_rpm: rpm_from_rad_s(planned_rad_s),
         speed_range_rpm: [rpm_from_rad_s(slowest), rpm_from_rad_s(fastest)],
         is_stable,
@@ -217,7 +235,7 @@ fn pass_chatter(
         contact_mm: forecast.contact_mm,
         wheel: forecast.wheel.map(WaveSummary::from),
         long_waves_per_turn: forecast.long_waves_per_turn,
-        width_mm: design.width_mm.min(machine.wheel.width_mm),
+        width_mm: design.width_mm.min(of_wheel(prepared, lobe).wheel.width_mm),
         limit_width_mm: finite(forecast.boundary.grinding_n_mm / grinding_n_mm2),
         unconditional_width_mm: forecast.cut.unconditional_n_mm().map(|limit| limit / grinding_n_mm2),
         margin: finite(forecast.margin()),

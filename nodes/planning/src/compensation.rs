@@ -162,7 +162,7 @@ impl LearnedJob {
         let spec = &compensation.spec;
         let mut lines = Vec::new();
         let mut lobes = Vec::new();
-        for (lobe, radii_mm) in prepared.planned.lobes.iter().zip(outlines_mm) {
+        for ((_, lobe), radii_mm) in prepared.finished_lobes().zip(outlines_mm) {
             let design = &lobe.design;
             let measured = FormCurve::measure(radii_mm, &design.contour, design.phase_rad, spec.harmonics)
                 .map_err(|error| format!("the form of lobe {} cannot be learned: {error}", design.name))?;

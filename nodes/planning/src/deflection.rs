@@ -49,7 +49,11 @@ fn law_of(prepared: &PreparedJob, lobe: usize) -> Option<ContactLaw> {
 }
 
 fn forecast(prepared: &PreparedJob, lobe: usize, law: &ContactLaw) -> Option<Deflections> {
-    let (plan, stock_mm) = (&prepared.planned.plan, prepared.job.spec.stock_mm);
+    let (plan, spec) = (&prepared.planned.plan, &prepared.job.spec);
+    // A wheel begins on what the one before it left.
+    let before = spec.visit_before(lobe);
+    let left_mm = before.and_then(|before| Some(forecast(prepared, before, &law_of(prepared, before)?)?.left_mm));
+    let stock_mm = left_mm.unwrap_or_else(|| spec.stock_of_mm(lobe));
     Deflections::from_lobe(plan, lobe, stock_mm, law, &prepared.machine)
 }
 
@@ -75,7 +79,7 @@ pub(super) fn from_lobe(prepared: &PreparedJob, lobe: usize) -> Option<LobeDefle
 /// where the rubbing force alone leaves more, and where a correction or the gauge decides the size.
 pub(super) fn spark_out_needed(prepared: &PreparedJob, lobe: usize) -> Option<u32> {
     let spec = &prepared.job.spec;
-    if spec.correction.is_some() || spec.size_control().is_some() {
+    if spec.correction.is_some() || spec.size_control().is_some() || !spec.lobes.get(lobe)?.is_finished() {
         return None;
     }
     let (law, way) = (law_of(prepared, lobe)?, from_lobe(prepared, lobe)?);
@@ -95,7 +99,8 @@ pub(super) fn spark_out_needed(prepared: &PreparedJob, lobe: usize) -> Option<u3
 
 /// Warning for the lobe on which spark-out leaves most of the tolerance used, if it exceeds the tolerance.
 pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
-    let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, from_lobe(prepared, lobe)?)));
+    let finished = (0..prepared.planned.lobes.len()).filter(|lobe| prepared.job.spec.lobes[*lobe].is_finished());
+    let lobes = finished.filter_map(|lobe| Some((lobe, from_lobe(prepared, lobe)?)));
     // What is left before the turn that corrects is not what is left of the job.
     if prepared.job.spec.correction.is_some() || prepared.job.spec.size_control().is_some() {
         return None;
@@ -149,7 +154,7 @@ pub(super) fn size_warnings(prepared: &PreparedJob) -> Vec<(&'static str, String
     let per_turn_um = um_from_mm(schedule.infeed().schedule().max_per_turn_mm());
     let above_um = um_from_mm(size.ends_above_mm);
     let mut warnings = Vec::new();
-    for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
+    for (index, lobe) in prepared.planned.lobes.iter().enumerate().filter(|(_, lobe)| lobe.design.is_finished()) {
         let Some((law, found)) = law_of(prepared, index).and_then(|law| Some((law, forecast(prepared, index, &law)?)))
         else {
             continue;

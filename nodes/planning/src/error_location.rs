@@ -107,6 +107,11 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::NoGaugeSize { pass, .. } => pass_key(job, pass, "infeed.gauge_size"),
         JobError::SizeAboveRaw { pass, .. } => pass_key(job, pass, "infeed.gauge_size.ends_above_um"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
+        JobError::WheelApproach { .. } | JobError::ApproachBeyondInfeed { .. } => "wheel_approach_mm".into(),
+        JobError::ChangeTooNear { .. } => "home.x_mm".into(),
+        JobError::NoWheelChanger { .. } | JobError::UnknownWheel { .. } | JobError::NotWithWheels { .. } => {
+            "wheel".into()
+        }
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
         JobError::NoSupport { key, .. } => match *key {
             "workholding.steady_rest" => "part_support.steady_rest_z_mm",

@@ -140,8 +140,8 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     // What a pass leaves, the next one takes; the last one's stays.
     let spark_out = prepared.job.spec.passes.last().map_or(0, |pass| pass.spark_out_turns);
     let left = |lobe: &PlannedLobe| lobe.passes.last().map_or(0.0, |pass| pass.infeed().left_on_part_mm(spark_out));
-    let worst =
-        prepared.planned.lobes.iter().map(|lobe| (left(lobe), &lobe.design.name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let finished = prepared.finished_lobes().map(|(_, lobe)| (left(lobe), &lobe.design.name));
+    let worst = finished.max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
         Some((left_mm, lobe)) if left_mm > LEFT_ON_PART_MM => {
             let message = format!(

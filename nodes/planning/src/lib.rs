@@ -104,7 +104,7 @@ pub use wide_lobes::{PlungeStep, PlungeSummary, WideLobeForm, wide_lobe_forms};
 use camwright::cam::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright::machine::wheel_state::WheelNow;
-use camwright::planner::{PlannedCorrection, PlannedJob, plan_job_on};
+use camwright::planner::{PlannedCorrection, PlannedJob, PlannedLobe, plan_job_on};
 use camwright_files::ConfigError;
 use camwright_files::convert::plan::{Provenance, pages_from_plan};
 use camwright_files::job_file::{self, Job};
@@ -145,6 +145,11 @@ impl PreparedJob {
     #[must_use]
     pub fn plan_hash(&self) -> &str {
         self.measuring.as_ref().map_or_else(|| hash_of(&self.pages), PreparedMeasuring::plan_hash)
+    }
+
+    /// Lobes with their index that are finished: all but the visits of a wheel after which another one comes.
+    pub fn finished_lobes(&self) -> impl Iterator<Item = (usize, &PlannedLobe)> {
+        self.planned.lobes.iter().enumerate().filter(|(_, lobe)| lobe.design.is_finished())
     }
 
     /// Predicted duration of all of it (s).

@@ -26,7 +26,7 @@ pub(super) fn of_process(prepared: &PreparedJob) -> Vec<Finding> {
     findings.extend(pulses::warnings(prepared));
     for pass in 0..prepared.job.spec.passes.len() {
         let turns: Vec<(usize, LobeTurn<'_>)> = (0..prepared.planned.lobes.len())
-            .filter_map(|lobe| Some((lobe, LobeTurn::new(prepared, lobe, pass)?)))
+            .filter_map(|lobe| Some((lobe, LobeTurn::new(prepared, lobe, prepared.job.spec.pass_of(lobe, pass)?)?)))
             .collect();
         findings.extend(burns(prepared, pass, &turns));
         findings.extend(slowed(prepared, pass, &turns));

@@ -84,12 +84,13 @@ pub(super) fn table(prepared: &PreparedJob, lobe: usize, settings: &PulseSetting
 pub(super) fn warnings(prepared: &PreparedJob) -> Vec<Finding> {
     let Some(settings) = &prepared.job.pulses else { return Vec::new() };
     let Some(max_hz) = settings.max_frequency_hz else { return Vec::new() };
-    let passes = &prepared.job.spec.passes;
+    let spec = &prepared.job.spec;
+    let passes = &spec.passes;
     let of_pass = |lobe: usize, pass: usize| {
         steps(prepared, lobe, pass, settings).into_iter().map(move |step| (lobe, pass, step))
     };
     let all: Vec<(usize, usize, PulseStep)> = (0..prepared.planned.lobes.len())
-        .flat_map(|lobe| (0..passes.len()).map(move |pass| (lobe, pass)))
+        .flat_map(|lobe| (0..passes.len()).filter_map(move |pass| Some((lobe, spec.pass_of(lobe, pass)?))))
         .flat_map(|(lobe, pass)| of_pass(lobe, pass))
         .collect();
     let highest = |axis: usize| {
@@ -102,7 +103,7 @@ pub(super) fn warnings(prepared: &PreparedJob) -> Vec<Finding> {
         let ((lobe, pass, step), hz) = highest(axis)?;
         let name = &prepared.planned.lobes.get(*lobe)?.design.name;
         let joint = [Axis::C, Axis::X][axis].joint();
-        let pass_name = &passes[*pass].name;
+        let pass_name = &spec.passes_of(*lobe)[*pass].name;
         let speed = error_location::pass_key(&prepared.job, pass_name, "work_speed_rpm");
         let message = format!(
             "lobe {name}, pass {pass_name}: {joint} needs {hz:.0} pulses per second at C {:.2} deg, {:.3} s after the cut begins, above \

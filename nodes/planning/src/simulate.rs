@@ -211,9 +211,9 @@ fn simulate_whole(
     let ground = |lobe: &PlannedLobe| {
         machine.part().lobe(&lobe.design.name).map_or_else(Vec::new, |lobe| lobe.radii_mm().to_vec())
     };
-    let outlines_mm: Outlines = prepared.planned.lobes.iter().map(ground).collect();
+    let outlines_mm: Outlines = prepared.finished_lobes().map(|(_, lobe)| ground(lobe)).collect();
     let (mut results, mut sections) = (Vec::new(), Vec::new());
-    for lobe in &prepared.planned.lobes {
+    for (_, lobe) in prepared.finished_lobes() {
         let of_lobe: Vec<PartLobe> = lobe.design.sections().into_iter().map(measured).collect();
         results.push(sections_result(&lobe.design, &of_lobe).map_err(|error| failed(error.to_string()))?);
         sections.extend(of_lobe);

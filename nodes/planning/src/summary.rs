@@ -260,7 +260,7 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
         cam_angle_deg: deg_from_rad(wrap_turn(sense * found.angle_rad)),
     };
     let turn = LobeTurn::new(prepared, index, pass);
-    let spec = &prepared.job.spec.passes[pass];
+    let spec = &prepared.job.spec.passes_of(index)[pass];
     PassSummary {
         name: spec.name.clone(),
         speed_law: law_name(&spec.speed),

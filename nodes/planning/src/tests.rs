@@ -54,7 +54,7 @@ fn jobs_of_repeated_shapes_are_planned_and_repeat() {
 #[test]
 fn one_lobe_starts_on_its_flank() {
     let prepared = prepare("four_lobe_camshaft", &[], None).unwrap();
-    let lift = |lobe: &camwright::planner::PlannedLobe| lobe.design.contour.lift().sample(lobe.start_rad).value;
+    let lift = |lobe: &PlannedLobe| lobe.design.contour.lift().sample(lobe.start_rad).value;
     assert!(prepared.planned.lobes.iter().any(|lobe| lift(lobe) > 0.5), "a flank");
     assert!((prepared.planned.lobes[0].design.phase_rad - rad_from_deg(210.0)).abs() < 1e-12);
 }

@@ -34,9 +34,13 @@ impl fmt::Display for TimeCompared {
 /// does not know where; the origin of C is predicted half a turn away. So does what an operator held or slowed down.
 #[must_use]
 pub fn compare_times(prepared: &PreparedJob, lobes: &[LobeResult], duration_s: f64) -> Vec<TimeCompared> {
-    let names = prepared.planned.plan.lobes.iter();
-    let mut times: Vec<TimeCompared> = (names.zip(lobe_times_s(prepared)))
-        .filter_map(|(name, predicted_s)| {
+    let of_visits_s = lobe_times_s(prepared);
+    let mut times: Vec<TimeCompared> = prepared
+        .finished_lobes()
+        .filter_map(|(index, lobe)| {
+            let name = &lobe.design.name;
+            let visits = prepared.job.spec.visits_of(index);
+            let predicted_s = visits.iter().filter_map(|visit| of_visits_s.get(*visit)).sum();
             let actual_s = lobes.iter().find(|lobe| lobe.name == *name)?.duration;
             Some(TimeCompared { what: name.clone(), predicted_s, actual_s })
         })

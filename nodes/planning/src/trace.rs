@@ -152,7 +152,7 @@ pub fn trace(prepared: &AnyPrepared, request: &TraceRequest) -> Result<PositionT
         let known: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
         TraceError::UnknownLobe { job: job.clone(), lobe: request.lobe.clone(), known: known.join(", ") }
     })?;
-    let passes = &prepared.job.spec.passes;
+    let passes = prepared.job.spec.passes_of(index);
     let pass = match &request.pass {
         None => passes.len().saturating_sub(1),
         Some(name) => passes.iter().position(|pass| pass.name == *name).ok_or_else(|| {
@@ -170,7 +170,7 @@ fn trace_lobe(
 ) -> Result<PositionTrace, TraceError> {
     let plan = &prepared.planned.plan;
     let lobe = &prepared.planned.lobes[index];
-    let pass_name = prepared.job.spec.passes[pass].name.clone();
+    let pass_name = prepared.job.spec.passes_of(index)[pass].name.clone();
     let no_cut = || TraceError::NoCut { lobe: request.lobe.clone() };
     let cut = plan.cuts_of(index).nth(pass).ok_or_else(no_cut)?;
     let motion = plan.motion_of(cut).ok_or_else(no_cut)?;

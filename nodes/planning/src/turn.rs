@@ -47,10 +47,10 @@ impl<'a> LobeTurn<'a> {
         let cut = plan.cuts_of(index).nth(pass)?;
         let path: &PeriodicSpline = plan.motion_of(cut)?.path;
         let schedule = lobe.passes.get(pass)?.infeed().schedule();
-        let spec = prepared.job.spec.passes.get(pass)?;
+        let spec = prepared.job.spec.passes_of(index).get(pass)?;
         let cutting = Cutting {
             wheel_radius_mm: lobe.tool_path.wheel_radius_mm(),
-            wheel_speed_m_s: prepared.machine.wheel.surface_speed_m_s,
+            wheel_speed_m_s: prepared.machine.wheel_at(lobe.design.wheel(&prepared.machine)).surface_speed_m_s,
             infeed_per_turn_mm: schedule.max_per_turn_mm(),
             infeed_direction: spec.infeed_direction,
         };

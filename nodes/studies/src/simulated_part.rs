@@ -131,7 +131,7 @@ fn ground(prepared: &PreparedJob) -> Result<SimulatedPart, SimulationFailed> {
     let count = |report: &TickReport| report.raised.iter().count();
     let simulated = planning::simulate_outlines_on(prepared, &prepared.machine, |_, report| warnings += count(report));
     let (simulated, results, outlines_mm) = simulated?;
-    let lobes = prepared.planned.lobes.iter().zip(&outlines_mm).zip(results).map(|((lobe, radii_mm), result)| {
+    let lobes = prepared.finished_lobes().zip(&outlines_mm).zip(results).map(|(((_, lobe), radii_mm), result)| {
         let phase_rad = lobe.design.phase_on_rad(prepared.job.spec.raw_part.clamped_at_rad);
         let form = Form::measure(radii_mm, &lobe.design.contour, phase_rad);
         let form = form.map_err(|error| not_measured(&prepared.job.spec.name, &error))?;

@@ -19,12 +19,12 @@ fn machine() -> MachineDescription {
 }
 
 fn lobe(area_mm2: f64) -> LobeStock<'static> {
-    LobeStock { name: "L", stock_mm: 0.3, area_mm2 }
+    LobeStock { name: "L", stock_mm: 0.3, area_mm2, wheel: None }
 }
 
 fn course(spec: DressingSpec, wheel: WheelNow, areas: &[f64]) -> Result<WheelCourse, DressError> {
     let lobes: Vec<LobeStock<'_>> = areas.iter().map(|area| lobe(*area)).collect();
-    WheelCourse::new(Some(&spec), &machine(), wheel, &lobes)
+    WheelCourse::new(Some(&spec), &machine(), &wheel.into(), &lobes)
 }
 
 const BY_COUNT: DressingSpec =
@@ -96,12 +96,12 @@ fn what_cannot_be_dressed_is_refused_with_lobe_radius_and_bound() {
     assert_eq!(course(never, WheelNow::dressed(60.0), &[36.0]), Err(DressError::NoReason));
     let mut bare = machine();
     bare.dresser = None;
-    let error = WheelCourse::new(Some(&BY_COUNT), &bare, WheelNow::dressed(60.0), &[lobe(36.0)]);
+    let error = WheelCourse::new(Some(&BY_COUNT), &bare, &WheelNow::dressed(60.0).into(), &[lobe(36.0)]);
     assert!(matches!(error, Err(DressError::NoDresser { .. })));
     bare = machine();
     bare.wheel.grinding_ratio = None;
     let predicted = DressingSpec { predicted_error_mm: Some(0.001), ..BY_COUNT };
-    let error = WheelCourse::new(Some(&predicted), &bare, WheelNow::dressed(60.0), &[lobe(36.0)]);
+    let error = WheelCourse::new(Some(&predicted), &bare, &WheelNow::dressed(60.0).into(), &[lobe(36.0)]);
     assert!(matches!(error, Err(DressError::NoWear { .. })));
 }
 

@@ -118,6 +118,9 @@ pub enum PlanFault {
         /// Position of the table (mm).
         z_mm: f64,
     },
+    /// A wheel cannot be mounted there.
+    #[error("the wheel with index {wheel} cannot be mounted: {why}")]
+    WheelChange { wheel: u32, why: &'static str },
     /// The wheel is to be dressed to a radius that it cannot have.
     #[error("the wheel is dressed to {radius_mm} mm; it must have at least {min_mm} mm and less than {before_mm} mm")]
     WheelRadius {
@@ -174,6 +177,8 @@ pub fn check_plan(
         at: start_counts,
         uses: Vec::new(),
         turns: false,
+        wheel: machine.mounted_wheel(),
+        wheel_runs: false,
         wheel_nm: nm_from_mm(machine.wheel.new_radius_mm) + 1,
         paths: alloc::vec![PathState::Unused; plan.paths.len()],
     };
@@ -199,6 +204,10 @@ struct PlanCheck<'a> {
     uses: Vec<(usize, LimitUse)>,
     /// C turns on from the cut before: where it is depends on when it is asked.
     turns: bool,
+    /// Position of the mounted wheel in the changer.
+    wheel: usize,
+    /// The wheel has been started.
+    wheel_runs: bool,
     /// Radius that the wheel is smaller than (nm), or known to have.
     wheel_nm: i64,
     paths: Vec<PathState>,
@@ -208,7 +217,8 @@ struct PlanCheck<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PathState {
     Unused,
-    Used,
+    /// With the wheel at this position of the changer.
+    Used(usize),
     Old,
 }
 
@@ -248,13 +258,13 @@ impl PlanCheck<'_> {
                 Ok(None)
             }
             SegmentKind::Command(PlanCommand::Dress { radius_nm }) => self.dress(*radius_nm).map(|()| None),
+            SegmentKind::Command(PlanCommand::ChangeWheel { wheel }) => self.change_wheel(*wheel).map(|()| None),
+            SegmentKind::Command(command @ (PlanCommand::WheelStart | PlanCommand::WheelStop)) => {
+                self.wheel_runs = *command == PlanCommand::WheelStart;
+                Ok(None)
+            }
             SegmentKind::Command(
-                PlanCommand::WheelStart
-                | PlanCommand::WheelStop
-                | PlanCommand::ChangeWheel { .. }
-                | PlanCommand::Push { .. }
-                | PlanCommand::WatchForce { .. }
-                | PlanCommand::WatchSize(_),
+                PlanCommand::Push { .. } | PlanCommand::WatchForce { .. } | PlanCommand::WatchSize(_),
             )
             | SegmentKind::Dwell
             | SegmentKind::Wait => Ok(None),
@@ -278,24 +288,41 @@ impl PlanCheck<'_> {
         Ok(())
     }
 
+    /// Another wheel, with the wheel at rest and X clear.
+    fn change_wheel(&mut self, wheel: u32) -> Result<(), PlanFault> {
+        let fault = |why| Err(PlanFault::WheelChange { wheel, why });
+        let Some(changer) = &self.machine.wheel_changer else { return fault("the machine has no wheel changer") };
+        let Some(mounted) = changer.wheels.get(wheel as usize) else { return fault("the changer has fewer wheels") };
+        if self.wheel_runs {
+            return fault("the wheel runs");
+        }
+        if self.machine.axis(Axis::X).scale.position(self.at[Axis::X.index()]) < changer.min_x_mm {
+            return fault("x_axis is nearer to the part than wheel_changer.min_x_mm");
+        }
+        self.wheel = wheel as usize;
+        self.wheel_nm = nm_from_mm(mounted.wheel.new_radius_mm) + 1;
+        Ok(())
+    }
+
     /// The wheel gets smaller, at the dresser, and every path used so far is not its path any more.
     fn dress(&mut self, radius_nm: i64) -> Result<(), PlanFault> {
         let position = |axis: Axis| self.machine.axis(axis).scale.position(self.at[axis.index()]);
         let (x_mm, z_mm) = (position(Axis::X), position(Axis::Z));
         let at_dresser = self.machine.dresser.is_some_and(|dresser| {
-            let beside_mm = 0.5 * dresser.traverse_mm(self.machine.wheel.width_mm) + 1e-3;
+            let beside_mm = 0.5 * dresser.traverse_mm(self.machine.wheel_at(self.wheel).width_mm) + 1e-3;
             (x_mm - dresser.x_mm).abs() <= 1e-3 && (z_mm - dresser.z_mm).abs() <= beside_mm
         });
         if !at_dresser {
             return Err(PlanFault::NotAtDresser { x_mm, z_mm });
         }
-        let min_mm = self.machine.wheel.min_radius_mm;
+        let min_mm = self.machine.wheel_at(self.wheel).min_radius_mm;
         let (radius_mm, before_mm) = (mm_from_nm(radius_nm), mm_from_nm(self.wheel_nm));
         if radius_mm < min_mm || radius_nm >= self.wheel_nm {
             return Err(PlanFault::WheelRadius { radius_mm, min_mm, before_mm });
         }
         self.wheel_nm = radius_nm;
-        self.paths.iter_mut().filter(|path| **path == PathState::Used).for_each(|path| *path = PathState::Old);
+        let used = PathState::Used(self.wheel);
+        self.paths.iter_mut().filter(|path| **path == used).for_each(|path| *path = PathState::Old);
         Ok(())
     }
 
@@ -338,7 +365,7 @@ impl PlanCheck<'_> {
         let motion = self.plan.motion_of(cut).ok_or(PlanFault::UnknownSpline)?;
         match &mut self.paths[cut.path] {
             PathState::Old => return Err(PlanFault::OldPath { path: cut.path }),
-            path => *path = PathState::Used,
+            path => *path = PathState::Used(self.wheel),
         }
         let (c, x) = (self.machine.axis(Axis::C), self.machine.axis(Axis::X));
         let turn_counts = c.scale.counts(TURN_RAD);

@@ -131,6 +131,7 @@ fn lobe(name: &str, station: &str, phase_deg: f64, profile: usize) -> LobeSpec {
         width_mm: 14.0,
         tolerance: FormTolerance::default(),
         plunge: None,
+        visit: None,
     }
 }
 
@@ -154,6 +155,7 @@ pub(crate) fn job() -> JobSpec {
             total_infeed_mm: 0.36,
             infeed_per_block_mm: 0.000_05,
             infeed_of_turns_mm: Vec::new(),
+            air_mm: 0.0,
             infeed_course: InfeedCourse::PerAngle,
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 2,
@@ -257,6 +259,7 @@ mod passes;
 mod refusals;
 mod sparking_out;
 mod turning;
+mod two_wheels;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.
 #[test]
