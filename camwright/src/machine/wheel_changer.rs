@@ -99,6 +99,13 @@ impl MachineDescription {
         self.wheel_changer.as_ref().map_or(0, |changer| changer.mounted)
     }
 
+    /// Longest time of its wheels to reach their speed or to come to rest (s): whichever of them is mounted is there after it.
+    #[must_use]
+    pub fn longest_spin_up_s(&self) -> f64 {
+        let wheels = self.wheel_changer.iter().flat_map(|changer| &changer.wheels);
+        wheels.map(|wheel| wheel.wheel.spin_up_s).fold(self.wheel.spin_up_s, f64::max)
+    }
+
     /// Mounts a wheel of the changer. It does not allocate.
     ///
     /// # Errors
