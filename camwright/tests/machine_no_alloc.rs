@@ -4,7 +4,7 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
     Axis, ContactDescription, ContactMode, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription,
-    ReferenceCut, StiffnessAt, Structure,
+    MagazineWheel, ReferenceCut, StiffnessAt, Structure, WheelChanger, WheelDescription,
 };
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
@@ -128,6 +128,36 @@ fn run_through_everything(description: MachineDescription) {
         buffer.open(machine.setpoint());
     });
     assert!(raised >= 3, "{raised}");
+}
+
+/// A wheel is changed, a change is refused, and the new wheel runs up.
+#[test]
+fn a_change_of_the_wheel_does_not_allocate() {
+    let mut description = cam_grinder();
+    description.axes.iter_mut().for_each(|axis| axis.needs_homing = false);
+    let wheel = description.wheel;
+    let magazine = |name: &str, wheel| MagazineWheel { name: name.into(), wheel, setting_error_mm: 0.0 };
+    let second = WheelDescription { new_radius_mm: 50.0, surface_speed_m_s: 60.0, ..wheel };
+    let wheels = vec![magazine("roughing", wheel), magazine("finishing", second)];
+    description.wheel_changer = Some(WheelChanger { change_s: 0.5, min_x_mm: 100.0, wheels, mounted: 0 });
+    let mut machine = Machine::new(description.clone(), PersistentState::new(&description)).expect("valid");
+    machine.load_lobe("I1", "LS1", 15.0, vec![23.0; 3600]).expect("a round blank");
+    let (mut raised, mut running) = (0, false);
+    assert_no_alloc(|| {
+        for tick in 1..=4000 {
+            let order = match tick {
+                1 | 100 => Some(MachineCommand::ChangeWheel { wheel: 1 }),
+                600 => Some(MachineCommand::WheelStart),
+                _ => None,
+            };
+            let report = machine.step(None, order.as_slice(), &[]);
+            raised += report.raised.len();
+            running = report.io.wheel_running;
+        }
+        machine.count_part();
+    });
+    assert!(running && machine.description().mounted_wheel() == 1);
+    assert_eq!(raised, 1, "the second order came into the change");
 }
 
 /// A lathe turns a bar, its insert loses its speed, and the alarm takes it off the part.

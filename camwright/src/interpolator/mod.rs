@@ -39,6 +39,7 @@ pub mod tolerance;
 pub mod trajectory;
 mod trajectory_limits;
 mod trajectory_replacement;
+pub mod wheel_change;
 
 pub use exchange::{
     AppliedInput, InfeedEnd, InterpolatorEvent, MAX_APPLIED, MotionOutcome, MotionRequest, Order, OrderKind,

@@ -355,11 +355,23 @@ pub(super) fn push_wheel(plan: &mut Plan, turns: bool, machine: &MachineDescript
         if turns { (PlanCommand::WheelStart, "wheel start") } else { (PlanCommand::WheelStop, "wheel stop") };
     let kinds = [
         (SegmentKind::Command(command), order_s, label),
-        (SegmentKind::Dwell, machine.wheel.spin_up_s + cycle_s, "wheel to its speed, or to rest"),
+        (SegmentKind::Dwell, machine.longest_spin_up_s() + cycle_s, "wheel to its speed, or to rest"),
     ];
     for (kind, seconds, label) in kinds {
         plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, cycle_s), label));
     }
+}
+
+/// Appends a step that takes this time (s).
+pub(super) fn push_step(
+    plan: &mut Plan,
+    kind: SegmentKind,
+    phase: Phase,
+    seconds: f64,
+    label: &str,
+    machine: &MachineDescription,
+) {
+    plan.segments.push(step(kind, phase, whole_ticks(seconds, machine.cycle_time_s()), label));
 }
 
 fn step(kind: SegmentKind, phase: Phase, ticks: u64, label: &str) -> Segment {

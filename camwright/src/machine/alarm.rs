@@ -252,6 +252,14 @@ alarms! {
     WheelOverspeed = 107 Stop "wheel overspeed":
         "the wheel turns at {value}, allowed {bound}" in Quantity::Rpm,
         remedy "inspect the wheel and the drive of its spindle, then reset";
+    /// A change of the wheel did not begin, or is disturbed. Value and bound: position of `x_axis` (mm).
+    WheelNotChanged = 108 Stop "wheel not changed":
+        "a change of the wheel needs the wheel at rest and x_axis at {bound} or more; it is at {value}" in Quantity::Length(3),
+        remedy "reset; stop the wheel, move x_axis clear of the changer and wait until a change has ended before the next order";
+    /// The changer has no such wheel. Value: position asked for, bound: number of wheels.
+    NoSuchWheel = 109 Stop "no such wheel":
+        "wheel {value} was asked for, the machine has {bound}",
+        remedy "reset and plan the job again for the wheels of this machine";
     /// A motion asks for a position of an axis whose zero is not known.
     NotHomed(Axis) = 110 Stop "not homed":
         "{axis}: its zero is not known",

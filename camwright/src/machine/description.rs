@@ -165,6 +165,7 @@ impl MachineDescription {
             (self.gap_detector.is_some(), "a gap detector"),
             (self.process.is_some(), "a grinding process"),
             (self.dresser.is_some(), "a dresser"),
+            (self.wheel_changer.is_some(), "a wheel changer"),
         ];
         match only.into_iter().find(|(has, _)| *has) {
             Some((_, what)) => Err(DescriptionError::OnlyOfAGrinder { what }),
@@ -224,33 +225,9 @@ impl MachineDescription {
             }
         }
         self.retract.validate()?;
-        let wheel = &self.wheel;
-        positive("wheel width (mm)", wheel.width_mm)?;
-        positive("wheel surface speed (m/s)", wheel.surface_speed_m_s)?;
-        positive("smallest wheel radius (mm)", wheel.min_radius_mm)?;
-        positive("new wheel radius (mm)", wheel.new_radius_mm)?;
-        if self.insert.is_none() {
-            ordered("wheel radius", wheel.min_radius_mm, wheel.new_radius_mm)?;
-        }
-        if !(wheel.spin_up_s >= 0.0 && wheel.spin_up_s.is_finite()) {
-            return Err(DescriptionError::Negative { what: "wheel spin-up time (s)", value: wheel.spin_up_s });
-        }
-        if !(wheel.unbalance_mm >= 0.0 && wheel.unbalance_mm.is_finite()) {
-            return Err(DescriptionError::Negative { what: "unbalance of the wheel (mm)", value: wheel.unbalance_mm });
-        }
-        if let Some(allowed) = wheel.max_surface_speed_m_s
-            && (wheel.surface_speed_m_s > allowed || allowed.is_nan())
-        {
-            let (what, value) = ("wheel surface speed (m/s)", wheel.surface_speed_m_s);
-            return Err(DescriptionError::AboveLimit { what, value, allowed });
-        }
-        for (what, value) in [
-            ("largest speed of the wheel spindle (rad/s)", wheel.max_speed_rad_s),
-            ("grinding ratio of the wheel", wheel.grinding_ratio),
-        ] {
-            value.map_or(Ok(()), |value| positive(what, value))?;
-        }
+        self.wheel.validate(self.is_lathe())?;
         self.validate_insert()?;
+        self.wheel_changer.as_ref().map_or(Ok(()), |changer| changer.validate(self))?;
         self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
         self.validate_contact_of_drives()?;
         self.workholding.map_or(Ok(()), |workholding| workholding.validate())?;

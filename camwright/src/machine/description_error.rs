@@ -78,9 +78,15 @@ pub enum DescriptionError {
     /// Two wheels of a changer have one name.
     #[error("two wheels of the changer have the name {name}")]
     WheelName { name: String },
+    /// The machine's wheel is not the one that its changer says is mounted.
+    #[error("the changer has {name} mounted, the machine grinds with another wheel")]
+    OtherMountedWheel { name: String },
     /// A changer has too few or too many wheels.
     #[error("a wheel changer with {count} wheels; it must have 2 to {}", crate::machine::description::MAX_WHEELS)]
     WheelCount { count: usize },
+    /// A state of wheels that is not of this machine's changer.
+    #[error("a state of {states} wheels does not fit a machine whose changer has {wheels}")]
+    WheelStates { states: usize, wheels: usize },
     /// The sense of rotation is +1 or −1.
     #[error("rotation sense {sense}, allowed +1 and -1")]
     RotationSense { sense: i8 },

@@ -37,6 +37,7 @@ pub mod setpoint;
 pub(crate) mod thermal;
 mod wheel;
 pub mod wheel_changer;
+pub mod wheel_magazine;
 pub mod wheel_state;
 mod without_effect;
 pub(crate) mod workholding;

@@ -1,5 +1,6 @@
 //! Grinding wheel: size, speed and wear.
 
+use crate::machine::description_error::{DescriptionError, ordered};
 use crate::math::units::{TURN_RAD, rpm_from_rad_s};
 use thiserror::Error;
 
@@ -31,6 +32,44 @@ pub struct WheelDescription {
 }
 
 impl WheelDescription {
+    /// Checks that the values describe a possible wheel, or the insert of a lathe as what a spindle rotates.
+    ///
+    /// # Errors
+    /// The first value that does not.
+    pub(super) fn validate(&self, is_insert: bool) -> Result<(), DescriptionError> {
+        let positive = |what: &'static str, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(DescriptionError::NotPositive { what, value }),
+        };
+        positive("wheel width (mm)", self.width_mm)?;
+        positive("wheel surface speed (m/s)", self.surface_speed_m_s)?;
+        positive("smallest wheel radius (mm)", self.min_radius_mm)?;
+        positive("new wheel radius (mm)", self.new_radius_mm)?;
+        if !is_insert {
+            ordered("wheel radius", self.min_radius_mm, self.new_radius_mm)?;
+        }
+        for (what, value) in
+            [("wheel spin-up time (s)", self.spin_up_s), ("unbalance of the wheel (mm)", self.unbalance_mm)]
+        {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(DescriptionError::Negative { what, value });
+            }
+        }
+        if let Some(allowed) = self.max_surface_speed_m_s
+            && (self.surface_speed_m_s > allowed || allowed.is_nan())
+        {
+            let (what, value) = ("wheel surface speed (m/s)", self.surface_speed_m_s);
+            return Err(DescriptionError::AboveLimit { what, value, allowed });
+        }
+        for (what, value) in [
+            ("largest speed of the wheel spindle (rad/s)", self.max_speed_rad_s),
+            ("grinding ratio of the wheel", self.grinding_ratio),
+        ] {
+            value.map_or(Ok(()), |value| positive(what, value))?;
+        }
+        Ok(())
+    }
+
     /// Speed of the spindle with a wheel of this radius at its surface speed (rad/s).
     #[must_use]
     pub fn speed_rad_s(&self, radius_mm: f64) -> f64 {

@@ -3,7 +3,7 @@
 //! The machine keeps the offsets of its wheels: after a change `x_axis` is the distance of the new wheel's cutting point from the spindle axis,
 //! as it is after a dress.
 
-use crate::machine::description::{DescriptionError, MachineDescription};
+use crate::machine::description::{Axis, DescriptionError, MachineDescription};
 use crate::machine::wheel::WheelDescription;
 use crate::machine::wheel_state::WheelNow;
 use alloc::string::String;
@@ -41,6 +41,55 @@ impl WheelChanger {
     pub fn position(&self, name: &str) -> Option<usize> {
         self.wheels.iter().position(|wheel| wheel.name == name)
     }
+
+    /// Length of a change (ticks), at least one: that of a dwell of the same time.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
+    pub fn change_ticks(&self, cycle_time_s: f64) -> u32 {
+        libm::ceil(self.change_s / cycle_time_s - 1e-6).clamp(1.0, f64::from(u32::MAX)) as u32
+    }
+
+    /// The changer with a change made to every wheel.
+    fn with_each_wheel(mut self, change: impl Fn(WheelDescription) -> WheelDescription) -> Self {
+        for wheel in &mut self.wheels {
+            wheel.wheel = change(wheel.wheel);
+        }
+        self
+    }
+
+    /// Checks that the values describe a possible changer of this machine.
+    ///
+    /// # Errors
+    /// The first value that does not.
+    pub(super) fn validate(&self, machine: &MachineDescription) -> Result<(), DescriptionError> {
+        let count = self.wheels.len();
+        if !(2..=MAX_WHEELS).contains(&count) {
+            return Err(DescriptionError::WheelCount { count });
+        }
+        if !(self.change_s > 0.0 && self.change_s.is_finite()) {
+            return Err(DescriptionError::NotPositive { what: "time of a wheel change (s)", value: self.change_s });
+        }
+        let (what, value) = ("smallest x_axis of a wheel change (mm)", self.min_x_mm);
+        let (low, high) = machine.axis(Axis::X).soft_limits.unwrap_or((f64::MIN, f64::MAX));
+        if !(low..=high).contains(&value) {
+            return Err(DescriptionError::Outside { what, value, low, high });
+        }
+        for (position, wheel) in self.wheels.iter().enumerate() {
+            wheel.wheel.validate(false)?;
+            if !wheel.setting_error_mm.is_finite() {
+                let (what, value) = ("setting error of a wheel (mm)", wheel.setting_error_mm);
+                return Err(DescriptionError::NotFinite { what, value });
+            }
+            if self.position(&wheel.name) != Some(position) {
+                return Err(DescriptionError::WheelName { name: wheel.name.clone() });
+            }
+        }
+        let mounted = self.wheels.get(self.mounted).ok_or(DescriptionError::NoSuchWheel { index: self.mounted })?;
+        match mounted.wheel == machine.wheel {
+            true => Ok(()),
+            false => Err(DescriptionError::OtherMountedWheel { name: mounted.name.clone() }),
+        }
+    }
 }
 
 impl MachineDescription {
@@ -63,6 +112,13 @@ impl MachineDescription {
         Some(self.wheel_changer.as_ref()?.wheels.get(index)?.name.as_str())
     }
 
+    /// Longest time of its wheels to reach their speed or to come to rest (s): whichever of them is mounted is there after it.
+    #[must_use]
+    pub fn longest_spin_up_s(&self) -> f64 {
+        let wheels = self.wheel_changer.iter().flat_map(|changer| &changer.wheels);
+        wheels.map(|wheel| wheel.wheel.spin_up_s).fold(self.wheel.spin_up_s, f64::max)
+    }
+
     /// Mounts a wheel of the changer. It does not allocate.
     ///
     /// # Errors
@@ -75,6 +131,16 @@ impl MachineDescription {
         changer.mounted = index;
         self.wheel = wheel;
         Ok(())
+    }
+
+    /// This machine with a change made to every wheel.
+    #[must_use]
+    pub(crate) fn with_each_wheel(self, change: impl Fn(WheelDescription) -> WheelDescription) -> Self {
+        Self {
+            wheel: change(self.wheel),
+            wheel_changer: self.wheel_changer.map(|changer| changer.with_each_wheel(change)),
+            ..self
+        }
     }
 }
 

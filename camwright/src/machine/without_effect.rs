@@ -10,10 +10,10 @@ impl MachineDescription {
         match effect {
             Effect::Servo => self.with_drives(DriveSettings::IDEAL),
             Effect::Thermal => Self { thermal: None, ..self },
-            Effect::Unbalance => Self { wheel: WheelDescription { unbalance_mm: 0.0, ..self.wheel }, ..self },
+            Effect::Unbalance => self.with_each_wheel(|wheel| WheelDescription { unbalance_mm: 0.0, ..wheel }),
             Effect::Quantisation => self.with_each_drive(DriveSettings::with_exact_encoder),
             Effect::Deflection => Self { contact: None, ..self },
-            Effect::Wear => Self { wheel: WheelDescription { grinding_ratio: None, ..self.wheel }, ..self },
+            Effect::Wear => self.with_each_wheel(|wheel| WheelDescription { grinding_ratio: None, ..wheel }),
         }
     }
 

@@ -66,7 +66,8 @@ impl<'a> Sequence<'a> {
         )?;
         self.steps.home_headstock(of, self.start.c_homed)?;
         match first {
-            Some(mount) => self.mount(mount),
+            // Whichever wheel is mounted: the plan does not depend on it.
+            Some(mount) => self.mount(mount, self.steps.machine.longest_spin_up_s()),
             None => self.steps.start_wheel(of),
         }
         Ok(())
@@ -79,18 +80,17 @@ impl<'a> Sequence<'a> {
         let of = StepSubject::part(Phase::WheelChange);
         let clear = self.steps.counts(Axis::X, self.job.home.x_mm);
         self.steps.move_axis(of, Axis::X, clear, None, "wheel clear of the part")?;
-        self.mount(mount);
+        self.mount(mount, self.steps.machine.wheel_at(self.wheel).spin_up_s);
         Ok(())
     }
 
-    /// The wheel to rest, another one in its place, and that up to speed, with X clear of the part.
-    fn mount(&mut self, mount: &WheelMount) {
+    /// The wheel to rest, which takes `stop_s` (s), another one in its place, and that up to speed, with X clear of the part.
+    fn mount(&mut self, mount: &WheelMount, stop_s: f64) {
         let of = StepSubject::part(Phase::WheelChange);
         let machine = self.steps.machine;
         let cycle_s = machine.cycle_time_s();
         let name = machine.wheel_name(mount.wheel).unwrap_or_default();
         self.steps.command(of, PlanCommand::WheelStop, "wheel stop");
-        let stop_s = machine.wheel_at(self.wheel).spin_up_s;
         self.steps.add(of, SegmentKind::Dwell, whole_ticks(stop_s, cycle_s), 0, "wheel to rest");
         let label = alloc::format!("change to wheel {name}");
         #[allow(clippy::cast_possible_truncation, reason = "a changer has a few wheels")]

@@ -291,6 +291,11 @@ impl AxisState {
         self.origin
     }
 
+    /// The same as a true position (mm or rad).
+    pub(crate) fn zero_value(&self) -> f64 {
+        self.zero() as f64 / self.counts_per_unit
+    }
+
     pub(crate) fn set_gain(&mut self, fraction: f64) {
         self.servo.set_gain(fraction);
     }

@@ -8,7 +8,7 @@
 //!        readings, report                        setpoint sent
 //! ```
 
-use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, WheelDescription};
 use crate::machine::drive::DriveSettings;
 use crate::machine::setpoint::Input;
 
@@ -85,8 +85,6 @@ pub(super) fn without_simulated_effects(description: &MachineDescription) -> Mac
     real.gap_detector = None;
     real.key_way_probe = None;
     real.loading = None;
-    real.wheel.unbalance_mm = 0.0;
-    real.wheel.grinding_ratio = None;
     real.retract.drawback_mm_s2 = 0.0;
-    real
+    real.with_each_wheel(|wheel| WheelDescription { unbalance_mm: 0.0, grinding_ratio: None, ..wheel })
 }

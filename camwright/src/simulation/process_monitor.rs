@@ -4,7 +4,7 @@
 //! motion of wheel and part gives the direction of the normal: tan β = Ẋ/(ω·centre), since the wheel slides along the contour.
 
 use crate::machine::contact::ContactDescription;
-use crate::machine::description::{Axis, GrindingProcess, MachineDescription, ReferenceCut};
+use crate::machine::description::{Axis, GrindingProcess, MachineDescription, ReferenceCut, WheelDescription};
 use crate::simulation::tick_report::TickReport;
 
 /// Turn of C over which the contact is averaged (rad).
@@ -77,6 +77,12 @@ impl ProcessMonitor {
             is_old: false,
             force_n: 0.0,
         })
+    }
+
+    /// Another wheel is mounted.
+    pub fn mount(&mut self, wheel: &WheelDescription) {
+        (self.wheel_width_mm, self.wheel_speed_m_s) = (wheel.width_mm, wheel.surface_speed_m_s);
+        self.passage = Passage::default();
     }
 
     /// Adds a tick. `engaged` is `None` without a lobe in front of the wheel.

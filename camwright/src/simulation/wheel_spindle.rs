@@ -31,6 +31,13 @@ impl WheelSpindle {
         }
     }
 
+    /// Takes up the speed and the run-up time of the wheel that is mounted now.
+    pub fn mount(&mut self, description: &MachineDescription) {
+        let Self { ordered, stalled, ticks, ticks_to_speed: _, surface_speed_mm_s: _ } = *self;
+        let new = Self::new(description);
+        *self = Self { ordered, stalled, ticks: ticks.min(new.ticks_to_speed), ..new };
+    }
+
     /// Orders it to run or to come to rest.
     pub fn order(&mut self, run: bool) {
         self.ordered = run;

@@ -5,8 +5,8 @@ use super::turned::{self, Eccentric};
 use super::{ideal, machine};
 use camwright::machine::description::{
     Axis, ContactDescription, ContactMode, GapDetector, GaugeDescription, GaugeKind, GrindingProcess, KeyWayProbe,
-    LoadingDescription, MachineDescription, ReferenceCut, SteadyRest, StiffnessAt, Structure, ThermalDescription,
-    WorkholdingDescription,
+    LoadingDescription, MachineDescription, MagazineWheel, ReferenceCut, SteadyRest, StiffnessAt, Structure,
+    ThermalDescription, WorkholdingDescription,
 };
 use camwright::machine::reference::lathe;
 use camwright::machine::setpoint::{Input, Setpoint};
@@ -151,6 +151,34 @@ fn wide_grinding() -> RunEvents {
     RunEvents { machine, setpoints, commands: Vec::new(), faults, ticks: 2500, begun: 0 }
 }
 
+/// A wheel is changed, the new one grinds, and something strikes.
+fn changing() -> RunEvents {
+    let mut description = MachineDescription { loading: None, ..equipped() };
+    description.wheel_changer = super::wheel_changer::two_wheels(0.003).wheel_changer.map(|mut changer| {
+        changer.wheels[0].wheel = description.wheel;
+        changer.min_x_mm = 30.0;
+        changer
+    });
+    let mut machine = machine(&description);
+    machine.load_lobe("I1", "LS1", 15.0, vec![23.1; 720]).expect("a round blank");
+    machine.set_part_compliance("I1", 4e-5).expect("the machine has supports");
+    // X approaches its end as the third power of the angle that is left.
+    let (turns, begin_mm, end_mm) = (6.0, 40.0, 22.7);
+    let whole = turns * std::f64::consts::TAU;
+    let advance = turned::turning(&description, 60.0, turns, 3000, |c| {
+        let (left, k) = (1.0 - c / whole, begin_mm - end_mm);
+        (end_mm + k * left.powi(3), -3.0 * k * left.powi(2) / whole, 6.0 * k * left / whole.powi(2))
+    });
+    machine.place(advance[0].counts);
+    let setpoints = std::iter::repeat_n(advance[0], 3400).chain(advance).collect();
+    let commands = vec![
+        (1, MachineCommand::WheelStop),
+        (2100, MachineCommand::ChangeWheel { wheel: 1 }),
+        (2810, MachineCommand::WheelStart),
+    ];
+    RunEvents { machine, setpoints, commands, faults: vec![(6300, Fault::EStop(true))], ticks: 6800, begun: 0 }
+}
+
 /// A bar is turned until the insert loses its speed.
 fn turning() -> RunEvents {
     let description = lathe();
@@ -203,7 +231,7 @@ fn taken_up(description: &MachineDescription, octets: &[u8]) -> Result<Machine, 
 /// Every 83 ticks the machine is thrown away, and another goes on from its keyframe.
 #[test]
 fn a_machine_goes_on_from_its_keyframe_to_the_bit() {
-    for make in [grinding, pin_chasing, wide_grinding, turning] {
+    for make in [grinding, pin_chasing, wide_grinding, changing, turning] {
         let (mut whole, mut broken) = (make(), make());
         let (mut removed, mut raised, mut edges) = (0.0, 0, 0);
         for _ in 0..whole.ticks {
@@ -254,6 +282,36 @@ fn what_differs_is_named_with_both_values() {
     let error = other.snapshot(&mut codec).expect_err("a cut lobe");
     let text = format!("{}: {error}", codec.place());
     assert!(text.starts_with("part[0].radii[") && text.ends_with("it is 23.1"), "{text}");
+}
+
+/// A keyframe in the middle of a change goes on with it; one whose wheels the machine does not have is refused.
+#[test]
+fn a_change_of_the_wheel_goes_on_from_its_middle() {
+    let mut run = changing();
+    for _ in 0..2400 {
+        run.tick();
+    }
+    assert!(run.machine.is_mounting());
+    let octets = octets_of(&mut run.machine);
+    let description = changing().machine.description().clone();
+    let mut again = taken_up(&description, &octets).expect("a machine in a change");
+    for _ in 0..398 {
+        again.step(None, &[], &[]);
+    }
+    assert!(again.is_mounting() && again.description().mounted_wheel() == 0);
+    again.step(None, &[], &[]);
+    assert!(!again.is_mounting() && again.description().mounted_wheel() == 1);
+    let octets = octets_of(&mut again);
+    let other = taken_up(&description, &octets).expect("a machine with its second wheel");
+    assert_eq!(other, again);
+    assert_eq!(other.description().wheel.new_radius_mm, 30.0);
+    let mut three = description;
+    three.wheel_changer.iter_mut().for_each(|changer| {
+        let name = "polishing".to_owned();
+        changer.wheels.push(MagazineWheel { name, ..changer.wheels[1].clone() });
+    });
+    let error = taken_up(&three, &octets).expect_err("two wheels are not three");
+    assert!(error.contains("the changer has no such wheels"), "{error}");
 }
 
 #[test]

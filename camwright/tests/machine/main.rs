@@ -16,6 +16,7 @@ mod slow;
 mod stopping;
 mod turned;
 mod turning;
+mod wheel_changer;
 
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, Homing, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;

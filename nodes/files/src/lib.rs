@@ -57,6 +57,7 @@ mod study_values;
 mod surface_file;
 mod table_files;
 pub mod turning_file;
+mod wheel_changer_file;
 mod wheel_file;
 mod workholding_file;
 pub mod yaml;

@@ -13,6 +13,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
     ("machines/cam_grinder_hal.yaml", include_str!("../../../params/machines/cam_grinder_hal.yaml")),
     ("machines/cam_grinder_with_dresser.yaml", include_str!("../../../params/machines/cam_grinder_with_dresser.yaml")),
+    ("machines/cam_grinder_two_wheels.yaml", include_str!("../../../params/machines/cam_grinder_two_wheels.yaml")),
     (
         "machines/cam_grinder_with_steady_rest.yaml",
         include_str!("../../../params/machines/cam_grinder_with_steady_rest.yaml"),

@@ -13,6 +13,7 @@ use super::process_file::ProcessFile;
 use super::recorded_files::MACHINES;
 use super::retract_file::AlarmRetractFile;
 use super::schema;
+use super::wheel_changer_file::{self, WheelChangerFile};
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::workholding_file::WorkholdingFile;
 use super::yaml::Document;
@@ -73,6 +74,8 @@ pub(super) struct MachineFile {
     origin_window_deg: f64,
     /// Grinding wheel. A machine has a wheel or an insert.
     wheel: Option<WheelFile>,
+    /// Changer with further wheels. Default: one wheel.
+    wheel_changer: Option<WheelChangerFile>,
     /// Round driven insert of a lathe. A lathe has no contact, workholding, thermal, gauge, `gap_detector`, process and
     /// dresser.
     insert: Option<InsertFile>,
@@ -214,7 +217,17 @@ struct StationFile {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct WheelFile {
+pub(super) struct WheelFile {
+    /// Name by which jobs ask for the wheel; every wheel of a changer has its own. Default: `wheel`; required in
+    /// `wheel_changer.wheels`.
+    #[schemars(schema_with = "names::schema")]
+    #[serde(default)]
+    pub(super) name: Option<String>,
+    /// Distance by which the cutting point is nearer to the part than `x_axis` says, until the wheel is first dressed. Needs
+    /// `wheel_changer`.
+    #[schemars(range(min = -1000.0, max = 1000.0))]
+    #[serde(default)]
+    pub(super) setting_error_um: f64,
     /// Radius of a new wheel.
     #[schemars(range(min = 1.0, max = 1e3))]
     new_radius_mm: f64,
@@ -246,7 +259,7 @@ struct WheelFile {
 }
 
 impl WheelFile {
-    fn wheel(&self) -> WheelDescription {
+    pub(super) fn wheel(&self) -> WheelDescription {
         WheelDescription {
             new_radius_mm: self.new_radius_mm,
             min_radius_mm: self.min_radius_mm,
@@ -389,7 +402,11 @@ fn describe(
         origin_half_window_rad: rad_from_deg(file.origin_window_deg) / 2.0,
         wheel,
         insert,
-        wheel_changer: None,
+        wheel_changer: file
+            .wheel_changer
+            .as_ref()
+            .zip(file.wheel.as_ref())
+            .map(|(changer, first)| changer.changer(first)),
         contact: file.contact.as_ref().map(ContactFile::contact),
         workholding: file.workholding.as_ref().map(WorkholdingFile::workholding),
         thermal: file.thermal.as_ref().map(ThermalFile::thermal),
@@ -452,6 +469,10 @@ fn linear(axis: Axis, file: &LinearFile) -> AxisDescription {
     }
 }
 
+fn wheels(file: &MachineFile) -> impl Iterator<Item = (String, &WheelFile)> {
+    wheel_changer_file::wheels(file.wheel.as_ref(), file.wheel_changer.as_ref())
+}
+
 /// Values that must fit each other.
 fn check(document: &Document, file: &MachineFile) -> Vec<ConfigError> {
     let mut findings = Vec::new();
@@ -461,13 +482,15 @@ fn check(document: &Document, file: &MachineFile) -> Vec<ConfigError> {
             findings.push(document.error(&key, format!("{key} is {value}; it must be {low} to {high}")));
         }
     }
-    if let Some(wheel) = &file.wheel
-        && let Some(max) = wheel.max_surface_speed_m_s.filter(|max| wheel.surface_speed_m_s > *max)
-    {
-        let (key, speed) = ("wheel.surface_speed_m_s", wheel.surface_speed_m_s);
-        let message = format!("{key} is {speed}; it must be at most wheel.max_surface_speed_m_s, {max}");
-        findings.push(document.error(key, message));
+    for (of, wheel) in wheels(file) {
+        let speed = wheel.surface_speed_m_s;
+        if let Some(max) = wheel.max_surface_speed_m_s.filter(|max| speed > *max) {
+            let key = format!("{of}.surface_speed_m_s");
+            let message = format!("{key} is {speed}; it must be at most {of}.max_surface_speed_m_s, {max}");
+            findings.push(document.error(&key, message));
+        }
     }
+    findings.extend(wheel_changer_file::check(document, file.wheel.as_ref(), file.wheel_changer.as_ref()));
     for (key, extent) in [("headstock", &file.headstock), ("tailstock", &file.tailstock)] {
         findings.extend(extent.as_ref().and_then(|extent| extent.check(document, key).err()));
     }
@@ -502,8 +525,11 @@ fn bounded(file: &MachineFile, x_mm: (f64, f64), z_mm: (f64, f64)) -> Vec<(Strin
         ];
         bounded.extend(keys.map(|(key, value, range)| (format!("{name}.{key}"), value, range)));
     }
-    if let Some(wheel) = &file.wheel {
-        bounded.push(("wheel.new_radius_mm".to_owned(), wheel.new_radius_mm, (wheel.min_radius_mm, f64::INFINITY)));
+    for (of, wheel) in wheels(file) {
+        bounded.push((format!("{of}.new_radius_mm"), wheel.new_radius_mm, (wheel.min_radius_mm, f64::INFINITY)));
+    }
+    if let Some(changer) = &file.wheel_changer {
+        bounded.push(("wheel_changer.min_x_mm".to_owned(), changer.min_x_mm, x_mm));
     }
     if let Some(insert) = &file.insert {
         bounded.push(("insert.height_mm".to_owned(), insert.height_mm, (insert.height_min_mm, insert.height_max_mm)));

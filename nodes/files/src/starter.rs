@@ -99,6 +99,7 @@ impl FileKind {
                 title: "Machine",
                 optional: &[
                     ("alarm_retract", ""),
+                    ("wheel_changer", "cam_grinder_two_wheels"),
                     ("gauge", "journal_grinder"),
                     ("gap_detector", "journal_grinder"),
                     ("dresser", "cam_grinder_with_dresser"),

@@ -3,7 +3,7 @@
 use super::observed::Observed;
 use super::report::ClauseReport;
 use camwright::machine::description::{Axis, AxisScale, MachineDescription as Described};
-use camwright_files::convert::machine_now::described_machine;
+use camwright_files::convert::machine_now::{described_machine, wheels_now};
 use camwright_files::convert::si_from_core;
 use camwright_msgs::camwright_msgs::msg::{AxisDescription, MachineDescription};
 use camwright_ros::{Durability, EndpointInfo, Guid, Node, Reliability, TopicInfo};
@@ -53,6 +53,11 @@ fn compare(description: &MachineDescription, source: &Described, report: &mut Cl
         if declared != meant || declared == 0 {
             report.broken(1, format!("{name} is {declared}, its source has {meant}"));
         }
+    }
+    if (source.wheel_changer.is_some() || !description.wheels.is_empty())
+        && let Err(error) = wheels_now(description, source)
+    {
+        report.broken(1, error);
     }
     let joints: Vec<&str> = description.axes.iter().map(|axis| axis.joint.as_str()).collect();
     let wanted = Axis::ALL.map(Axis::joint);

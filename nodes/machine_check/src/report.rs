@@ -34,6 +34,7 @@ const CLAUSES: &[Clause] = &[
         "--move an axis while an input of machine/io is closed; SET_HOME and LOSE_HOME are seen when camwright homes",
     ),
     (22, "missing equipment", "command it by hand: no test does, because a machine that has it would start it"),
+    (23, "change of the wheel", "command it by hand: no test does, because it moves the changer"),
     (30, "alarms and their reset", "let an alarm happen: --move does"),
     (31, "a stop is on the path", "--move an axis of a machine at pace realtime"),
     (32, "limits the machine watches itself", "move an axis past its limits, by hand and with care: no test does"),

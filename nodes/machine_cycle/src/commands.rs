@@ -2,7 +2,7 @@
 
 use super::messages::{MachineOrder, TimedCommand};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{Axis, AxisScale, MachineDescription};
+use camwright::machine::description::{Axis, AxisScale, MAX_WHEELS, MachineDescription};
 use camwright::simulation::MachineCommand;
 use camwright_files::convert::machine_report::{input_name, input_named};
 use camwright_files::convert::time::TickClock;
@@ -71,6 +71,8 @@ fn count_bounds(message: &CommandMessage, machine: &MachineDescription) -> (i64,
             (-reach, reach)
         }
         CommandMessage::EXPECT_WHEEL | CommandMessage::DRESS => (1, MAX_RADIUS_NM),
+        // The machine answers the order of a wheel that it does not have with an alarm.
+        CommandMessage::CHANGE_WHEEL => (0, MAX_WHEELS as i64 - 1),
         CommandMessage::PUSH | CommandMessage::WATCH_FORCE => (0, force_n()),
         CommandMessage::WATCH_SIZE => (0, MAX_DIAMETER_NM),
         CommandMessage::ALARM => (1, i64::from(u16::MAX)),
@@ -207,6 +209,8 @@ mod tests {
             (command(CommandMessage::WATCH_SIZE, "", i64::MAX), "counts"),
             (command(CommandMessage::EXPECT_WHEEL, "", 0), "counts"),
             (command(CommandMessage::DRESS, "", -1), "counts"),
+            (command(CommandMessage::CHANGE_WHEEL, "", -1), "counts"),
+            (command(CommandMessage::CHANGE_WHEEL, "", 4), "counts is 4; allowed: 0 to 3"),
             (command(CommandMessage::ALARM, "", 9999), "9999"),
             (command(CommandMessage::JOB_BEGIN, &"x".repeat(65), 0), "target"),
             (command(CommandMessage::WHEEL_START, "", 1), "counts"),
@@ -216,6 +220,7 @@ mod tests {
             assert!(reason.contains(named), "{wrong:?}: {reason}");
         }
         assert!(check(&command(CommandMessage::PUSH, "", 30)).is_ok());
+        assert!(check(&command(CommandMessage::CHANGE_WHEEL, "", 1)).is_ok());
         assert!(check(&command(CommandMessage::JOB_BEGIN, &"a".repeat(64), 0)).is_ok());
         // An order of the last setpoint within the credit of a machine with the largest delay.
         let far = MachineDescription { feedback_delay_ticks: 1000, ..machine.clone() };

@@ -326,6 +326,7 @@ impl CyclicLoop {
         self.buffer.has_setpoints()
             || !self.machine.is_at_rest()
             || self.machine.is_being_loaded()
+            || self.machine.is_mounting()
             || self.area_done.is_some()
             || self.commands.iter().flatten().any(|c| c.tick >= next)
     }
@@ -337,7 +338,8 @@ impl CyclicLoop {
             return false;
         }
         if self.is_stopped_by_alarm() {
-            return !self.machine.is_at_rest() || self.machine.is_being_loaded() || self.area_done.is_some();
+            let works = self.machine.is_being_loaded() || self.machine.is_mounting();
+            return !self.machine.is_at_rest() || works || self.area_done.is_some();
         }
         // A wheel that runs up or down does so before what is announced begins: how far it came would be chance.
         if self.partners.attends && !self.buffer.has_setpoints() && !self.is_wheel_changing() {
@@ -383,7 +385,8 @@ impl CyclicLoop {
         self.update_stream_state(&report);
         let is_quiet = self.is_quiet(&report);
         self.last_report = Some(report);
-        if self.machine.lasting().dress_count != self.published_state.dress_count {
+        let (now, published) = (self.machine.lasting(), &self.published_state);
+        if now.dress_count != published.dress_count || now.mounted_wheel() != published.mounted_wheel() {
             self.publish_persistent();
         }
         self.update_bounds(next);

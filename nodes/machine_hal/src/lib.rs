@@ -53,6 +53,12 @@ impl Plant for HalPlant {
                 "machine {path} has no section `hal`: it is simulated; start machine_sim, or see docs/guides/linuxcnc_machine.md"
             )));
         };
+        if file.description.wheel_changer.is_some() {
+            return Err(NodeError::Parameter(format!(
+                "machine {path} has a `wheel_changer`, and HAL has no pins for one; remove it from the machine file, or start \
+                 machine_sim"
+            )));
+        }
         let findings = halcmd::compare(hal, &file.description).map_err(NodeError::Parameter)?;
         if !findings.is_empty() {
             return Err(NodeError::Parameter(format!(

@@ -268,15 +268,18 @@ fn wheel(seen: &ReportedPeaks, machine: &MachineDescription) -> DiagnosticStatus
         return diagnostic_status(DiagnosticStatus::OK, "wheel", "no wear is known of", &[speed]);
     };
     let radius_mm = lasting.wheel_radius_mm - lasting.wheel_wear_mm;
-    let (new_mm, min_mm) = (machine.wheel.new_radius_mm, machine.wheel.min_radius_mm);
+    let mounted = machine.wheel_changer.as_ref().and_then(|changer| changer.wheels.get(lasting.mounted_wheel()));
+    let described = mounted.map_or(&machine.wheel, |mounted| &mounted.wheel);
+    let (new_mm, min_mm) = (described.new_radius_mm, described.min_radius_mm);
     let level = below((radius_mm - min_mm) / (new_mm - min_mm).max(f64::MIN_POSITIVE), WORN);
     let message = format!("{radius_mm:.3} mm in radius, worn at {min_mm:.3} mm");
-    let values = [
+    let mut values = vec![
         speed,
         ("radius_mm", format!("{radius_mm:.4}")),
         ("wear_since_dress_um", format!("{:.2}", um_from_mm(lasting.wheel_wear_mm))),
         ("lobes_since_dress", lasting.lobes_since_dress.to_string()),
     ];
+    values.extend(mounted.map(|mounted| ("mounted", mounted.name.clone())));
     diagnostic_status(level, "wheel", &message, &values)
 }
 

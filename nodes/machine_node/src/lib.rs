@@ -216,7 +216,10 @@ impl<P: Plant> MachineNode<P> {
     /// A machine file or a machine state that is refused, parameters out of range.
     pub fn machine_from_args(args: &RosArgs) -> Result<MachineNow, NodeError> {
         let LoadedMachine { file, lasting, .. } = LoadedMachine::from_parameters(&Self::options(args).declared()?)?;
-        Ok(MachineNow { description: file.description, wheel: lasting.wheel() })
+        let mut description = file.description;
+        let mounted = description.mount_wheel(lasting.mounted_wheel());
+        mounted.map_err(|error| NodeError::Parameter(error.to_string()))?;
+        Ok(MachineNow { description, wheel: lasting.wheel() })
     }
 
     /// Starts the node.
@@ -394,7 +397,11 @@ impl LoadedSetup {
     }
 
     fn pump(&self, lasting: &PersistentState) -> Result<MachinePump, NodeError> {
-        let (machine, is_fast) = (&self.file.description, self.pace == Pace::Fast);
+        let mut description = self.file.description.clone();
+        description
+            .mount_wheel(lasting.mounted_wheel())
+            .map_err(|error| NodeError::Parameter(format!("state of the machine: {error}")))?;
+        let (machine, is_fast) = (&description, self.pace == Pace::Fast);
         self.health.update(lasting);
         let rest_rate_hz = self.node.parameters().double(REST_RATE);
         let context = Context {
@@ -409,7 +416,7 @@ impl LoadedSetup {
             rest_period_ticks: rest_period_ticks(rest_rate_hz, machine, self.pace),
         };
         let drops = &self.bounds.drops;
-        let scene = SceneOutlet::new(&self.node, machine, lasting.wheel_radius_mm, self.inlet.clone(), drops)?;
+        let scene = SceneOutlet::new(&self.node, machine, lasting, self.inlet.clone(), drops)?;
         let mut outlets = MachineOutlets::new(&self.node, is_fast, machine, self.clock, drops)?;
         outlets.begin(lasting, self.drives)?;
         Ok(MachinePump::new(context, outlets, scene))
@@ -631,7 +638,9 @@ struct StateOutlets {
 impl StateOutlets {
     /// Stores and publishes the state.
     fn update(&mut self, state: &PersistentState, node: &Node) {
-        if let Some(Err(error)) = self.state_file.as_ref().map(|path| machine_state_file::store(path, state)) {
+        if let Some(Err(error)) =
+            self.state_file.as_ref().map(|path| machine_state_file::store(path, state, &self.file.description))
+        {
             node.log(Level::Error, &error.to_string());
         }
         self.counters.publish(state);
@@ -642,7 +651,7 @@ impl StateOutlets {
     /// Publishes the machine again if its wheel can change.
     fn publish_description(&self, state: &PersistentState, node: &Node) {
         let machine = &self.file.description;
-        if machine.dresser.is_none() && machine.wheel.grinding_ratio.is_none() {
+        if machine.dresser.is_none() && machine.wheel.grinding_ratio.is_none() && machine.wheel_changer.is_none() {
             return;
         }
         if let Err(error) = self.description.publish(&description_message(&self.file, state)) {

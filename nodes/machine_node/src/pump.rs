@@ -194,7 +194,9 @@ impl MachinePump {
                             Outbound::BarDone(Ok(()), _) => self.scene.ask(0),
                             Outbound::JobEnded => (0..self.lobes.len().max(1)).for_each(|lobe| self.scene.ask(lobe)),
                             Outbound::Lasting(state) => {
-                                let outcome = self.scene.mount(state.wheel_radius_mm);
+                                // The machine has what it says that it mounted.
+                                let _mounted = self.context.description.mount_wheel(state.mounted_wheel());
+                                let outcome = self.scene.mount(state);
                                 self.scene.log_failure(outcome);
                             }
                             _ => {}

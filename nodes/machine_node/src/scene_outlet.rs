@@ -2,6 +2,7 @@
 
 use super::CycleInlet;
 use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::persistent_state::PersistentState;
 use camwright::simulation::process_monitor::{Engaged, ProcessMonitor, ProcessValues};
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
@@ -93,10 +94,11 @@ impl SceneOutlet {
     pub(super) fn new(
         node: &Node,
         machine: &MachineDescription,
-        wheel_radius_mm: f64,
+        lasting: &PersistentState,
         inlet: CycleInlet,
         drops: &DropCounter,
     ) -> Result<Self, NodeError> {
+        let wheel_radius_mm = lasting.wheel_radius_mm;
         let tree = Tree::new(machine, wheel_radius_mm, scene::frames_of(node, machine)?);
         let publishes_tf = node.parameters().bool(PUBLISH_TF);
         let transforms = || node.telemetry("/tf", &Qos::default_topic().keep_last(100), drops);
@@ -130,7 +132,7 @@ impl SceneOutlet {
             machine: machine.clone(),
             tree,
         };
-        outlet.mount(wheel_radius_mm)?;
+        outlet.mount(lasting)?;
         Ok(outlet)
     }
 
@@ -139,9 +141,16 @@ impl SceneOutlet {
         &self.tree.frames.base
     }
 
-    /// A wheel of this radius is mounted, as far as is known (mm).
-    pub(super) fn mount(&mut self, wheel_radius_mm: f64) -> Result<(), RosError> {
+    /// The wheel of this state is mounted. A wheel that the machine does not have is not shown.
+    pub(super) fn mount(&mut self, lasting: &PersistentState) -> Result<(), RosError> {
+        let wheel_radius_mm = lasting.wheel_radius_mm;
         self.wheel_radius_mm = wheel_radius_mm;
+        if lasting.mounted_wheel() != self.machine.mounted_wheel()
+            && self.machine.mount_wheel(lasting.mounted_wheel()).is_ok()
+            && let Some(process) = &mut self.process
+        {
+            process.mount(&self.machine.wheel);
+        }
         let tree = Tree::new(&self.machine, wheel_radius_mm, self.tree.frames.clone());
         let urdf = tree.urdf(self.urdf_version);
         if urdf == self.published_description {

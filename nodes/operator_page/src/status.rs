@@ -122,6 +122,8 @@ pub(super) struct AxisLine {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct WheelLine {
+    /// Name of the mounted wheel of a changer.
+    pub(super) name: Option<String>,
     pub(super) radius_mm: f64,
     pub(super) wear_um: f64,
     /// None before the machine has reported it.
@@ -382,6 +384,7 @@ fn axis(snapshot: &CellSnapshot, axes: &DynamicJointState, joint: &str, is_linea
 
 fn wheel(machine: &MachineDescription, snapshot: &CellSnapshot) -> WheelLine {
     WheelLine {
+        name: (!machine.wheel.is_empty()).then(|| machine.wheel.clone()),
         radius_mm: mm_from_m(machine.wheel_radius),
         wear_um: um(machine.wheel_wear),
         is_running: snapshot.io.as_ref().map(|io| io.wheel_running),

@@ -93,7 +93,8 @@ impl fmt::Display for Status {
                 Some(false) => "stopped",
                 None => "speed unknown",
             };
-            line("wheel", format!("radius {:.4} mm, wear {:.2} um, {runs}", wheel.radius_mm, wheel.wear_um))?;
+            let name = wheel.name.as_ref().map_or_else(String::new, |name| format!("{name}, "));
+            line("wheel", format!("{name}radius {:.4} mm, wear {:.2} um, {runs}", wheel.radius_mm, wheel.wear_um))?;
         }
         for alarm in &self.alarms {
             let text = format!("{} ({}) of {}: {}", alarm.number, alarm.severity, alarm.source, alarm.text);

@@ -93,6 +93,9 @@ impl Machine {
     pub fn clear_part(&mut self) {
         self.workholding.clear();
         self.wheel.forget_lobe();
+        if let Some(arm) = &mut self.changer {
+            arm.take_ground();
+        }
     }
 
     /// The part between the centres.

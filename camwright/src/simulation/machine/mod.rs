@@ -6,6 +6,7 @@ mod snapshot;
 mod alarm_retract;
 mod axis_watch;
 mod build_report;
+mod changing;
 mod command;
 mod contact;
 mod contact_modes;
@@ -38,6 +39,7 @@ use crate::simulation::work_area::WorkArea;
 use crate::simulation::workpiece::{Lobe, Removal};
 use alarm_retract::Retract;
 use axis_watch::AxisWatch;
+use changing::ChangerArm;
 pub use command::{MachineCommand, ResetRefused};
 use contact::{ContactState, LobeSweep};
 use gauging::Gauging;
@@ -68,6 +70,8 @@ pub struct Machine {
     workholding: Workholding,
     contact: ContactState,
     wheel: GrindingWheel,
+    /// Arm of the wheel changer of a machine that has one.
+    changer: Option<ChangerArm>,
     power: Power,
     stream: SetpointStream,
     retract: Retract,
@@ -84,14 +88,10 @@ impl Machine {
     ///
     /// # Errors
     /// Figures that do not make a machine.
-    pub fn new(description: MachineDescription, lasting: PersistentState) -> Result<Self, DescriptionError> {
+    pub fn new(mut description: MachineDescription, lasting: PersistentState) -> Result<Self, DescriptionError> {
         description.validate()?;
-        if !(lasting.wheel_radius_mm > 0.0 && lasting.wheel_radius_mm.is_finite()) {
-            return Err(DescriptionError::NotPositive {
-                what: "present wheel radius (mm)",
-                value: lasting.wheel_radius_mm,
-            });
-        }
+        let lasting = lasting.for_machine(&description)?;
+        description.mount_wheel(lasting.mounted_wheel())?;
         let step_s = description.cycle_time_s() / f64::from(description.servo_steps_per_tick);
         let axes: [AxisState; AXIS_COUNT] = core::array::from_fn(|i| AxisState::new(&description.axes[i], step_s));
         Ok(Self {
@@ -104,6 +104,7 @@ impl Machine {
             workholding: Workholding::default(),
             contact: ContactState::new(&description),
             wheel: GrindingWheel::new(&description),
+            changer: description.wheel_changer.as_ref().map(|_| ChangerArm::default()),
             power: Power::new(&description.retract),
             stream: SetpointStream::new(&description, resting_setpoint(&axes)),
             retract: Retract::default(),
@@ -162,7 +163,8 @@ impl Machine {
 
     /// Counts a finished part.
     pub fn count_part(&mut self) {
-        self.lasting.count_part();
+        let ground = self.changer.as_mut().map(ChangerArm::take_ground).unwrap_or_default();
+        self.lasting.count_part(ground);
         self.wheel.forget_lobe();
     }
 
@@ -231,10 +233,10 @@ impl Machine {
         self.axes.iter().all(AxisState::is_at_rest)
     }
 
-    /// The wheel runs up or down.
+    /// The wheel runs up or down, or another one is being mounted.
     #[must_use]
     pub fn is_wheel_changing(&self) -> bool {
-        self.wheel.spindle().is_changing()
+        self.wheel.spindle().is_changing() || self.is_mounting()
     }
 
     /// A job begins: what only chance decides begins anew, so that a job is the same whatever the machine did before.
@@ -389,6 +391,7 @@ impl Machine {
         let process = self.process_levels();
         self.inputs.watch_switches(&self.axes, process, self.tick, &mut self.supervision);
         self.wheel.watch_contact(removal, self.contact.pushes(), self.tick, &mut self.supervision);
+        self.step_changer(removal);
         let gauge_mm = self.gauge(lobe, removal, measurement.map(|measured| measured.gauge_mm));
         let tick = self.shown_tick();
         let sensing =
@@ -410,6 +413,7 @@ impl Machine {
     }
 
     fn apply_command(&mut self, command: MachineCommand) {
+        let is_mounting = self.is_mounting();
         let Self { description, lasting, tick, supervision, .. } = self;
         let mut raise = |kind, value, bound| supervision.raise(*tick, kind, value, bound);
         match command {
@@ -429,25 +433,22 @@ impl Machine {
                     raise(kind, f64::NAN, f64::NAN);
                 }
             }
+            MachineCommand::WheelStart if is_mounting => self.refuse_wheel(),
             MachineCommand::WheelStart => {
                 self.contact.allow_push(0.0);
                 self.wheel.start(self.power.allows_wheel(), description, lasting, raise);
             }
             MachineCommand::WheelStop => self.wheel.stop(),
             MachineCommand::ExpectWheel { radius_nm } => {
-                if let Err((kind, value, bound)) = wheel::expect_wheel(radius_nm, lasting) {
+                if let Err((kind, value, bound)) = wheel::expect_wheel(radius_nm, lasting, is_mounting) {
                     raise(kind, value, bound);
                 }
             }
-            MachineCommand::ChangeWheel { wheel } => {
-                let mounted = description.mounted_wheel();
-                if wheel as usize != mounted {
-                    raise(AlarmKind::OtherWheel, f64::from(wheel), mounted as f64);
-                }
-            }
+            MachineCommand::ChangeWheel { wheel } => self.change_wheel(wheel as usize),
             MachineCommand::Dress { radius_nm } => {
-                if let Err((kind, value, bound)) = self.wheel.dress(radius_nm, &self.axes, description, lasting) {
-                    raise(kind, value, bound);
+                match self.wheel.dress(radius_nm, &self.axes, description, lasting) {
+                    Ok(()) => self.changer.iter_mut().for_each(|arm| arm.forget_ground(description.mounted_wheel())),
+                    Err((kind, value, bound)) => raise(kind, value, bound),
                 }
             }
             MachineCommand::Push { max_n } => self.contact.allow_push(max_n as f64),

@@ -76,6 +76,7 @@ impl Snapshot for Machine {
             workholding,
             contact,
             wheel,
+            changer,
             power,
             stream,
             retract,
@@ -83,7 +84,14 @@ impl Snapshot for Machine {
             lag_ticks: _,
             pending_asks: _,
         } = self;
-        fields!(codec: tick, lasting, axes);
+        fields!(codec: tick, lasting);
+        if let Some(arm) = changer {
+            codec.field("changer", |codec| arm.snapshot(description, lasting, codec))?;
+            if codec.is_reading() {
+                wheel.prepare_reading(description);
+            }
+        }
+        fields!(codec: axes);
         axis_watch.keep_beyond(codec)?;
         wheel.keep_rotation(codec)?;
         supervision.keep_mode(codec)?;
@@ -92,6 +100,8 @@ impl Snapshot for Machine {
         workholding.snapshot_parts(description, codec)?;
         contact.keep_force(codec)?;
         workholding.snapshot_keyway(codec)?;
+        // Keyframes have held it here since before there were changers.
+        codec.field("dressed_zero_mm", |codec| lasting.wheel_zero_error_mm.snapshot(codec))?;
         wheel.keep_cut(codec)?;
         equipment!(codec: work_area);
         gauging.keep_gauge(codec)?;

@@ -63,8 +63,6 @@ pub(super) struct GrindingWheel {
     wheel_phase_rad: f64,
     /// Share of the remaining growth of a wheelhead that a tick adds.
     warming: f64,
-    /// Radius by which the zero of X was off the machine's own at the last dress (mm).
-    dressed_zero_mm: f64,
     since_cut: u32,
     /// Lobe that was cut last, since the last dress and the last part.
     ground: Option<usize>,
@@ -76,7 +74,7 @@ pub(super) struct GrindingWheel {
 
 snapshot_groups!(GrindingWheel {
     keep_rotation(fields: wheel, wheel_phase_rad),
-    keep_cut(fields: dressed_zero_mm, since_cut, ground),
+    keep_cut(fields: since_cut, ground),
     keep_speed(fields: overspeed, wheel_late),
 } on { warming });
 
@@ -89,7 +87,6 @@ impl GrindingWheel {
             warming: description
                 .thermal
                 .map_or(0.0, |thermal| -libm::expm1(-description.cycle_time_s() / thermal.time_constant_s)),
-            dressed_zero_mm: 0.0,
             since_cut: CUTTING_TICKS,
             ground: None,
             overspeed: 1.0,
@@ -104,6 +101,17 @@ impl GrindingWheel {
     /// The wheel turns, or is about to.
     pub(super) fn turns(&self) -> bool {
         self.wheel.is_ordered() || !self.wheel.is_still()
+    }
+
+    /// Another wheel is mounted at rest.
+    pub(super) fn mount(&mut self, description: &MachineDescription) {
+        self.wheel.mount(description);
+        (self.wheel_phase_rad, self.since_cut, self.ground) = (0.0, CUTTING_TICKS, None);
+    }
+
+    /// A keyframe is read into the wheel of this description.
+    pub(super) fn prepare_reading(&mut self, description: &MachineDescription) {
+        self.wheel.mount(description);
     }
 
     /// Brings the wheel to its speed at once.
@@ -226,7 +234,7 @@ impl GrindingWheel {
         let share = self.wheel.share_of_speed();
         WheelSurface {
             // The dresser's rim stands where it stands, whatever the zero of X was corrected by before.
-            radius_mm: lasting.wheel_radius_mm - lasting.wheel_wear_mm - dressed_mm + self.dressed_zero_mm,
+            radius_mm: lasting.wheel_radius_mm - lasting.wheel_wear_mm - dressed_mm + lasting.wheel_zero_error_mm,
             centre_mm: lasting.wheel_radius_mm - grown_mm,
             unbalance_mm: description.wheel.unbalance_mm * share * share,
             phase_rad: self.wheel_phase_rad + turn_rad * f64::from(servo_step),
@@ -269,7 +277,7 @@ impl GrindingWheel {
 
     /// Dresses the wheel to a radius; an error is the alarm with its value and bound.
     ///
-    /// The dresser's rim is where the wheel ends afterwards. With the wheel's cutting point held there the slide follows
+    /// Positions are as the axes read, since the zero of X may have been corrected. The dresser's rim is where the wheel ends afterwards. With the wheel's cutting point held there the slide follows
     /// the radius by itself, so nothing moves in the machine's coordinates.
     pub(super) fn dress(
         &mut self,
@@ -281,11 +289,7 @@ impl GrindingWheel {
         let wheel = description.wheel;
         let radius_mm = mm_from_nm(radius_nm);
         let worn_mm = lasting.wheel_radius_mm - lasting.wheel_wear_mm;
-        // As the axes read: the zero of X may have been corrected.
-        let zero_mm = |axis: Axis| {
-            let axis = &axes[axis.index()];
-            axis.zero() as f64 / axis.counts_per_unit
-        };
+        let zero_mm = |axis: Axis| axes[axis.index()].zero_value();
         let position = |axis: Axis| axes[axis.index()].true_value() - zero_mm(axis);
         let fits = description.dresser.is_some_and(|dresser| {
             let beside_mm = 0.5 * dresser.traverse_mm(wheel.width_mm) + AT_DRESSER_MM;
@@ -298,17 +302,21 @@ impl GrindingWheel {
         if !fits || radius_mm >= worn_mm || radius_mm < wheel.min_radius_mm || wheel.check_speed(radius_mm).is_err() {
             return Err((AlarmKind::NotDressed, radius_mm, worn_mm));
         }
-        *lasting = lasting.dressed(radius_mm);
-        self.dressed_zero_mm = zero_mm(Axis::X);
+        *lasting = lasting.dressed(radius_mm, zero_mm(Axis::X));
         self.ground = None;
         Ok(())
     }
 }
 
-/// Compares the mounted wheel with the one that a plan expects; an error is the alarm with its value and bound.
-pub(super) fn expect_wheel(radius_nm: i64, lasting: &PersistentState) -> Result<(), (AlarmKind, f64, f64)> {
+/// Compares the mounted wheel with the one that a plan expects; an error is the alarm with its value and bound. While the changer mounts
+/// another wheel, none is as expected.
+pub(super) fn expect_wheel(
+    radius_nm: i64,
+    lasting: &PersistentState,
+    is_mounting: bool,
+) -> Result<(), (AlarmKind, f64, f64)> {
     let (wanted_mm, mounted_mm) = (mm_from_nm(radius_nm), lasting.wheel_radius_mm);
-    if (wanted_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM {
+    if is_mounting || (wanted_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM {
         return Err((AlarmKind::OtherWheel, mounted_mm, wanted_mm));
     }
     Ok(())

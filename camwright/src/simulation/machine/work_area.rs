@@ -67,7 +67,7 @@ impl Machine {
     }
 
     fn require_stillness(&self) -> Result<(), LoadingRefused> {
-        if !self.is_at_rest() || self.stream.moves() {
+        if !self.is_at_rest() || self.stream.moves() || self.is_mounting() {
             return Err(LoadingRefused::Moving);
         }
         if self.wheel.turns() {
@@ -100,7 +100,7 @@ impl Machine {
         for late in area.step().into_iter().flatten() {
             self.raise(late, 0.0, 0.0);
         }
-        let moves = !self.is_at_rest() || self.stream.moves();
+        let moves = !self.is_at_rest() || self.stream.moves() || self.is_mounting();
         if let Some(hindrance) = self.hindrance().filter(|_| moves || self.wheel.turns()) {
             self.raise(hindrance.alarm(), 0.0, 0.0);
             self.wheel.stop();

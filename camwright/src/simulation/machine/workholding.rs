@@ -98,6 +98,11 @@ impl Workholding {
         &mut self.part
     }
 
+    /// Another wheel with this surface speed (m/s) grinds the part from now on.
+    pub(super) fn change_wheel(&mut self, wheel_speed_m_s: f64) {
+        self.part.change_wheel(wheel_speed_m_s);
+    }
+
     pub(super) fn turned(&self) -> Option<&Clamped> {
         self.turned.as_ref()
     }

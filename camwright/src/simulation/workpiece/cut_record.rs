@@ -95,6 +95,12 @@ impl CutRecord {
         Some(Self { process, wheel_speed_m_s, forces_n, degrees, passage: None, line_rad: None })
     }
 
+    /// Cuts from now on are those of a wheel with this surface speed (m/s).
+    pub(crate) fn set_wheel_speed(&mut self, wheel_speed_m_s: f64) {
+        self.leave();
+        self.wheel_speed_m_s = wheel_speed_m_s;
+    }
+
     /// Removal at every degree from the keyway on; empty without process data in the machine file.
     #[must_use]
     pub fn degrees(&self) -> &[RemovalAtDegree] {

@@ -613,6 +613,13 @@ impl Workpiece {
         self.lobes.clear();
     }
 
+    /// Another wheel with this surface speed (m/s) grinds it from now on.
+    pub(crate) fn change_wheel(&mut self, wheel_speed_m_s: f64) {
+        for record in self.lobes.iter_mut().filter_map(|lobe| lobe.record.as_mut()) {
+            record.set_wheel_speed(wheel_speed_m_s);
+        }
+    }
+
     pub(crate) fn lobe_by_name_mut(&mut self, name: &str) -> Option<&mut Lobe> {
         self.lobes.iter_mut().find(|lobe| lobe.name == name)
     }

@@ -2,6 +2,7 @@
 
 use camwright::machine::description::MachineDescription;
 use camwright::motion::plan::Plan;
+use camwright_bag::schema_evolution::{add_empty_fields, fields_since};
 use camwright_bag::{Bag, BagError};
 use camwright_files::convert::job_files::files_from_pages;
 use camwright_files::convert::plan::plan_from_pages;
@@ -74,9 +75,11 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
     let mut files: Vec<JobFilePage> = Vec::new();
     let cell = |topic: usize, name: &str| bag.topics()[topic].name.strip_suffix(name).unwrap_or_default().to_owned();
     let mut messages = bag.messages();
-    while let Some(message) = messages.next_message()? {
-        let of_type = bag.topics()[message.topic].type_name.as_str();
+    while let Some(mut message) = messages.next_message()? {
+        let topic = &bag.topics()[message.topic];
+        let of_type = topic.type_name.as_str();
         if of_type == DescriptionMessage::TYPE_NAME {
+            add_empty_fields(&mut message.data, fields_since(topic, DescriptionMessage::SCHEMA));
             if let Ok(recorded) = message_from_sample(&message.data) {
                 machines.push((cell(message.topic, "machine/description"), recorded));
             }

@@ -1,7 +1,7 @@
 //! Recorded data of a run, topic by topic; missing data stays empty and is never guessed.
 
 use super::error::ReportError;
-use camwright_bag::schema_evolution::{add_empty_lists, lists_since};
+use camwright_bag::schema_evolution::{add_empty_fields, fields_since};
 use camwright_bag::{Bag, BagMessage, Topic};
 use camwright_files::convert::time::{TickClock, ns_from_time};
 use camwright_machine_cycle::bounds::BusTiming;
@@ -138,12 +138,12 @@ impl RecordedRun {
         let mut highest: Vec<(u64, u64)> = vec![(0, 0); names.len()];
         // What a bag of a former program does not say of a message is empty.
         let since = |topic: &Topic| {
-            camwright_msgs::by_type_name(&topic.type_name).map_or(0, |ours| lists_since(topic, ours.schema))
+            camwright_msgs::by_type_name(&topic.type_name).map_or(0, |ours| fields_since(topic, ours.schema))
         };
         let since: Vec<usize> = bag.topics().iter().map(since).collect();
         let mut messages = bag.messages();
         while let Some(mut message) = messages.next_message()? {
-            add_empty_lists(&mut message.data, since[message.topic]);
+            add_empty_fields(&mut message.data, since[message.topic]);
             let seen = &mut highest[message.topic];
             *seen = (seen.0.max(u64::from(message.sequence)), seen.1 + 1);
             if let Some(name) = &names[message.topic] {

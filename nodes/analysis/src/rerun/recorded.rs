@@ -2,7 +2,7 @@
 
 use super::error::RerunError;
 use super::keyframes;
-use super::topics::{ReplayTopics, read};
+use super::topics::{ReplayTopics, read, read_former};
 use super::window::Window;
 use camwright::machine::description::MachineDescription;
 use camwright::motion::plan::Plan;
@@ -61,7 +61,7 @@ impl RecordedInputs {
             } else if at == topics.interpolator_inputs {
                 interpolator_inputs.push(read(bag, &message)?);
             } else if at == topics.description && description.is_none() {
-                description = Some(read(bag, &message)?);
+                description = Some(read_former(bag, message)?);
             } else if at == topics.plans {
                 let page: PlanPage = read(bag, &message)?;
                 let known = pages.entry(page.plan_hash.clone()).or_default();

@@ -1,6 +1,7 @@
 //! Topics of a recorded cell, and their messages.
 
 use super::error::RerunError;
+use camwright_bag::schema_evolution::{add_empty_fields, fields_since};
 use camwright_bag::{Bag, BagMessage};
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineInput, PlanPage};
@@ -29,6 +30,16 @@ pub(super) fn read<T: DeserializeOwned>(bag: &Bag, message: &BagMessage) -> Resu
         let topic = bag.topics().get(message.topic).map_or("", |topic| topic.name.as_str());
         RerunError::Cannot(format!("message {} of {topic} cannot be read: {reason}", message.sequence))
     })
+}
+
+/// Reads a message of a bag that may have been recorded when its type had fewer fields.
+pub(super) fn read_former<T: DeserializeOwned + camwright_msgs::Message>(
+    bag: &Bag,
+    mut message: BagMessage,
+) -> Result<T, RerunError> {
+    let since = bag.topics().get(message.topic).map_or(0, |topic| fields_since(topic, T::SCHEMA));
+    add_empty_fields(&mut message.data, since);
+    read(bag, &message)
 }
 
 impl ReplayTopics {

@@ -2,10 +2,10 @@
 
 use super::{m_from_mm, si_from_core};
 use crate::machine_file;
-use camwright::machine::description::{Axis, AxisScale, MachineDescription};
+use camwright::machine::description::{Axis, AxisScale, MachineDescription, MagazineWheel, WheelChanger};
 use camwright::machine::persistent_state::PersistentState;
 use camwright_msgs::camwright_msgs::msg::{
-    AxisDescription, MachineDescription as DescriptionMessage, StationDescription,
+    AxisDescription, MachineDescription as DescriptionMessage, StationDescription, WheelState,
 };
 
 /// Joint name of the wheel spindle.
@@ -15,6 +15,9 @@ pub const WHEEL_JOINT: &str = "wheel_spindle";
 #[must_use]
 pub fn description_message(file: &machine_file::MachineConfig, lasting: &PersistentState) -> DescriptionMessage {
     let machine = &file.description;
+    let changer = machine.wheel_changer.as_ref();
+    let mounted = changer.and_then(|changer| changer.wheels.get(lasting.mounted_wheel()));
+    let wheel = mounted.map_or(&machine.wheel, |mounted| &mounted.wheel);
     DescriptionMessage {
         name: machine.name.clone(),
         hash: machine.hash.clone(),
@@ -36,10 +39,30 @@ pub fn description_message(file: &machine_file::MachineConfig, lasting: &Persist
         lobes_since_dress: lasting.lobes_since_dress,
         parts_since_dress: lasting.parts_since_dress,
         dress_count: lasting.dress_count,
-        wheel_width: m_from_mm(machine.wheel.width_mm),
-        wheel_surface_speed: machine.wheel.surface_speed_m_s,
+        wheel_width: m_from_mm(wheel.width_mm),
+        wheel_surface_speed: wheel.surface_speed_m_s,
         rotation_sense: machine.rotation_sense,
+        wheel: mounted.map(|mounted| mounted.name.clone()).unwrap_or_default(),
+        wheels: changer.map(|changer| wheel_messages(changer, lasting)).unwrap_or_default(),
     }
+}
+
+fn wheel_messages(changer: &WheelChanger, lasting: &PersistentState) -> Vec<WheelState> {
+    let wheels = changer.wheels.iter().enumerate();
+    let message = |(position, wheel): (usize, &MagazineWheel)| {
+        let state = lasting.wheel_at(position)?;
+        Some(WheelState {
+            name: wheel.name.clone(),
+            mounted: position == lasting.mounted_wheel(),
+            radius: m_from_mm(state.radius_mm),
+            wear: m_from_mm(state.wear_mm),
+            width: m_from_mm(wheel.wheel.width_mm),
+            lobes_since_dress: state.lobes_since_dress,
+            parts_since_dress: state.parts_since_dress,
+            dress_count: state.dress_count,
+        })
+    };
+    wheels.filter_map(message).collect()
 }
 
 fn axis_message(machine: &MachineDescription, axis: Axis) -> AxisDescription {
