@@ -41,7 +41,7 @@ struct Row {
 }
 
 fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<ClosedLoop, Box<dyn std::error::Error>> {
-    let lasting = PersistentState::new(description).with_wheel(prepared.wheel);
+    let lasting = PersistentState::new(description).with_wheels(&prepared.wheels);
     let mut machine = Machine::new(description.clone(), lasting)?;
     for raw in raw_part(prepared) {
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();

@@ -31,6 +31,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/crank_pins.yaml", include_str!("../../../params/jobs/crank_pins.yaml")),
     ("jobs/punches.yaml", include_str!("../../../params/jobs/punches.yaml")),
     ("jobs/snail_cam.yaml", include_str!("../../../params/jobs/snail_cam.yaml")),
+    ("jobs/two_wheel_camshaft.yaml", include_str!("../../../params/jobs/two_wheel_camshaft.yaml")),
     ("jobs/wide_lobes.yaml", include_str!("../../../params/jobs/wide_lobes.yaml")),
     ("jobs/long_camshaft.yaml", include_str!("../../../params/jobs/long_camshaft.yaml")),
     ("jobs/long_camshaft_seat.yaml", include_str!("../../../params/jobs/long_camshaft_seat.yaml")),

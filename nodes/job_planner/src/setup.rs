@@ -282,7 +282,8 @@ impl SetupWork {
         } else {
             mm_from_m(request.depth)
         };
-        let (plan, dress) = plan_dress(&now.description, now.wheel, depth_mm).map_err(|error| error.to_string())?;
+        let (plan, dress) =
+            plan_dress(&now.description, now.wheels.mounted, depth_mm).map_err(|error| error.to_string())?;
         let provenance = Provenance { job_hash: String::new(), machine_hash: now.description.hash.clone() };
         let pages = pages_from_plan(&plan, &provenance);
         for page in &pages {

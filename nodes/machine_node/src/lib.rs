@@ -219,7 +219,7 @@ impl<P: Plant> MachineNode<P> {
         let mut description = file.description;
         let mounted = description.mount_wheel(lasting.mounted_wheel());
         mounted.map_err(|error| NodeError::Parameter(error.to_string()))?;
-        Ok(MachineNow { description, wheel: lasting.wheel() })
+        Ok(MachineNow { description, wheels: lasting.wheels() })
     }
 
     /// Starts the node.

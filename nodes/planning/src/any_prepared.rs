@@ -93,7 +93,7 @@ impl AnyPrepared {
         is_same_machine
             && match (self, job) {
                 (Self::Ground(prepared), AnyJob::Ground(job)) => {
-                    prepared.job.hash == job.hash && prepared.wheel == now.wheel
+                    prepared.job.hash == job.hash && prepared.wheels == now.wheels
                 }
                 (Self::Turned(prepared), AnyJob::Turned(job)) => prepared.job.hash == job.hash,
                 _ => false,

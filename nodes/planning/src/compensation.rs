@@ -362,7 +362,7 @@ pub fn simulate_learned(
         afresh: false,
     });
     (compensation.learned, compensation.afresh) = (Vec::new(), false);
-    let now = MachineNow { description: prepared.machine.clone(), wheel: prepared.wheel };
+    let now = MachineNow { description: prepared.machine.clone(), wheels: prepared.wheels };
     for part in 0..=parts {
         let planned = planning::plan(job.clone(), Some(&now)).map_err(|error| failed(error.to_string()))?;
         let (_, results, outlines_mm) = simulate_outlines_on(&planned, description, |_, _| {})?;

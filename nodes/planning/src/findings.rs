@@ -5,7 +5,6 @@ use super::program::check_milled;
 use super::turning::check_turned;
 use super::{PreparedJob, chatter, deflection, error_location::blame, plan, process_warnings};
 use camwright::job::grinding::{JobError, LobeSpec};
-use camwright::machine::wheel_state::WheelNow;
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright::planner::PlannedLobe;
 use camwright::planner::{PlanError, plan_job};
@@ -73,9 +72,9 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
         }
     };
     let description = machine.map_or(&job.machine.description, |now| &now.description);
-    let wheel = match machine {
-        Some(now) => now.wheel,
-        None => WheelNow::dressed(job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm)),
+    let wheels = match machine {
+        Some(now) => now.wheels,
+        None => job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm).into(),
     };
     let mut accepted = Vec::new();
     for lobe in &job.spec.lobes {
@@ -94,7 +93,7 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
         alone.profiles = job.spec.profiles.get(lobe.profile).cloned().into_iter().collect();
         alone.lobes = vec![LobeSpec { profile: 0, ..lobe }];
         alone.wheels = Vec::new();
-        match plan_job(&alone, description, wheel, None) {
+        match plan_job(&alone, description, wheels, None) {
             Err(PlanError::Path { profile, source, .. }) => {
                 add(blame(job, &PlanError::Path { lobes: String::new(), advice: String::new(), profile, source }));
             }
@@ -159,6 +158,9 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     }
     for (key, message) in deflection::size_warnings(prepared) {
         findings.push(warning(prepared.job.document.error(key, message)));
+    }
+    if let Some(message) = super::wheel_changes::order_warning(prepared) {
+        findings.push(warning(prepared.job.document.error("lobes", message)));
     }
     if let Some(message) = chatter::chatter_warning(prepared) {
         findings.push(warning(prepared.job.document.error("work_speed_rpm", message)));

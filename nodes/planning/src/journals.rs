@@ -250,7 +250,7 @@ pub fn for_stock(prepared: &PreparedJob, logs: &[JournalReadings]) -> Result<Pre
     let stocks_mm =
         measured_stocks(machine, &measuring.planned, &measuring.whole.lobes, logs).map_err(|error| failed(&error))?;
     let MeasuredJob { planned, skipped, saved_s } =
-        plan_measured_job(job, machine, prepared.wheel, &measuring.whole, &measuring.planned, &stocks_mm)
+        plan_measured_job(job, machine, prepared.wheels.mounted, &measuring.whole, &measuring.planned, &stocks_mm)
             .map_err(|error| failed(&error))?;
     let lines = skipped.iter().map(ToString::to_string).collect();
     let saved = format!(

@@ -50,6 +50,7 @@ mod turn;
 mod turn_curve;
 mod turn_summary;
 mod turning;
+mod wheel_changes;
 mod wide_lobes;
 
 pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any, prepare_any_timed};
@@ -99,11 +100,11 @@ pub use turning::{
     turning_s, turning_summary, write_turning,
 };
 
+pub use wheel_changes::{WheelChangeSummary, wheel_changes};
 pub use wide_lobes::{PlungeStep, PlungeSummary, WideLobeForm, wide_lobe_forms};
 
 use camwright::cam::inspection::Inspection;
-use camwright::machine::description::MachineDescription;
-use camwright::machine::wheel_state::WheelNow;
+use camwright::machine::description::{MachineDescription, WheelsNow};
 use camwright::planner::{PlannedCorrection, PlannedJob, PlannedLobe, plan_job_on};
 use camwright_files::ConfigError;
 use camwright_files::convert::plan::{Provenance, pages_from_plan};
@@ -133,7 +134,8 @@ pub struct PreparedJob {
     pub machine: MachineDescription,
     /// Radius of the wheel that it was planned for, before its first dress (mm).
     pub wheel_radius_mm: f64,
-    pub wheel: WheelNow,
+    /// The wheels that it was planned for.
+    pub wheels: WheelsNow,
     /// Provenance of the plan.
     pub provenance: Provenance,
     /// The plan as messages, the header first.
@@ -214,19 +216,20 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
 
 /// [`plan`] with a stopwatch.
 fn plan_timed(job: Job, machine: Option<&MachineNow>, timings: &Timings) -> Result<PreparedJob, ConfigError> {
-    let (description, wheel) = match machine {
+    let (description, wheels) = match machine {
         Some(now) => {
             fits_machine(&job, now)?;
-            (now.description.clone(), now.wheel)
+            (now.description.clone(), now.wheels)
         }
         None => {
             let description = job.machine.description.clone();
-            let radius = job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm);
-            (description, WheelNow::dressed(radius))
+            let radius_mm = job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm);
+            (description, WheelsNow::from(radius_mm))
         }
     };
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
-    let planned = plan_job_on(timings, &job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    let planned = plan_job_on(timings, &job.spec, &description, wheels, None).map_err(|error| blame(&job, &error))?;
+    let wheel = wheels.mounted;
     timings.enter(PlanningStage::Complete);
     not_too_long(&job.document, planned.plan.duration_s)?;
     let planned = programmed::with_program(&job, &description, wheel.radius_mm, planned)?;
@@ -244,7 +247,7 @@ fn plan_timed(job: Job, machine: Option<&MachineNow>, timings: &Timings) -> Resu
         inspections,
         machine: description,
         wheel_radius_mm,
-        wheel,
+        wheels,
         provenance,
         pages,
     })
@@ -273,11 +276,11 @@ fn fits_cell(document: &Document, wanted: &str, now: &MachineNow) -> Result<(), 
 fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
     fits_cell(&job.document, &job.machine.description.name, now)?;
     match job.wheel_radius_mm {
-        Some(wanted) if (wanted - now.wheel.radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
+        Some(wanted) if (wanted - now.wheels.mounted.radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
             "wheel_radius_mm",
             format!(
                 "wheel_radius_mm is {wanted}, the wheel mounted on {} has {:.4}; the maximum difference is {WHEEL_TOLERANCE_MM}; mount that wheel or change the key",
-                now.description.name, now.wheel.radius_mm
+                now.description.name, now.wheels.mounted.radius_mm
             ),
         )),
         _ => Ok(()),

@@ -3,7 +3,7 @@
 use super::{AnyPrepared, plan_any};
 use camwright::machine::description::MachineDescription;
 use camwright_files::any_job;
-use camwright_files::convert::machine_now::{MachineNow, wheel_now};
+use camwright_files::convert::machine_now::{MachineNow, wheels_now};
 use camwright_files::locate::{Located, locate};
 use camwright_files::recorded_files::{MACHINES, NamedFile, RecordedFiles};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineDescription as DescriptionMessage};
@@ -33,7 +33,8 @@ pub fn plan_recorded(
         locate("jobs", &status.job, "yaml", None).map_or_else(|_| PathBuf::from(&status.job), |found| found.path);
     let located = Located { recorded: RecordedFiles::new(files), ..Located::new(path, status.job_source.clone()) };
     let job = any_job::parse(&located, overrides).map_err(|error| format!("the recorded job is refused: {error}"))?;
-    let now = MachineNow { description, wheel: wheel_now(message) };
+    let wheels = wheels_now(message, &description)?;
+    let now = MachineNow { description, wheels };
     let prepared = plan_any(job, Some(&now)).map_err(|error| format!("the recorded job cannot be planned: {error}"))?;
     if overrides.is_empty() && prepared.job_hash() != status.job_hash {
         return Err("a file that the job names is not in the bag, and the one that was found is another".into());

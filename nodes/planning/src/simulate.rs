@@ -122,7 +122,7 @@ pub(super) fn simulate_with_report(
 
 /// The machine, with the job's raw part in it.
 pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -> Result<Machine, String> {
-    let lasting = PersistentState::new(description).with_wheel(prepared.wheel);
+    let lasting = PersistentState::new(description).with_wheels(&prepared.wheels);
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| error.to_string())?;
     for raw in raw_part(prepared) {
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
@@ -403,7 +403,7 @@ mod tests {
         let machine = job.machine.description.clone();
         let mut wheel = camwright::machine::wheel_state::WheelNow::dressed(59.5);
         (wheel.wear_mm, wheel.lobes_since_dress) = (0.0002, 1);
-        let now = camwright_files::convert::machine_now::MachineNow { description: machine, wheel };
+        let now = camwright_files::convert::machine_now::MachineNow { description: machine, wheels: wheel.into() };
         let prepared = crate::plan(job, Some(&now)).unwrap();
         assert_eq!(prepared.planned.dresses.len(), 2, "{:?}", prepared.planned.dresses);
         let others: Vec<Effect> = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Wear).collect();

@@ -8,6 +8,7 @@ use super::lifts::{self, LiftSummary};
 use super::part_support::{self, LobeSupport};
 use super::turn::LobeTurn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
+use super::wheel_changes::{WheelChangeSummary, wheel_changes};
 use super::wide_lobes::PlungeSummary;
 use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
 use camwright::motion::speed_plan::{LimitUse, SpeedPlan};
@@ -49,6 +50,9 @@ pub struct Summary {
     /// Remarks on the order that the supports of the part ask for; none for a job without `part_support`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub support_order: Vec<String>,
+    /// The wheels that the job mounts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wheel_changes: Vec<WheelChangeSummary>,
     /// The dresses of the wheel, in their order.
     pub dresses: Vec<DressSummary>,
     /// One for each profile whose lift is a table.
@@ -212,6 +216,7 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         }),
         max_limit_ratio: prepared.planned.report.max_ratio(),
         support_order: part_support::order_lines(prepared, &lobes),
+        wheel_changes: wheel_changes(prepared),
         dresses: dresses(prepared),
         lifts: lifts::summaries(&prepared.job, Some(prepared)),
         lobes,

@@ -5,8 +5,8 @@ use camwright_files::locate::locate;
 
 fn machine_now() -> MachineNow {
     let job = job_file::load("four_lobe_camshaft", &[]).unwrap();
-    let wheel = job.machine.description.wheel.new_radius_mm.into();
-    MachineNow { description: job.machine.description, wheel }
+    let wheels = job.machine.description.wheel.new_radius_mm.into();
+    MachineNow { description: job.machine.description, wheels }
 }
 
 /// The four-lobe camshaft as if its intake table were for another follower.

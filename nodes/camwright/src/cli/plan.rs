@@ -135,6 +135,9 @@ fn as_text(summary: &planning::Summary) -> String {
             );
         }
     }
+    for change in &summary.wheel_changes {
+        text += &format!("{change}\n");
+    }
     for dress in &summary.dresses {
         text += &format!("{dress}\n");
     }

@@ -11,8 +11,8 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineNow {
     pub description: MachineDescription,
-    /// The wheel that is mounted.
-    pub wheel: WheelNow,
+    /// Its wheels.
+    pub wheels: WheelsNow,
 }
 
 /// Source of a description in errors.
@@ -131,7 +131,9 @@ impl MachineNow {
     /// # Errors
     /// Why it is not known, as the end of a sentence.
     pub fn from_message(message: &DescriptionMessage) -> Result<Self, String> {
-        Ok(Self { description: recorded_machine(message, &[])?, wheel: wheel_now(message) })
+        let description = recorded_machine(message, &[])?;
+        let wheels = wheels_now(message, &description)?;
+        Ok(Self { description, wheels })
     }
 }
 

@@ -3,7 +3,6 @@ use crate::{AnyPrepared, prepare_any};
 use camwright::interpolator::MotionOutcome;
 use camwright::machine::description::Effect;
 use camwright::machine::description::MachineDescription;
-use camwright::machine::wheel_state::WheelNow;
 use camwright::math::units::um_from_mm;
 use camwright::planner::MAX_SURFACE_LOOKS;
 use camwright::simulation::turned_part::{PartGrid, TurnedPart};
@@ -117,7 +116,7 @@ fn a_cell_with_another_machine_is_refused_and_the_same_machine_is_taken() {
             &[],
         );
         let description = machine.unwrap().description;
-        MachineNow { wheel: WheelNow::dressed(description.wheel.new_radius_mm), description }
+        MachineNow { wheels: description.wheel.new_radius_mm.into(), description }
     };
     let error = plan_turned(job(), Some(&now("cam_grinder"))).expect_err("another machine").to_string();
     assert!(error.contains("turned_cam.yaml:6: the job is for machine lathe, the cell has cam_grinder"), "{error}");
