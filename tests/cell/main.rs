@@ -43,5 +43,6 @@ mod trajectory_controller_bridge;
 mod turned_job;
 mod tutorial_over_hal;
 mod two_cells;
+mod two_wheels;
 mod wheel;
 mod wide_lobes;

@@ -20,6 +20,7 @@ mod steady_rest;
 mod study;
 mod terminal;
 mod tutorials;
+mod two_wheels;
 mod warnings;
 mod wide_lobes;
 mod wrong_inputs;
