@@ -16,7 +16,8 @@ fn a_batch_is_ground_with_two_wheels_and_repeats() {
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.join("state"));
     let short =
-        ["roughing.0.infeed.total_mm=0.036", "stock_mm=0.05", "infeed.total_mm=0.036"].map(|set| ["--set", set]);
+        ["roughing.0.infeed.total_mm=0.036", "stock_mm=0.05", "infeed.total_mm=0.045", "wheel_approach_mm=0.02"]
+            .map(|set| ["--set", set]);
     command.args(["run", "two_wheel_camshaft", "--json", "--parts", "2"]).args(short.as_flattened());
     let output = command.arg("--bag").arg(&bag).output().expect("camwright runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -55,6 +55,21 @@ fn lobes_name_their_wheels() {
     assert!(text.contains("needs 4 wheel changes") && text.contains("2 are enough"), "{text}");
 }
 
+/// Roughing with few spark-out turns leaves its deflection on the part: an approach of less is a warning with the value that is enough.
+#[test]
+fn an_approach_within_the_deflection_is_a_warning() {
+    let warned = |approach: &str| {
+        let set = format!("wheel_approach_mm={approach}");
+        let output = camwright(&["check", "two_wheel_camshaft", "--set", &set], &[]);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let text = warned("0.01");
+    let enough = text.split("set wheel_approach_mm to ").nth(1).unwrap_or_else(|| panic!("no warning: {text}"));
+    let enough = enough.split(' ').next().expect("a number");
+    assert!(!warned(enough).contains("would meet the part"));
+}
+
 /// One key wrong each: the refusal names it, what is wrong, and what would do.
 #[test]
 fn wheels_that_cannot_be_mounted_are_refused() {

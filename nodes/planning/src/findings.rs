@@ -159,6 +159,9 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     for (key, message) in deflection::size_warnings(prepared) {
         findings.push(warning(prepared.job.document.error(key, message)));
     }
+    if let Some(message) = super::wheel_changes::approach_warning(prepared) {
+        findings.push(warning(prepared.job.document.error("wheel_approach_mm", message)));
+    }
     if let Some(message) = super::wheel_changes::order_warning(prepared) {
         findings.push(warning(prepared.job.document.error("lobes", message)));
     }

@@ -1,7 +1,8 @@
 //! The wheels that a job mounts, for people and for `summary.json`.
 
-use super::PreparedJob;
+use super::{PreparedJob, deflection};
 use camwright::machine::wheel_state::mm_from_nm;
+use camwright::math::units::{mm_from_um, um_from_mm};
 use camwright::motion::plan::{Phase, PlanCommand, SegmentKind};
 use serde::Serialize;
 use std::fmt;
@@ -74,6 +75,27 @@ pub(super) fn order_warning(prepared: &PreparedJob) -> Option<String> {
             saved as f64 * longest_s
         )
     })
+}
+
+/// Warning where deflection in the passes before a wheel leaves more than its approach clears: its rapid advance would meet the part.
+pub(super) fn approach_warning(prepared: &PreparedJob) -> Option<String> {
+    let spec = &prepared.job.spec;
+    let lacking = |index: usize| {
+        let before = spec.visit_before(index)?;
+        let left_mm = mm_from_um(deflection::from_lobe(prepared, before)?.left_um);
+        let air_mm = spec.passes_of(index).first()?.air_mm;
+        let needed_mm = left_mm - spec.stock_of_mm(index);
+        (needed_mm > air_mm).then_some((index, needed_mm, air_mm))
+    };
+    let lobes = (0..spec.lobes.len()).filter_map(lacking);
+    let (index, needed_mm, air_mm) = lobes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(format!(
+        "lobe {}: deflection in the passes before leaves {:.1} um more than planned, above wheel_approach_mm, {air_mm}: the rapid advance of the wheel \
+         would meet the part; set wheel_approach_mm to {:.3} or more, or add spark-out turns to those passes",
+        spec.lobes[index].name,
+        um_from_mm(needed_mm),
+        (1.2e3 * needed_mm).ceil() / 1e3
+    ))
 }
 
 impl fmt::Display for WheelChangeSummary {
