@@ -7,14 +7,16 @@ use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{
     Jog, JogFeedback, JogGoal, JogResult, MoveTo, MoveToGoal, MoveToResult, Probe, ProbeGoal, RunJobGoal, RunJobResult,
 };
+use camwright_msgs::camwright_msgs::msg::MachineDescription;
 use camwright_msgs::camwright_msgs::srv::{
-    Dress, DressRequest, FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest, TouchOff, TouchOffRequest,
+    ChangeWheel, ChangeWheelRequest, Dress, DressRequest, FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest,
+    TouchOff, TouchOffRequest,
 };
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
 use camwright_ros::{GoalStatus, Qos};
 use cell::{Cell, PATIENCE};
-use watched::LogLines;
+use watched::{LogLines, Watched};
 
 const MACHINE: [&str; 3] = [
     "gap_detector={holds_ms: 20}",
@@ -210,5 +212,52 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
         let done = wheel(on);
         assert_eq!((done.success, done.message.as_str()), (true, words));
     }
+    cell.stop();
+}
+
+const CHANGER: [&str; 2] = [
+    "wheel.name=roughing",
+    "wheel_changer={change_s: 0.8, min_x_mm: 140, wheels: [{name: finishing, new_radius_mm: 40, min_radius_mm: 32, \
+     width_mm: 20, surface_speed_m_s: 60, spin_up_s: 0.5}]}",
+];
+
+/// The wheel is changed over ROS, back and forth, and the machine describes what is mounted.
+#[test]
+fn a_wheel_is_changed_over_ros() {
+    let cell = Cell::start(&CHANGER);
+    let described = Watched::<MachineDescription>::new(&cell, "machine/description", &Qos::latched(1));
+    let first = described.until("a description", |_| true);
+    assert_eq!((first.wheel.as_str(), first.wheels.len(), first.wheel_width), ("roughing", 2, 0.025));
+    let change = |wheel: &str| {
+        let request = ChangeWheelRequest { wheel: wheel.into() };
+        cell.client.call::<ChangeWheel>("job_planner/change_wheel", &request)
+    };
+    for (wheel, radius, width) in [("finishing", 0.04, 0.02), ("roughing", 0.06, 0.025)] {
+        let changed = change(wheel);
+        assert!(changed.success && (changed.radius - radius).abs() < 1e-12, "{changed:?}");
+        let now = described.until("the new wheel", |message| message.wheel == wheel);
+        assert_eq!((now.wheel_radius, now.wheel_width), (changed.radius, width));
+        let mounted: Vec<_> =
+            now.wheels.iter().filter(|wheel| wheel.mounted).map(|wheel| wheel.name.as_str()).collect();
+        assert_eq!(mounted, [wheel]);
+        let again = change(wheel);
+        assert!(!again.success && again.message == format!("wheel {wheel} is mounted already"), "{}", again.message);
+    }
+    let unknown = change("polishing");
+    assert!(!unknown.success && unknown.message.contains("has roughing, finishing"), "{}", unknown.message);
+    // A job is planned for the wheel that is mounted.
+    assert!(change("finishing").success);
+    load(&cell, &[]);
+    let (status, result) = run(&cell, "", &[]);
+    assert_eq!((status, result.alarm), (GoalStatus::Succeeded, 0), "{}", result.message);
+    cell.stop();
+}
+
+#[test]
+fn a_machine_with_one_wheel_changes_none() {
+    let cell = Cell::start(&[]);
+    let request = ChangeWheelRequest { wheel: "finishing".into() };
+    let refused = cell.client.call::<ChangeWheel>("job_planner/change_wheel", &request);
+    assert!(!refused.success && refused.message.contains("has no wheel_changer"), "{}", refused.message);
     cell.stop();
 }

@@ -1,11 +1,12 @@
 //! Set-up work on the machine: moves end on their counts, a probe's edge is where the part truly is, at every speed.
 
 use camwright::interpolator::setup::{MoveTo, Probe, ProbeRequest, SetupError, targets};
+use camwright::interpolator::wheel_change::plan_wheel_change;
 use camwright::interpolator::{Motion, MotionOutcome, MotionRequest, Prepared, ProbeOutcome, StartError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
-    Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, StiffnessAt,
-    ThermalDescription,
+    Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, MagazineWheel, StiffnessAt,
+    ThermalDescription, WheelChanger, WheelDescription,
 };
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
@@ -366,4 +367,49 @@ fn probes_that_cannot_be_are_refused_with_what_is_allowed() {
     }
     let without = MachineDescription { gap_detector: None, ..machine.clone() };
     assert_eq!(refused(&touch(0.1), &without), "the machine has no gap detector");
+}
+
+/// The wheel is changed from where the machine stands: X goes clear, the running wheel comes to rest, the other one is mounted.
+#[test]
+fn a_wheel_change_of_its_own_clears_x_and_stops_the_wheel() {
+    let mut machine = description();
+    let second = WheelDescription { new_radius_mm: 40.0, min_radius_mm: 30.0, spin_up_s: 0.3, ..machine.wheel };
+    let magazine = |name: &str, wheel| MagazineWheel { name: name.into(), wheel, setting_error_mm: 0.0 };
+    let wheels = vec![magazine("roughing", machine.wheel), magazine("finishing", second)];
+    machine.wheel_changer = Some(WheelChanger { change_s: 1.5, min_x_mm: 200.0, wheels, mounted: 0 });
+    let mut cell = cell(&machine);
+    cell.parts_mut().1.step(None, &[camwright::simulation::MachineCommand::WheelStart], &[]);
+    let wheels = cell.machine().lasting().wheels();
+    let plan = plan_wheel_change(&machine, &wheels, "finishing").expect("a wheel");
+    assert_eq!(
+        run(&mut cell, Motion::Plan(plan.into())),
+        Ok(MotionOutcome::Completed),
+        "{:?}",
+        cell.machine().alarms()
+    );
+    let described = cell.machine().description().clone();
+    assert_eq!((described.mounted_wheel(), described.wheel.new_radius_mm), (1, 40.0));
+    assert!(cell.machine().truth()[X].0 > 200.0);
+    // Back, although the wheel just began to run down.
+    let wheels = cell.machine().lasting().wheels();
+    let plan = plan_wheel_change(&described, &wheels, "roughing").expect("a wheel");
+    assert_eq!(
+        run(&mut cell, Motion::Plan(plan.into())),
+        Ok(MotionOutcome::Completed),
+        "{:?}",
+        cell.machine().alarms()
+    );
+    assert_eq!(cell.machine().description().mounted_wheel(), 0);
+    // A plan for the wheel that was mounted before is refused by the machine.
+    let stale = plan_wheel_change(&described, &wheels, "roughing").expect("a wheel");
+    assert_eq!(
+        run(&mut cell, Motion::Plan(stale.into())),
+        Ok(MotionOutcome::Failed(AlarmKind::OtherWheel.entry().number))
+    );
+    let refused = |machine: &MachineDescription, name: &str| {
+        plan_wheel_change(machine, &wheels, name).expect_err("refused").to_string()
+    };
+    assert_eq!(refused(&machine, "roughing"), "wheel roughing is mounted already");
+    assert!(refused(&machine, "polishing").ends_with("has roughing, finishing"));
+    assert!(refused(&description(), "roughing").ends_with("has no wheel_changer"));
 }

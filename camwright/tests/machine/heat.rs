@@ -6,6 +6,7 @@ use camwright::machine::description::{
 };
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
+use camwright::simulation::MachineCommand;
 use camwright::simulation::process_monitor::{Engaged, Heat, ProcessMonitor};
 use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, DEGREES, RemovalAtDegree};
 
@@ -90,6 +91,44 @@ fn a_plunge_into_a_round_part_takes_the_power_of_the_closed_form() {
         assert!(close(at.burn_index, PROCESS.burn_index(&cut)), "{degree} deg: {at:?}");
     }
     is_live(live, &degrees, &description);
+}
+
+/// A lobe that was loaded with another wheel mounted is ground with the power of the wheel that grinds it: speed and width are its own.
+#[test]
+fn a_wheel_that_was_changed_grinds_with_its_own_speed_and_width() {
+    let mut description = MachineDescription {
+        wheel_changer: super::wheel_changer::two_wheels(0.0).wheel_changer,
+        ..grinder(Some(PROCESS))
+    };
+    for wheel in &mut description.wheel_changer.as_mut().expect("a changer").wheels {
+        wheel.wheel.grinding_ratio = None;
+    }
+    let mut machine = machine(&description);
+    machine.load_lobe("I1", "LS1", WIDTH_MM, vec![20.3; DEFAULT_AZIMUTHS]).expect("a raw part");
+    let mut live = ProcessMonitor::new(&description).expect("a contact");
+    machine.step(None, &[MachineCommand::ChangeWheel { wheel: 1 }], &[]);
+    (0..1000).for_each(|_| _ = machine.step(None, &[], &[]));
+    let second = machine.description().wheel;
+    assert_eq!((second.new_radius_mm, second.width_mm), (30.0, 12.0));
+    live.mount(&second);
+    let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
+    let setpoints = turned::turning(&description, Z_MM, 30.0, 12_000, feed);
+    machine.place(setpoints[0].counts);
+    let engaged = Engaged { wheel_radius_mm: second.new_radius_mm, lobe_width_mm: WIDTH_MM };
+    for setpoint in &setpoints[1..] {
+        live.add(&machine.step(Some(setpoint), &[], &[]), Some(engaged));
+    }
+    let part_mm = 20.1;
+    let diameter_mm = 2.0 * second.new_radius_mm * part_mm / (second.new_radius_mm + part_mm);
+    let removal = FEED_MM * plunged_speed(&description, feed) * part_mm;
+    let power = 40.0 * removal + 0.05 * libm::sqrt(FEED_MM * diameter_mm) * second.surface_speed_m_s;
+    let close = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 0.03;
+    let lobe = machine.part().lobe("I1").expect("it is there");
+    for (degree, at) in lobe.cut_record().expect("a process").degrees().iter().enumerate() {
+        assert!(close(at.power_w_mm, power), "{degree} deg: {at:?}, {power} W/mm");
+    }
+    let live = live.take().heat.expect("a process").power_w;
+    assert!(close(live, power * second.width_mm), "{live} W, {power} W/mm");
 }
 
 /// Largest speed of C over a plunge (rad/s).

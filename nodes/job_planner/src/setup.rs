@@ -1,11 +1,13 @@
-//! Set-up work of the planner: dress now, touch off, find the part's phase. Each is a sequence of goals of the axis interpolator, on a
+//! Set-up work of the planner: dress now, change the wheel, touch off, find the part's phase. Each is a sequence of goals of the axis interpolator, on a
 //! thread of its own, and holds the one place that a job has; `~/stop` ends it.
 
 use super::job_slot::{JobEvent, JobSlot};
 use super::loading::LoadingFailure;
 use super::{Shared, lock};
+use camwright::interpolator::wheel_change::plan_wheel_change;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
+use camwright::motion::plan::Plan;
 use camwright::planner::plan_dress;
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::convert::plan::{Provenance, pages_from_plan};
@@ -14,8 +16,8 @@ use camwright_msgs::camwright_msgs::action::{
     ExecutePlanGoal, Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult,
 };
 use camwright_msgs::camwright_msgs::srv::{
-    Dress, DressRequest, DressResponse, FindPhase, FindPhaseRequest, FindPhaseResponse, TouchOff, TouchOffRequest,
-    TouchOffResponse,
+    ChangeWheel, ChangeWheelRequest, ChangeWheelResponse, Dress, DressRequest, DressResponse, FindPhase,
+    FindPhaseRequest, FindPhaseResponse, TouchOff, TouchOffRequest, TouchOffResponse,
 };
 use camwright_msgs::{Action, Service};
 use camwright_planning::{AnyPrepared, PreparedJob};
@@ -104,6 +106,10 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
         alarm: failed.alarm,
         ..DressResponse::default()
     })?;
+    let change =
+        served::<ChangeWheel>(shared, "~/change_wheel", "changing the wheel", SetupWork::change_wheel, |failed| {
+            ChangeWheelResponse { message: failed.message, alarm: failed.alarm, ..ChangeWheelResponse::default() }
+        })?;
     let touch = served::<TouchOff>(shared, "~/touch_off", "touching off", SetupWork::touch_off, |failed| {
         TouchOffResponse { message: failed.message, alarm: failed.alarm, ..TouchOffResponse::default() }
     })?;
@@ -111,7 +117,7 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
         served::<FindPhase>(shared, "~/find_phase", "finding the part's phase", SetupWork::find_phase, |failed| {
             FindPhaseResponse { message: failed.message, alarm: failed.alarm, ..FindPhaseResponse::default() }
         })?;
-    Ok(vec![dress, touch, phase])
+    Ok(vec![dress, change, touch, phase])
 }
 
 /// A service that holds the place of a job and answers from a thread of its own.
@@ -284,19 +290,7 @@ impl SetupWork {
         };
         let (plan, dress) =
             plan_dress(&now.description, now.wheels.mounted, depth_mm).map_err(|error| error.to_string())?;
-        let provenance = Provenance { job_hash: String::new(), machine_hash: now.description.hash.clone() };
-        let pages = pages_from_plan(&plan, &provenance);
-        for page in &pages {
-            self.shared.plan.publish(page)?;
-        }
-        let goal = ExecutePlanGoal {
-            plan_hash: pages.first().map_or_else(String::new, |page| page.plan_hash.clone()),
-            client: format!("{}, dress", self.shared.node.fully_qualified_name()),
-        };
-        let (status, result) = self.execute(&self.shared.execute, goal)?;
-        if status != GoalStatus::Succeeded {
-            return Err(Failed { message: result.message, alarm: result.alarm });
-        }
+        self.execute_plan(&plan, &now.description, "dress")?;
         let message = format!(
             "the wheel is dressed from {:.4} to {:.4} mm, {:.3} um of wear and {:.3} um of depth",
             dress.old_radius_mm,
@@ -306,6 +300,50 @@ impl SetupWork {
         );
         self.shared.node.logger().info(&message);
         Ok(DressResponse { success: true, message, alarm: 0, radius: m_from_mm(dress.radius_mm()) })
+    }
+
+    /// Publishes a plan of set-up work and has it executed.
+    fn execute_plan(&self, plan: &Plan, machine: &MachineDescription, what: &str) -> Result<(), Failed> {
+        let provenance = Provenance { job_hash: String::new(), machine_hash: machine.hash.clone() };
+        let pages = pages_from_plan(plan, &provenance);
+        for page in &pages {
+            self.shared.plan.publish(page)?;
+        }
+        let goal = ExecutePlanGoal {
+            plan_hash: pages.first().map_or_else(String::new, |page| page.plan_hash.clone()),
+            client: format!("{}, {what}", self.shared.node.fully_qualified_name()),
+        };
+        let (status, result) = self.execute(&self.shared.execute, goal)?;
+        if status == GoalStatus::Succeeded {
+            Ok(())
+        } else {
+            Err(Failed { message: result.message, alarm: result.alarm })
+        }
+    }
+
+    fn change_wheel(&self, request: &ChangeWheelRequest) -> Result<ChangeWheelResponse, Failed> {
+        let now = self.machine()?;
+        let wheels = (*lock(&self.shared.wheels)).ok_or("the wheels of the machine are not known yet")?;
+        let plan = plan_wheel_change(&now.description, &wheels, &request.wheel).map_err(|error| error.to_string())?;
+        self.execute_plan(&plan, &now.description, "wheel change")?;
+        // A job that is planned from now on is for the new wheel.
+        let since = Instant::now();
+        let radius_mm = loop {
+            let machine = self.machine()?.description;
+            let changer = machine.wheel_changer.as_ref();
+            if changer.and_then(|changer| changer.position(&request.wheel)) == Some(machine.mounted_wheel()) {
+                break self.machine()?.wheels.mounted.radius_mm;
+            }
+            if since.elapsed() > MEETING {
+                return Err("the machine has changed its wheel and does not describe it (machine/description)".into());
+            }
+            if let Ok(JobEvent::Cancel) = self.inbox.recv_timeout(WATCH) {
+                return Err("stopped by request".into());
+            }
+        };
+        let message = format!("wheel {} of radius {radius_mm:.4} mm is mounted", request.wheel);
+        self.shared.node.logger().info(&message);
+        Ok(ChangeWheelResponse { success: true, message, alarm: 0, radius: m_from_mm(radius_mm) })
     }
 
     /// Contact of a touch-off: position of the table, radius there and the largest one around it (mm).

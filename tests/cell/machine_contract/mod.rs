@@ -100,6 +100,7 @@ fn the_simulated_machine_keeps_its_contract() {
     let cases = [
         ("cam_grinder", "realtime", "c_axis", 0.2, &MOVED_IN_TIME[..]),
         ("cam_grinder_with_dresser", "fast", "z_axis", 0.1, &MOVED[..]),
+        ("cam_grinder_two_wheels", "fast", "z_axis", 0.1, &MOVED[..]),
         ("lathe", "fast", "c_axis", 7.0, &MOVED[..]),
     ];
     std::thread::scope(|scope| {

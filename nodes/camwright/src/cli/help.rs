@@ -254,6 +254,11 @@ Example: camwright setup dress --depth-um 20
 
 Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
 
+pub(super) const SETUP_CHANGE_WHEEL: &str = "\
+Example: camwright setup change-wheel finishing
+
+Exit codes: 0 done, 1 no cell or no command, 2 wrong arguments, 3 failed";
+
 pub(super) const SETUP_TOUCH_OFF: &str = "\
 Examples:
   camwright setup touch-off --lobe J1

@@ -88,7 +88,7 @@ enum CommandLine {
     Chatter(chatter::ChatterArgs),
     #[command(flatten)]
     Operate(operate::OperateCommand),
-    /// Set up a running cell: move, probe, dress, touch off, find the phase.
+    /// Set up a running cell: move, probe, dress, change wheels, touch off.
     Setup(setup::SetupArgs),
     /// Serve the operator page of a running cell.
     Page(page::PageArgs),

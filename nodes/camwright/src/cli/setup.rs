@@ -8,7 +8,7 @@ use camwright_files::convert::{m_from_mm, si_from_file};
 use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoal};
 use camwright_msgs::camwright_msgs::srv::{
-    Dress, DressRequest, FindPhase, FindPhaseRequest, TouchOff, TouchOffRequest,
+    ChangeWheel, ChangeWheelRequest, Dress, DressRequest, FindPhase, FindPhaseRequest, TouchOff, TouchOffRequest,
 };
 use camwright_operator_page::operation::{MotionEnd, motion, position};
 use camwright_ros::running::NodeError;
@@ -76,6 +76,12 @@ enum WorkArgs {
         /// Depth on the radius (um) [default: depth of the job].
         #[arg(long)]
         depth_um: Option<f64>,
+    },
+    /// Mount another wheel of the wheel changer.
+    #[command(after_help = super::help::SETUP_CHANGE_WHEEL)]
+    ChangeWheel {
+        /// Name of the wheel in the machine file.
+        wheel: String,
     },
     /// Touch a known radius and correct the zero of X.
     #[command(after_help = super::help::SETUP_TOUCH_OFF)]
@@ -196,6 +202,13 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
         WorkArgs::Dress { depth_um } => {
             let request = DressRequest { depth: depth_um.map_or(0.0, m_from_um) };
             let answer = node.client::<Dress>("job_planner/dress")?;
+            answer.wait_for_service(MEETING)?;
+            let answer = answer.call(&request, WORK)?;
+            Ok((answer.success, answer.message))
+        }
+        WorkArgs::ChangeWheel { wheel } => {
+            let request = ChangeWheelRequest { wheel: wheel.clone() };
+            let answer = node.client::<ChangeWheel>("job_planner/change_wheel")?;
             answer.wait_for_service(MEETING)?;
             let answer = answer.call(&request, WORK)?;
             Ok((answer.success, answer.message))
