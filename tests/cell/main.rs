@@ -20,6 +20,7 @@ mod axis_interpolator;
 mod batch;
 mod contract_over_hal;
 mod crank_pins;
+mod fleet;
 mod gauge;
 mod gauge_size;
 mod hal;

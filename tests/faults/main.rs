@@ -14,3 +14,4 @@ mod diagnostics;
 mod faults;
 mod liveness;
 mod malformed_packets;
+mod two_hosts;

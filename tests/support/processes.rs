@@ -40,10 +40,16 @@ fn start(name: &'static str, domain: &Domain, namespace: &str, bag: &Path, more:
 impl Processes {
     /// Starts them; `machine` are more parameters of the machine.
     pub fn start(domain: &Domain, namespace: &str, machine: &[&str], bag: &Path) -> Self {
+        let mut processes = Self::start_without_command(domain, namespace, machine, bag);
+        processes.command = Some(Shared::for_cell(domain, namespace));
+        processes
+    }
+
+    /// Starts them; no client has command.
+    pub fn start_without_command(domain: &Domain, namespace: &str, machine: &[&str], bag: &Path) -> Self {
         let more = |name| if name == "machine_sim" { machine } else { &[] };
         let nodes = NAMES.map(|name| start(name, domain, namespace, bag, more(name)));
-        let command = Some(Shared::for_cell(domain, namespace));
-        Self { command, nodes: nodes.into(), bag: bag.to_owned() }
+        Self { command: None, nodes: nodes.into(), bag: bag.to_owned() }
     }
 
     /// Starts only some of them, none of which records.
@@ -71,6 +77,13 @@ impl Processes {
         node.interrupt();
         let status = node.wait(PATIENCE);
         assert!(status.success(), "{name} ends with {status} on Ctrl-C{}", node.complaint());
+    }
+
+    /// Kills one node.
+    pub fn kill(&mut self, name: &str) {
+        let (_, node) = self.node(name);
+        node.signal("KILL");
+        let _killed = node.wait(PATIENCE);
     }
 
     /// Starts a node again that has ended; what it records goes beside what it did before.

@@ -537,7 +537,7 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
     let stream =
-        subscribe_to_machine::<MachineStream>(node, grant, "machine/stream", (&qos, 0), move |message, writer| {
+        subscribe_to_machine::<MachineStream>(node, grant, partners::MACHINE_STREAM, (&qos, 0), move |message, writer| {
             this.receive(&message, *writer);
             this.watch_jog(&message);
         })?;
@@ -552,7 +552,7 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         *lock(&this.hindrance) = if area.may_move { String::new() } else { area.message };
     })?;
     let this = Arc::clone(shared);
-    let planner = node.subscribe::<CellState>("job_planner/cell_state", &Qos::latched(1), move |_, info| {
+    let planner = node.subscribe::<CellState>(partners::PLANNER_STATE, &Qos::latched(1), move |_, info| {
         this.receive_planner(info.writer);
     })?;
     let mut all = vec![description, stream, pages, area, planner, manual::subscribe(shared)?];

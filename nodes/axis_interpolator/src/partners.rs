@@ -12,6 +12,11 @@ use std::time::Duration;
 /// Longest time for the pages of a plan to arrive after a goal that names it.
 const PAGES: Duration = Duration::from_secs(10);
 
+/// Topic of the machine's messages.
+pub(super) const MACHINE_STREAM: &str = "machine/stream";
+/// Topic of the planner's messages.
+pub(super) const PLANNER_STATE: &str = "job_planner/cell_state";
+
 /// A partner that has sent at least one message.
 #[derive(Debug)]
 struct Partner {
@@ -57,7 +62,8 @@ impl InterpolatorPartners {
 
     fn silent_machine(&self) -> Option<String> {
         let machine = self.machine.as_ref().filter(|machine| machine.silence.is_lost())?;
-        Some(format!("the machine has been silent for {} s", machine.silence.limit_s()))
+        let limit_s = machine.silence.limit_s();
+        Some(format!("no message from the machine on {MACHINE_STREAM} for {limit_s} s: its node or the network is lost"))
     }
 }
 
@@ -122,7 +128,9 @@ impl Shared {
         if !matches!(served.goal(), Some(RunningGoal::Plan(_))) {
             return;
         }
-        let text = format!("the job planner has been silent for {limit_s} s: its plan is cancelled");
+        let text = format!(
+            "no message from the job planner on {PLANNER_STATE} for {limit_s} s, its node or the network is lost: its plan is cancelled"
+        );
         served.alarm = Some((AlarmKind::PlannerLost.entry().number, text.clone()));
         drop(served);
         self.node.logger().error(&text);

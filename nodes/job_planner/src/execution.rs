@@ -282,15 +282,17 @@ impl Execution {
                     // DDS takes most of a minute to miss a node that died; an interpolator that lives ends a job with the alarm.
                     let stopped = self.shared.stopping_alarm();
                     alarmed = stopped.as_ref().map(|_| alarmed.unwrap_or_else(Instant::now));
-                    if let (Some(alarm), Some(_)) = (stopped, alarmed.filter(|since| since.elapsed() > OUT_OF_SIGHT)) {
+                    if let (Some(alarm), Some(_)) = (&stopped, alarmed.filter(|since| since.elapsed() > OUT_OF_SIGHT)) {
                         return Ok(without_interpolator(alarm.number, &alarm.text));
                     }
-                    if let Err(reason) = self.shared.interpolator.check(interpolator) {
-                        return Ok(match self.shared.stopping_alarm() {
+                    if let Err(reason) = self.shared.interpolator.check(interpolator, stopped.is_some()) {
+                        // It arrives once the connection is back, where one direction alone was lost.
+                        let _gone_or_asked = plan.cancel_with(drop);
+                        return Ok(match stopped {
                             Some(alarm) => without_interpolator(alarm.number, &alarm.text),
                             None => {
-                                let message = format!("{reason}; the machine stops on the path by itself");
-                                let alarm = AlarmKind::SenderLost.entry().number;
+                                let message = format!("{reason}; the axes come to rest on the path by themselves");
+                                let alarm = AlarmKind::PlannerLost.entry().number;
                                 let ended = ExecutePlanResult { alarm, message, ..ExecutePlanResult::default() };
                                 (GoalStatus::Aborted, ended)
                             }

@@ -228,7 +228,7 @@ impl SetupWork {
             if self.is_cancelled() {
                 goal.cancel_with(drop)?;
             }
-            self.shared.interpolator.check(interpolator)?;
+            self.shared.interpolator.check(interpolator, self.shared.stopping_alarm().is_some())?;
             if client.is_ready() {
                 seen = Instant::now();
             } else if seen.elapsed() > OUT_OF_SIGHT {

@@ -104,6 +104,11 @@ impl CellSnapshot {
         self.stream.as_ref().is_none_or(|stream| now.saturating_duration_since(stream.at) > SILENCE)
     }
 
+    /// Returns true if the interpolator sends no messages.
+    pub(super) fn is_interpolator_silent(&self, now: Instant) -> bool {
+        self.interpolator.as_ref().is_none_or(|state| now.saturating_duration_since(state.at) > SILENCE)
+    }
+
     /// Newest state of axes and wheel.
     pub(super) fn axes(&self) -> Option<&DynamicJointState> {
         self.axes.back().map(|state| &state.message)

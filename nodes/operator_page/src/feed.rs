@@ -47,13 +47,22 @@ impl Feed {
 
     /// Returns the status once `is_enough` is true, or after `limit`.
     pub(super) fn status_when(&self, limit: Duration, is_enough: impl Fn(&CellSnapshot) -> bool) -> Status {
+        Status::from_snapshot(&self.wait_until(limit, is_enough), Instant::now())
+    }
+
+    /// Waits, up to `limit`, until `is_enough` is true; returns the snapshot.
+    pub(super) fn wait_until(
+        &self,
+        limit: Duration,
+        is_enough: impl Fn(&CellSnapshot) -> bool,
+    ) -> MutexGuard<'_, CellSnapshot> {
         let deadline = Instant::now() + limit;
         let mut seen = 0;
         loop {
             let snapshot = lock(&self.snapshot);
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() || is_enough(&snapshot) {
-                return Status::from_snapshot(&snapshot, Instant::now());
+                return snapshot;
             }
             drop(snapshot);
             seen = self.wait_newer(seen, left);

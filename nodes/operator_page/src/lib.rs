@@ -1,7 +1,7 @@
 //! Operator page and operations of a running cell.
 //!
 //! The page shows state, alarms and the lobe during grinding, for a browser on this computer. [`Operator`] performs [`operation`]s for the
-//! command line and, with control, for the page.
+//! command line and, with control, for the page. [`FleetListener`] shows all cells of a domain, one line each.
 //!
 //! ```text
 //! topics of the cell ─► Feed ─► Status, Shape (JSON) ─► /snapshot.json, /events ─► page.html
@@ -12,6 +12,7 @@
 mod cell_snapshot;
 mod control;
 mod feed;
+mod fleet;
 mod holder_socket;
 mod http;
 pub mod operation;
@@ -28,6 +29,7 @@ use camwright_threads::supervised::Supervisor;
 use cell_snapshot::CellSnapshot;
 use control::Control;
 use feed::Feed;
+pub use fleet::{FleetCell, FleetListener};
 pub use holder_socket::HolderSocket;
 use http::Server;
 use operation::END_OF_HISTORY;

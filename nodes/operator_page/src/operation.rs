@@ -39,6 +39,9 @@ const REJECTED: &str = " rejected: ";
 /// Time between two messages that keep a jog without distance alive.
 const HOLD_TO_RUN: Duration = Duration::from_millis(100);
 
+/// Answer to a cancellation of a cell at rest.
+pub(crate) const NOTHING_TO_CANCEL: &str = "nothing to cancel: no job and no motion is in execution";
+
 /// Request of an operator to a cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "operation", rename_all = "snake_case", deny_unknown_fields)]
@@ -258,7 +261,7 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
             Ok(true) => return Ok(Answer::done("motion cancelled, the axes come to rest")),
             Ok(false) => {}
             Err(RecvTimeoutError::Disconnected) => {
-                return Ok(Answer::refused("nothing to cancel: no job and no motion is in execution"));
+                return Ok(Answer::refused(NOTHING_TO_CANCEL));
             }
             Err(RecvTimeoutError::Timeout) => {
                 let what = "answer of an action server to a cancellation".to_owned();

@@ -184,7 +184,7 @@ fn machine_time_s(snapshot: &CellSnapshot) -> f64 {
     snapshot.stream.as_ref().map_or(0.0, |stream| stream.message.tick as f64 * cycle_s)
 }
 
-fn alarm(alarm: &Alarm) -> AlarmLine {
+pub(super) fn alarm(alarm: &Alarm) -> AlarmLine {
     let severity = match alarm.severity {
         Alarm::WARNING => "warning",
         Alarm::STOP => "stop",
@@ -199,7 +199,7 @@ fn alarm(alarm: &Alarm) -> AlarmLine {
     }
 }
 
-fn job(snapshot: &CellSnapshot) -> Option<JobLine> {
+pub(super) fn job(snapshot: &CellSnapshot) -> Option<JobLine> {
     let status = snapshot.job.as_ref().filter(|status| !status.job.is_empty())?;
     let (percent, time_left_s) = snapshot
         .interpolator

@@ -19,37 +19,55 @@ const OUTLINES: u32 = 16;
 /// States of axes and wheel that may come at once, of which the largest values are shown.
 const STATES: u32 = 50;
 
+/// Subscribes to everything that the page shows.
 pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscription>, RosError> {
-    // The newest is enough of what is published again and again.
-    let newest = Qos::default_topic().keep_last(1);
-    let (latched, states) = (Qos::latched(1), Qos::default_topic().keep_last(STATES));
-    Ok(vec![
+    let (newest, latched) = (newest(), Qos::latched(1));
+    let states = Qos::default_topic().keep_last(STATES);
+    let mut subscriptions = subscribe_to_state(node, feed, "")?;
+    subscriptions.extend([
         store_from::<MachineDescription>(node, feed, "machine/description", &latched, CellSnapshot::add_machine)?,
-        store_from(node, feed, "machine/stream", &newest, |snapshot, message| snapshot.stream = received(message))?,
-        store_from(node, feed, "machine/io", &newest, |snapshot, message| snapshot.io = Some(message))?,
         store_from(node, feed, "dynamic_joint_states", &states, CellSnapshot::add_axes)?,
-        store_from::<MachineAlarms>(node, feed, "machine/alarms", &latched, |snapshot, message| {
-            snapshot.machine_alarms = Some(message.alarms);
-        })?,
-        store_from::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |snapshot, message| {
-            snapshot.interpolator_alarms = message.alarms;
-        })?,
         store_from(node, feed, "machine/command_holder", &latched, |snapshot, message| snapshot.lease = Some(message))?,
-        store_from::<InterpolatorState>(
-            node,
-            feed,
-            "axis_interpolator/state",
-            &newest,
-            CellSnapshot::add_interpolator,
-        )?,
-        store_from(node, feed, "job_planner/job_status", &latched, CellSnapshot::add_job)?,
         store_from::<PlanPage>(node, feed, "job_planner/plan", &Qos::latched(PAGES), CellSnapshot::add_page)?,
         store_from::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), CellSnapshot::add_form)?,
         store_from::<PartLobe>(node, feed, "machine/outline", &Qos::latched(OUTLINES), CellSnapshot::add_outline)?,
         store_from(node, feed, "run_logger/status", &newest, |snapshot, message| {
             snapshot.recorder = received(message);
         })?,
+    ]);
+    Ok(subscriptions)
+}
+
+/// Subscribes to what the state of a cell needs. The topics begin with `prefix`, the namespace of a cell and a slash, or are those of the
+/// node's own namespace.
+pub(super) fn subscribe_to_state(node: &Node, feed: &Arc<Feed>, prefix: &str) -> Result<Vec<Subscription>, RosError> {
+    let (newest, latched) = (newest(), Qos::latched(1));
+    let name = |topic: &str| format!("{prefix}{topic}");
+    Ok(vec![
+        store_from(node, feed, &name("machine/stream"), &newest, |snapshot, message| {
+            snapshot.stream = received(message);
+        })?,
+        store_from(node, feed, &name("machine/io"), &newest, |snapshot, message| snapshot.io = Some(message))?,
+        store_from::<MachineAlarms>(node, feed, &name("machine/alarms"), &latched, |snapshot, message| {
+            snapshot.machine_alarms = Some(message.alarms);
+        })?,
+        store_from::<MachineAlarms>(node, feed, &name("axis_interpolator/alarms"), &latched, |snapshot, message| {
+            snapshot.interpolator_alarms = message.alarms;
+        })?,
+        store_from::<InterpolatorState>(
+            node,
+            feed,
+            &name("axis_interpolator/state"),
+            &newest,
+            CellSnapshot::add_interpolator,
+        )?,
+        store_from(node, feed, &name("job_planner/job_status"), &latched, CellSnapshot::add_job)?,
     ])
+}
+
+/// The newest is enough of what is published again and again.
+fn newest() -> Qos {
+    Qos::default_topic().keep_last(1)
 }
 
 fn received<T>(message: T) -> Option<Received<T>> {

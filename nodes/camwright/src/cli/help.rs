@@ -288,6 +288,59 @@ Exit codes:
   2  wrong arguments
   3  an alarm needs a reset";
 
+pub(super) const FLEET: &str = "\
+Examples:
+  camwright fleet status
+  camwright fleet start four_lobe_camshaft --cell /cell_1 --cell /cell_2
+  camwright fleet stop
+
+A cell is a namespace in which a machine, an interpolator or a planner
+publishes. Cells on other hosts need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET on
+every host.
+
+Exit codes: by command, see `camwright fleet COMMAND --help`";
+
+pub(super) const FLEET_STATUS: &str = "\
+Examples:
+  camwright fleet status
+  camwright fleet status --watch
+  camwright fleet status --json --cell /cell_1
+
+Exit codes:
+  0  every cell answers, none has an alarm; with --watch: ended by Ctrl-C
+  1  no cell found
+  2  wrong arguments
+  3  an alarm of a cell needs a reset
+  4  a cell does not answer";
+
+pub(super) const FLEET_START: &str = "\
+Examples:
+  camwright fleet start four_lobe_camshaft
+  camwright fleet start my_job.yaml --cell /cell_1 --set work_speed_rpm=58
+
+Takes command of each idle cell, sends the job, and releases command once the
+planner has accepted it. `camwright fleet status` shows the progress.
+
+Exit codes:
+  0  every cell accepted the job
+  1  no cell found
+  2  wrong arguments
+  3  a cell is not idle or rejected the job
+  4  a cell does not answer";
+
+pub(super) const FLEET_STOP: &str = "\
+Example: camwright fleet stop
+
+Open to everyone. The axes come to rest; the parts stay as they are. A cell at
+rest has nothing to stop.
+
+Exit codes:
+  0  every cell stops or is at rest
+  1  no cell found
+  2  wrong arguments
+  3  a cell did not stop
+  4  a cell does not answer";
+
 pub(super) const URDF: &str = "\
 Example: camwright urdf cam_grinder > cam_grinder.urdf
 

@@ -12,6 +12,7 @@ mod completions;
 #[cfg(test)]
 mod documents;
 mod drives;
+mod fleet;
 mod hal;
 mod help;
 mod init;
@@ -94,6 +95,8 @@ enum CommandLine {
     Page(page::PageArgs),
     /// Show the state of a running cell.
     Status(status::StatusArgs),
+    /// List, start and stop all cells of a domain.
+    Fleet(fleet::FleetArgs),
     /// Print the URDF of a machine.
     Urdf(urdf::UrdfArgs),
     /// Print the HAL file of a machine whose drives LinuxCNC's HAL moves
@@ -153,6 +156,7 @@ pub fn main() -> ExitCode {
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Page(args) => page::main(&args, &ros_args),
         CommandLine::Status(args) => status::main(&args, &ros_args),
+        CommandLine::Fleet(args) => fleet::main(&args, &ros_args),
         CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Hal(args) => hal::main(&args),
         CommandLine::Bag(args) => bag::run(&args),

@@ -398,7 +398,7 @@ fn serve_operators(client: &CellClient, ros_args: &RosArgs) -> Option<HolderSock
 }
 
 /// A job file of this folder by its whole path; other names as they are.
-fn from_here(job: String) -> String {
+pub(super) fn from_here(job: String) -> String {
     let path = Path::new(&job);
     let whole = path.is_file().then(|| std::path::absolute(path).ok()).flatten();
     whole.and_then(|path| path.to_str().map(str::to_owned)).unwrap_or(job)

@@ -203,6 +203,25 @@ impl CellClient {
         }
     }
 
+    /// Sends a job that the planner accepts.
+    pub(super) fn send_job(
+        &self,
+        job: &str,
+        overrides: &[String],
+        on_feedback: impl FnMut(RunJobFeedback) + Send + 'static,
+    ) -> Result<ClientGoal<RunJob>, NodeError> {
+        let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec(), ..RunJobGoal::default() };
+        let goal = self.action.send_goal(goal, on_feedback, MEETING)?;
+        if !goal.accepted() {
+            let reason = self.last_job_status().map(|status| status.message);
+            let reason = reason
+                .filter(|reason| !reason.is_empty())
+                .unwrap_or_else(|| "the planner gives no reason; its log may show it".into());
+            return Err(NodeError::Parameter(refusal(&reason)));
+        }
+        Ok(goal)
+    }
+
     /// Runs a job to its end; a signal cancels it. Returns also the state of the part by the feedback.
     pub(super) fn run_job(
         &self,
@@ -217,15 +236,7 @@ impl CellClient {
             state.lock().unwrap_or_else(PoisonError::into_inner).receive(&feedback);
             bar.show(&feedback);
         };
-        let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec(), ..RunJobGoal::default() };
-        let goal = self.action.send_goal(goal, on_feedback, MEETING)?;
-        if !goal.accepted() {
-            let reason = self.last_job_status().map(|status| status.message);
-            let reason = reason
-                .filter(|reason| !reason.is_empty())
-                .unwrap_or_else(|| "the planner gives no reason; its log may show it".into());
-            return Err(NodeError::Parameter(refusal(&reason)));
-        }
+        let goal = self.send_job(job, overrides, on_feedback)?;
         let (status, result) = wait_for_result(&goal, progress, shutdown)?;
         let part = part.lock().unwrap_or_else(PoisonError::into_inner).clone();
         Ok((status, result, part))

@@ -27,7 +27,7 @@ pub(super) struct StatusArgs {
     patience: f64,
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let value = super::output::number(text)?;
     if (0.1..=3600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s is outside 0.1 to 3600 s")) }
 }

@@ -1,0 +1,177 @@
+//! `camwright fleet`: several cells in one domain, one client.
+//!
+//! `CAMWRIGHT_CELLS=20 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.
+#![allow(clippy::print_stdout, reason = "the campaign prints what it measures")]
+
+use crate::support;
+
+use serde_json::Value;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+use support::processes::{Processes, fresh_bag, in_domain};
+use support::{Domain, Guarded, PATIENCE};
+
+/// A short job.
+const SHORT: [&str; 4] =
+    ["wheel_radius_mm=60.0", "infeed.per_block_um=0.02", "infeed.spark_out_turns=1", "infeed.total_mm=0.36"];
+/// Quick start of the wheel, and setpoints so far ahead that a pause of this computer stops no motion.
+const MACHINE: [&str; 1] = ["machine_overrides:=[\"wheel.spin_up_s=0.2\", \"feedback_delay_ticks=500\"]"];
+
+fn fleet(domain: &Domain, words: &[&str]) -> Command {
+    let mut command = in_domain(env!("CARGO_BIN_EXE_camwright"), domain);
+    command.arg("fleet").args(words);
+    command
+}
+
+/// Exit code, and the JSON on standard output.
+fn answer(domain: &Domain, words: &[&str]) -> (Option<i32>, Value) {
+    let Output { status, stdout, stderr } =
+        fleet(domain, &[words, &["--json"]].concat()).output().expect("camwright runs");
+    let text = String::from_utf8_lossy(&stderr);
+    let value = serde_json::from_slice(&stdout).unwrap_or_else(|error| panic!("{words:?}: {error}: {text}"));
+    (status.code(), value)
+}
+
+/// State of every cell.
+fn words(cells: &Value) -> Vec<(&str, &str)> {
+    let cells = cells.as_array().expect("an array").iter();
+    cells.map(|cell| (cell["cell"].as_str().expect("a name"), cell["state"]["word"].as_str().expect("a word"))).collect()
+}
+
+/// Waits until the states are as wanted.
+fn wait_for(domain: &Domain, wanted: impl Fn(&[(&str, &str)]) -> bool) -> Value {
+    let mut command = fleet(domain, &["status", "--watch", "--json"]);
+    let mut watch = Guarded::start("camwright fleet status --watch", &mut command);
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        let line = watch.line(PATIENCE).expect("the watch goes on");
+        let cells: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"));
+        if wanted(&words(&cells)) {
+            watch.interrupt();
+            assert_eq!(watch.wait(PATIENCE).code(), Some(0), "{}", watch.complaint());
+            return cells;
+        }
+        assert!(Instant::now() < deadline, "{cells}");
+    }
+}
+
+/// Messages of all cells, each of which must have done it.
+fn messages(cells: &Value) -> Vec<&str> {
+    let cells = cells.as_array().expect("an array");
+    assert!(cells.iter().all(|cell| cell["done"] == true), "{cells:?}");
+    cells.iter().map(|cell| cell["message"].as_str().expect("a text")).collect()
+}
+
+#[test]
+fn two_cells_are_listed_started_and_stopped() {
+    let domain = Domain::reserve();
+    let bags = ["left", "right"].map(|name| fresh_bag(&format!("fleet-{name}")));
+    let [left, mut right] = [("/left", &bags[0]), ("/right", &bags[1])]
+        .map(|(namespace, bag)| Processes::start_without_command(&domain, namespace, &MACHINE, bag));
+    let both = ["status", "--patience", "90", "--cell", "left", "--cell", "/right"];
+    let (code, cells) = answer(&domain, &both);
+    assert_eq!((code, words(&cells)), (Some(0), vec![("/left", "READY"), ("/right", "READY")]), "{cells}");
+    for cell in cells.as_array().expect("an array") {
+        assert!(cell["is_idle"] == true && cell["pace"] == "fast" && cell["alarms"] == Value::Array(vec![]), "{cell}");
+    }
+
+    // A job that lasts until it is stopped.
+    let long = ["start", "eccentric", "--set", "wheel_radius_mm=60.0", "--set", "infeed.per_block_um=0.002"];
+    let (code, started) = answer(&domain, &long);
+    assert_eq!((code, messages(&started)), (Some(0), vec!["job eccentric accepted"; 2]), "{started}");
+    wait_for(&domain, |words| words.iter().all(|(_, word)| *word == "CUTTING"));
+    let (code, again) = answer(&domain, &long);
+    assert_eq!(code, Some(3), "{again}");
+    assert!(again.as_array().expect("an array").iter().all(|cell| cell["done"] == false), "{again}");
+
+    let (code, stopped) = answer(&domain, &["stop"]);
+    assert_eq!((code, messages(&stopped)), (Some(0), vec!["job cancelled, the axes come to rest"; 2]), "{stopped}");
+    wait_for(&domain, |words| words.iter().all(|(_, word)| *word == "STOPPED"));
+    let (code, at_rest) = answer(&domain, &["stop"]);
+    assert_eq!((code, messages(&at_rest)), (Some(0), vec!["nothing to stop"; 2]), "{at_rest}");
+
+    // One cell alone, by its name.
+    let (code, one) = answer(&domain, &[&long[..], &["--cell", "/left"]].concat());
+    assert_eq!((code, messages(&one).len()), (Some(0), 1), "{one}");
+    wait_for(&domain, |words| words == [("/left", "CUTTING"), ("/right", "STOPPED")]);
+    let (code, stopped) = answer(&domain, &["stop"]);
+    let expected = vec!["job cancelled, the axes come to rest", "nothing to stop"];
+    assert_eq!((code, messages(&stopped)), (Some(0), expected), "{stopped}");
+
+    // An alarm, a cell that nobody started, and a machine that has died.
+    let mut estop = in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);
+    let estop = estop.args(["estop", "--ros-args", "-r", "__ns:=/left"]).output().expect("camwright runs");
+    assert_eq!(estop.status.code(), Some(0), "{}", String::from_utf8_lossy(&estop.stderr));
+    wait_for(&domain, |words| words[0] == ("/left", "EMERGENCY STOP"));
+    let (code, alarmed) = answer(&domain, &both);
+    assert_eq!(code, Some(3), "{alarmed}");
+    let output = fleet(&domain, &["status", "--cell", "/nowhere", "--patience", "2"]).output().expect("camwright runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(4) && text.contains("no cell /nowhere found within 2 s"), "{text}");
+    right.kill("machine_sim");
+    let (code, cells) = answer(&domain, &["status", "--patience", "5"]);
+    assert_eq!(code, Some(4), "{cells}");
+    assert_eq!(cells[1]["state"]["detail"], "no message from a machine in /right", "{cells}");
+    left.end();
+    drop(right);
+    for bag in bags {
+        std::fs::remove_dir_all(bag).expect("the bag is ours");
+    }
+    let empty = fleet(&Domain::reserve(), &["status", "--patience", "1"]).output().expect("camwright runs");
+    let text = String::from_utf8_lossy(&empty.stderr);
+    assert!(empty.status.code() == Some(1) && text.contains("no cell found within 1 s"), "{text}");
+}
+
+/// Cells of four processes each run a job at once; every bag is whole, and the client sees the end of every job.
+#[test]
+fn every_message_of_several_cells_is_recorded() {
+    let count: usize = std::env::var("CAMWRIGHT_CELLS").ok().and_then(|text| text.parse().ok()).unwrap_or(3);
+    // Discovery of all by all takes the processor time of its square.
+    let patience = PATIENCE + Duration::from_secs(10) * u32::try_from(count).unwrap_or(u32::MAX);
+    let (domain, begin) = (Domain::reserve(), Instant::now());
+    let names: Vec<String> = (1..=count).map(|number| format!("/cell_{number:02}")).collect();
+    let start = |name: &String| {
+        let bag = fresh_bag(&format!("fleet{}", name.replace('/', "-")));
+        Processes::start_without_command(&domain, name, &MACHINE, &bag)
+    };
+    let cells: Vec<Processes> = names.iter().map(start).collect();
+    let patience_s = patience.as_secs().to_string();
+    let every: Vec<&str> = names.iter().flat_map(|name| ["--cell", name]).collect();
+    let (code, found) = answer(&domain, &[&["status", "--patience", &patience_s], &every[..]].concat());
+    assert_eq!(code, Some(0), "{found}");
+    assert!(words(&found).iter().all(|(_, word)| *word == "READY"), "{found}");
+    println!("{count} cells are ready after {:.1} s", begin.elapsed().as_secs_f64());
+
+    let mut watch = fleet(&domain, &["status", "--watch", "--json", "--patience", &patience_s]);
+    let mut watch = Guarded::start("camwright fleet status --watch", watch.args(&every));
+    let first = watch.line(patience).expect("a line");
+    assert_eq!(words(&serde_json::from_str(&first).expect("JSON")).len(), count, "{first}");
+    let set: Vec<&str> = SHORT.iter().flat_map(|over| ["--set", over]).collect();
+    let start = [&["start", "eccentric", "--patience", &patience_s], &set[..], &every[..]].concat();
+    let (code, started) = answer(&domain, &start);
+    assert_eq!(code, Some(0), "{started}");
+    println!("all have accepted the job after {:.1} s", begin.elapsed().as_secs_f64());
+
+    let deadline = Instant::now() + patience;
+    loop {
+        let line = watch.line(patience).expect("the watch goes on");
+        let now: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"));
+        if words(&now).iter().all(|(_, word)| *word == "COMPLETE") {
+            break;
+        }
+        assert!(Instant::now() < deadline, "{now}");
+    }
+    println!("all have completed the job after {:.1} s", begin.elapsed().as_secs_f64());
+    watch.interrupt();
+    assert_eq!(watch.wait(patience).code(), Some(0), "{}", watch.complaint());
+
+    let bags: Vec<_> = cells.into_iter().map(Processes::end).collect();
+    for bag in bags {
+        let mut check = in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);
+        let check = check.args(["bag", "check"]).arg(&bag).output().expect("camwright runs");
+        let text = String::from_utf8_lossy(&check.stdout);
+        assert_eq!(check.status.code(), Some(0), "{}: {text}", bag.display());
+        std::fs::remove_dir_all(bag).expect("the bag is ours");
+    }
+    println!("all bags are whole after {:.1} s", begin.elapsed().as_secs_f64());
+}
