@@ -217,7 +217,7 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
 
 const CHANGER: [&str; 2] = [
     "wheel.name=roughing",
-    "wheel_changer={change_s: 0.8, min_x_mm: 140, wheels: [{name: finishing, new_radius_mm: 40, min_radius_mm: 32, \
+    "wheel_changer={change_s: 0.8, min_x_mm: 140, wheels: [{name: finishing, new_radius_mm: 15, min_radius_mm: 12, \
      width_mm: 20, surface_speed_m_s: 60, spin_up_s: 0.5}]}",
 ];
 
@@ -232,7 +232,7 @@ fn a_wheel_is_changed_over_ros() {
         let request = ChangeWheelRequest { wheel: wheel.into() };
         cell.client.call::<ChangeWheel>("job_planner/change_wheel", &request)
     };
-    for (wheel, radius, width) in [("finishing", 0.04, 0.02), ("roughing", 0.06, 0.025)] {
+    for (wheel, radius, width) in [("finishing", 0.015, 0.02), ("roughing", 0.06, 0.025)] {
         let changed = change(wheel);
         assert!(changed.success && (changed.radius - radius).abs() < 1e-12, "{changed:?}");
         let now = described.until("the new wheel", |message| message.wheel == wheel);
@@ -245,7 +245,13 @@ fn a_wheel_is_changed_over_ros() {
     }
     let unknown = change("polishing");
     assert!(!unknown.success && unknown.message.contains("has roughing, finishing"), "{}", unknown.message);
-    // A job is planned for the wheel that is mounted.
+    // The job asks for a wheel of 15 mm: it is planned for the wheel that is mounted, and refused with the other one.
+    let request = LoadJobRequest { job: "eccentric".into(), overrides: Vec::new() };
+    let refused = cell.client.call::<LoadJob>("job_planner/load_job", &request);
+    assert!(
+        !refused.success && refused.message.contains("the wheel mounted on cam_grinder has 60.0000"),
+        "{refused:?}"
+    );
     assert!(change("finishing").success);
     load(&cell, &[]);
     let (status, result) = run(&cell, "", &[]);
