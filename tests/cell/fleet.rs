@@ -35,7 +35,9 @@ fn answer(domain: &Domain, words: &[&str]) -> (Option<i32>, Value) {
 /// State of every cell.
 fn words(cells: &Value) -> Vec<(&str, &str)> {
     let cells = cells.as_array().expect("an array").iter();
-    cells.map(|cell| (cell["cell"].as_str().expect("a name"), cell["state"]["word"].as_str().expect("a word"))).collect()
+    cells
+        .map(|cell| (cell["cell"].as_str().expect("a name"), cell["state"]["word"].as_str().expect("a word")))
+        .collect()
 }
 
 /// Waits until the states are as wanted.

@@ -536,11 +536,16 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     )?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
-    let stream =
-        subscribe_to_machine::<MachineStream>(node, grant, partners::MACHINE_STREAM, (&qos, 0), move |message, writer| {
+    let stream = subscribe_to_machine::<MachineStream>(
+        node,
+        grant,
+        partners::MACHINE_STREAM,
+        (&qos, 0),
+        move |message, writer| {
             this.receive(&message, *writer);
             this.watch_jog(&message);
-        })?;
+        },
+    )?;
     let this = Arc::clone(shared);
     let pages = node.subscribe::<PlanPage>("job_planner/plan", &Qos::latched(256), move |page, info| {
         this.receive_pages(info.writer);

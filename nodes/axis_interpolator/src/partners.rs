@@ -63,7 +63,9 @@ impl InterpolatorPartners {
     fn silent_machine(&self) -> Option<String> {
         let machine = self.machine.as_ref().filter(|machine| machine.silence.is_lost())?;
         let limit_s = machine.silence.limit_s();
-        Some(format!("no message from the machine on {MACHINE_STREAM} for {limit_s} s: its node or the network is lost"))
+        Some(format!(
+            "no message from the machine on {MACHINE_STREAM} for {limit_s} s: its node or the network is lost"
+        ))
     }
 }
 

@@ -29,9 +29,8 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
-use camwright::machine::description::WheelsNow;
 use camwright_authority::{Grant, Membership, Role, subscribe_to_machine};
-use camwright_files::convert::machine_now::{MachineNow, wheels_now};
+use camwright_files::convert::machine_now::MachineNow;
 use camwright_machine_cycle::part::MAX_PAGES;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
@@ -103,8 +102,6 @@ struct Shared {
     active: AtomicBool,
     /// The machine as it last described itself.
     machine: Mutex<Option<MachineNow>>,
-    /// Its wheels.
-    wheels: Mutex<Option<WheelsNow>>,
     alarms: Mutex<Vec<Alarm>>,
     parts: Parts,
     turned_parts: TurnedParts,
@@ -203,7 +200,6 @@ impl JobPlanner {
         let shared = Arc::new(Shared {
             active: AtomicBool::new(false),
             machine: Mutex::default(),
-            wheels: Mutex::default(),
             alarms: Mutex::default(),
             parts: Parts::default(),
             turned_parts: TurnedParts::default(),
@@ -339,14 +335,10 @@ impl LifecycleCallbacks for Activation {
 }
 
 impl Shared {
-    /// Takes the machine's description: what it is, and the wheel that is mounted.
+    /// Takes the machine's description: what it is, and its wheels.
     fn meet(&self, message: &DescriptionMessage) {
-        let met = MachineNow::from_message(message).and_then(|now| Ok((wheels_now(message, &now.description)?, now)));
-        match met {
-            Ok((wheels, now)) => {
-                *lock(&self.wheels) = Some(wheels);
-                *lock(&self.machine) = Some(now);
-            }
+        match MachineNow::from_message(message) {
+            Ok(now) => *lock(&self.machine) = Some(now),
             Err(reason) => self.node.logger().error(&reason),
         }
     }

@@ -62,7 +62,9 @@ impl InterpolatorPartner {
         let silence = if is_stopped { last_contact.silence } else { last_contact.separation };
         if silence.is_lost() {
             let limit_s = silence.limit_s();
-            return Err(format!("no message from the axis interpolator on {STATE} for {limit_s} s: its node or the network is lost"));
+            return Err(format!(
+                "no message from the axis interpolator on {STATE} for {limit_s} s: its node or the network is lost"
+            ));
         }
         match begun.0 {
             Some(participant) if participant != last_contact.participant => {
@@ -114,6 +116,9 @@ mod tests {
             }
         };
         assert!(begin.elapsed() > 2 * limit + ARRIVAL, "{:?}", begin.elapsed());
-        assert!(reason.starts_with("no message from the axis interpolator on axis_interpolator/state for 1.2 s"), "{reason}");
+        assert!(
+            reason.starts_with("no message from the axis interpolator on axis_interpolator/state for 1.2 s"),
+            "{reason}"
+        );
     }
 }

@@ -323,8 +323,8 @@ impl SetupWork {
 
     fn change_wheel(&self, request: &ChangeWheelRequest) -> Result<ChangeWheelResponse, Failed> {
         let now = self.machine()?;
-        let wheels = (*lock(&self.shared.wheels)).ok_or("the wheels of the machine are not known yet")?;
-        let plan = plan_wheel_change(&now.description, &wheels, &request.wheel).map_err(|error| error.to_string())?;
+        let plan =
+            plan_wheel_change(&now.description, &now.wheels, &request.wheel).map_err(|error| error.to_string())?;
         self.execute_plan(&plan, &now.description, "wheel change")?;
         // A job that is planned from now on is for the new wheel.
         let since = Instant::now();

@@ -44,7 +44,8 @@ pub struct FleetCell {
 
 impl FleetCell {
     fn from_snapshot(snapshot: &CellSnapshot, now: Instant) -> Self {
-        let is_stopped = state_line::stopping(snapshot).next().is_some() || snapshot.io.as_ref().is_some_and(|io| io.estop);
+        let is_stopped =
+            state_line::stopping(snapshot).next().is_some() || snapshot.io.as_ref().is_some_and(|io| io.estop);
         let is_reachable = !snapshot.is_machine_silent(now) && !snapshot.is_interpolator_silent(now);
         let pace = snapshot.stream.as_ref().filter(|_| !snapshot.is_machine_silent(now));
         Self {
@@ -109,9 +110,10 @@ impl FleetCell {
 
 /// Returns true while a job or a motion is under way.
 fn is_at_work(snapshot: &CellSnapshot) -> bool {
-    let in_job = snapshot.job.as_ref().is_some_and(|job| {
-        [JobStatus::PLANNING, JobStatus::EXECUTING, JobStatus::STOPPING].contains(&job.state)
-    });
+    let in_job = snapshot
+        .job
+        .as_ref()
+        .is_some_and(|job| [JobStatus::PLANNING, JobStatus::EXECUTING, JobStatus::STOPPING].contains(&job.state));
     let moves = snapshot.interpolator.as_ref().is_some_and(|state| state.message.state != InterpolatorState::IDLE);
     in_job || moves
 }
@@ -225,7 +227,8 @@ impl FleetListener {
     #[must_use]
     pub fn cells(&self) -> Vec<FleetCell> {
         let now = Instant::now();
-        let snapshot = |cell: &FoundCell| FleetCell::from_snapshot(&cell.feed.wait_until(Duration::ZERO, |_| true), now);
+        let snapshot =
+            |cell: &FoundCell| FleetCell::from_snapshot(&cell.feed.wait_until(Duration::ZERO, |_| true), now);
         self.cells.values().map(snapshot).collect()
     }
 
@@ -239,7 +242,9 @@ impl FleetListener {
                     let (args, action) = (self.args.clone().with_namespace(&cell.cell), &action);
                     threads.push(scope.spawn(move || action(cell, &args)));
                 }
-                results.extend(threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))));
+                results.extend(
+                    threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))),
+                );
             });
         }
         results
@@ -333,7 +338,9 @@ mod tests {
 
     #[test]
     fn namespaces_become_names_of_topics() {
-        for (given, namespace, topics) in [("cell_1", "/cell_1", "/cell_1/"), ("/a/b/", "/a/b", "/a/b/"), ("", "/", "/")] {
+        for (given, namespace, topics) in
+            [("cell_1", "/cell_1", "/cell_1/"), ("/a/b/", "/a/b", "/a/b/"), ("", "/", "/")]
+        {
             assert_eq!((absolute(given), prefix(&absolute(given))), (namespace.to_owned(), topics.to_owned()));
         }
     }

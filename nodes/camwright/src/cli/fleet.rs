@@ -188,8 +188,7 @@ fn table(cells: &[FleetCell]) -> String {
         let (name, word, pace) = (&cell.cell, cell.word(), cell.pace().unwrap_or("-"));
         let done = cell.job().map_or_else(|| "    -".to_owned(), |(_, percent)| format!("{percent:3.0} %"));
         let job = job(cell);
-        let _infallible =
-            write!(text, "\n{name:cell_width$}  {word:state_width$}  {job:job_width$}  {done}  {pace}");
+        let _infallible = write!(text, "\n{name:cell_width$}  {word:state_width$}  {job:job_width$}  {done}  {pace}");
         if !cell.is_reachable {
             let _infallible = write!(text, "\n{}", wrapped(&format!("  {}", cell.detail()), 4));
         }
