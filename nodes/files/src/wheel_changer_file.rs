@@ -21,7 +21,7 @@ pub(super) struct WheelChangerFile {
     /// Smallest position of `x_axis` at which it changes; within the soft limits of X.
     #[schemars(range(min = -1e5, max = 1e5))]
     pub(super) min_x_mm: f64,
-    /// Wheels besides `wheel`, which is mounted on a machine without a state file.
+    /// Wheels in addition to `wheel`, which is mounted on a machine without a state file.
     #[schemars(length(min = 1, max = MAX_WHEELS - 1))]
     pub(super) wheels: Vec<WheelFile>,
 }
