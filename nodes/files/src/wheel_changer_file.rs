@@ -110,7 +110,7 @@ mod tests {
         let names: Vec<&str> = changer.wheels.iter().map(|wheel| wheel.name.as_str()).collect();
         assert_eq!(names, ["roughing", "finishing"]);
         assert_eq!((changer.mounted, changer.wheels[0].wheel), (0, machine.wheel));
-        assert_eq!(changer.wheels[1].wheel.new_radius_mm, 40.0);
+        assert_eq!(changer.wheels[1].wheel.new_radius_mm.to_bits(), 40.0_f64.to_bits());
         assert!((changer.wheels[1].setting_error_mm + 0.003).abs() < 1e-12);
     }
 
