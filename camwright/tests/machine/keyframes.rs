@@ -304,7 +304,7 @@ fn a_change_of_the_wheel_goes_on_from_its_middle() {
     let octets = octets_of(&mut again);
     let other = taken_up(&description, &octets).expect("a machine with its second wheel");
     assert_eq!(other, again);
-    assert_eq!(other.description().wheel.new_radius_mm, 30.0);
+    assert_eq!(other.description().wheel.new_radius_mm.to_bits(), 30.0_f64.to_bits());
     let mut three = description;
     three.wheel_changer.iter_mut().for_each(|changer| {
         let name = "polishing".to_owned();

@@ -100,7 +100,7 @@ fn a_change_takes_its_time_and_then_the_new_wheel_counts() {
     idle(&mut machine, 1);
     let report = machine.step(None, &[MachineCommand::ExpectWheel { radius_nm: new }, MachineCommand::WheelStart], &[]);
     assert_eq!(kinds(&[report]), []);
-    assert_eq!(machine.description().wheel.width_mm, 12.0);
+    assert_eq!(machine.description().wheel.width_mm.to_bits(), 12.0_f64.to_bits());
     // Its spindle is at 45 m/s after half a second: 1500 rad/s at 30 mm.
     let reports = idle(&mut machine, 499);
     assert!(!reports[497].io.wheel_running && reports[498].io.wheel_running);
@@ -252,7 +252,7 @@ fn a_setting_error_grinds_the_journal_smaller_until_the_wheel_is_dressed() {
         machine.place(counts);
         let report = order(&mut machine, MachineCommand::Dress { radius_nm: nm_from_mm(29.8) });
         assert_eq!(kinds(&[report]), []);
-        assert_eq!(machine.lasting().wheel_zero_error_mm, 0.0);
+        assert_eq!(machine.lasting().wheel_zero_error_mm.to_bits(), 0.0_f64.to_bits());
         grind(&mut machine, 20.0);
         near(radii(&machine), 20.0);
         // The dresser knows the smallest radius of each wheel: 25 mm of this one.
@@ -305,7 +305,7 @@ fn a_machine_begins_with_the_wheel_that_was_mounted_last() {
     assert_eq!(&lasting, first.lasting());
     let again = Machine::new(description.clone(), lasting).expect("the same machine");
     assert_eq!(again.description().mounted_wheel(), 1);
-    assert_eq!(again.description().wheel.new_radius_mm, 30.0);
+    assert_eq!(again.description().wheel.new_radius_mm.to_bits(), 30.0_f64.to_bits());
     assert_eq!(again.lasting(), first.lasting());
     // A state of a machine with one wheel is that of the mounted wheel.
     let one = PersistentState::new(&ideal()).with_wheel(WheelNow::dressed(59.0));

@@ -21,7 +21,7 @@ pub(super) struct WheelChangerFile {
     /// Smallest position of `x_axis` at which it changes; within the soft limits of X.
     #[schemars(range(min = -1e5, max = 1e5))]
     pub(super) min_x_mm: f64,
-    /// Wheels besides `wheel`, which is mounted on a machine without a state file.
+    /// Wheels in addition to `wheel`, which is mounted on a machine without a state file.
     #[schemars(length(min = 1, max = MAX_WHEELS - 1))]
     pub(super) wheels: Vec<WheelFile>,
 }
@@ -110,7 +110,7 @@ mod tests {
         let names: Vec<&str> = changer.wheels.iter().map(|wheel| wheel.name.as_str()).collect();
         assert_eq!(names, ["roughing", "finishing"]);
         assert_eq!((changer.mounted, changer.wheels[0].wheel), (0, machine.wheel));
-        assert_eq!(changer.wheels[1].wheel.new_radius_mm, 40.0);
+        assert_eq!(changer.wheels[1].wheel.new_radius_mm.to_bits(), 40.0_f64.to_bits());
         assert!((changer.wheels[1].setting_error_mm + 0.003).abs() < 1e-12);
     }
 
