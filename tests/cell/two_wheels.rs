@@ -22,15 +22,18 @@ fn a_batch_is_ground_with_two_wheels_and_repeats() {
     let output = command.arg("--bag").arg(&bag).output().expect("camwright runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("a report");
-    let parts = report["parts"].as_array().unwrap_or_else(|| panic!("no parts in {report}"));
+    let parts = report["batch"]["parts"].as_array().unwrap_or_else(|| panic!("no parts in {report}"));
     assert_eq!(parts.len(), 2);
     for part in parts {
         let lobes = part["lobes"].as_array().unwrap_or_else(|| panic!("no lobes in {part}"));
         let names: Vec<&str> = lobes.iter().filter_map(|lobe| lobe["name"].as_str()).collect();
         assert_eq!(names, ["I1", "E1", "I2", "E2"]);
         for lobe in lobes {
-            let um = lobe["form_error_max_um"].as_f64().expect("a number");
+            let um = lobe["form_um"].as_f64().expect("a number");
             assert!(um.abs() < 5.0, "{lobe}");
+            // The setting error is 2 um; deflection leaves less than 1 um.
+            let size_um = lobe["size_um"].as_f64().expect("a number");
+            assert!((-2.2..-0.8).contains(&size_um), "{lobe}");
         }
     }
     let verdict = rerun(&bag).expect("the bag holds what it takes");

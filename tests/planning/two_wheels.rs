@@ -37,6 +37,7 @@ fn a_change_separates_roughing_and_finishing() {
 fn lobes_name_their_wheels() {
     let by_lobe = [
         "roughing=[]",
+        "work_speed_rpm=40",
         "stock_mm=0.05",
         "lobes.I1.wheel=roughing",
         "lobes.E1.wheel=finishing",
@@ -78,7 +79,7 @@ fn wheels_that_cannot_be_mounted_are_refused() {
             vec!["wheel=finish"],
             vec!["wheel", "no wheel finish; its wheels are roughing, finishing", "did you mean finishing"],
         ),
-        (vec!["lobes.I1.wheel=small"], vec!["lobes.I1.wheel", "no wheel small"]),
+        (vec!["lobes.I1.wheel=small"], vec!["lobe I1: machine cam_grinder_two_wheels has no wheel small"]),
         (vec!["machine=cam_grinder"], vec!["machine cam_grinder has no wheel changer"]),
         (vec!["home.x_mm=130"], vec!["home.x_mm is 130, where the wheels are changed", "at least 140 mm"]),
         (

@@ -4,7 +4,7 @@ use super::JobFile;
 use crate::ConfigError;
 use crate::schema::nearest;
 use crate::yaml::Document;
-use camwright::job::grinding::{JobError, JobSpec};
+use camwright::job::grinding::{JobError, JobSpec, Subject};
 use camwright::machine::description::MachineDescription;
 
 /// Wheel of every pass, by the name of its lobe.
@@ -17,8 +17,9 @@ pub(super) fn of_passes(
     document: &Document,
 ) -> Result<WheelsOfLobes, Vec<ConfigError>> {
     let mut findings = Vec::new();
-    let mut find = |key: &str, name: Option<&str>| {
-        let found = name.map(|name| position(machine, name).map_err(|message| document.error(key, message)));
+    let mut find = |(key, subject): (&str, Subject), name: Option<&str>| {
+        let place = |message: String| document.error(key, format!("{}{message}", subject.prefix()));
+        let found = name.map(|name| position(machine, name).map_err(place));
         match found {
             Some(Err(error)) => {
                 findings.push(error);
@@ -28,14 +29,14 @@ pub(super) fn of_passes(
             None => None,
         }
     };
-    let of_job = find("wheel", file.wheel.as_deref());
+    let of_job = find(("wheel", Subject::Job), file.wheel.as_deref());
     let mut of_passes = Vec::new();
     for (index, rough) in file.roughing.iter().enumerate() {
-        of_passes.push(find(&format!("roughing.{index}.wheel"), rough.wheel()));
+        of_passes.push(find((&format!("roughing.{index}.wheel"), Subject::Pass(rough.name().into())), rough.wheel()));
     }
     let mut of_lobes = Vec::new();
     for (index, lobe) in file.lobes.iter().enumerate() {
-        of_lobes.push(find(&format!("lobes.{index}.wheel"), lobe.wheel.as_deref()));
+        of_lobes.push(find((&format!("lobes.{index}.wheel"), Subject::Lobe(lobe.name.clone())), lobe.wheel.as_deref()));
     }
     let named: Vec<String> = (file.lobes.iter().enumerate().filter(|(_, lobe)| lobe.wheel_radius_mm.is_some()))
         .map(|(index, _)| format!("lobes.{index}.wheel_radius_mm"))
