@@ -82,10 +82,7 @@ fn wheels_that_cannot_be_mounted_are_refused() {
         (vec!["lobes.I1.wheel=small"], vec!["lobe I1: machine cam_grinder_two_wheels has no wheel small"]),
         (vec!["machine=cam_grinder"], vec!["machine cam_grinder has no wheel changer"]),
         (vec!["home.x_mm=130"], vec!["home.x_mm is 130, where the wheels are changed", "at least 140 mm"]),
-        (
-            vec!["wheel_approach_mm=0.09"],
-            vec!["pass grind: its infeed of 0.09 mm must be more than wheel_approach_mm"],
-        ),
+        (vec!["wheel_approach_mm=0.09"], vec!["pass grind: its infeed of 0.09 mm must be more than wheel_approach_mm"]),
         (vec!["wheel_approach_mm=0"], vec!["wheel_approach_mm", "0.000001"]),
         (vec!["c_between_lobes=turns_on"], vec!["several wheels", "c_between_lobes: turns_on is not possible"]),
         (vec!["lobes.I1.width_mm=22"], vec!["lobe I1: width 22 mm is more than the wheel's 20 mm"]),

@@ -94,7 +94,7 @@ pub(super) fn approach_warning(prepared: &PreparedJob) -> Option<String> {
          would meet the part; set wheel_approach_mm to {:.3} or more, or add spark-out turns to those passes",
         spec.lobes[index].name,
         um_from_mm(needed_mm),
-        (1.2e3 * needed_mm).ceil() / 1e3
+        mm_from_um(um_from_mm(1.2 * needed_mm).ceil())
     ))
 }
 
