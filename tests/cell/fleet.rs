@@ -124,6 +124,13 @@ fn two_cells_are_listed_started_and_stopped() {
     assert!(empty.status.code() == Some(1) && text.contains("no cell found within 1 s"), "{text}");
 }
 
+/// All alarms of the cells are warnings.
+fn has_only_warnings(cells: &Value) -> bool {
+    let alarms =
+        cells.as_array().into_iter().flatten().flat_map(|cell| cell["alarms"].as_array().into_iter().flatten());
+    alarms.into_iter().all(|alarm| alarm["severity"] == "warning")
+}
+
 /// Cells of four processes each run a job at once; every bag is whole, and the client sees the end of every job.
 #[test]
 fn every_message_of_several_cells_is_recorded() {
@@ -140,7 +147,8 @@ fn every_message_of_several_cells_is_recorded() {
     let patience_s = patience.as_secs().to_string();
     let every: Vec<&str> = names.iter().flat_map(|name| ["--cell", name]).collect();
     let (code, found) = answer(&domain, &[&["status", "--patience", &patience_s], &every[..]].concat());
-    assert_eq!(code, Some(0), "{found}");
+    // A busy computer may keep a recorder behind for a while, which is a warning; the bags show whether something is lost.
+    assert!(code == Some(0) || code == Some(3) && has_only_warnings(&found), "{code:?}: {found}");
     assert!(words(&found).iter().all(|(_, word)| *word == "READY"), "{found}");
     println!("{count} cells are ready after {:.1} s", begin.elapsed().as_secs_f64());
 
@@ -155,17 +163,18 @@ fn every_message_of_several_cells_is_recorded() {
     println!("all have accepted the job after {:.1} s", begin.elapsed().as_secs_f64());
 
     let deadline = Instant::now() + patience;
-    loop {
+    let ended = loop {
         let line = watch.line(patience).expect("the watch goes on");
         let now: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"));
         if words(&now).iter().all(|(_, word)| *word == "COMPLETE") {
-            break;
+            break now;
         }
         assert!(Instant::now() < deadline, "{now}");
-    }
+    };
     println!("all have completed the job after {:.1} s", begin.elapsed().as_secs_f64());
     watch.interrupt();
-    assert_eq!(watch.wait(patience).code(), Some(0), "{}", watch.complaint());
+    let code = watch.wait(patience).code();
+    assert!(code == Some(0) || code == Some(3) && has_only_warnings(&ended), "{code:?}: {}", watch.complaint());
 
     let bags: Vec<_> = cells.into_iter().map(Processes::end).collect();
     for bag in bags {

@@ -158,16 +158,18 @@ impl Graph {
         self.changed.notify_all();
     }
 
-    /// Processes reports of discovery; returns warnings about endpoints that are incompatible with ours, and about a flood of participants.
+    /// Processes reports of discovery, the `early` ones first; returns warnings about endpoints that are incompatible with ours, and about a
+    /// flood of participants.
     pub(super) fn drain(
         &self,
+        early: Vec<DomainParticipantStatusEvent>,
         events: &DomainParticipantStatusListener,
         beside: &FastDdsWorkarounds,
         gate: &mut ParticipantGate,
     ) -> Vec<String> {
         let mut news = false;
         let mut sentences = Vec::new();
-        while let Some(event) = events.try_recv_status() {
+        for event in early.into_iter().chain(std::iter::from_fn(|| events.try_recv_status())) {
             sentences.extend(gate.admit(&event, || self.state().partners()));
             if let DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } = &event {
                 beside.writer_matched(local_reader, remote_writer);

@@ -57,6 +57,7 @@ mod cyclone;
 mod delay;
 mod diagnostics;
 mod discovery;
+mod early_events;
 mod error;
 mod executor;
 mod fastdds_workarounds;

@@ -4,11 +4,12 @@ use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
 use std::time::Duration;
 
 use camwright_threads::supervised::Supervisor;
-use rustdds::{DomainParticipant, RTPSEntity};
+use rustdds::{DomainParticipant, DomainParticipantStatusEvent, RTPSEntity, StatusEvented};
 
 use super::args::RosArgs;
 use super::delay::DelayInjection;
 use super::discovery::Graph;
+use super::early_events::EarlyEvents;
 use super::error::RosError;
 use super::executor::Executor;
 use super::fastdds_workarounds::FastDdsWorkarounds;
@@ -133,6 +134,9 @@ impl Node {
         // One participant per node: status events go to a single reader per participant.
         let participant::WatchedParticipant { participant, vitals, gate } =
             participant::build(args.domain_id(), args.discovery_range()).map_err(failed)?;
+        let listener = participant.status_listener();
+        let early = EarlyEvents::collect(move || listener.try_recv_status())
+            .map_err(|source| RosError::Io { what: format!("node {fully_qualified}"), source })?;
         std::thread::sleep(ACQUAINTANCE);
         let context = ros2_client::Context::from_domain_participant(participant.clone())
             .map_err(|error| failed(error.to_string()))?;
@@ -176,7 +180,7 @@ impl Node {
         };
         let logger = node.logger().clone();
         node.supervisor().on_fault(move |fault| logger.error(fault));
-        node.watch_graph(&participant, gate)?;
+        node.watch_graph(&participant, early, gate)?;
         rosout::connect(&node)?;
         node.logger().serve_process();
         if let Some(warning) = args.unsupported().warning() {
@@ -195,7 +199,12 @@ impl Node {
         Ok(node)
     }
 
-    fn watch_graph(&self, participant: &DomainParticipant, gate: ParticipantGate) -> Result<(), RosError> {
+    fn watch_graph(
+        &self,
+        participant: &DomainParticipant,
+        mut early: EarlyEvents<DomainParticipantStatusEvent>,
+        gate: ParticipantGate,
+    ) -> Result<(), RosError> {
         let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
         let gate = Arc::new(Mutex::new(gate));
         let (reopened, reporter) = (Arc::clone(&gate), logger.clone());
@@ -209,7 +218,7 @@ impl Node {
             .add_source(participant.status_listener(), |events| {
                 Box::new(move |_| {
                     let mut gate = gate.lock().unwrap_or_else(PoisonError::into_inner);
-                    for sentence in graph.drain(&events, &beside, &mut gate) {
+                    for sentence in graph.drain(early.finish(), &events, &beside, &mut gate) {
                         logger.warn(&sentence);
                     }
                     false
