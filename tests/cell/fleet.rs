@@ -1,6 +1,6 @@
 //! `camwright fleet`: several cells in one domain, one client.
 //!
-//! `CAMWRIGHT_CELLS=20 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.
+//! `CAMWRIGHT_CELLS=3 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.
 #![allow(clippy::print_stdout, reason = "the campaign prints what it measures")]
 
 use crate::support;
@@ -134,7 +134,7 @@ fn has_only_warnings(cells: &Value) -> bool {
 /// Cells of four processes each run a job at once; every bag is whole, and the client sees the end of every job.
 #[test]
 fn every_message_of_several_cells_is_recorded() {
-    let count: usize = std::env::var("CAMWRIGHT_CELLS").ok().and_then(|text| text.parse().ok()).unwrap_or(3);
+    let count: usize = std::env::var("CAMWRIGHT_CELLS").ok().and_then(|text| text.parse().ok()).unwrap_or(2);
     // Discovery of all by all takes the processor time of its square.
     let patience = PATIENCE + Duration::from_secs(10) * u32::try_from(count).unwrap_or(u32::MAX);
     let (domain, begin) = (Domain::reserve(), Instant::now());
