@@ -47,13 +47,13 @@ impl LobeSpec {
     /// Position of the wheel that grinds this; on a machine without a changer, and where the job names none, the mounted one.
     #[must_use]
     pub fn wheel(&self, machine: &MachineDescription) -> usize {
-        self.visit.as_ref().map_or_else(|| machine.mounted_wheel(), |visit| visit.wheel)
+        wheel_of(self.visit.as_ref(), machine)
     }
 
     /// The lobe is finished with this, or a section of it.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        self.visit.as_ref().is_none_or(|visit| visit.is_last)
+        finishes(self.visit.as_ref())
     }
 
     /// Both are visits of wheels to one lobe.
@@ -61,6 +61,16 @@ impl LobeSpec {
     pub fn visits_with(&self, other: &Self) -> bool {
         visit_together(self.visit.as_ref(), other.visit.as_ref())
     }
+}
+
+/// Position of the wheel that grinds a lobe, or visit to one; the mounted one where the job names none.
+pub(crate) fn wheel_of(visit: Option<&WheelVisit>, machine: &MachineDescription) -> usize {
+    visit.map_or_else(|| machine.mounted_wheel(), |visit| visit.wheel)
+}
+
+/// The lobe is finished with this visit, or with the only one.
+pub(crate) fn finishes(visit: Option<&WheelVisit>) -> bool {
+    visit.is_none_or(|visit| visit.is_last)
 }
 
 /// Both are visits of wheels to one lobe.
@@ -86,22 +96,15 @@ impl JobSpec {
     /// Indices of all visits to the lobe of the one with this index, in their order; the index alone without visits.
     #[must_use]
     pub fn visits_of(&self, lobe: usize) -> Vec<usize> {
-        let is_same = |other: &usize| {
-            *other == lobe || self.lobes.get(lobe).is_some_and(|here| self.lobes[*other].visits_with(here))
-        };
-        let is_own_plunge = |other: &usize| {
-            let plunge =
-                |index: usize| self.lobes.get(index).and_then(|lobe| lobe.plunge.as_ref()).map(|plunge| plunge.number);
-            plunge(*other) == plunge(lobe)
-        };
-        (0..self.lobes.len().max(lobe + 1)).filter(is_same).filter(is_own_plunge).collect()
+        let here = self.lobes.get(lobe);
+        let is_visit = |other: &usize| *other == lobe || here.is_some_and(|here| self.lobes[*other].visits_with(here));
+        (0..self.lobes.len()).filter(is_visit).collect()
     }
 
     /// Index of the visit to the same lobe before the one with this index.
     #[must_use]
     pub fn visit_before(&self, lobe: usize) -> Option<usize> {
-        let here = self.lobes.get(lobe)?;
-        (0..lobe).rev().find(|other| self.lobes[*other].visits_with(here) && here.plunge.is_none())
+        self.visits_of(lobe).into_iter().rfind(|visit| *visit < lobe)
     }
 
     /// Material above the contour where grinding of the lobe, or visit to one, with this index begins (mm): the stock, or what the passes

@@ -13,7 +13,7 @@ use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
 use crate::job::part_support::{self, PartSupport};
 use crate::job::plunges::{self, LobeSection, Plunge};
-use crate::job::wheel_visit::{WheelVisit, visit_together};
+use crate::job::wheel_visit::{self, WheelVisit};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription, WheelsNow};
 use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
@@ -91,13 +91,13 @@ impl LobeDesign {
     /// Position of the wheel that grinds this; the mounted one where the job names none.
     #[must_use]
     pub fn wheel(&self, machine: &MachineDescription) -> usize {
-        self.visit.as_ref().map_or_else(|| machine.mounted_wheel(), |visit| visit.wheel)
+        wheel_visit::wheel_of(self.visit.as_ref(), machine)
     }
 
     /// The lobe is finished with this, or a section of it.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        self.visit.as_ref().is_none_or(|visit| visit.is_last)
+        wheel_visit::finishes(self.visit.as_ref())
     }
 
     /// Sections of the part that are finished with this, its own first: one, several of a plunge, none of a wheel's visit after which
@@ -117,7 +117,7 @@ impl LobeDesign {
     #[must_use]
     pub fn is_of_one_lobe(&self, other: &Self) -> bool {
         plunges::are_beside(self.plunge.as_ref(), other.plunge.as_ref())
-            || visit_together(self.visit.as_ref(), other.visit.as_ref())
+            || wheel_visit::visit_together(self.visit.as_ref(), other.visit.as_ref())
     }
 
     /// Centre of its contour on a part whose keyway truly lies at an azimuth (rad); `None` for the spindle axis, which it is but for a

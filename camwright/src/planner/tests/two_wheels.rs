@@ -164,7 +164,7 @@ fn wheels_wear_and_are_dressed_apart() {
     assert!(commands(&planned.plan).contains(&PlanCommand::ExpectWheel { radius_nm: 24_500_000 }));
 }
 
-/// Where the large wheel does not fit a hollow, a lobe of that profile is refused with it and ground by the small one.
+/// Settings that do not go with several wheels, a change near the part, and a lobe wider than its wheel are refused.
 #[test]
 fn what_cannot_be_ground_or_changed_is_refused() {
     let machine = machine_with_changer();
