@@ -3,7 +3,7 @@
 function(group_cxx_sources)
   get_property(targets DIRECTORY PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target IN LISTS targets)
-    if(target MATCHES "__rosidl_typesupport_(fastrtps_c|fastrtps_cpp|cpp)$")
+    if(target MATCHES "__rosidl_typesupport_(fastrtps_c|c)$")
       set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
     endif()
   endforeach()

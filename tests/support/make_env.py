@@ -25,6 +25,9 @@ KINDS = ("msg", "srv", "action")
 DISTRIBUTIONS = ("jazzy", "kilted")
 SUPPORT = Path(__file__).resolve().parent
 MSGS = SUPPORT.parents[1] / "msgs"
+# Line of CMake before which all generators are known. C++ types, which take as long as all others, are of no use to Python.
+GENERATE = "rosidl_generate_interfaces("
+WITHOUT_CPP = 'list(FILTER AMENT_EXTENSIONS_rosidl_generate_idl_interfaces EXCLUDE REGEX "_cpp:")\n'
 # Where the machine that built the wheels had its Python; these paths are left over in the CMake files of the wheels.
 WHEEL_INCLUDE = "/opt/python/cp311-cp311/include/python3.11"
 WHEEL_NUMPY = "/opt/python/cp311-cp311/lib/python3.11/site-packages/numpy/_core/include"
@@ -43,7 +46,8 @@ def site_packages(venv):
 
 
 def install(python, requirements, *options):
-    run([str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", *options, "-r", str(requirements)])
+    # Python compiles what it imports; of all packages that takes as long as the installation.
+    run([str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--no-compile", *options, "-r", str(requirements)])
 
 
 def make_venv(root, requirements):
@@ -107,6 +111,14 @@ def copy_standard_package(package, replaced, out):
         "  <export><build_type>ament_cmake</build_type></export>\n</package>\n", encoding="utf-8")
 
 
+def leave_out_cpp(package):
+    file = package / "CMakeLists.txt"
+    before, generate, after = file.read_text(encoding="utf-8").partition(GENERATE)
+    if not generate:
+        raise SystemExit(f"{file} has no {GENERATE}…)")
+    file.write_text(f"{before}{WITHOUT_CPP}{generate}{after}", encoding="utf-8")
+
+
 def in_build_order(packages):
     """Packages so that each stands behind those it needs."""
     ordered = []
@@ -122,7 +134,7 @@ def in_build_order(packages):
 def make_interfaces(root, interfaces):
     venv, out = root / "venv", root / "interfaces"
     shutil.rmtree(out, ignore_errors=True)
-    source, install = out / "src", out / "install"
+    source, install, parsed = out / "src", out / "install", out / "parsed"
     packages = []
     for package in sorted((MSGS / "standard").iterdir()):
         if interface_files(package) and not (venv / "share" / package.name / "package.xml").is_file():
@@ -146,17 +158,21 @@ def make_interfaces(root, interfaces):
         AMENT_PREFIX_PATH=prefixes,
         CMAKE_PREFIX_PATH=prefixes,
         LD_LIBRARY_PATH=os.pathsep.join(libraries),
-        PYTHONPATH=str(install / "lib/python3.11/site-packages"),
+        PYTHONPATH=os.pathsep.join([str(SUPPORT / "rosidl_cache"), str(install / "lib/python3.11/site-packages")]),
+        ROSIDL_CACHE=str(parsed),
         _ROS_WHEELS_BOOTSTRAP_COMPLETE="1",
     )
     python = venv / "bin/python"
+    parsed.mkdir(parents=True)
     for package in in_build_order(packages):
+        leave_out_cpp(package)
         build = out / "build" / package.name
         run([str(venv / "bin/cmake"), "-S", str(package), "-B", str(build), "-G", "Ninja",
              f"-DCMAKE_INSTALL_PREFIX={install}", f"-DPython3_EXECUTABLE={python}", f"-DPYTHON_EXECUTABLE={python}",
              "-DBUILD_TESTING=OFF", f"-DCMAKE_PROJECT_INCLUDE={SUPPORT / 'faster_build.cmake'}", "-Wno-dev"], env=environment)
         run([str(venv / "bin/cmake"), "--build", str(build), "--target", "install"], env=environment)
     shutil.rmtree(out / "build")
+    shutil.rmtree(parsed)
 
 
 def make_folder(root, name, requirements):
@@ -179,7 +195,7 @@ def steps(root, distribution):
     interfaces = SUPPORT / f"{distribution}_interfaces"
     # A virtual environment cannot be moved, so its place is part of what it is made from.
     venv = hash_of(str(root), [Path(__file__).resolve(), requirements])
-    sources = [SUPPORT / "faster_build.cmake", MSGS / "package.xml", MSGS / "CMakeLists.txt"]
+    sources = [SUPPORT / "faster_build.cmake", SUPPORT / "rosidl_cache/sitecustomize.py", MSGS / "package.xml", MSGS / "CMakeLists.txt"]
     folders = [*(MSGS / kind for kind in (*KINDS, "standard")), interfaces]
     sources += sorted(file for folder in folders for file in folder.rglob("*") if file.is_file())
     common = [
