@@ -12,6 +12,7 @@ mod file_mutations;
 mod learn;
 mod parameter_file;
 mod plan_command;
+mod pockets;
 mod punches;
 mod refusals;
 mod schema;

@@ -176,7 +176,7 @@ impl Contour {
             return Err(ContourError::BadBaseRadius { base_radius_mm });
         }
         let mount = Mount::new(follower, base_radius_mm)?;
-        mount.reaches(lift.max_lift_mm())?;
+        mount.reaches(lift.min_lift_mm(), lift.max_lift_mm())?;
         let mut contour = Self {
             throw_mm: 0.0,
             lift: lift.clone(),

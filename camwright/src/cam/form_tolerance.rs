@@ -10,7 +10,7 @@ use core::ops::RangeInclusive;
 pub enum LobeZone {
     /// Lift 0.
     Base,
-    /// The lift rises and its velocity grows: ramp and flank.
+    /// The lift, or the depth of a pocket below the base circle, rises and its velocity grows: ramp and flank.
     Opening,
     /// The velocity of the lift falls: between the largest velocities of both flanks.
     Nose,
@@ -26,11 +26,12 @@ impl LobeZone {
     #[must_use]
     pub fn at(contour: &Contour, cam_angle_rad: f64) -> Self {
         let lift = contour.lift().sample(cam_angle_rad);
+        let sense = if lift.value < 0.0 { -1.0 } else { 1.0 };
         if lift.value.abs() < RESTS_MM {
             Self::Base
-        } else if lift.second < 0.0 {
+        } else if sense * lift.second < 0.0 {
             Self::Nose
-        } else if lift.first >= 0.0 {
+        } else if sense * lift.first >= 0.0 {
             Self::Opening
         } else {
             Self::Closing

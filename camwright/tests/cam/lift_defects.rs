@@ -216,6 +216,7 @@ fn no_rows_make_the_checks_panic() {
             resolution_mm: random.one_of(&[1e-3, 1e-3, 1e-2, 1e-9, 1.0, 0.0, f64::NAN]),
             unit: random.one_of(&[LengthUnit::Millimetre, LengthUnit::Inch]),
             smooth_within_mm: random.one_of(&[0.0, 0.01, f64::NAN]),
+            lowest_mm: random.one_of(&[0.0, 0.0, -5.0, f64::NAN]),
             blocks: random.one_of(&[None, None, None, Some(0), Some(40), Some(usize::MAX)]),
         };
         let findings = LiftTable::findings(&rows, &declaration);

@@ -3,8 +3,12 @@
 
 use crate::cams;
 
-use cams::{camshaft_segments, lobe, printed, program, segment};
-use camwright::cam::lift::{LiftLaw, LiftLawError, LiftRow, LiftTable, MotionProgram, ProgramError};
+use cams::{absolute, camshaft_segments, lobe, printed, printed_rows, program, segment};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::{
+    LiftDeclaration, LiftLaw, LiftLawError, LiftRow, LiftTable, MotionProgram, ProgramError, TableMethod,
+};
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
@@ -86,7 +90,7 @@ fn what_is_read_is_smoother_than_what_was_printed() {
 #[test]
 fn a_table_without_lift_is_a_circle() {
     let rows: Vec<LiftRow> = (0..3600).map(|k| LiftRow { line: k + 1, angle_deg: None, value_mm: 0.0 }).collect();
-    let law = LiftLaw::from_table(&LiftTable::from_rows(&rows, &cams::absolute(1e-3)).unwrap()).unwrap();
+    let law = LiftLaw::from_table(&LiftTable::from_rows(&rows, &absolute(1e-3)).unwrap()).unwrap();
     for i in 0..100 {
         let sample = law.sample(f64::from(i));
         assert!(sample.value.abs() < 5e-4 && sample.third.abs() < 1e-9, "{sample:?}");
@@ -97,8 +101,8 @@ fn a_table_without_lift_is_a_circle() {
 #[test]
 fn declared_resolution_beats_the_last_digit() {
     let truth = lobe(MotionLaw::Polynomial4567, 8.0, 62.0);
-    let rows = cams::printed_rows(&truth, 720, 1e-3);
-    let table = LiftTable::from_rows(&rows, &cams::absolute(1e-2)).unwrap();
+    let rows = printed_rows(&truth, 720, 1e-3);
+    let table = LiftTable::from_rows(&rows, &absolute(1e-2)).unwrap();
     assert!((table.digit_mm() - 1e-3).abs() < 1e-15);
     let reading = LiftLaw::from_table(&table).unwrap().reading().unwrap();
     assert!((reading.half_digit_mm - 5e-3).abs() < 1e-15);
@@ -182,4 +186,66 @@ fn segments_that_make_no_lift_are_refused() {
     ));
     assert!(matches!(make(&[(Dwell, -1.0, 0.0)]), ProgramError::BadNumber { segment: 1, .. }));
     assert!(matches!(make(&[(Cycloidal, half, f64::NAN)]), ProgramError::BadNumber { segment: 1, .. }));
+}
+
+/// A pocket of 3 mm in the base circle between two dwells, and the lobe of the same segments turned round.
+fn pocket(lowest_mm: f64) -> Result<MotionProgram, ProgramError> {
+    let (dwell, rise) = (rad_from_deg(120.0), rad_from_deg(60.0));
+    let law = |rise_mm: f64| segment(MotionLaw::Cycloidal, rise, rise_mm);
+    MotionProgram::above(
+        lowest_mm,
+        0.0,
+        &[segment(MotionLaw::Dwell, dwell, 0.0), law(-3.0), segment(MotionLaw::Dwell, dwell, 0.0), law(3.0)],
+    )
+}
+
+/// A pocket is the negative of a lobe. On a knife edge on the centre line the radius is base circle and lift at every azimuth.
+#[test]
+fn a_pocket_in_the_base_circle_is_exact() {
+    let refused = pocket(-2.9).expect_err("3 mm are deeper");
+    assert_eq!(refused.to_string(), "after segment 2 the lift is -3.000000 mm, below the lowest lift, -2.9 mm,");
+    let law = LiftLaw::from_program(pocket(-3.0).unwrap()).unwrap();
+    assert_eq!((law.min_lift_mm(), law.max_lift_mm()), (-3.0, 0.0));
+    let contour = Contour::from_lift(&law, &Follower::KnifeEdge { offset_mm: 0.0 }, 40.0).unwrap();
+    for i in 0..7200 {
+        let angle = TURN_RAD * f64::from(i) / 7200.0;
+        let u = ((angle - rad_from_deg(120.0)) / rad_from_deg(60.0)).clamp(0.0, 1.0);
+        let v = ((angle - rad_from_deg(300.0)) / rad_from_deg(60.0)).clamp(0.0, 1.0);
+        let cycloid = |u: f64| u - (TURN_RAD * u).sin() / TURN_RAD;
+        let depth = 3.0 * (cycloid(v) - cycloid(u));
+        assert!((law.sample(angle).value - depth).abs() < 1e-12, "{angle}");
+        assert!((contour.radius_at(angle) - (40.0 + depth)).abs() < 1e-9, "{angle}");
+    }
+    let thin = Contour::from_lift(&law, &Follower::KnifeEdge { offset_mm: 0.0 }, 2.9);
+    assert!(thin.is_err(), "the pocket passes the axis");
+}
+
+/// A printed table of a pocket is read as one of a lobe: within half a digit, smoothed within its tolerance, and not below the lowest lift.
+#[test]
+fn a_printed_pocket_is_read() {
+    let truth = LiftLaw::from_program(pocket(-3.0).unwrap()).unwrap();
+    let rows = printed_rows(&truth, 720, 1e-3);
+    let findings = LiftTable::findings(&rows, &absolute(1e-3));
+    assert!(findings[0].to_string().contains("is below the base circle by more than half a digit"), "{findings:?}");
+    let high = LiftDeclaration { lowest_mm: -2.99, ..absolute(1e-3) };
+    let findings = LiftTable::findings(&rows, &high);
+    assert!(
+        findings[0].to_string().contains("is below the lowest lift, -2.99 mm, by more than half a digit"),
+        "{findings:?}"
+    );
+    for smooth_within_mm in [0.0, 0.02] {
+        let declaration = LiftDeclaration { lowest_mm: -3.0, smooth_within_mm, ..absolute(1e-3) };
+        let (table, _) = LiftTable::read(&rows, &declaration).unwrap();
+        let method = match smooth_within_mm > 0.0 {
+            true => TableMethod::SmoothWithin { tolerance_mm: smooth_within_mm },
+            false => TableMethod::Smoothest,
+        };
+        let law = LiftLaw::read_table(&table, method).unwrap();
+        for row in &rows {
+            let lift = law.sample(rad_from_deg(row.angle_deg.unwrap())).value;
+            let within = smooth_within_mm.max(0.0005) + 1e-12;
+            assert!((lift - row.value_mm).abs() <= within && lift >= -3.0005 - 1e-12, "{row:?}: {lift}");
+        }
+        assert!(law.min_lift_mm() > -3.001, "{}", law.min_lift_mm());
+    }
 }

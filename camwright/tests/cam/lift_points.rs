@@ -37,6 +37,7 @@ fn law(rows: &[LiftRow]) -> (LiftLaw, f64) {
         resolution_mm: DIGIT_MM,
         unit: LengthUnit::Millimetre,
         smooth_within_mm: 0.0,
+        lowest_mm: 0.0,
         blocks: None,
     };
     (LiftLaw::from_table(&LiftTable::from_rows(&lifts, &declaration).expect("a clean table")).expect("a curve"), base)

@@ -162,6 +162,7 @@ pub(crate) fn absolute(resolution_mm: f64) -> LiftDeclaration {
         resolution_mm,
         unit: LengthUnit::Millimetre,
         smooth_within_mm: 0.0,
+        lowest_mm: 0.0,
         blocks: None,
     }
 }

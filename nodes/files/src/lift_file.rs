@@ -119,6 +119,9 @@ pub struct LiftFile {
     /// Tolerance of the smoothest curve, at least half the resolution. Default: half the resolution; of lines and arcs the resolution.
     #[schemars(range(min = 1e-6, max = 1e4))]
     smooth_within_um: Option<f64>,
+    /// Lowest lift of segments or a whole table: lifts below 0 are pockets in the base circle. Default: 0.
+    #[schemars(range(min = -1e4, max = 0.0))]
+    lowest_lift_mm: Option<f64>,
     /// Cam angle at which the first segment begins, with lift 0. Default: 0.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     start_deg: Option<f64>,
@@ -225,7 +228,13 @@ pub(super) fn read(
 /// A lift that is no table.
 fn read_formula(file: &LiftFile, profile: &LiftContext<'_>) -> Option<Result<ProfileLift, Vec<ConfigError>>> {
     let law = if let Some(segments) = &file.segments {
-        lift_formula::program(segments, file.start_deg.unwrap_or(0.0), file.repeat.unwrap_or(1), profile)
+        lift_formula::program(
+            segments,
+            file.lowest_lift_mm.unwrap_or(0.0),
+            file.start_deg.unwrap_or(0.0),
+            file.repeat.unwrap_or(1),
+            profile,
+        )
     } else if let Some(eccentric) = &file.eccentric {
         if eccentric.is_disc() {
             return Some(lift_formula::disc(eccentric, profile));
@@ -281,6 +290,7 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
         errors.extend(profile.refuse(key, format!("{key} is about a table; this lift is a formula")));
     }
     let for_whole_tables = [
+        ("lowest_lift_mm", file.lowest_lift_mm.is_some(), "a half table ends on the base circle, its lowest lift"),
         ("mirrored", file.mirrored.is_some(), "a half table has its direction by its nose"),
         ("uneven", file.uneven.is_some(), "the rows of a half table stand at even angles"),
         ("event_only", file.event_only.is_some(), "a half table ends on the base circle"),
@@ -293,6 +303,14 @@ fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Ve
     let for_segments = [("start_deg", file.start_deg.is_some()), ("repeat", file.repeat.is_some())];
     for (key, _) in for_segments.iter().filter(|(_, given)| *given && file.segments.is_none()) {
         errors.extend(profile.refuse(key, format!("{key} is about segments; this lift has none")));
+    }
+    if file.lowest_lift_mm.is_some() && is_formula && file.segments.is_none() {
+        let message = "lowest_lift_mm is about segments and whole tables; this lift has its own lowest";
+        errors.extend(profile.refuse("lowest_lift_mm", message));
+    }
+    if file.lowest_lift_mm.is_some() && file.reading == Some(ReadingFile::LinesAndArcs) {
+        let message = "lowest_lift_mm is about lifts; lines and arcs go through points of a contour";
+        errors.extend(profile.refuse("lowest_lift_mm", message));
     }
     if file.conjugate_at_deg.is_some() && file.conjugate_of.is_none() {
         let message = "conjugate_at_deg is about conjugate_of; this lift has none";
@@ -361,6 +379,7 @@ impl LiftFile {
             resolution_mm: self.resolution_mm.unwrap_or(printed.last_digit_mm.max(finest_mm)),
             unit: printed.unit,
             smooth_within_mm: self.smooth_within_um.map_or(0.0, mm_from_um),
+            lowest_mm: self.lowest_lift_mm.unwrap_or(0.0),
             blocks: None,
         }
     }
@@ -425,7 +444,7 @@ fn read_table(
     })?;
     let own = base_mm.map(|base_mm| (Follower::KnifeEdge { offset_mm: 0.0 }, base_mm));
     let others = alternatives(&table, reading).map_err(|error| whole_file(&error))?;
-    if law.max_lift_mm() <= 0.0 {
+    if law.max_lift_mm() <= 0.0 && law.min_lift_mm() >= 0.0 {
         let message = "every lift is 0: the profile is round; `lift: {round: true}` says so without a table";
         warnings.push(ConfigError::at(FileLocation::file(&files[0]), message));
     }

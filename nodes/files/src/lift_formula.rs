@@ -117,6 +117,7 @@ const MAX_SEGMENTS: usize = 1000;
 /// Motion laws one after the other.
 pub(super) fn program(
     segments: &[SegmentFile],
+    lowest_mm: f64,
     start_deg: f64,
     repeat: usize,
     profile: &LiftContext<'_>,
@@ -142,10 +143,14 @@ pub(super) fn program(
         return Err(profile.refuse("repeat", message));
     }
     let turn: Vec<MotionSegment> = core::iter::repeat_n(&known, repeat).flatten().copied().collect();
-    let program = MotionProgram::new(rad_from_deg(start_deg), &turn).map_err(|error| {
+    let program = MotionProgram::above(lowest_mm, rad_from_deg(start_deg), &turn).map_err(|error| {
         let place = |number: usize| format!("segments.{}", (number - 1) % known.len());
         let key = segment_of(&error).map_or("segments".to_owned(), place);
-        profile.refuse(&key, error)
+        let pocket = match error {
+            ProgramError::BelowBase { .. } => "; `lowest_lift_mm` allows lifts below the base circle",
+            _ => "",
+        };
+        profile.refuse(&key, format!("{error}{pocket}"))
     })?;
     LiftLaw::from_program(program).map_err(|error| profile.refuse("segments", error))
 }

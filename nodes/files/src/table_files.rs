@@ -100,6 +100,9 @@ fn remedy(finding: &LiftError, is_whole: bool) -> Option<&'static str> {
             Some("`event_only: true` if only the base circle is missing, `uneven: true` if the angles are uneven")
         }
         LiftError::RowGap { .. } => Some("`event_only: true` if only the base circle is missing"),
+        LiftError::BelowBase { .. } if is_whole => {
+            Some("`smooth_within_um` or a coarser `resolution_mm` allows more, `lowest_lift_mm` a pocket")
+        }
         LiftError::BelowBase { .. } | LiftError::FlankEndsHigh { .. } => {
             Some("`smooth_within_um` or a coarser `resolution_mm` allows more")
         }

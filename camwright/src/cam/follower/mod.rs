@@ -156,11 +156,14 @@ pub enum FollowerError {
     },
     /// The lift swings the arm past where it still lifts.
     #[error(
-        "the lift swings the arm to {swing_deg:.3} deg from the line between pivot and cam axis, it must stay below {bound_deg} deg"
+        "the lift swings the arm to {swing_deg:.3} deg from the line between pivot and cam axis, it must stay above {min_deg} deg and below \
+         {bound_deg} deg"
     )]
     SwingTooFar {
-        /// Largest angle between the arm (or the face) and the line from the pivot to the cam's axis (deg).
+        /// Angle between the arm (or the face) and the line from the pivot to the cam's axis (deg).
         swing_deg: f64,
+        /// Lower bound, exclusive (deg).
+        min_deg: f64,
         /// Upper bound, exclusive (deg).
         bound_deg: f64,
     },

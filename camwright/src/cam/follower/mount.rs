@@ -175,13 +175,15 @@ impl Mount {
         matches!(self.kind, MountKind::SlidingFace { .. } | MountKind::SwingingFace { .. })
     }
 
-    /// Sees to it that a lift does not swing the arm past where it still lifts.
-    pub(crate) fn reaches(&self, max_lift: f64) -> Result<(), FollowerError> {
+    /// Checks that no lift between these swings the arm past where it still lifts.
+    pub(crate) fn reaches(&self, min_lift: f64, max_lift: f64) -> Result<(), FollowerError> {
         let Some(swing) = self.swing() else { return Ok(()) };
-        let max_rad = swing.rest_rad + swing.rad_per_lift * max_lift;
-        if max_rad.is_nan() || max_rad >= swing.bound_rad {
-            let (swing_deg, bound_deg) = (deg_from_rad(max_rad), deg_from_rad(swing.bound_rad));
-            return Err(FollowerError::SwingTooFar { swing_deg, bound_deg });
+        for lift in [min_lift, max_lift] {
+            let swing_rad = swing.rest_rad + swing.rad_per_lift * lift;
+            if !(swing_rad > swing.bound_rad - PI && swing_rad < swing.bound_rad) {
+                let (swing_deg, bound_deg) = (deg_from_rad(swing_rad), deg_from_rad(swing.bound_rad));
+                return Err(FollowerError::SwingTooFar { swing_deg, min_deg: bound_deg - 180.0, bound_deg });
+            }
         }
         Ok(())
     }

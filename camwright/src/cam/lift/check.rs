@@ -81,7 +81,7 @@ fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable
     let base = base.unwrap_or(0);
     let lifts = (0..blocks).map(|block| lift(block).unwrap_or(base) - base).collect();
     let lines: Vec<usize> = (0..blocks).map(|block| inspected.lines[slot_of(block)]).collect();
-    let table = LiftTable { lifts, digit_mm: inspected.digit_mm, resolution_mm };
+    let table = LiftTable { lifts, digit_mm: inspected.digit_mm, resolution_mm, lowest_mm: declaration.lowest_mm };
     let doubts = warning::doubts(&table, &lines, declaration);
     Ok((table, doubts))
 }
@@ -237,13 +237,14 @@ fn in_units(value_mm: f64, digit_mm: f64) -> i64 {
     units
 }
 
-/// Lifts below the base circle, which is the lift 0 of the table.
+/// Lifts below the lowest; the base circle is the lift 0 of the table.
 fn below_base(inspected: &Inspected, base: i64, declaration: &LiftDeclaration) -> impl Iterator<Item = LiftError> {
     let bound_mm = (0.5 * declaration.resolution_mm).max(declaration.smooth_within_mm);
+    let lowest_mm = declaration.lowest_mm;
     (inspected.lifts.iter().zip(&inspected.lines))
         .filter_map(move |(lift, line)| Some((mm_from_units(lift.as_ref()? - base, inspected.digit_mm), *line)))
-        .filter(move |(lift_mm, _)| *lift_mm < -bound_mm * (1.0 + 1e-9))
-        .map(move |(lift_mm, line)| LiftError::BelowBase { line, lift_mm, bound_mm })
+        .filter(move |(lift_mm, _)| *lift_mm < lowest_mm - bound_mm * (1.0 + 1e-9))
+        .map(move |(lift_mm, line)| LiftError::BelowBase { line, lift_mm, lowest_mm, bound_mm })
 }
 
 /// Checks the values of rows that stand one block apart but make no whole turn.

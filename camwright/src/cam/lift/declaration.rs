@@ -75,6 +75,8 @@ pub struct LiftDeclaration {
     pub unit: LengthUnit,
     /// Smoothing tolerance of a point (mm); 0 without smoothing.
     pub smooth_within_mm: f64,
+    /// Lowest lift (mm): 0, the base circle, or below it.
+    pub lowest_mm: f64,
     /// Blocks over one turn, where the file declares them.
     pub blocks: Option<usize>,
 }

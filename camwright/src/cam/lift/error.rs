@@ -2,6 +2,15 @@
 
 use thiserror::Error;
 
+/// Lowest lift (mm) as errors name it.
+pub(super) struct LowestLift(pub(super) f64);
+
+impl core::fmt::Display for LowestLift {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        if self.0 < 0.0 { write!(f, "the lowest lift, {} mm,", self.0) } else { f.write_str("the base circle") }
+    }
+}
+
 /// One finding in a lift table. Angles are those of the file (cam or crank degrees), lengths mm.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LiftError {
@@ -159,13 +168,15 @@ pub enum LiftError {
         /// Half the resolution (mm).
         bound_mm: f64,
     },
-    /// Lift below the base circle.
-    #[error("line {line}: lift {lift_mm} mm is below the base circle by more than half a digit ({bound_mm} mm)")]
+    /// Lift below the lowest that is declared.
+    #[error("line {line}: lift {lift_mm} mm is below {} by more than half a digit ({bound_mm} mm)", LowestLift(*.lowest_mm))]
     BelowBase {
         /// Line of the file.
         line: usize,
         /// Lift (mm).
         lift_mm: f64,
+        /// Lowest lift (mm); 0 is the base circle.
+        lowest_mm: f64,
         /// Half the resolution (mm).
         bound_mm: f64,
     },

@@ -84,6 +84,7 @@ enum LawShape {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiftLaw {
     shape: LawShape,
+    min_lift_mm: f64,
     max_lift_mm: f64,
     reading: Option<TableReading>,
 }
@@ -146,9 +147,10 @@ impl LiftLaw {
     /// Motion laws one after the other, evaluated exactly.
     ///
     /// # Errors
-    /// A blend that falls below the base circle between its ends.
+    /// A blend that falls below the lowest lift of the program between its ends.
     pub fn from_program(program: MotionProgram) -> Result<Self, LiftLawError> {
-        Self::new(LawShape::Program(program), BELOW_BASE_MM)
+        let below_base_mm = BELOW_BASE_MM - program.lowest_mm();
+        Self::new(LawShape::Program(program), below_base_mm)
     }
 
     /// Distance of an outline from the axis, above its smallest: the lift of a knife edge on the cam's centre line.
@@ -235,12 +237,13 @@ impl LiftLaw {
     }
 
     fn new(shape: LawShape, below_base_mm: f64) -> Result<Self, LiftLawError> {
-        let mut law = Self { shape, max_lift_mm: 0.0, reading: None };
+        let mut law = Self { shape, min_lift_mm: 0.0, max_lift_mm: 0.0, reading: None };
         let min = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
         if min.value.is_nan() || min.value < -below_base_mm {
             let angle_deg = deg_from_rad(min.angle_rad);
             return Err(LiftLawError::BelowBase { angle_deg, lift_mm: min.value, bound_mm: below_base_mm });
         }
+        law.min_lift_mm = min.value;
         law.max_lift_mm = -smallest_over_turn(law.grid(), &law.breaks(), |angle| -law.sample(angle).value).value;
         Ok(law)
     }
@@ -283,6 +286,12 @@ impl LiftLaw {
                 }
             }
         }
+    }
+
+    /// Smallest lift (mm): below 0 where the cam has a pocket in its base circle.
+    #[must_use]
+    pub fn min_lift_mm(&self) -> f64 {
+        self.min_lift_mm
     }
 
     /// Largest lift (mm).
@@ -392,7 +401,8 @@ fn smoothing_tubes(table: &LiftTable, tolerance_mm: f64) -> (Vec<f64>, Vec<f64>)
             (lift - half, lift + half)
         } else {
             let high = (lift + tolerance_mm).min(half);
-            ((-half).min(high - 0.1 * half), high)
+            let low = (lift - tolerance_mm).max(table.lowest_mm - half);
+            (low.min(high - 0.1 * half), high)
         };
         (0.5 * (low + high), 0.5 * (high - low))
     };

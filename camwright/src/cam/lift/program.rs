@@ -1,5 +1,6 @@
 //! A lift put together from motion laws, segment by segment over one turn.
 
+use super::error::LowestLift;
 use crate::cam::motion_law::MotionLaw;
 use crate::math::hermite::Sample;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
@@ -53,13 +54,15 @@ pub enum ProgramError {
         /// Allowed (mm).
         bound_mm: f64,
     },
-    /// Lift below the base circle.
-    #[error("after segment {segment} the lift is {lift_mm:.6} mm, below the base circle")]
+    /// Lift below the lowest that is declared.
+    #[error("after segment {segment} the lift is {lift_mm:.6} mm, below {}", LowestLift(*.lowest_mm))]
     BelowBase {
         /// Number of the segment, from 1.
         segment: usize,
         /// Lift at its end (mm).
         lift_mm: f64,
+        /// Lowest lift (mm); 0 is the base circle.
+        lowest_mm: f64,
     },
     /// Two segments meet with different velocities.
     #[error(
@@ -107,6 +110,7 @@ const ACCELERATION_CLOSURE: f64 = 1e-8;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionProgram {
     start_rad: f64,
+    lowest_mm: f64,
     pieces: Vec<PlacedSegment>,
 }
 
@@ -135,6 +139,17 @@ impl MotionProgram {
     /// Angles that are not one turn, rises that do not close, a lift below the base circle at the end of a segment,
     /// velocities or accelerations that do not meet, numbers that are not finite.
     pub fn new(start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
+        Self::above(0.0, start_rad, segments)
+    }
+
+    /// The same with lifts down to `lowest_mm`, which is not above 0.
+    ///
+    /// # Errors
+    /// See [`MotionProgram::new`]; a lowest lift above 0.
+    pub fn above(lowest_mm: f64, start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
+        if !lowest_mm.is_finite() || lowest_mm > 0.0 {
+            return Err(ProgramError::BadNumber { segment: 1, what: "the lowest lift", value: lowest_mm });
+        }
         if segments.is_empty() || segments.len() > MAX_SEGMENTS {
             return Err(ProgramError::SegmentCount { count: segments.len(), max: MAX_SEGMENTS });
         }
@@ -163,8 +178,8 @@ impl MotionProgram {
             });
             angle += segment.angle_rad;
             lift += segment.rise_mm;
-            if lift < -CLOSURE {
-                return Err(ProgramError::BelowBase { segment: number, lift_mm: lift });
+            if lift < lowest_mm - CLOSURE {
+                return Err(ProgramError::BelowBase { segment: number, lift_mm: lift, lowest_mm });
             }
         }
         if (angle - TURN_RAD).abs() > CLOSURE {
@@ -202,7 +217,13 @@ impl MotionProgram {
                 return Err(ProgramError::AccelerationJump { segment, law, law_before, ends_mm_rad2, begins_mm_rad2 });
             }
         }
-        Ok(Self { start_rad, pieces })
+        Ok(Self { start_rad, lowest_mm, pieces })
+    }
+
+    /// Lowest lift that the program may have (mm).
+    #[must_use]
+    pub fn lowest_mm(&self) -> f64 {
+        self.lowest_mm
     }
 
     /// Lift and derivatives at a cam angle (mm over rad).

@@ -11,6 +11,8 @@ pub struct LiftTable {
     pub(super) lifts: Vec<i64>,
     pub(super) digit_mm: f64,
     pub(super) resolution_mm: f64,
+    /// Lowest lift that was declared (mm).
+    pub(super) lowest_mm: f64,
 }
 
 impl LiftTable {
@@ -98,7 +100,7 @@ mod tests {
             let lift = |k: u32| 5.0 * (1.0 - libm::cos(f64::from(k) * TURN_RAD / f64::from(rows)));
             #[allow(clippy::cast_possible_truncation, reason = "at most ten million")]
             let lifts = (0..rows).map(|k| libm::round(lift(k) / digit_mm) as i64).collect();
-            let table = LiftTable { lifts, digit_mm, resolution_mm: digit_mm };
+            let table = LiftTable { lifts, digit_mm, resolution_mm: digit_mm, lowest_mm: 0.0 };
             let chord = 2.0 * libm::sin(TURN_RAD / 2.0 / f64::from(rows));
             let (rows_mm, digits_mm) = (5.0 * chord * chord * chord * chord * 5.0 / 384.0, 0.5 * digit_mm);
             let rounding_mm = 16.0 * 0.5 * digit_mm * 5.0 / 384.0;

@@ -142,6 +142,7 @@ mod tests {
             resolution_mm: 1e-4,
             unit: LengthUnit::Millimetre,
             smooth_within_mm: 0.0,
+            lowest_mm: 0.0,
             blocks: None,
         }
     }
