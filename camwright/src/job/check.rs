@@ -92,11 +92,9 @@ impl JobSpec {
                 within(place, key, value, WORK_SPEEDS_RAD_S, "0.001 to 10000 (0.01 to 95000 rpm)")?;
             }
         }
-        if pass.spark_out_turns == 0 {
-            return Err(JobError::NoSparkOut { pass: pass.name.clone() });
-        }
-        let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
-        within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
+        let turns = (0.0, f64::from(MAX_SPARK_OUT_TURNS));
+        within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "0 to 1000")?;
+        self.check_no_spark_out(pass)?;
         self.check_spark_out(pass, machine)?;
         self.check_size(pass, machine)?;
         self.check_radial_law(pass)?;
@@ -110,6 +108,21 @@ impl JobSpec {
             pass: pass.name.clone(),
             other: pass.infeed_direction.name(),
         })
+    }
+
+    /// What measures or ends in the spark-out needs a turn of it.
+    fn check_no_spark_out(&self, pass: &PassSpec) -> Result<(), JobError> {
+        let is_last = self.passes.last().is_some_and(|last| last.name == pass.name);
+        let needs = [
+            (pass.spark_out_until_n.is_some(), "for spark_out_until_n"),
+            (pass.gauge_size.is_some(), "after the infeed that the gauge ends (gauge_size)"),
+            (self.correction.is_some() && is_last, "for the gauge to read in (runout_correction)"),
+            (self.identification.is_some() && is_last, "for the gauge to read in (identification)"),
+        ];
+        match needs.into_iter().find(|(given, _)| *given && pass.spark_out_turns == 0) {
+            Some((_, needs)) => Err(JobError::NoSparkOut { pass: pass.name.clone(), needs }),
+            None => Ok(()),
+        }
     }
 
     /// The law of radial stock needs a contour about the spindle axis.

@@ -156,9 +156,13 @@ pub enum JobError {
         /// Key that asks for the gauge.
         key: &'static str,
     },
-    /// A pass has no turn without infeed.
-    #[error("pass {pass}: 0 spark-out turns; at least 1 is needed to remove the step that the infeed leaves")]
-    NoSparkOut { pass: String },
+    /// A pass without spark-out that needs it.
+    #[error("pass {pass}: 0 spark-out turns; at least 1 is needed {needs}")]
+    NoSparkOut {
+        pass: String,
+        /// What needs it.
+        needs: &'static str,
+    },
     /// Passes whose infeed is measured along different things do not join.
     #[error("pass {pass} measures its infeed along {other}, pass {first} along {one}; all passes need the same")]
     MixedDirections {

@@ -47,7 +47,7 @@ impl ProfileSpec {
     /// It has no lift, about the spindle axis: a journal.
     #[must_use]
     pub fn is_round(&self) -> bool {
-        self.lift.max_lift_mm() < ROUND_MM && !self.is_pin()
+        self.lift.max_lift_mm() - self.lift.min_lift_mm() < ROUND_MM && !self.is_pin()
     }
 
     /// It is a crank pin, or a disc that misses the spindle axis.
@@ -64,7 +64,7 @@ impl ProfileSpec {
         if !self.is_pin() {
             return Contour::from_lift(&self.lift, &self.follower, self.base_radius_mm);
         }
-        let max_lift_mm = self.lift.max_lift_mm();
+        let max_lift_mm = self.lift.max_lift_mm().max(-self.lift.min_lift_mm());
         if max_lift_mm >= ROUND_MM {
             return Err(ContourError::PinWithLift { throw_mm: self.throw_mm, max_lift_mm });
         }

@@ -22,6 +22,9 @@
 //!
 //! The infeed may differ from turn to turn, as a list of values whose sum is RT. A spiral then changes its slope in a blend around the end
 //! of a turn, which takes the same share of X's limits.
+//!
+//! Without spark-out the blend at the end lies before the end of turn n, and the last turn is steeper by so much that RT stays exact. The
+//! step of the spiral, the infeed of the last turn, stays on the part for the next pass.
 
 use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::job::grinding::InfeedCourse;
@@ -38,6 +41,9 @@ pub(crate) const BLEND_SHARE: f64 = 0.05;
 
 /// Longest blend (rad): half of that of a spiral lies in the first spark-out turn, of which three quarters must stay.
 const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
+
+/// Largest slope of the last turn of a spiral without spark-out, over that with it: with the longest blend.
+const STEEPEST_LAST_TURN: f64 = 1.0 / (1.0 - 0.5 * LONGEST_BLEND_RAD / TURN_RAD);
 
 /// Outward motion of the wheel when it leaves a part that still turns (mm): more than any deflection in a dwell.
 const LEAVES_MM: f64 = 0.2;
@@ -144,6 +150,7 @@ pub struct InfeedSchedule {
     turns: u32,
     left_mm: f64,
     course: InfeedCourse,
+    sparks_out: bool,
     /// Infeed of each turn (mm); empty: the same in all.
     each_mm: Vec<f64>,
 }
@@ -186,6 +193,7 @@ impl InfeedSchedule {
             turns,
             left_mm: 0.0,
             course: InfeedCourse::PerAngle,
+            sparks_out: true,
             each_mm: Vec::new(),
         })
     }
@@ -210,7 +218,7 @@ impl InfeedSchedule {
         let is_even = each_mm.iter().all(|mm| (mm - each_mm[0]).abs() < SAME_INFEED_MM);
         let each_mm = each_mm.iter().filter(|_| !is_even).map(|mm| mm * (on_counts_mm / sum_mm)).collect();
         let (left_mm, course) = (0.0, InfeedCourse::PerAngle);
-        Ok(Self { total_counts, total_mm: on_counts_mm, turns, left_mm, course, each_mm })
+        Ok(Self { total_counts, total_mm: on_counts_mm, turns, left_mm, course, sparks_out: true, each_mm })
     }
 
     /// The same schedule for a pass after which others take so much more (mm, on counts of X).
@@ -223,6 +231,12 @@ impl InfeedSchedule {
     #[must_use]
     pub fn spread(self, course: InfeedCourse) -> Self {
         Self { course, ..self }
+    }
+
+    /// The same schedule for a pass with turns without infeed after it, or without.
+    #[must_use]
+    pub fn sparking_out(self, sparks_out: bool) -> Self {
+        Self { sparks_out, ..self }
     }
 
     /// Stock of later passes (mm).
@@ -326,8 +340,13 @@ impl InfeedSchedule {
         let blend_rad = match self.course {
             // The slope falls by smoothstep: its first and second derivative peak at 1.5/β and 6/β².
             InfeedCourse::PerAngle => {
+                let blend_rad =
+                    |slope: f64| (1.5 * slope * w * w / acceleration).max(libm::sqrt(6.0 * slope * w * w * w / jerk));
                 let slope = self.slope_change_mm_rad();
-                (1.5 * slope * w * w / acceleration).max(libm::sqrt(6.0 * slope * w * w * w / jerk))
+                match self.sparks_out {
+                    true => blend_rad(slope),
+                    false => blend_rad(slope.max(STEEPEST_LAST_TURN * self.last_slope_mm_rad())),
+                }
             }
             // A quintic step: its second and third derivative peak at (10/√3)/β² and 60/β³.
             InfeedCourse::PerTurn => {
@@ -357,9 +376,12 @@ impl InfeedLaw {
     fn spiral(schedule: InfeedSchedule, blend_rad: f64) -> Self {
         let of_turn = |turn: usize| schedule.each_mm[turn] / TURN_RAD;
         let first = if schedule.each_mm.is_empty() { schedule.slope_mm_rad() } else { of_turn(0) };
+        let half = 0.5 * blend_rad;
+        if !schedule.sparks_out {
+            return Self::spiral_to_the_end(schedule, half);
+        }
         let slope = schedule.last_slope_mm_rad();
         let end = f64::from(schedule.turns) * TURN_RAD;
-        let half = 0.5 * blend_rad;
         let mut knots =
             alloc::vec![Knot { at: 0.0, value: schedule.left_mm + schedule.total_mm, first: -first, second: 0.0 }];
         // The slope goes from one to the other by smoothstep around the end of a turn, so that it adds nothing there.
@@ -376,6 +398,30 @@ impl InfeedLaw {
         let law = HermiteSpline::new(knots)
             .expect("the blend is longer than nothing and ends within the turns around it; all numbers are finite");
         Self { schedule, last_blend_rad: (end - half, end + half), law }
+    }
+
+    /// A spiral that ends with the last turn: the slope of this turn is f/(2π − β/2) with its infeed f, and falls to 0 over the blend β.
+    fn spiral_to_the_end(schedule: InfeedSchedule, half: f64) -> Self {
+        let end = f64::from(schedule.turns) * TURN_RAD;
+        let of_turn = |turn: u32| match turn + 1 == schedule.turns {
+            true => schedule.last_turn_mm() / (TURN_RAD - half),
+            false => schedule.of_turn_mm(turn) / TURN_RAD,
+        };
+        let knot = |at: f64, value: f64, slope: f64| Knot { at, value, first: -slope, second: 0.0 };
+        let mut knots = alloc::vec![knot(0.0, schedule.left_mm + schedule.total_mm, of_turn(0))];
+        for turn in 1..schedule.turns {
+            let (before, after) = (of_turn(turn - 1), of_turn(turn));
+            if (after - before).abs() * TURN_RAD >= SAME_INFEED_MM {
+                let (at, level) = (f64::from(turn) * TURN_RAD, schedule.begins_mm(turn));
+                knots.push(knot(at - half, level + before * half, before));
+                knots.push(knot(at + half, level - after * half, after));
+            }
+        }
+        let last = of_turn(schedule.turns - 1);
+        knots.push(knot(end - 2.0 * half, schedule.left_mm + last * half, last));
+        knots.push(Knot { at: end, value: schedule.left_mm, first: 0.0, second: 0.0 });
+        let law = HermiteSpline::new(knots).expect("a blend is at most half a turn; all numbers are finite");
+        Self { schedule, last_blend_rad: (end - 2.0 * half, end), law }
     }
 
     /// Turn k, from 0, is ground at RT·(1 − (k+1)/n). The last step ends within the last turn with infeed, so that a whole turn
@@ -449,22 +495,33 @@ impl InfeedLaw {
     }
 
     /// Angles from the first change of the infeed to the end of the last blend (rad): in between, turns differ from each other. Where the
-    /// infeed is the same in all turns it is the last blend.
+    /// infeed is the same in all turns it is the last blend, without spark-out the last turn too.
     #[must_use]
     pub fn varies_rad(&self) -> (f64, f64) {
-        if self.schedule.each_mm.is_empty() { self.last_blend_rad } else { (0.0, self.last_blend_rad.1) }
+        let (from, to) = self.last_blend_rad;
+        if !self.schedule.each_mm.is_empty() {
+            return (0.0, to);
+        }
+        match self.schedule.sparks_out || self.schedule.course == InfeedCourse::PerTurn {
+            true => (from, to),
+            false => ((from - TURN_RAD).max(0.0), to),
+        }
     }
 
-    /// Start and end of the last blend (rad); for a spiral centred on the end of the last turn with infeed.
+    /// Start and end of the last blend (rad); for a spiral centred on the end of the last turn with infeed, without spark-out before it.
     #[must_use]
     pub const fn last_blend_rad(&self) -> (f64, f64) {
         self.last_blend_rad
     }
 
     /// Most that stays on the contour at the start phase after the spark-out (mm): the second half of the blend lies in
-    /// the first spark-out turn, so with one such turn that stretch is cut by the blend and not again. After steps nothing stays.
+    /// the first spark-out turn, so with one such turn that stretch is cut by the blend and not again. After steps nothing stays. Without
+    /// spark-out it is the infeed of the last turn.
     #[must_use]
     pub fn left_on_part_mm(&self, spark_out_turns: u32) -> f64 {
+        if spark_out_turns == 0 {
+            return self.schedule.last_turn_mm();
+        }
         if spark_out_turns >= 2 || self.schedule.course == InfeedCourse::PerTurn {
             return 0.0;
         }
@@ -642,6 +699,46 @@ mod tests {
                     before_mm = s.value;
                 }
             }
+        }
+    }
+
+    /// Without spark-out a spiral ends with its last turn, on a count and without a slope. Turns before the last take their infeed to the
+    /// last bit beside the blends; the last one is steeper and takes its own.
+    #[test]
+    fn a_spiral_without_spark_out_ends_with_its_last_turn() {
+        let even = |turns: u32| {
+            let total_mm = 0.09 * f64::from(turns);
+            InfeedSchedule::new(total_mm, 0.000_025, 3600, X).expect("whole turns").sparking_out(false)
+        };
+        for (schedule, speed) in [(even(4), 6.0), (even(1), 6.0), (even(1), 300.0), (listed().sparking_out(false), 6.0)]
+        {
+            let law = schedule.above(0.1).law_for(speed, LIMITS, 0.0);
+            let (schedule, end) = (law.schedule().clone(), f64::from(law.schedule().turns()) * TURN_RAD);
+            let (from, to) = law.last_blend_rad();
+            let half = 0.5 * (to - from);
+            assert_eq!((to.to_bits(), law.law().end().to_bits()), (end.to_bits(), end.to_bits()));
+            let ends = law.law().sample(end);
+            assert_eq!((ends.value.to_bits(), ends.first.to_bits()), (0.1_f64.to_bits(), 0.0_f64.to_bits()));
+            for turn in 0..schedule.turns() {
+                let begin = f64::from(turn) * TURN_RAD;
+                let is_last = turn + 1 == schedule.turns();
+                let slope = schedule.of_turn_mm(turn) / if is_last { TURN_RAD - half } else { TURN_RAD };
+                let at = law.law().sample(begin + half.max(1.0).min(TURN_RAD - 2.0 * half));
+                let on_line = schedule.begins_mm(turn) - slope * half.max(1.0).min(TURN_RAD - 2.0 * half);
+                assert!((at.value - on_line).abs() < 1e-12 && (at.first + slope).abs() < 1e-12, "turn {turn}: {at:?}");
+            }
+            let mut before_mm = f64::INFINITY;
+            for i in 0..=40_000 {
+                let s = law.law().sample(end * f64::from(i) / 40_000.0);
+                assert!(s.value <= before_mm + 1e-15 && s.first <= 1e-12, "{s:?}");
+                if to - from < LONGEST_BLEND_RAD {
+                    assert!(s.second.abs() * speed * speed <= BLEND_SHARE * LIMITS.acceleration * (1.0 + 1e-9));
+                    assert!(s.third.abs() * speed * speed * speed <= BLEND_SHARE * LIMITS.jerk * (1.0 + 1e-9));
+                }
+                before_mm = s.value;
+            }
+            assert_eq!(law.left_on_part_mm(0).to_bits(), schedule.last_turn_mm().to_bits());
+            assert!(law.varies_rad().0 <= (end - TURN_RAD - half).max(0.0) && law.varies_rad().1 >= end);
         }
     }
 

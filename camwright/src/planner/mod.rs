@@ -240,7 +240,8 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
         };
         let schedule = schedule
             .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })?
-            .spread(pass.infeed_course);
+            .spread(pass.infeed_course)
+            .sparking_out(pass.spark_out_turns > 0);
         let total_counts = schedule.total_counts();
         schedules.push(schedule.above(scale.position(left_counts)));
         left_counts += total_counts - scale.counts(pass.air_mm);

@@ -26,8 +26,8 @@ pub(super) struct InfeedFile {
     /// Infeed per turn, the same in every turn, or a list with the infeed of each turn, whose sum is `total_mm` within half a count of X.
     /// Instead of `per_block_um`.
     per_turn_um: Option<TurnInfeedFile>,
-    /// Turns without infeed. At least one removes the step that the infeed leaves.
-    #[schemars(range(min = 1, max = MAX_SPARK_OUT_TURNS))]
+    /// Turns without infeed. At least one removes the step that the infeed leaves; 0 leaves it to the next pass.
+    #[schemars(range(min = 0, max = MAX_SPARK_OUT_TURNS))]
     pub(super) spark_out_turns: u32,
     /// Ends the spark-out as soon as the normal force varies by no more than this over a turn; `spark_out_turns`
     /// is then the maximum. Not with `runout_correction` or `rotary_indexing`. Default: all turns.

@@ -104,6 +104,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
             "form_compensation".into()
         }
         JobError::SparkOutByForce { pass, .. } => pass_key(job, pass, "infeed.spark_out_until_n"),
+        JobError::NoSparkOut { pass, .. } => pass_key(job, pass, "infeed.spark_out_turns"),
         JobError::NoGaugeSize { pass, .. } => pass_key(job, pass, "infeed.gauge_size"),
         JobError::SizeAboveRaw { pass, .. } => pass_key(job, pass, "infeed.gauge_size.ends_above_um"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
@@ -148,7 +149,6 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::WideUnderGauge { key, .. } => (*key).into(),
         JobError::PlungeOverlap { lobe, .. } => format!("{}.plunge_overlap_mm", lobe_key(job, lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
-        JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
         JobError::NoBody { name, .. } => {
             index_key("obstacles", job.spec.obstacles.iter().position(|obstacle| obstacle.name == *name))
         }

@@ -143,12 +143,17 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     let worst = finished.max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
         Some((left_mm, lobe)) if left_mm > LEFT_ON_PART_MM => {
-            let message = format!(
-                "lobe {lobe}: {spark_out} spark-out turn leaves up to {:.2} um of the infeed's end on the part, above {} um; \
-                 2 leave nothing",
-                um_from_mm(left_mm),
-                um_from_mm(LEFT_ON_PART_MM)
-            );
+            let (left_um, allowed_um) = (um_from_mm(left_mm), um_from_mm(LEFT_ON_PART_MM));
+            let message = match spark_out {
+                0 => format!(
+                    "lobe {lobe}: without spark-out the infeed of the last turn stays on the part as a step of {left_um:.2} um; 2 turns leave \
+                     nothing"
+                ),
+                _ => format!(
+                    "lobe {lobe}: {spark_out} spark-out turn leaves up to {left_um:.2} um of the infeed's end on the part, above \
+                     {allowed_um} um; 2 leave nothing"
+                ),
+            };
             findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
         }
         _ => {}

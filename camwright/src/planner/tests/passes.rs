@@ -36,6 +36,32 @@ fn in_two_passes() -> JobSpec {
     job
 }
 
+/// Roughing without spark-out: it has a turn less, ends at its phase on the same count, and the finish takes the step that it leaves. In
+/// the last pass the step stays.
+#[test]
+fn a_pass_without_spark_out_ends_with_its_infeed() {
+    let x = machine().axis(Axis::X).scale;
+    for (rough, finish) in [(0, 2), (1, 0), (0, 0)] {
+        let mut job = in_two_passes();
+        (job.passes[0].spark_out_turns, job.passes[1].spark_out_turns) = (rough, finish);
+        job.passes[1].infeed_per_block_mm = 0.000_002_5;
+        let planned = planned(&job);
+        for lobe in 0..2 {
+            let cuts: Vec<_> = planned.plan.cuts_of(lobe).collect();
+            let turns: Vec<_> = cuts.iter().map(|cut| (cut.turns, cut.infeed_turns)).collect();
+            assert_eq!(turns, [(2 + rough, 2), (2 + finish, 2)]);
+            let begin_mm = planned.lobes[lobe].tool_path.sample(planned.lobes[lobe].start_rad).value;
+            for (cut, left_mm) in cuts.iter().zip([0.018, 0.0]) {
+                let motion = planned.plan.motion_of(cut).expect("its splines");
+                let end = motion.at(motion.duration_s());
+                assert!((x.counts(end.x.value) - x.counts(begin_mm + left_mm)).abs() <= 1, "{end:?}");
+            }
+        }
+        let left_um = planned.lobes[0].passes[1].infeed().left_on_part_mm(finish);
+        assert_eq!(left_um > 0.0, finish == 0);
+    }
+}
+
 /// Every pass ends at the phase it began at and where the next one begins, the last one on the finished path.
 #[test]
 fn each_pass_begins_where_the_one_before_ended() {

@@ -23,8 +23,11 @@ fn a_station_without_a_switch_is_refused() {
 fn jobs_without_what_they_need_are_refused() {
     assert_eq!(refusal(|job| job.lobes.clear()), JobError::NoLobes.into());
     assert_eq!(refusal(|job| job.passes.clear()), JobError::PassCount { count: 0, max: 16 }.into());
-    let error = refusal(|job| job.passes[0].spark_out_turns = 0);
-    assert!(error.to_string().contains("0 spark-out turns; at least 1"), "{error}");
+    let error = refusal(|job| {
+        job.passes[0].spark_out_turns = 0;
+        job.passes[0].spark_out_until_n = Some(2);
+    });
+    assert!(error.to_string().contains("0 spark-out turns; at least 1 is needed for spark_out_until_n"), "{error}");
     let error = refusal(|job| job.lobes[1].width_mm = 26.0);
     assert!(error.to_string().starts_with("lobe E1: width 26 mm is more than the wheel's 25 mm"), "{error}");
     assert!(error.to_string().contains("plunge_overlap_mm"), "{error}");

@@ -9,12 +9,12 @@ fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
 #[test]
 fn every_value_out_of_range_is_reported_with_its_line() {
     let found = findings(|text| {
-        text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 3", "spark_out_turns: 0")
+        text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 3", "spark_out_turns: -1")
     });
     assert_eq!(found.len(), 2, "{found:?}");
     assert!(found[0].contains("stock_mm is -0.3; it must be 0.000001 to 10000"), "{found:?}");
     assert!(
-        found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is 0; it must be 1 to 1000"),
+        found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is -1; it must be 0 to 1000"),
         "{found:?}"
     );
 }

@@ -7,6 +7,7 @@
 //! | `c_axis` | speed, acceleration, jerk of C with what is allowed of them, per pass |
 //! | `x_axis` | the same of X |
 //! | `removal_rate` | specific removal rate with its bound and how long it lasts, per pass |
+//! | `infeed` | distance from the finished path over the turns of all passes, of a list of infeeds, several passes, or no spark-out |
 //! | `compliance` | compliance of a slender part along Z with its supports |
 //! | `plunges` | wheel of every plunge over a lobe that is wider than the wheel |
 
@@ -14,6 +15,7 @@ mod chart;
 mod compliance;
 mod contour;
 mod curves;
+mod infeed;
 pub(super) mod nc;
 mod plunges;
 mod sheet;
@@ -45,6 +47,11 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
             drawing: curves::tool_path(&sheet),
         },
     ];
+    plots.extend(infeed::drawing(&sheet).map(|drawing| Plot {
+        name: "infeed".into(),
+        caption: "Infeed of all passes over the turns of C.".into(),
+        drawing,
+    }));
     plots.extend(plunges::drawing(&sheet).map(|drawing| Plot {
         name: "plunges".into(),
         caption: "Wheel of every plunge over the lobe, and the sections that they leave.".into(),
@@ -93,11 +100,13 @@ mod tests {
             ("four_lobe_camshaft", law("speed.law=time_optimal"), 20),
             ("four_lobe_camshaft", law("speed={law: constant_removal_rate, removal_rate_mm2_s: 10.0}"), 20),
             ("four_lobe_camshaft", law("speed={law: constant_footprint_speed, footprint_speed_mm_s: 300.0}"), 20),
-            ("rough_and_finish", vec![], 32),
+            ("rough_and_finish", vec![], 36),
             ("eccentric", vec![], 5),
+            ("eccentric", vec!["infeed.spark_out_turns=0"], 6),
+            ("plate_cam", vec!["infeed.per_block_um=null", "infeed.per_turn_um=[200, 100, 60]"], 6),
             ("brake_cam", vec![], 5),
-            ("dressed_batch", vec![], 32),
-            ("journal_runout", vec![], 24),
+            ("dressed_batch", vec![], 36),
+            ("journal_runout", vec![], 27),
             ("plate_cam", vec![], 5),
             ("crank_pins", vec![], 16),
             ("punches", vec![], 10),
