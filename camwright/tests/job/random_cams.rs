@@ -14,14 +14,14 @@ use odd_jobs::{OddVerdict, judge_odd_job};
 #[test]
 fn jobs_with_odd_numbers_are_refused_or_planned() {
     let (mut planned, mut refused) = (0, 0);
-    for seed in (1..=24).chain([28, 43]) {
+    for seed in (1..=8).chain([28, 43]) {
         match judge_odd_job(seed).0 {
             OddVerdict::Planned => planned += 1,
             OddVerdict::Refused => refused += 1,
             OddVerdict::Wrong(text) => panic!("seed {seed}: {text}"),
         }
     }
-    assert!(planned >= 2 && refused >= 10, "both are met: {planned} planned, {refused} refused");
+    assert!(planned >= 1 && refused >= 4, "both are met: {planned} planned, {refused} refused");
 }
 
 use long_cuts::{CutVerdict, judge_cut, reference_cut};
@@ -31,21 +31,21 @@ use long_cuts::{CutVerdict, judge_cut, reference_cut};
 fn no_cut_is_refused_because_its_positions_were_rounded() {
     assert_eq!(reference_cut(), CutVerdict::Planned(21));
     let (mut planned, mut max_turns) = (0, 0);
-    for seed in 1..=60 {
+    for seed in 1..=20 {
         match judge_cut(seed) {
             CutVerdict::Planned(turns) => (planned, max_turns) = (planned + 1, max_turns.max(turns)),
             CutVerdict::Refused(_) => {}
             CutVerdict::Wrong(text) => panic!("seed {seed}: {text}"),
         }
     }
-    assert!(planned >= 20 && max_turns > 500, "{planned} were planned, of up to {max_turns} turns");
+    assert!(planned >= 7 && max_turns > 500, "{planned} were planned, of up to {max_turns} turns");
 }
 
 /// No panic, no NaN, no limit broken; lifts come back, turned lifts turn the contour.
 #[test]
 fn random_cams_are_refused_or_planned_and_never_wrong() {
     let (mut planned, mut refused) = (0, 0);
-    for seed in 1..=120 {
+    for seed in 1..=40 {
         match judge(seed) {
             Verdict::Planned => planned += 1,
             Verdict::Refused(_) => refused += 1,
@@ -58,5 +58,5 @@ fn random_cams_are_refused_or_planned_and_never_wrong() {
     for seed in notches.into_iter().chain([35_113]) {
         assert_eq!(judge(seed), Verdict::Planned, "seed {seed}");
     }
-    assert!(planned >= 10 && refused >= 10, "both kinds are met: {planned} planned, {refused} refused");
+    assert!(planned >= 5 && refused >= 5, "both kinds are met: {planned} planned, {refused} refused");
 }
