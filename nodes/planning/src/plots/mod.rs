@@ -9,6 +9,7 @@
 //! | `removal_rate` | specific removal rate with its bound and how long it lasts, per pass |
 //! | `compliance` | compliance of a slender part along Z with its supports |
 //! | `plunges` | wheel of every plunge over a lobe that is wider than the wheel |
+//! | `shape` | taper and crown of a lobe, and the rim that grinds them |
 
 mod chart;
 mod compliance;
@@ -16,6 +17,7 @@ mod contour;
 mod curves;
 pub(super) mod nc;
 mod plunges;
+mod shape;
 mod sheet;
 mod stability;
 mod turned;
@@ -48,6 +50,11 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
     plots.extend(plunges::drawing(&sheet).map(|drawing| Plot {
         name: "plunges".into(),
         caption: "Wheel of every plunge over the lobe, and the sections that they leave.".into(),
+        drawing,
+    }));
+    plots.extend(shape::drawing(&sheet).map(|drawing| Plot {
+        name: "shape".into(),
+        caption: "Taper and crown of the lobe over its width, and the rim that grinds them.".into(),
         drawing,
     }));
     plots.extend(compliance::drawing(&sheet).map(|drawing| Plot {
@@ -102,6 +109,7 @@ mod tests {
             ("crank_pins", vec![], 16),
             ("punches", vec![], 10),
             ("wide_lobes", vec![], 35),
+            ("tapered_lobes", vec![], 18),
             ("long_camshaft", vec![], 54),
             ("long_camshaft_seat", vec![], 9),
         ] {
