@@ -42,7 +42,7 @@
 //!     throw_mm: 0.0,
 //! };
 //! let tolerance = FormTolerance::uniform(0.005);
-//! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0, tolerance, plunge: None, visit: None };
+//! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0, tolerance, plunge: None, visit: None, axial: None };
 //! let finish = PassSpec {
 //!     name: "finish".into(),
 //!     total_infeed_mm: 0.036,

@@ -40,6 +40,7 @@ mod setup_work;
 mod shutdown_over_hal;
 mod status_watch;
 mod steady_rest;
+mod tapered_lobes;
 mod trajectory_controller_bridge;
 mod turned_job;
 mod tutorial_over_hal;

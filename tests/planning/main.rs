@@ -19,6 +19,7 @@ mod schema;
 mod starter_files;
 mod steady_rest;
 mod study;
+mod tapered_lobes;
 mod terminal;
 mod tutorials;
 mod two_wheels;

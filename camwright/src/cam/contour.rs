@@ -390,6 +390,14 @@ impl Contour {
         self.max_concave
     }
 
+    /// The most convex place and its curvature (1/mm).
+    #[must_use]
+    pub fn maximum_convexity(&self) -> Extremum {
+        let (grid, breaks) = (self.lift.grid(), self.lift.breaks());
+        let flattest = smallest_over_turn(grid, &breaks, |angle| -self.curvature(angle));
+        Extremum { value: -flattest.value, ..flattest }
+    }
+
     /// Radius that a wheel must stay below (mm); `None` if any wheel will do.
     #[must_use]
     pub fn largest_wheel_radius_mm(&self) -> Option<f64> {

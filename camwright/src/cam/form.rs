@@ -52,6 +52,14 @@ pub struct Form {
     pub rms_mm: f64,
 }
 
+impl Form {
+    /// Mean deviation over the azimuths (mm).
+    #[must_use]
+    pub fn mean_mm(&self) -> f64 {
+        self.deviations_mm.iter().sum::<f64>() / self.deviations_mm.len() as f64
+    }
+}
+
 /// A measured crank pin: its least-squares circle, and what of the outline is off that circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PinForm {
@@ -74,6 +82,19 @@ impl Form {
     /// # Errors
     /// No radii, or one that is not a positive number.
     pub fn measure(radii_mm: &[f64], contour: &Contour, phase_rad: f64) -> Result<Self, FormError> {
+        Self::measure_parallel(radii_mm, contour, phase_rad, 0.0)
+    }
+
+    /// The same with the parallel curve of the contour `above_mm` outside it as the design.
+    ///
+    /// # Errors
+    /// See [`Form::measure`].
+    pub fn measure_parallel(
+        radii_mm: &[f64],
+        contour: &Contour,
+        phase_rad: f64,
+        above_mm: f64,
+    ) -> Result<Self, FormError> {
         let mut deviations_mm = Vec::with_capacity(radii_mm.len());
         let mut largest: Option<FormDeviation> = None;
         for (i, &radius_mm) in radii_mm.iter().enumerate() {
@@ -81,7 +102,8 @@ impl Form {
             if !radius_mm.is_finite() || radius_mm <= 0.0 {
                 return Err(FormError::BadRadius { radius_mm, azimuth_deg: deg_from_rad(azimuth_rad) });
             }
-            let (deviation_mm, cam_angle) = contour.distance(radius_mm, azimuth_rad - phase_rad);
+            let (distance_mm, cam_angle) = contour.distance(radius_mm, azimuth_rad - phase_rad);
+            let deviation_mm = distance_mm - above_mm;
             deviations_mm.push(deviation_mm);
             if largest.is_none_or(|largest| deviation_mm.abs() > largest.deviation_mm.abs()) {
                 largest = Some(FormDeviation { deviation_mm, azimuth_rad, cam_angle_rad: wrap_turn(cam_angle) });

@@ -47,6 +47,7 @@ impl JobSpec {
         self.check_reach(machine)?;
         self.check_sections()?;
         self.check_wheels(machine)?;
+        self.check_axial(machine)?;
         for pass in &self.passes {
             self.check_pass(pass, machine)?;
         }
@@ -338,10 +339,13 @@ impl JobSpec {
         Err(JobError::PublishedWindow { window_deg, min_deg, max_deg, spark_out_turns })
     }
 
-    /// Refuses crank pins and wide lobes under a gauge, which measures about the spindle axis at one position of Z.
+    /// Refuses crank pins, wide lobes and lobes with taper or crown under a gauge, which measures about the spindle axis at one position of Z.
     fn check_gauged(&self, key: &'static str) -> Result<(), JobError> {
         if let Some(plunge) = self.lobes.iter().find_map(|lobe| lobe.plunge.as_ref()) {
             return Err(JobError::WideUnderGauge { lobe: plunge.lobe.clone(), key });
+        }
+        if let Some(lobe) = self.lobes.iter().find(|lobe| lobe.axial.is_some()) {
+            return Err(JobError::ShapeUnderGauge { lobe: lobe.name.clone(), key });
         }
         let is_pin = |lobe: &&LobeSpec| self.profiles.get(lobe.profile).is_some_and(ProfileSpec::is_pin);
         match self.lobes.iter().find(is_pin) {
@@ -550,13 +554,13 @@ impl JobSpec {
         Ok(())
     }
 
-    /// Refuses wide lobes with more sections than a machine reports.
+    /// Refuses lobes of several sections with more of them than a machine reports, or with the name of another lobe.
     fn check_sections(&self) -> Result<(), JobError> {
         let count = self.lobes.iter().map(LobeSpec::section_count).sum();
-        if count > MAX_SECTIONS && self.lobes.iter().any(|lobe| lobe.plunge.is_some()) {
+        if count > MAX_SECTIONS && self.lobes.iter().any(|lobe| lobe.plunge.is_some() || lobe.axial.is_some()) {
             return Err(JobError::SectionCount { count, max: MAX_SECTIONS });
         }
-        Ok(())
+        self.check_section_names()
     }
 }
 
@@ -572,7 +576,7 @@ fn length(place: impl Fn() -> Subject, key: JobKey, value: f64) -> Result<(), Jo
     within(place, key, value, (0.0, MAX_LENGTH_MM), "above 0 and at most 10000")
 }
 
-fn within(
+pub(super) fn within(
     place: impl Fn() -> Subject,
     key: JobKey,
     value: f64,

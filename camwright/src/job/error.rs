@@ -1,6 +1,7 @@
 //! Why a job cannot be made, before any path is known.
 
 use super::key::{JobKey, Subject};
+use crate::machine::axial_profile::{AXIAL_TOLERANCE_MM, AxialProfile};
 use crate::math::units::um_from_mm;
 use alloc::string::String;
 use thiserror::Error;
@@ -142,8 +143,8 @@ pub enum JobError {
     },
     /// More sections than a machine reports at once.
     #[error(
-        "the plunges of wide lobes divide the part into {count} sections; a machine reports at most {max}: grind the lobes in several jobs, or \
-         lower plunge_overlap_mm"
+        "wide lobes and lobes with taper or crown divide the part into {count} sections; a machine reports at most {max}: grind the lobes in \
+         several jobs, or lower plunge_overlap_mm"
     )]
     SectionCount { count: usize, max: usize },
     /// The gauge stands at one position of Z.
@@ -156,6 +157,89 @@ pub enum JobError {
         /// Key that asks for the gauge.
         key: &'static str,
     },
+    /// The gauge does not see taper and crown.
+    #[error(
+        "lobe {lobe} has taper or crown, or the wheel's rim has: the in-process gauge measures one place of its width; leave out {key}, or \
+         grind the lobe in a job of its own"
+    )]
+    ShapeUnderGauge {
+        lobe: String,
+        /// Key that asks for the gauge.
+        key: &'static str,
+    },
+    /// Plunges side by side leave a straight lobe.
+    #[error(
+        "lobe {lobe} is wider than the wheel of {wheel_mm} mm: plunges side by side need a straight rim and leave a straight lobe; remove \
+         taper_um, crown_um and {rim_key}, or take a wheel as wide as the lobe"
+    )]
+    WideWithShape {
+        lobe: String,
+        /// Width of the wheel (mm).
+        wheel_mm: f64,
+        /// Key of the wheel's rim in the machine file.
+        rim_key: String,
+    },
+    /// The wheel that finishes a lobe grinds another shape.
+    #[error(
+        "lobe {lobe}: taper_um is {:.3} and crown_um {:.3}; wheel{wheel} grinds {:.3} and {:.3} over the width of {width_mm} mm, {:.3} um off \
+         where {:.1} um are allowed; with {rim_key}.taper_um {:.3} and {rim_key}.crown_um {:.3} in the machine file it grinds the lobe, or \
+         give the lobe the shape that the wheel grinds",
+        unsigned_zero_um(.design.taper_mm), unsigned_zero_um(.design.crown_mm), unsigned_zero_um(.ground.taper_mm),
+        unsigned_zero_um(.ground.crown_mm), um_from_mm(*.off_mm), um_from_mm(AXIAL_TOLERANCE_MM), unsigned_zero_um(.fits.taper_mm),
+        unsigned_zero_um(.fits.crown_mm)
+    )]
+    OtherRim {
+        lobe: String,
+        /// Width of the lobe (mm).
+        width_mm: f64,
+        /// Name of the wheel after a space; empty without a changer.
+        wheel: String,
+        /// Shape of the lobe.
+        design: AxialProfile,
+        /// Shape that the wheel grinds.
+        ground: AxialProfile,
+        /// Largest difference of both (mm).
+        off_mm: f64,
+        /// Rim that grinds the lobe.
+        fits: AxialProfile,
+        /// Key of the wheel's rim in the machine file.
+        rim_key: String,
+    },
+    /// The shape of a lobe reaches above its raw surface.
+    #[error(
+        "lobe {lobe}: taper_um and crown_um put a section {:.3} um above the contour, and the blank has {:.3} um; it must be more (stock_mm)",
+        um_from_mm(*.above_mm), um_from_mm(*.stock_mm)
+    )]
+    ShapeAboveStock {
+        lobe: String,
+        /// Largest height of a section above the contour (mm).
+        above_mm: f64,
+        stock_mm: f64,
+    },
+    /// A wheel before the last cuts below the design of a section.
+    #[error(
+        "lobe {lobe}: the rim of its wheel cuts {:.3} um deeper than its middle, and the passes leave {:.3} um for the next wheel; leave more, or \
+         give both wheels rims that differ less",
+        um_from_mm(*.below_mm), um_from_mm(*.left_mm)
+    )]
+    RoughedBelow {
+        /// Name of the visit.
+        lobe: String,
+        below_mm: f64,
+        left_mm: f64,
+    },
+    /// The rim of a later wheel meets the lobe in rapid.
+    #[error(
+        "lobe {lobe}: the rim of its wheel is {:.3} um higher than its middle above what the wheel before it left, and wheel_approach_mm is {:.3} um; \
+         it must be more",
+        um_from_mm(*.above_mm), um_from_mm(*.approach_mm)
+    )]
+    RimBeyondApproach { lobe: String, above_mm: f64, approach_mm: f64 },
+    /// Two sections have one name.
+    #[error(
+        "lobe {lobe} has taper or crown, and its section {section} has the name of lobe {other} or of a section of it; rename one of the lobes"
+    )]
+    SectionName { lobe: String, section: String, other: String },
     /// A pass without spark-out that needs it.
     #[error("pass {pass}: 0 spark-out turns; at least 1 is needed {needs}")]
     NoSparkOut {
@@ -352,6 +436,11 @@ pub enum JobError {
     /// A number is outside its range.
     #[error("{}{key} is {value}; it must be {wanted}", place.prefix())]
     OutOfRange { place: Subject, key: JobKey, value: f64, wanted: &'static str },
+}
+
+/// A length in micrometres, without the sign of a zero.
+fn unsigned_zero_um(mm: f64) -> f64 {
+    um_from_mm(mm) + 0.0
 }
 
 /// A slope for people.

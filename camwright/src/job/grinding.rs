@@ -20,6 +20,7 @@ use crate::job::part_support::PartSupport;
 use crate::job::plunges::Plunge;
 use crate::job::raw_part::RawPart;
 use crate::job::wheel_visit::WheelVisit;
+use crate::machine::axial_profile::AxialProfile;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::ReferenceCut;
 use crate::machine::fixture::Extent;
@@ -162,6 +163,8 @@ pub struct LobeSpec {
     pub plunge: Option<Plunge>,
     /// Visit of one wheel of a changer that this is; `None`: all passes are ground by the mounted wheel.
     pub visit: Option<WheelVisit>,
+    /// Taper and crown over its width, of a lobe that is ground and measured in three sections; `None`: it is straight.
+    pub axial: Option<AxialProfile>,
 }
 
 /// Speed law of the headstock over the lobe.

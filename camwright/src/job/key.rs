@@ -49,6 +49,8 @@ named! {
         PublishedWindow = "runout_correction.published_window_rad",
         PublishedStep = "runout_correction.published_phases",
         MeasureStockSpeed = "measure_stock.speed_rad_s",
+        Taper = "taper_mm",
+        Crown = "crown_mm",
         MeasureStockMargin = "measure_stock.margin_mm",
         FormCompensationGain = "form_compensation.gain",
         FormCompensationHarmonics = "form_compensation.harmonics",

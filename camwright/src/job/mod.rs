@@ -10,6 +10,7 @@
 //! assert!(idle.lobes.is_empty());
 //! ```
 
+pub mod axial_shape;
 pub(crate) mod check;
 pub mod dressing;
 pub(crate) mod error;

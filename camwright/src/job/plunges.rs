@@ -9,6 +9,7 @@
 //! two neighbours overlap by B − s ≥ o. The edges of all plunges divide the lobe into sections; the same plunges cut all of a section, and the
 //! last of them finishes it.
 
+use super::axial_shape;
 use super::error::JobError;
 use super::grinding::LobeSpec;
 use super::key::{JobKey, Subject};
@@ -54,6 +55,8 @@ pub struct LobeSection {
     pub offset_mm: f64,
     /// Its width (mm).
     pub width_mm: f64,
+    /// Distance of its design outside the contour, in its middle (mm); 0 but for a lobe with taper or crown.
+    pub above_mm: f64,
 }
 
 /// A section with the plunges that cut it.
@@ -121,6 +124,7 @@ impl Plunge {
             },
             offset_mm: 0.5 * (section.from_mm + section.to_mm),
             width_mm: section.width_mm(),
+            above_mm: 0.0,
         });
         named.collect()
     }
@@ -172,7 +176,10 @@ impl LobeSpec {
     /// Number of sections that are finished with this.
     #[must_use]
     pub fn section_count(&self) -> usize {
-        self.plunge.as_ref().map_or(1, |plunge| plunge.finished_sections(self.width_mm).len())
+        match &self.plunge {
+            Some(plunge) => plunge.finished_sections(self.width_mm).len(),
+            None => axial_shape::section_count(self.axial),
+        }
     }
 
     /// Both are plunges of one lobe, or visits of wheels to one.
@@ -230,6 +237,7 @@ mod tests {
             tolerance: FormTolerance::uniform(0.005),
             plunge: None,
             visit: None,
+            axial: None,
         }
     }
 
@@ -296,8 +304,12 @@ mod tests {
         let offsets: Vec<f64> = plunges.iter().map(LobeSpec::offset_mm).collect();
         assert_eq!(offsets, [-17.5, 0.0, 17.5]);
         let sections = plunges[1].plunge.as_ref().expect("a plunge").finished_sections(WHEEL_MM);
-        let section =
-            |name: &str, offset_mm: f64, width_mm: f64| LobeSection { name: name.into(), offset_mm, width_mm };
+        let section = |name: &str, offset_mm: f64, width_mm: f64| LobeSection {
+            name: name.into(),
+            offset_mm,
+            width_mm,
+            above_mm: 0.0,
+        };
         assert_eq!(sections, [section("W-2", 0.0, 10.0), section("W-1-2", -8.75, 7.5)]);
     }
 

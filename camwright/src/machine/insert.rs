@@ -1,5 +1,6 @@
 //! Lathe tool: a round insert rotated by a spindle of its own.
 
+use crate::machine::axial_profile::AxialProfile;
 use crate::machine::description_error::{DescriptionError, ordered};
 use crate::machine::wheel::WheelDescription;
 use crate::math::units::TURN_RAD;
@@ -49,6 +50,7 @@ impl InsertDescription {
             max_speed_rad_s: self.max_speed_rad_s,
             grinding_ratio: None,
             unbalance_mm: 0.0,
+            rim: AxialProfile::default(),
         }
     }
 

@@ -16,6 +16,7 @@
 
 pub mod alarm;
 pub(crate) mod axes;
+pub mod axial_profile;
 pub(crate) mod contact;
 pub mod contact_law;
 pub mod description;

@@ -1,5 +1,6 @@
 //! A typical cam grinding machine and a lathe, for tests and examples. The machine of a cell comes from its machine file.
 
+use crate::machine::axial_profile::AxialProfile;
 use crate::machine::description::{
     AlarmRetract, Axis, AxisDescription, AxisScale, DriveSettings, InsertDescription, MachineDescription, MotionLimits,
     Station, WheelDescription,
@@ -119,6 +120,7 @@ fn grinding_wheel() -> WheelDescription {
         max_speed_rad_s: None,
         grinding_ratio: None,
         unbalance_mm: 0.0,
+        rim: AxialProfile::default(),
     }
 }
 

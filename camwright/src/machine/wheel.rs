@@ -1,5 +1,6 @@
 //! Grinding wheel: size, speed and wear.
 
+use crate::machine::axial_profile::{AxialProfile, MAX_AXIAL_MM};
 use crate::machine::description_error::{DescriptionError, ordered};
 use crate::math::units::{TURN_RAD, rpm_from_rad_s};
 use thiserror::Error;
@@ -29,6 +30,8 @@ pub struct WheelDescription {
     pub grinding_ratio: Option<f64>,
     /// Amplitude of its centre by unbalance at speed, once a turn (mm).
     pub unbalance_mm: f64,
+    /// Profile that every dress gives its rim, over its width. Its radius is that in the middle of the width.
+    pub rim: AxialProfile,
 }
 
 impl WheelDescription {
@@ -55,6 +58,13 @@ impl WheelDescription {
                 return Err(DescriptionError::Negative { what, value });
             }
         }
+        for (what, value) in
+            [("taper of the wheel's rim (mm)", self.rim.taper_mm), ("crown of the wheel's rim (mm)", self.rim.crown_mm)]
+        {
+            if !(-MAX_AXIAL_MM..=MAX_AXIAL_MM).contains(&value) {
+                return Err(DescriptionError::Outside { what, value, low: -MAX_AXIAL_MM, high: MAX_AXIAL_MM });
+            }
+        }
         if let Some(allowed) = self.max_surface_speed_m_s
             && (self.surface_speed_m_s > allowed || allowed.is_nan())
         {
@@ -68,6 +78,18 @@ impl WheelDescription {
             value.map_or(Ok(()), |value| positive(what, value))?;
         }
         Ok(())
+    }
+
+    /// Radius of the rim beside the middle of the wheel less that in the middle (mm along Z, towards the tailstock).
+    #[must_use]
+    pub fn rim_mm(&self, z_mm: f64) -> f64 {
+        self.rim.height_mm(z_mm, self.width_mm)
+    }
+
+    /// Profile that it gives to a lobe of this width in front of its middle (mm).
+    #[must_use]
+    pub fn ground_profile(&self, lobe_mm: f64) -> AxialProfile {
+        -self.rim.over(self.width_mm, lobe_mm)
     }
 
     /// Speed of the spindle with a wheel of this radius at its surface speed (rad/s).

@@ -1,7 +1,7 @@
 //! Room for the wheel: a plan walked once more, with everything that the wheel must keep away from.
 //!
 //! Everything is a body of revolution about the spindle axis, so the wheel is clear of it where `x_axis`, the distance of its
-//! nearest point from that axis, is larger than the body's radius:
+//! nearest point from that axis, is larger than the body's radius. The highest place of its rim counts for all of its width:
 //!
 //! ```text
 //!            │ wheel │                     with z_axis at z the wheel faces z ± width/2
@@ -47,10 +47,11 @@ pub(super) fn check_clearance(
     let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
     let mut x_mm = position(Axis::X, start_counts[Axis::X.index()]);
     let mut z_mm = position(Axis::Z, start_counts[Axis::Z.index()]);
-    let mut half_mm = 0.5 * machine.wheel.width_mm;
+    let (mut half_mm, mut rim_mm) = (0.5 * machine.wheel.width_mm, machine.wheel.rim.highest_mm());
     for segment in &plan.segments {
         if let SegmentKind::Command(PlanCommand::ChangeWheel { wheel }) = segment.kind {
-            half_mm = 0.5 * machine.wheel_at(wheel as usize).width_mm;
+            let wheel = machine.wheel_at(wheel as usize);
+            (half_mm, rim_mm) = (0.5 * wheel.width_mm, wheel.rim.highest_mm());
         }
         let way = MovePath::from_segment(segment, plan, machine, x_mm, z_mm);
         for (body, extent) in &bodies {
@@ -61,14 +62,16 @@ pub(super) fn check_clearance(
             // The dresser is touched, not cut into.
             let touched = *body == Body::Dresser && segment.phase == Phase::Dress;
             let clearance_mm = if touched { 0.0 } else { job.clearance_mm };
-            if way.min_x_mm < extent.radius_mm + clearance_mm - ROUNDING_MM {
+            // The dresser gives the rim its profile.
+            let rim_mm = if touched { 0.0 } else { rim_mm };
+            if way.min_x_mm - rim_mm < extent.radius_mm + clearance_mm - ROUNDING_MM {
                 return Err(PlanError::Collision {
                     step: segment.label.clone(),
                     lobe: segment.lobe,
                     what: describe(*body, job),
                     obstacle: if let Body::Obstacle(index) = body { Some(*index) } else { None },
                     reach_mm: extent.radius_mm,
-                    x_mm: way.min_x_mm,
+                    x_mm: way.min_x_mm - rim_mm,
                     z_mm: way.z_mm,
                     clearance_mm,
                 });

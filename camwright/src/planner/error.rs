@@ -161,6 +161,21 @@ pub enum PlanError {
         /// Total infeed that would just touch (mm).
         min_mm: f64,
     },
+    /// The contour is too sharp for a section inside it.
+    #[error(
+        "lobe {lobe}: taper_um and crown_um put the ends of the lobe {:.3} um inside profile {profile}, whose smallest convex radius is {:.3} um \
+         (at cam angle {cam_deg:.2} deg); it must be more: lower them, or round the profile",
+        um_from_mm(*.inside_mm), um_from_mm(*.radius_mm)
+    )]
+    SharpForTaper {
+        lobe: String,
+        /// Name of the profile.
+        profile: String,
+        radius_mm: f64,
+        /// Largest distance of a section inside the contour (mm).
+        inside_mm: f64,
+        cam_deg: f64,
+    },
     /// The raw part is larger than the infeed can begin above.
     #[error(
         "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock where the job says {expected_mm:.4} mm; the infeed begins so that {max_mm:.4} mm \

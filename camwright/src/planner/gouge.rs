@@ -10,12 +10,16 @@
 //! | push of a stopped wheel | what the job lets it push |
 //! | cut | the path keeps to the contour; infeed and lead never go below the path, but for what a gauge-controlled size allows |
 //! | correction of runout | the radius that the contact law leaves, over the whole way |
+//!
+//! Above a lobe with taper or crown, and under a rim with a profile, every section of the width counts: see
+//! [`axial_profile`](crate::machine::axial_profile).
 
 use super::error::PlanError;
 use super::lobe::{PlannedLobe, extremes};
 use super::outline::ContourPoints;
 use crate::gauging::journal::JournalCorrection;
 use crate::job::grinding::JobSpec;
+use crate::machine::axial_profile::AXIAL_TOLERANCE_MM;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::math::hermite::HermiteSpline;
 use crate::math::hull::lowest;
@@ -186,8 +190,25 @@ impl GougeCheck<'_> {
         self.outlines[self.request.job.lobes[lobe].profile].get_or_insert_with(|| ContourPoints::new(contour))
     }
 
-    /// The lowest place that a lobe allows to a wheel that does not feed, by its distance from the finished contour (mm).
+    /// Depth of the wheel's rim below the design of its own section, where its middle stands on the contour, that the shape of the lobe does
+    /// not allow (mm).
+    fn rim_below_mm(&self, lobe: usize) -> f64 {
+        let below_mm = self.request.job.rim_below_design_mm(self.request.machine, lobe);
+        (below_mm - AXIAL_TOLERANCE_MM).max(0.0)
+    }
+
+    /// The lowest place that a lobe allows to the middle of a wheel that does not feed, by its distance from the finished contour (mm).
     fn bound(&self, lobe: usize) -> (f64, &'static str, &'static str) {
+        let (low_mm, surface, why) = self.middle_bound(lobe);
+        let rim_mm = match self.pushes_mm {
+            None if !self.is_cut[lobe] => self.request.job.rim_above_raw_mm(self.request.machine, lobe),
+            _ => self.rim_below_mm(lobe),
+        };
+        (low_mm + rim_mm, surface, why)
+    }
+
+    /// The same for a straight rim and a straight lobe.
+    fn middle_bound(&self, lobe: usize) -> (f64, &'static str, &'static str) {
         match self.pushes_mm {
             Some(push_mm) => (-push_mm, "the finished contour", "the push of the stopped wheel"),
             None if self.is_cut[lobe] => (0.0, "the finished contour", "rounding"),
@@ -300,7 +321,10 @@ impl GougeCheck<'_> {
         let learned = self.request.job.compensation.iter().flat_map(|compensation| &compensation.learned);
         let learned = learned.filter(|learned| learned.lobe == self.request.lobes[lobe].design.name);
         let learned_mm = learned.map(|learned| learned.correction.largest().0.abs()).fold(0.0, f64::max);
-        if learned_mm <= 0.0 && self.paths.contains(&(cut.path, profile)) {
+        // A wheel before the last stops short of the path by what it leaves.
+        let is_last = self.request.lobes[lobe].design.is_finished();
+        let rim_mm = if is_last { self.rim_below_mm(lobe) } else { 0.0 };
+        if learned_mm <= 0.0 && rim_mm <= 0.0 && self.paths.contains(&(cut.path, profile)) {
             return Ok(());
         }
         let path = &self.request.plan.paths[cut.path];
@@ -312,7 +336,7 @@ impl GougeCheck<'_> {
         for place in 0..places {
             let angle = place as f64 * TURN_RAD / places as f64;
             let x_mm = path.sample(angle).value;
-            let gap_mm = self.outline(lobe).gap_mm(wheel_mm, x_mm, sense * angle);
+            let gap_mm = self.outline(lobe).gap_mm(wheel_mm, x_mm, sense * angle) - rim_mm;
             if is_deeper(-gap_mm, allowed_mm) {
                 let c_rad = self.position(Axis::C, cut.start_counts) + wrap_turn(angle - cut.path_start_rad);
                 let why = if learned_mm > 0.0 { "the learned correction" } else { "rounding" };

@@ -7,6 +7,7 @@ use super::wheels::no_path;
 use crate::cam::compensation::FormCurve;
 use crate::cam::contour::{Contour, LobeCentre};
 use crate::cam::form_tolerance::FormTolerance;
+use crate::job::axial_shape;
 use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
@@ -14,11 +15,12 @@ use crate::job::infeed::InfeedSchedule;
 use crate::job::part_support::{self, PartSupport};
 use crate::job::plunges::{self, LobeSection, Plunge};
 use crate::job::wheel_visit::{self, WheelVisit};
+use crate::machine::axial_profile::AxialProfile;
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription, WheelsNow};
 use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
 use crate::math::range::minimum_and_maximum;
-use crate::math::units::{TURN_RAD, wrap_turn};
+use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use crate::motion::speed_plan::{FlyingStart, SpeedPlan, SpeedRequest};
 use crate::toolpath::wheel_path::ToolPath;
 use alloc::string::String;
@@ -45,6 +47,8 @@ pub struct LobeDesign {
     pub plunge: Option<Plunge>,
     /// Visit of one wheel of a changer that this is.
     pub visit: Option<WheelVisit>,
+    /// Taper and crown over its width; `None`: it is straight.
+    pub axial: Option<AxialProfile>,
     /// The part on its supports as a round shaft; `None`: the part is as stiff as the machine's contact says.
     pub part_support: Option<PartSupport>,
 }
@@ -109,8 +113,14 @@ impl LobeDesign {
         }
         match &self.plunge {
             Some(plunge) => plunge.finished_sections(self.width_mm),
-            None => alloc::vec![LobeSection { name: self.name.clone(), offset_mm: 0.0, width_mm: self.width_mm }],
+            None => axial_shape::sections(&self.name, self.width_mm, self.axial),
         }
+    }
+
+    /// Distance of the design of a section outside the contour (mm); 0 of any other name than that of its sections.
+    #[must_use]
+    pub fn above_mm(&self, section: &str) -> f64 {
+        self.sections().into_iter().find(|found| found.name == section).map_or(0.0, |found| found.above_mm)
     }
 
     /// Both are plunges of one lobe, or visits of wheels to one.
@@ -210,6 +220,7 @@ fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
         tolerance: lobe.tolerance,
         plunge: lobe.plunge.clone(),
         visit: lobe.visit.clone(),
+        axial: lobe.axial,
         part_support: job.part_support,
     }
 }
@@ -445,7 +456,9 @@ impl LobePlanner<'_> {
         let path = self.path_of(index);
         let shape = &self.shapes[path];
         let start_rad = wrap_turn(f64::from(machine.rotation_sense.signum()) * begin.path_rad);
-        check_blank(job, index, shape, total_infeed_mm(schedules), start_rad)?;
+        check_convex(job, lobe, &shape.contour)?;
+        let rim_mm = job.rim_above_raw_mm(machine, index);
+        check_blank(job, index, shape, (total_infeed_mm(schedules), rim_mm), start_rad)?;
         let last = specs.len() - 1;
         let passes = specs.iter().zip(schedules).enumerate().map(|(number, (pass, schedule))| {
             SpeedPlan::new(&SpeedRequest {
@@ -499,12 +512,27 @@ pub(super) fn infeed_of_x_mm(job: &JobSpec, path: &ToolPath, angle_rad: f64, inf
     }
 }
 
-/// At the end of the rapid advance the wheel stands off the blank, which is the contour and its stock.
+/// A section inside the contour is its parallel curve where that is farther from it than no centre of curvature of a convex flank.
+fn check_convex(job: &JobSpec, lobe: &LobeSpec, contour: &Contour) -> Result<(), PlanError> {
+    let inside_mm = lobe.axial.map_or(0.0, |axial| (-axial).highest_mm());
+    if inside_mm == 0.0 {
+        return Ok(());
+    }
+    let sharpest = contour.maximum_convexity();
+    if sharpest.value * inside_mm < 1.0 {
+        return Ok(());
+    }
+    let radius_mm = 1.0 / sharpest.value;
+    let (profile, cam_deg) = (job.profiles[lobe.profile].name.clone(), deg_from_rad(sharpest.angle_rad));
+    Err(PlanError::SharpForTaper { lobe: lobe.name.clone(), profile, radius_mm, inside_mm, cam_deg })
+}
+
+/// At the end of the rapid advance the wheel stands off the blank, which is the contour and its stock. The rim stands out by `rim_mm`.
 fn check_blank(
     job: &JobSpec,
     index: usize,
     shape: &WheelShape,
-    total_infeed_mm: f64,
+    (total_infeed_mm, rim_mm): (f64, f64),
     start_rad: f64,
 ) -> Result<(), PlanError> {
     let lobe = &job.lobes[index];
@@ -519,6 +547,7 @@ fn check_blank(
             .map(|i| shape.contour.point_about_axis(f64::from(i) * TURN_RAD / 3600.0))
             .map(|point| libm::hypot(point.x - x, point.y - y) - wheel_mm)
             .fold(f64::INFINITY, f64::min)
+            - rim_mm
     };
     let gap_mm = gap_at(total_infeed_mm);
     let stock_mm = job.maximum_stock_of_mm(index);

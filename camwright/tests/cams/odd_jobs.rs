@@ -93,6 +93,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         tolerance: FormTolerance::default(),
         plunge: None,
         visit: None,
+        axial: None,
     };
     let max_rad_s = 10.0;
     let speed = match random.next() % 5 {

@@ -104,6 +104,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         tolerance: FormTolerance::default(),
         plunge: None,
         visit: None,
+        axial: None,
     };
     JobSpec {
         profiles: vec![journal(radius_mm)],

@@ -102,6 +102,7 @@ pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
         tolerance: FormTolerance::default(),
         plunge: None,
         visit: None,
+        axial: None,
     });
     let lobes = lobes.collect();
     let along = random.one_of(&[InfeedDirection::X, InfeedDirection::X, InfeedDirection::Normal]);

@@ -6,6 +6,7 @@ use camwright::interpolator::{
 };
 use camwright::job::grinding::{InfeedDirection, SpeedLaw};
 use camwright::job::infeed::InfeedSchedule;
+use camwright::machine::axial_profile::AxialProfile;
 use camwright::machine::description::{
     AXIS_COUNT, AlarmRetract, Axis, AxisDescription, AxisScale, DriveSettings, MachineDescription, MotionLimits,
     Station, WheelDescription,
@@ -108,6 +109,7 @@ pub(crate) fn machine() -> MachineDescription {
             max_speed_rad_s: None,
             grinding_ratio: None,
             unbalance_mm: 0.0,
+            rim: AxialProfile::default(),
         },
         insert: None,
         wheel_changer: None,

@@ -73,6 +73,7 @@ fn job(mode: GaugingMode) -> JobSpec {
         tolerance: FormTolerance::default(),
         plunge: None,
         visit: None,
+        axial: None,
     };
     JobSpec {
         name: "journals".into(),

@@ -151,6 +151,17 @@ fn wide_grinding() -> RunEvents {
     RunEvents { machine, setpoints, commands: Vec::new(), faults, ticks: 2500, begun: 0 }
 }
 
+/// Three sections of a tapered lobe are ground together by a rim with a profile on a wheel that vibrates, and something strikes.
+fn taper_grinding() -> RunEvents {
+    let description = super::tapered::with_rim(MachineDescription { loading: None, ..equipped() });
+    let mut machine = super::tapered::loaded(&description);
+    let disc = Eccentric { radius_mm: 19.9, offset_mm: 0.1 };
+    let setpoints = turned::turning(&description, 61.0, 6.0, 3000, |c| disc.path_over_c(1.0, c));
+    machine.place(setpoints[0].counts);
+    let faults = vec![(600, Fault::DriveGain { axis: Axis::X, factor: 0.95 }), (1600, Fault::EStop(true))];
+    RunEvents { machine, setpoints, commands: Vec::new(), faults, ticks: 2500, begun: 0 }
+}
+
 /// A wheel is changed, the new one grinds, and something strikes.
 fn changing() -> RunEvents {
     let mut description = MachineDescription { loading: None, ..equipped() };
@@ -231,7 +242,7 @@ fn taken_up(description: &MachineDescription, octets: &[u8]) -> Result<Machine, 
 /// Every 83 ticks the machine is thrown away, and another goes on from its keyframe.
 #[test]
 fn a_machine_goes_on_from_its_keyframe_to_the_bit() {
-    for make in [grinding, pin_chasing, wide_grinding, changing, turning] {
+    for make in [grinding, pin_chasing, wide_grinding, taper_grinding, changing, turning] {
         let (mut whole, mut broken) = (make(), make());
         let (mut removed, mut raised, mut edges) = (0.0, 0, 0);
         for _ in 0..whole.ticks {

@@ -14,6 +14,7 @@ mod real;
 mod sections;
 mod slow;
 mod stopping;
+mod tapered;
 mod turned;
 mod turning;
 mod wheel_changer;

@@ -190,6 +190,7 @@ fn planned_sections_are_taken() {
         tolerance: camwright::cam::form_tolerance::FormTolerance::default(),
         plunge: None,
         visit: None,
+        axial: None,
     };
     let description = grinder(None);
     for width_mm in [25.5, 26.0, 40.0, 48.5, 60.0, 71.3, 150.0] {
@@ -198,7 +199,7 @@ fn planned_sections_are_taken() {
             let plunges = wide.side_by_side(overlap_mm, 25.0).expect("plunges");
             let mut machine = machine(&description);
             for plunge in plunges.iter().filter_map(|plunge| plunge.plunge.as_ref()) {
-                for LobeSection { name, offset_mm, width_mm } in plunge.finished_sections(25.0) {
+                for LobeSection { name, offset_mm, width_mm, .. } in plunge.finished_sections(25.0) {
                     let outline = (offset_mm, width_mm, vec![20.0; 720]);
                     machine.load_section(&name, "LS1", outline, None).expect("sections of a plan");
                 }

@@ -4,6 +4,7 @@ use super::grinding::loaded;
 use super::turned::{Eccentric, turning};
 use super::{follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
+use camwright::machine::axial_profile::AxialProfile;
 use camwright::machine::description::{
     Axis, DescriptionError, LoadingDescription, MachineDescription, MagazineWheel, WheelChanger, WheelDescription,
 };
@@ -38,6 +39,7 @@ pub(crate) fn two_wheels(setting_error_mm: f64) -> MachineDescription {
         max_speed_rad_s: None,
         grinding_ratio: Some(50.0),
         unbalance_mm: 0.0,
+        rim: AxialProfile::default(),
     };
     let wheels = vec![
         MagazineWheel { name: "roughing".into(), wheel: description.wheel, setting_error_mm: 0.0 },

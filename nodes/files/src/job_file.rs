@@ -27,7 +27,8 @@ use camwright::job::grinding::{
     BetweenLobes, HoldInCut, HomePosition, JobError, JobSpec, LobeSpec, MIN_BLOCKS, PassSpec, ProfileSpec, Subject,
 };
 use camwright::job::wheel_visit::MAX_WHEEL_APPROACH_MM;
-use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::machine::axial_profile::AxialProfile;
+use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};
 use camwright::planner::{LobeOrder, fastest_order};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -250,6 +251,15 @@ struct LobeFile {
     /// wheel's width. Without effect on a lobe that the wheel covers. Default: a wider lobe is refused.
     #[schemars(range(min = 1e-6, max = 1e4))]
     plunge_overlap_mm: Option<f64>,
+    /// Taper of the lobe: radius at the end towards the tailstock minus that at the other end. The rim of the wheel must have the opposite
+    /// taper (`wheel.rim` of the machine).
+    #[schemars(range(min = -500.0, max = 500.0))]
+    #[serde(default)]
+    taper_um: f64,
+    /// Crown of the lobe: radius in the middle minus the mean of both ends, of a parabola. The rim of the wheel must have the opposite crown.
+    #[schemars(range(min = -500.0, max = 500.0))]
+    #[serde(default)]
+    crown_um: f64,
     /// Radius of the wheel that the lobe needs. Default: the job's.
     #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
@@ -381,11 +391,18 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
     }
     let wheels = job_wheels::of_passes(&file, &machine.description, &document)?;
-    let width_mm = |lobe: &LobeSpec| {
+    let last_wheel = |lobe: &LobeSpec| {
         let wheel = wheels.iter().find(|(name, _)| *name == lobe.name).and_then(|(_, wheels)| wheels.last());
-        wheel.map_or(machine.description.wheel, |wheel| machine.description.wheel_at(*wheel)).width_mm
+        wheel.map_or(machine.description.wheel, |wheel| machine.description.wheel_at(*wheel))
     };
-    spec.lobes = side_by_side(&file.lobes, spec.lobes, width_mm, &document).map_err(one)?;
+    for lobe in &mut spec.lobes {
+        // A rim with a profile gives every lobe a shape.
+        if lobe.axial.is_none() && !last_wheel(lobe).rim.is_straight() {
+            lobe.axial = Some(AxialProfile::default());
+        }
+    }
+    let wheel_mm = |lobe: &LobeSpec| last_wheel(lobe).width_mm;
+    spec.lobes = side_by_side(&file.lobes, spec.lobes, wheel_mm, &document).map_err(one)?;
     job_wheels::visit(&mut spec, &wheels, file.wheel_approach_mm, &document).map_err(one)?;
     limits::too_long(minimum_cut_s(&spec))
         .map_or(Ok(()), |message| Err(one(document.error("work_speed_rpm", message))))?;
@@ -507,6 +524,12 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
     }
 }
 
+/// Taper and crown of a lobe; `None`: it has neither.
+fn axial_profile(lobe: &LobeFile) -> Option<AxialProfile> {
+    let axial = AxialProfile { taper_mm: mm_from_um(lobe.taper_um), crown_mm: mm_from_um(lobe.crown_um) };
+    Some(axial).filter(|axial| !axial.is_straight())
+}
+
 fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigError>) -> Vec<LobeSpec> {
     let known = || file.profiles.iter().map(|profile| profile.name.as_str()).collect::<Vec<_>>().join(", ");
     let mut lobes = Vec::new();
@@ -535,6 +558,7 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
             tolerance: lobe.form_tolerance.unwrap_or(file.form_tolerance).tolerance(),
             plunge: None,
             visit: None,
+            axial: axial_profile(lobe),
         });
     }
     lobes

@@ -13,6 +13,10 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
     ("machines/cam_grinder_hal.yaml", include_str!("../../../params/machines/cam_grinder_hal.yaml")),
     ("machines/cam_grinder_with_dresser.yaml", include_str!("../../../params/machines/cam_grinder_with_dresser.yaml")),
+    (
+        "machines/cam_grinder_profiled_wheel.yaml",
+        include_str!("../../../params/machines/cam_grinder_profiled_wheel.yaml"),
+    ),
     ("machines/cam_grinder_two_wheels.yaml", include_str!("../../../params/machines/cam_grinder_two_wheels.yaml")),
     (
         "machines/cam_grinder_with_steady_rest.yaml",
@@ -31,6 +35,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/crank_pins.yaml", include_str!("../../../params/jobs/crank_pins.yaml")),
     ("jobs/punches.yaml", include_str!("../../../params/jobs/punches.yaml")),
     ("jobs/snail_cam.yaml", include_str!("../../../params/jobs/snail_cam.yaml")),
+    ("jobs/tapered_lobes.yaml", include_str!("../../../params/jobs/tapered_lobes.yaml")),
     ("jobs/two_wheel_camshaft.yaml", include_str!("../../../params/jobs/two_wheel_camshaft.yaml")),
     ("jobs/wide_lobes.yaml", include_str!("../../../params/jobs/wide_lobes.yaml")),
     ("jobs/long_camshaft.yaml", include_str!("../../../params/jobs/long_camshaft.yaml")),

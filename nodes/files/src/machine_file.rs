@@ -14,7 +14,7 @@ use super::recorded_files::MACHINES;
 use super::retract_file::AlarmRetractFile;
 use super::schema;
 use super::wheel_changer_file::{self, WheelChangerFile};
-use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
+use super::wheel_file::{DresserFile, ExtentFile, RimFile, ThermalFile};
 use super::workholding_file::WorkholdingFile;
 use super::yaml::Document;
 use super::{ConfigError, FileLocation};
@@ -237,6 +237,9 @@ pub(super) struct WheelFile {
     /// Width of the wheel.
     #[schemars(range(min = 0.1, max = 1e3))]
     width_mm: f64,
+    /// Profile of the rim over the width, as every dress makes it. Default: straight.
+    #[serde(default)]
+    rim: RimFile,
     /// Speed at the rim.
     #[schemars(range(min = 1.0, max = 300.0))]
     surface_speed_m_s: f64,
@@ -270,6 +273,7 @@ impl WheelFile {
             max_speed_rad_s: self.max_speed_rpm.map(rad_s_from_rpm),
             grinding_ratio: self.grinding_ratio,
             unbalance_mm: mm_from_um(self.unbalance_um),
+            rim: self.rim.profile(),
         }
     }
 }

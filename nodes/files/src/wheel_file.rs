@@ -4,6 +4,7 @@ use super::ConfigError;
 use super::yaml::Document;
 use camwright::job::dressing::DressingSpec;
 use camwright::job::grinding::{ObstacleSpec, Subject, WheelPower, WheelRequirement};
+use camwright::machine::axial_profile::AxialProfile;
 use camwright::machine::description::ThermalDescription;
 use camwright::machine::fixture::{Dresser, Extent};
 use camwright::math::units::mm_from_um;
@@ -33,6 +34,26 @@ impl WheelPowerFile {
             specific_energy_j_mm3: self.specific_energy_j_mm3,
             rubbing_n_mm2: self.rubbing_n_mm2,
         }
+    }
+}
+
+/// Profile of a wheel's rim.
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RimFile {
+    /// Radius of the rim at the end of its width towards the tailstock minus that at the other end. A lobe gets the opposite taper.
+    #[schemars(range(min = -500.0, max = 500.0))]
+    #[serde(default)]
+    taper_um: f64,
+    /// Radius in the middle minus the mean of both ends, of a parabola. A lobe gets the opposite crown.
+    #[schemars(range(min = -500.0, max = 500.0))]
+    #[serde(default)]
+    crown_um: f64,
+}
+
+impl RimFile {
+    pub(super) fn profile(self) -> AxialProfile {
+        AxialProfile { taper_mm: mm_from_um(self.taper_um), crown_mm: mm_from_um(self.crown_um) }
     }
 }
 

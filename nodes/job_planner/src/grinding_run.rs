@@ -7,7 +7,7 @@ use camwright::motion::speed_plan::SpeedPlan;
 use camwright::planner::PlannedLobe;
 use camwright_files::stiffness_file::StoredContact;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
-use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{LobeResult, LobeShape, PartLobe};
 use camwright_planning::{self as planning, MeasuredContacts, PreparedJob, hash_of, lobe_count};
 use std::time::Duration;
 
@@ -30,14 +30,17 @@ pub(super) struct GrindingRun {
     last_cuts: Vec<Option<usize>>,
     /// Turns of spark-out that the last plan omitted, by lobe.
     turns_left_out: Vec<u32>,
-    /// Measured values of each ground crank pin and wide lobe.
+    /// Measured values of each ground crank pin, wide lobe and lobe with taper or crown.
     measured: Vec<String>,
+    /// Taper and crown of each ground lobe that has them.
+    shapes: Vec<LobeShape>,
 }
 
 impl GrindingRun {
     pub(super) fn new(execution: Execution, prepared: PreparedJob) -> Self {
         let (stiffness, last_cuts, turns_left_out) = Default::default();
-        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out, measured: Vec::new() }
+        let (measured, shapes) = Default::default();
+        Self { execution, prepared, stiffness, saved: None, last_cuts, turns_left_out, measured, shapes }
     }
 
     /// The whole run; the course is idle again when it returns.
@@ -110,6 +113,7 @@ impl GrindingRun {
             return Ok(());
         }
         result.lobes = self.measure(result, turns_left_out)?;
+        result.shapes.clone_from(&self.shapes);
         measured.add_to(&mut result.lobes);
         if let Some(correction) = &correction {
             correction.add_to(&mut result.lobes);
@@ -178,7 +182,11 @@ impl GrindingRun {
         self.learn(&own);
         let pins = lobes.iter().zip(&own).filter_map(|((_, lobe), part)| planning::pin_line(&lobe.design, part));
         let wide = planning::wide_lobe_forms(&self.prepared, &parts).into_iter().map(|form| form.to_string());
-        self.measured = pins.chain(wide).collect();
+        let shapes =
+            lobes.iter().zip(&by_lobe).filter_map(|((_, lobe), parts)| planning::lobe_shape(&lobe.design, parts));
+        self.shapes = shapes.collect();
+        let shapes = self.shapes.iter().map(planning::shape_line);
+        self.measured = pins.chain(wide).chain(shapes).collect();
         lobes.iter().zip(by_lobe).map(|((index, _), parts)| self.lobe_result(*index, parts, ended)).collect()
     }
 

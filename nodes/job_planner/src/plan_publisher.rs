@@ -117,6 +117,7 @@ impl PlanPublisher {
             status.state = state;
             status.message.clone_from(&result.message);
             status.lobes.clone_from(&result.lobes);
+            status.shapes.clone_from(&result.shapes);
             status.turned.clone_from(&result.turned);
         });
     }

@@ -230,7 +230,7 @@ impl MachinePump {
             self.lobes.push(lobe.name.clone());
         }
         if let Some(index) = self.lobes.iter().position(|name| *name == lobe.name).filter(|_| outcome.is_ok()) {
-            self.scene.set_width(index, lobe.width_mm);
+            self.scene.set_width(index, &lobe.station, lobe.width_mm);
             self.scene.ask(index);
         }
     }

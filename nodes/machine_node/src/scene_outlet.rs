@@ -57,8 +57,8 @@ pub(super) struct SceneOutlet {
     /// Process values of the states; none for a rigid contact.
     process: Option<ProcessMonitor>,
     wheel_radius_mm: f64,
-    /// Widths of the lobes, in the order of the machine (mm).
-    widths_mm: Vec<f64>,
+    /// Station and width of the lobes, in the order of the machine (mm).
+    widths_mm: Vec<(String, f64)>,
     _fixed: Option<Publisher<TFMessage>>,
     markers: Telemetry<MarkerArray>,
     outline: Telemetry<PartLobe>,
@@ -169,7 +169,7 @@ impl SceneOutlet {
 
     /// Publishes the transforms and states of a tick, and now and then the part. `rest_ticks` is the period of a machine at rest.
     pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time, rest_ticks: Option<u64>) -> Result<(), RosError> {
-        let lobe_width_mm = report.lobe.and_then(|lobe| self.widths_mm.get(lobe)).copied();
+        let lobe_width_mm = report.lobe.and_then(|lobe| self.engaged_width_mm(lobe));
         let engaged =
             lobe_width_mm.map(|lobe_width_mm| Engaged { wheel_radius_mm: self.wheel_radius_mm, lobe_width_mm });
         if let Some(process) = &mut self.process {
@@ -235,12 +235,20 @@ impl SceneOutlet {
         state
     }
 
-    /// Width of a lobe that was loaded.
-    pub(super) fn set_width(&mut self, lobe: usize, width_mm: f64) {
+    /// Width that the wheel grinds at a lobe: that of all sections at its station where the wheel covers them, else its own (mm).
+    fn engaged_width_mm(&self, lobe: usize) -> Option<f64> {
+        let (station, width_mm) = self.widths_mm.get(lobe)?;
+        let sections = self.widths_mm.iter().filter(|(other, _)| other == station);
+        let whole_mm: f64 = sections.map(|(_, width_mm)| width_mm).sum();
+        Some(if whole_mm <= self.machine.wheel.width_mm { whole_mm } else { *width_mm })
+    }
+
+    /// Station and width of a lobe that was loaded.
+    pub(super) fn set_width(&mut self, lobe: usize, station: &str, width_mm: f64) {
         if self.widths_mm.len() <= lobe {
-            self.widths_mm.resize(lobe + 1, 0.0);
+            self.widths_mm.resize(lobe + 1, (String::new(), 0.0));
         }
-        self.widths_mm[lobe] = width_mm;
+        self.widths_mm[lobe] = (station.to_owned(), width_mm);
         self.left.remove(&lobe);
     }
 

@@ -102,6 +102,7 @@ mod tests {
             tolerance: FormTolerance::default(),
             plunge: None,
             visit: None,
+            axial: None,
             part_support: None,
         };
         let part = |um: f64| {

@@ -67,6 +67,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
+        PlanError::SharpForTaper { lobe, .. } => format!("{}.taper_um", lobe_key(job, lobe)),
         PlanError::NoArrival { .. } | PlanError::Speed { source: SpeedPlanError::NoLead { .. }, .. } => {
             "c_between_lobes".into()
         }
@@ -147,6 +148,16 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
         JobError::SectionCount { .. } => "lobes".into(),
         JobError::WideUnderGauge { key, .. } => (*key).into(),
+        JobError::ShapeUnderGauge { key, .. } => (*key).into(),
+        JobError::WideWithShape { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
+        JobError::OtherRim { lobe, design, .. } => {
+            let key = if design.taper_mm == 0.0 && design.crown_mm != 0.0 { "crown_um" } else { "taper_um" };
+            format!("{}.{key}", lobe_key(job, lobe))
+        }
+        JobError::ShapeAboveStock { .. } => "stock_mm".into(),
+        JobError::RoughedBelow { lobe, .. } => lobe_key(job, lobe),
+        JobError::RimBeyondApproach { .. } => "wheel_approach_mm".into(),
+        JobError::SectionName { lobe, .. } => format!("{}.name", lobe_key(job, lobe)),
         JobError::PlungeOverlap { lobe, .. } => format!("{}.plunge_overlap_mm", lobe_key(job, lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
         JobError::NoBody { name, .. } => {
@@ -194,6 +205,8 @@ fn file_key(key: JobKey) -> &'static str {
         JobKey::PublishedWindow => "runout_correction.published_window_deg",
         JobKey::PublishedStep => "runout_correction.published_step_deg",
         JobKey::PartModulus => "part_support.modulus_gpa",
+        JobKey::Taper => "taper_um",
+        JobKey::Crown => "crown_um",
         JobKey::MeasureStockMargin => "measure_stock.margin_um",
         JobKey::MeasureStockSpeed => "measure_stock.work_speed_rpm",
         JobKey::RunoutCorrectionAllowance => "runout_correction.allowance_um",
@@ -231,10 +244,12 @@ fn wish_key(job: &Job, mounted_mm: f64) -> String {
     }
 }
 
-/// Key of a lobe; that of the wide lobe for one of its plunges.
+/// Key of a lobe; that of the lobe for one of its plunges or visits.
 fn lobe_key(job: &Job, name: &str) -> String {
-    let plunge = job.spec.lobes.iter().find(|lobe| lobe.name == name).and_then(|lobe| lobe.plunge.as_ref());
-    format!("lobes.{}", plunge.map_or(name, |plunge| &plunge.lobe))
+    let lobe = job.spec.lobes.iter().find(|lobe| lobe.name == name);
+    let plunge = lobe.and_then(|lobe| lobe.plunge.as_ref()).map(|plunge| plunge.lobe.as_str());
+    let visit = lobe.and_then(|lobe| lobe.visit.as_ref()).map(|visit| visit.lobe.as_str());
+    format!("lobes.{}", plunge.or(visit).unwrap_or(name))
 }
 
 fn profile_key(job: &Job, name: &str) -> String {

@@ -29,6 +29,7 @@ mod findings;
 mod inspect;
 mod journals;
 mod lifts;
+mod lobe_shapes;
 mod lobe_tables;
 mod lobes;
 mod part_support;
@@ -75,6 +76,7 @@ pub use journals::{
     hash_of, measured_contacts, raw_part,
 };
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
+pub use lobe_shapes::{ShapeSummary, lobe_shape, shape_line};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result, measured_form, pin_line, sections_result};
 pub use part_support::LobeSupport;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};

@@ -93,14 +93,15 @@ fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
     radius
 }
 
-/// Form of a measured lobe, and the azimuth of its cam angle 0 on that part (rad).
+/// Form of a measured lobe, or of a section of one against its own design, and the azimuth of its cam angle 0 on that part (rad).
 ///
 /// # Errors
 /// An outline without radii, or with one that is none.
 pub fn measured_form(design: &LobeDesign, measured: &PartLobe) -> Result<(Form, f64), FormError> {
     let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
     let phase_rad = design.phase_on_rad(measured.key_way);
-    Ok((Form::measure(&radii_mm, &design.contour, phase_rad)?, phase_rad))
+    let above_mm = design.above_mm(&measured.name);
+    Ok((Form::measure_parallel(&radii_mm, &design.contour, phase_rad, above_mm)?, phase_rad))
 }
 
 /// Result of a ground lobe, against its design.
@@ -151,9 +152,10 @@ pub fn sections_result(design: &LobeDesign, sections: &[PartLobe]) -> Result<Lob
         [] => (&PartLobe::default(), sections),
     };
     let mut worst = lobe_result(design, own)?;
-    if let (Some(plunge), Some(section)) = (&design.plunge, design.sections().first()) {
+    if let (Some(section), true) = (design.sections().first(), design.plunge.is_some() || design.axial.is_some()) {
         // The spindle drives the cut over all the width that no plunge has cut before.
-        worst.power_max *= plunge.fresh_width_mm(design.width_mm) / section.width_mm;
+        let fresh_mm = design.plunge.as_ref().map_or(design.width_mm, |plunge| plunge.fresh_width_mm(design.width_mm));
+        worst.power_max *= fresh_mm / section.width_mm;
     }
     for section in beside {
         let found = lobe_result(design, section)?;
@@ -226,6 +228,7 @@ mod tests {
             tolerance: FormTolerance::default(),
             plunge: None,
             visit: None,
+            axial: None,
             part_support: None,
         }
     }

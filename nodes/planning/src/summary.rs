@@ -5,6 +5,7 @@ use super::cut_table::pass_rows;
 use super::deflection::{self, LobeDeflection};
 use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
+use super::lobe_shapes::ShapeSummary;
 use super::part_support::{self, LobeSupport};
 use super::turn::LobeTurn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
@@ -90,6 +91,9 @@ pub struct LobeSummary {
     /// The plunge of a lobe wider than the wheel that this is; none of a lobe that the wheel covers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plunge: Option<PlungeSummary>,
+    /// Taper and crown over the width; none of a straight lobe under a straight rim.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeSummary>,
     /// Knots of the path over one turn.
     pub path_knots: usize,
     /// Largest distance from the contour of the points that the path grinds.
@@ -241,6 +245,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
         crank_pin: CrankPinSummary::from_lobe(lobe),
         plunge: PlungeSummary::from_design(prepared, &lobe.design),
+        shape: ShapeSummary::from_design(prepared, &lobe.design),
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
         giving_way: deflection::from_lobe(prepared, index),

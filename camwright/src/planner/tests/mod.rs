@@ -7,6 +7,7 @@ use crate::interpolator::{Motion, Prepared};
 use crate::job::grinding::{
     HoldInCut, HomePosition, InfeedCourse, InfeedDirection, LobeSpec, PassSpec, ProfileSpec, SpeedLaw,
 };
+use crate::machine::axial_profile::AxialProfile;
 use crate::machine::description::{
     AlarmRetract, AxisDescription, AxisScale, ContactDescription, DriveSettings, MotionLimits, Station, StiffnessAt,
     WheelDescription,
@@ -73,6 +74,7 @@ pub(crate) fn machine() -> MachineDescription {
             max_speed_rad_s: None,
             grinding_ratio: None,
             unbalance_mm: 0.0,
+            rim: AxialProfile::default(),
         },
         insert: None,
         wheel_changer: None,
@@ -132,6 +134,7 @@ fn lobe(name: &str, station: &str, phase_deg: f64, profile: usize) -> LobeSpec {
         tolerance: FormTolerance::default(),
         plunge: None,
         visit: None,
+        axial: None,
     }
 }
 
@@ -258,6 +261,7 @@ mod part_support;
 mod passes;
 mod refusals;
 mod sparking_out;
+mod tapered;
 mod turning;
 mod two_wheels;
 

@@ -195,8 +195,9 @@ impl ContactState {
         let vibration_mm = self.modes.as_ref().map_or(0.0, ContactModes::reach_mm);
         let nearest_mm =
             (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.maximum_thrown_mm() - vibration_mm;
-        let reach_mm =
-            |section: FacedSection| part.lobes()[section.lobe].reach_mm() + part.lobes()[section.lobe].throw_mm();
+        let reach_mm = |section: FacedSection| {
+            part.lobes()[section.lobe].reach_mm() + part.lobes()[section.lobe].throw_mm() + section.rim_mm
+        };
         if nearest_mm - surface.radius_mm >= faced.beside().map(reach_mm).fold(reach_mm(faced.main), f64::max) {
             let removal = self.finish(part, faced);
             part.lobe_mut(main).leave();
@@ -218,9 +219,9 @@ impl ContactState {
         }
         .seen_from(throw);
         let margin_mm = path + surface.maximum_thrown_mm() + self.deflection.mm.abs() + DEFLECTS_MM;
-        part.lobes()[main].list_blocks(begin, law.is_some(), margin_mm, &mut self.pass);
+        part.lobes()[main].list_blocks(faced.main.wheel(begin), law.is_some(), margin_mm, &mut self.pass);
         for (section, pass) in faced.beside().zip(&mut self.beside) {
-            part.lobes()[section.lobe].list_blocks(begin, law.is_some(), margin_mm, pass);
+            part.lobes()[section.lobe].list_blocks(section.wheel(begin), law.is_some(), margin_mm, pass);
         }
         let mut removal = Removal::default();
         for j in 1..=positions {
@@ -234,10 +235,10 @@ impl ContactState {
             let taken = match law {
                 // The gap detector feels the depth in its moment.
                 None if cuts && self.gap.is_none() => {
-                    let taken = part.lobe_mut(main).pass_later(wheel, &mut self.pass);
+                    let taken = part.lobe_mut(main).pass_later(faced.main.wheel(wheel), &mut self.pass);
                     let beside = faced.beside().zip(&mut self.beside);
                     beside.fold(taken, |taken, (section, pass)| {
-                        taken.beside(part.lobe_mut(section.lobe).pass_later(wheel, pass))
+                        taken.beside(part.lobe_mut(section.lobe).pass_later(section.wheel(wheel), pass))
                     })
                 }
                 None => pass_all(part, faced, wheel, cuts),
@@ -296,7 +297,8 @@ impl ContactState {
         (cuts, time_s): (bool, f64),
     ) -> (Removal, Deflection) {
         if faced.is_alone() {
-            return part.lobe_mut(faced.main.lobe).press(wheel, law, before, (cuts, time_s), &mut self.pass);
+            let (lobe, wheel) = (part.lobe_mut(faced.main.lobe), faced.main.wheel(wheel));
+            return lobe.press(wheel, law, before, (cuts, time_s), &mut self.pass);
         }
         let mut removal = Removal::default();
         let mut touches: [Option<DeepestTouch>; MAX_FACED] = [None; MAX_FACED];
@@ -304,7 +306,7 @@ impl ContactState {
         let mut count = 0;
         for (index, found) in touches.iter_mut().enumerate() {
             let Some((section, pass)) = self.section(faced, index) else { break };
-            let lobe = part.lobe_mut(section.lobe);
+            let (lobe, wheel) = (part.lobe_mut(section.lobe), section.wheel(wheel));
             let parted = match lobe.engage(wheel, before, pass) {
                 Engagement::Clear => Removal::default(),
                 Engagement::OverCentre => lobe.pass(wheel, cuts),
@@ -331,7 +333,7 @@ impl ContactState {
             let (Some(touch), Some((section, pass))) = (touch, self.section(faced, index)) else { continue };
             let depth_mm = if cuts { (touch.depth_mm - mm).max(0.0) } else { 0.0 };
             let cut = TouchedCut { depth_mm, deflection, force_n, cuts, time_s };
-            let taken = part.lobe_mut(section.lobe).cut_touched(wheel, *touch, &cut, pass);
+            let taken = part.lobe_mut(section.lobe).cut_touched(section.wheel(wheel), *touch, &cut, pass);
             removal = if index == 0 { removal.and(taken) } else { removal.beside(taken) };
         }
         (removal, deflection)
@@ -348,8 +350,11 @@ impl ContactState {
 
 /// The wheel stands in all sections for a moment.
 fn pass_all(part: &mut Workpiece, faced: &FacedSections, wheel: WheelCentre, cuts: bool) -> Removal {
-    let removal = part.lobe_mut(faced.main.lobe).pass(wheel, cuts);
-    faced.beside().fold(removal, |removal, section| removal.beside(part.lobe_mut(section.lobe).pass(wheel, cuts)))
+    let removal = part.lobe_mut(faced.main.lobe).pass(faced.main.wheel(wheel), cuts);
+    let beside = |removal: Removal, section: FacedSection| {
+        removal.beside(part.lobe_mut(section.lobe).pass(section.wheel(wheel), cuts))
+    };
+    faced.beside().fold(removal, beside)
 }
 
 /// Azimuth of the wheel line seen from the part (rad), with C at so many counts of which `turn` are a turn.

@@ -221,7 +221,7 @@ impl Machine {
     pub fn wheel_gap_mm(&self) -> Option<f64> {
         let gap_mm = |section: FacedSection| {
             let lobe = &self.workholding.lobes()[section.lobe];
-            self.truth()[Axis::X.index()].0 - lobe.reach_mm() - lobe.throw_mm()
+            self.truth()[Axis::X.index()].0 - lobe.reach_mm() - lobe.throw_mm() - section.rim_mm
         };
         let faced = self.workholding.faced(self.table_mm(), &self.description)?;
         Some(faced.beside().map(gap_mm).fold(gap_mm(faced.main), f64::min))

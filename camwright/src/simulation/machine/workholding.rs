@@ -8,7 +8,7 @@ use crate::machine::description::MachineDescription;
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};
 use crate::simulation::axis::AxisState;
 use crate::simulation::turned_part::{TurnedPart, TurnedPartError};
-use crate::simulation::workpiece::{CutRecord, Lobe, LobeError, MAX_AT_STATION, MAX_FACED, Workpiece};
+use crate::simulation::workpiece::{CutRecord, Lobe, LobeError, MAX_AT_STATION, MAX_FACED, WheelCentre, Workpiece};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
@@ -30,6 +30,15 @@ pub(super) struct FacedSection {
     pub(super) law: Option<ContactLaw>,
     /// Compliance of the part on its supports (mm/N).
     pub(super) part_mm_n: f64,
+    /// Radius of the wheel's rim in front of its middle less that in the middle of the wheel (mm).
+    pub(super) rim_mm: f64,
+}
+
+impl FacedSection {
+    /// The wheel as this section meets it, from the wheel by the middle of its rim.
+    pub(super) fn wheel(&self, wheel: WheelCentre) -> WheelCentre {
+        WheelCentre { radius_mm: wheel.radius_mm + self.rim_mm, ..wheel }
+    }
 }
 
 /// Sections of a lobe that the wheel grinds together.
@@ -224,6 +233,7 @@ impl Workholding {
             lobe,
             law: self.contact_law(lobe, z_mm, description),
             part_mm_n: self.lobes()[lobe].part_mm_n(),
+            rim_mm: description.wheel.rim_mm(from_wheel_mm(&self.lobes()[lobe], z_mm, description)),
         };
         let is_beside = |(index, lobe): &(usize, &Lobe)| {
             *index != main
@@ -257,7 +267,7 @@ impl Workholding {
                 let lobe = &self.lobes()[section.lobe];
                 let (reach_mm, throw_mm) = (lobe.reach_mm(), lobe.throw_mm());
                 let nearest_mm = lobe.radii_mm().iter().fold(reach_mm, |min, radius| min.min(*radius));
-                (reach_mm + throw_mm, nearest_mm - throw_mm)
+                (reach_mm + throw_mm + section.rim_mm, nearest_mm - throw_mm + section.rim_mm)
             };
             let wider = |(reach_mm, nearest_mm): (f64, f64), other: (f64, f64)| {
                 (f64::max(reach_mm, other.0), f64::min(nearest_mm, other.1))
@@ -272,7 +282,12 @@ impl Workholding {
 
 /// Distance of the middle of a lobe from the wheel's (mm).
 fn beside_mm(lobe: &Lobe, z_mm: f64, description: &MachineDescription) -> f64 {
-    (z_mm - (description.stations[lobe.station()].position_mm + lobe.offset_mm())).abs()
+    from_wheel_mm(lobe, z_mm, description).abs()
+}
+
+/// Middle of a lobe from that of the wheel along Z, positive towards the tailstock (mm).
+fn from_wheel_mm(lobe: &Lobe, z_mm: f64, description: &MachineDescription) -> f64 {
+    description.stations[lobe.station()].position_mm + lobe.offset_mm() - z_mm
 }
 
 /// Common length of two sections along Z (mm); below 0 their distance.

@@ -9,7 +9,7 @@ use super::table::table as html_table;
 use super::text::{fixed, signed, um};
 use camwright::math::units::{deg_from_rad, rad_from_deg, rpm_from_rad_s, wrap_turn};
 use camwright_files::convert::{j_mm3_from_j_m3, mm_from_m};
-use camwright_msgs::camwright_msgs::msg::{LobeForm, LobeResult, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{LobeForm, LobeResult, LobeShape, PartLobe};
 use camwright_planning::markup::escape;
 use camwright_planning::{AnyPrepared, Summary, compare_times, summary, turn_curve};
 use std::fmt::Write as _;
@@ -60,7 +60,35 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
         ("burn index", false),
     ];
     html_table(out, &heads, &status.lobes.iter().map(row).collect::<Vec<_>>());
+    shape_table(out, &status.shapes);
     out.push_str("<p class=\"faint\">Errors along the normal, positive where material is left. Burn index: highest temperature of the contact by that of the cut that just does not burn. In brackets, how much longer it took than planned.</p></section>\n");
+}
+
+/// Taper and crown of the lobes that have them.
+fn shape_table(out: &mut String, shapes: &[LobeShape]) {
+    if shapes.is_empty() {
+        return;
+    }
+    let row = |shape: &LobeShape| {
+        let errors: Vec<String> = shape.form_error.iter().map(|error| signed(um(*error), 2)).collect();
+        vec![
+            escape(&shape.name),
+            signed(um(shape.taper), 2),
+            signed(um(shape.taper_design), 2),
+            signed(um(shape.crown), 2),
+            signed(um(shape.crown_design), 2),
+            errors.join(", "),
+        ]
+    };
+    let heads = [
+        ("lobe", true),
+        ("taper µm", false),
+        ("design µm", false),
+        ("crown µm", false),
+        ("design µm", false),
+        ("worst error of the sections from the headstock on µm", false),
+    ];
+    html_table(out, &heads, &shapes.iter().map(row).collect::<Vec<_>>());
 }
 
 /// Drawing and curves of every lobe.

@@ -174,6 +174,11 @@ fn details(summary: &planning::Summary) -> String {
         }
     }
     for lobe in &summary.lobes {
+        if let Some(shape) = &lobe.shape {
+            text += &format!("shape {}: {shape}\n", lobe.name);
+        }
+    }
+    for lobe in &summary.lobes {
         if let Some(deflection) = &lobe.giving_way {
             text += &format!("deflection {}: {deflection}\n", lobe.name);
         }

@@ -394,6 +394,18 @@ impl Report<'_> {
         )
     }
 
+    /// Measured taper and crown of a lobe that has them; `null` of any other.
+    fn shape_json(&self, lobe: &str) -> Option<serde_json::Value> {
+        let shape = self.result.shapes.iter().find(|shape| shape.name == lobe)?;
+        Some(serde_json::json!({
+            "taper_um": um(shape.taper),
+            "taper_design_um": um(shape.taper_design),
+            "crown_um": um(shape.crown),
+            "crown_design_um": um(shape.crown_design),
+            "form_error_of_sections_um": shape.form_error.iter().map(|error| um(*error)).collect::<Vec<_>>(),
+        }))
+    }
+
     pub(super) fn print_json(&self) {
         let lobes: Vec<serde_json::Value> = self
             .result
@@ -422,6 +434,7 @@ impl Report<'_> {
                     "specific_energy_j_mm3": j_mm3_from_j_m3(lobe.specific_energy),
                     "burn_index_max": lobe.burn_index_max,
                     "burn_index_max_deg": deg_from_rad(lobe.burn_index_max_angle),
+                    "shape": self.shape_json(&lobe.name),
                     "machine_stiffness_n_um": n_um(lobe.machine_stiffness),
                     "machine_stiffness_uncertainty_n_um": n_um(lobe.machine_stiffness_uncertainty),
                     "grinding_stiffness_n_um": n_um(lobe.grinding_stiffness),

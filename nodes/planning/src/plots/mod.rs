@@ -10,6 +10,7 @@
 //! | `infeed` | distance from the finished path over the turns of all passes, of a list of infeeds, several passes, or no spark-out |
 //! | `compliance` | compliance of a slender part along Z with its supports |
 //! | `plunges` | wheel of every plunge over a lobe that is wider than the wheel |
+//! | `shape` | taper and crown of a lobe, and the rim that grinds them |
 
 mod chart;
 mod compliance;
@@ -18,6 +19,7 @@ mod curves;
 mod infeed;
 pub(super) mod nc;
 mod plunges;
+mod shape;
 mod sheet;
 mod stability;
 mod turned;
@@ -55,6 +57,11 @@ pub(super) fn plots(prepared: &PreparedJob, index: usize, summary: &LobeSummary)
     plots.extend(plunges::drawing(&sheet).map(|drawing| Plot {
         name: "plunges".into(),
         caption: "Wheel of every plunge over the lobe, and the sections that they leave.".into(),
+        drawing,
+    }));
+    plots.extend(shape::drawing(&sheet).map(|drawing| Plot {
+        name: "shape".into(),
+        caption: "Taper and crown of the lobe over its width, and the rim that grinds them.".into(),
         drawing,
     }));
     plots.extend(compliance::drawing(&sheet).map(|drawing| Plot {
@@ -111,6 +118,7 @@ mod tests {
             ("crank_pins", vec![], 16),
             ("punches", vec![], 10),
             ("wide_lobes", vec![], 35),
+            ("tapered_lobes", vec![], 18),
             ("long_camshaft", vec![], 54),
             ("long_camshaft_seat", vec![], 9),
         ] {
