@@ -64,9 +64,9 @@ fn rosidl_knows_no_type_of_ours_that_we_do_not_have() {
 
 #[test]
 fn the_types_carry_the_hashes_of_the_registry() {
-    use camwright_msgs::camwright_msgs::{action::RunJob, msg::MachineStream, srv::FeedHold};
+    use camwright_msgs::camwright_msgs::{action::RunJob, msg::MachineStream, srv::TouchOff};
     let registered = |name| camwright_msgs::by_type_name(name).expect("registered").type_hash;
     assert_eq!(MachineStream::TYPE_HASH, registered("camwright_msgs/msg/MachineStream"));
-    assert_eq!(FeedHold::TYPE_HASH, registered("camwright_msgs/srv/FeedHold"));
+    assert_eq!(TouchOff::TYPE_HASH, registered("camwright_msgs/srv/TouchOff"));
     assert_eq!(RunJob::TYPE_HASH, registered("camwright_msgs/action/RunJob"));
 }

@@ -10,9 +10,7 @@ use camwright_msgs::camwright_msgs::action::{
     RunJob, RunJobGoal,
 };
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, MachineAlarms, MachineStream, PlanSegment};
-use camwright_msgs::camwright_msgs::srv::{
-    FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
-};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest};
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::control_msgs::msg::JointTolerance;
 use camwright_msgs::sensor_msgs::msg::JointState;
@@ -75,7 +73,7 @@ fn homing_reports_its_steps_and_zeroes_the_headstock_at_its_mark() {
 fn one_client_has_command_and_others_get_its_name() {
     let cell = Cell::start(&[]);
     let state = Watched::<InterpolatorState>::new(&cell, "axis_interpolator/state", &Qos::latched(1));
-    let hold = |hold: bool| cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
+    let hold = |hold: bool| cell.client.call::<SetBool>("axis_interpolator/feed_hold", &SetBoolRequest { data: hold });
     let idle = hold(true);
     assert!(!idle.success && idle.message == "nothing is being executed", "{}", idle.message);
     let short = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];

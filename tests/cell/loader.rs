@@ -235,7 +235,6 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
 /// `~/run_job` as ever, and the cell follows it; a hold by another client is a hold of the cell.
 #[test]
 fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
-    use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest};
     let cell = Cell::start(&[]);
     let (sender, states) = mpsc::channel();
     let qos = Qos::latched(1).keep_last(500);
@@ -253,7 +252,7 @@ fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
     until(CellState::EXECUTE);
     while feedback.recv_timeout(PATIENCE).expect("feedback").phase_name != "cut" {}
     let hold = |hold: bool| {
-        let answer = cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
+        let answer = cell.client.call::<SetBool>("axis_interpolator/feed_hold", &SetBoolRequest { data: hold });
         assert!(answer.success, "{}", answer.message);
     };
     hold(true);

@@ -7,9 +7,8 @@ use crate::chromium;
 use crate::support;
 
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
-use camwright_msgs::camwright_msgs::srv::{
-    FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
-};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
 use camwright_operator_page::OperatorPage;
 use camwright_ros::{GoalStatus, ParameterValue, RosArgs};
 use camwright_run_logger::RunLogger;
@@ -191,7 +190,7 @@ fn complete(verdict: &str) -> String {
 }
 
 fn hold(cell: &Cell, hold: bool) {
-    let answer = cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
+    let answer = cell.client.call::<SetBool>("axis_interpolator/feed_hold", &SetBoolRequest { data: hold });
     assert!(answer.success, "{}", answer.message);
 }
 

@@ -9,7 +9,7 @@ use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback};
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus, MachineAlarms, TurnedPage};
 use camwright_msgs::camwright_msgs::srv::{
-    FeedHold, FeedHoldRequest, FindPhase, FindPhaseRequest, LoadBar, LoadBarRequest, LoadJob, LoadJobRequest,
+    FindPhase, FindPhaseRequest, LoadBar, LoadBarRequest, LoadJob, LoadJobRequest,
 };
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_ros::{ClientGoal, GoalStatus, ParameterValue, Qos};
@@ -185,7 +185,7 @@ fn a_hold_a_cancel_and_an_emergency_stop_in_the_spiral_end_well_and_the_next_job
         drop(sender.send(message));
     });
     let (goal, _feedback) = cutting(&cell);
-    let hold = |hold| cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold });
+    let hold = |hold| cell.client.call::<SetBool>("axis_interpolator/feed_hold", &SetBoolRequest { data: hold });
     assert!(hold(true).success && hold(false).success);
     let (status, held) = goal.result(PATIENCE).expect("the job ends");
     assert_eq!((status, held.turned.len()), (GoalStatus::Succeeded, 1), "{}", held.message);

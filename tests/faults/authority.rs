@@ -11,9 +11,7 @@ use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJob, RunJobGoal}
 use camwright_msgs::camwright_msgs::msg::{
     CommandHolder, InterpolatorState, JobStatus, MachineAlarms, MachineCommand, MachineStream,
 };
-use camwright_msgs::camwright_msgs::srv::{
-    FeedHold, FeedHoldRequest, TakeCommand, TakeCommandRequest, TakeCommandResponse,
-};
+use camwright_msgs::camwright_msgs::srv::{TakeCommand, TakeCommandRequest, TakeCommandResponse};
 use camwright_msgs::lifecycle_msgs::msg::State;
 use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
 use camwright_msgs::rcl_interfaces::msg::Parameter;
@@ -368,7 +366,7 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     assert_eq!(values(), values_before);
 
     // Stops are open to everybody, and only stops.
-    let hold = stranger.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold: true });
+    let hold = stranger.call::<SetBool>("axis_interpolator/feed_hold", &SetBoolRequest { data: true });
     assert_eq!(hold.message, "nothing is being executed", "it is asked, and has nothing to hold");
     let stop = stranger.call::<Trigger>("job_planner/stop", &TriggerRequest::default());
     assert!(!stop.message.contains("command"), "{}", stop.message);

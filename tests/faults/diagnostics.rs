@@ -6,7 +6,7 @@ use crate::support;
 use crate::watched;
 
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;
-use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, ValidateJob, ValidateJobRequest};
+use camwright_msgs::camwright_msgs::srv::{ValidateJob, ValidateJobRequest};
 use camwright_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use camwright_msgs::lifecycle_msgs::msg::{Transition, TransitionEvent};
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
@@ -66,8 +66,8 @@ fn status_in_a_cut_names_lobe_and_wheel() {
     let in_cut =
         |feedback: &RunJobFeedback| feedback.lobe_count == 4 && feedback.lobe_index == 0 && feedback.turn > 0.0;
     while !in_cut(&feedback.recv_timeout(PATIENCE).expect("the job goes on")) {}
-    let request = FeedHoldRequest { hold: true };
-    assert!(cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &request).success, "the job is held");
+    let request = SetBoolRequest { data: true };
+    assert!(cell.client.call::<SetBool>("axis_interpolator/feed_hold", &request).success, "the job is held");
     let (code, text) = status(&cell, &[]);
     assert_eq!(code, Some(0), "{text}");
     for words in ["of 4)", ", runs\n", "command   the test", "motion    plan ", ", held"] {

@@ -79,7 +79,7 @@ const TOPICS: [(&str, &str); 13] = [
 const SERVICES: [(&str, &str); 7] = [
     ("job_planner/list_jobs", "camwright_msgs/srv/ListJobs"),
     ("job_planner/stop", "std_srvs/srv/Trigger"),
-    ("axis_interpolator/feed_hold", "camwright_msgs/srv/FeedHold"),
+    ("axis_interpolator/feed_hold", "std_srvs/srv/SetBool"),
     ("machine/estop", "std_srvs/srv/SetBool"),
     ("run_logger/is_paused", "rosbag2_interfaces/srv/IsPaused"),
     ("run_logger/is_discovery_running", "rosbag2_interfaces/srv/IsDiscoveryRunning"),
@@ -218,8 +218,7 @@ fn cancel_a_job(operator: &mut Operator<'_>) {
 /// A second sender of setpoints is refused while the cell holds its cut, with the name of who has command.
 fn interfere(operator: &mut Operator<'_>) {
     let hold = |operator: &mut Operator<'_>, hold: bool| {
-        let answer =
-            operator.call("axis_interpolator/feed_hold", "camwright_msgs/srv/FeedHold", json!({ "hold": hold }));
+        let answer = operator.call("axis_interpolator/feed_hold", "std_srvs/srv/SetBool", json!({ "data": hold }));
         assert_eq!(answer["success"], true, "{answer}");
     };
     hold(operator, true);

@@ -1,6 +1,6 @@
 //! Endpoints that are open to everybody. Everything else needs command.
 
-use camwright_msgs::camwright_msgs::srv::{CellCommandRequest, FeedHoldRequest};
+use camwright_msgs::camwright_msgs::srv::CellCommandRequest;
 use camwright_msgs::lifecycle_msgs::msg::Transition;
 use camwright_msgs::lifecycle_msgs::srv::ChangeStateRequest;
 use camwright_msgs::std_srvs::srv::SetBoolRequest;
@@ -62,8 +62,7 @@ pub fn access(service: &str) -> Access {
 pub(super) fn is_open(service: &str, request: &dyn Any) -> bool {
     let name = service.rsplit('/').next().unwrap_or_default();
     match name {
-        "estop" => request.downcast_ref::<SetBoolRequest>().is_some_and(|request| request.data),
-        "feed_hold" => request.downcast_ref::<FeedHoldRequest>().is_some_and(|request| request.hold),
+        "estop" | "feed_hold" => request.downcast_ref::<SetBoolRequest>().is_some_and(|request| request.data),
         "change_state" => request.downcast_ref::<ChangeStateRequest>().is_some_and(stops),
         "cell_command" => request.downcast_ref::<CellCommandRequest>().is_some_and(halts),
         name => OPEN.contains(&name),
@@ -89,8 +88,8 @@ mod tests {
     fn stops_are_open_and_their_release_is_not() {
         assert!(is_open("/machine/estop", &SetBoolRequest { data: true }));
         assert!(!is_open("/machine/estop", &SetBoolRequest { data: false }));
-        assert!(is_open("/cell/axis_interpolator/feed_hold", &FeedHoldRequest { hold: true }));
-        assert!(!is_open("/cell/axis_interpolator/feed_hold", &FeedHoldRequest { hold: false }));
+        assert!(is_open("/cell/axis_interpolator/feed_hold", &SetBoolRequest { data: true }));
+        assert!(!is_open("/cell/axis_interpolator/feed_hold", &SetBoolRequest { data: false }));
         let change = |id| ChangeStateRequest { transition: Transition { id, ..Transition::default() } };
         assert!(is_open("/machine_sim/change_state", &change(Transition::TRANSITION_DEACTIVATE)));
         assert!(!is_open("/machine_sim/change_state", &change(Transition::TRANSITION_ACTIVATE)));

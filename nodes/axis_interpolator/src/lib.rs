@@ -31,9 +31,10 @@ use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, Jog, MoveTo, Pro
 use camwright_msgs::camwright_msgs::msg::{
     CellState, Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage, WorkArea,
 };
-use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
+use camwright_msgs::camwright_msgs::srv::{SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateResponse};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse};
 use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};
@@ -567,11 +568,11 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
 
 fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
     let this = Arc::clone(shared);
-    let hold = shared.node.service::<FeedHold>("~/feed_hold", move |request| {
+    let hold = shared.node.service::<SetBool>("~/feed_hold", move |request| {
         let success = lock(&this.served).is_busy()
-            && this.request(if request.hold { MotionRequest::Hold } else { MotionRequest::Unhold });
+            && this.request(if request.data { MotionRequest::Hold } else { MotionRequest::Unhold });
         let message = if success { "" } else { "nothing is being executed" };
-        FeedHoldResponse { success, message: message.to_owned() }
+        SetBoolResponse { success, message: message.to_owned() }
     })?;
     let this = Arc::clone(shared);
     let feed_override = shared.node.service::<SetOverride>("~/set_override", move |request| {

@@ -8,8 +8,7 @@ use camwright_files::convert::time::TickClock;
 use camwright_machine_cycle::area_order::AreaOrder;
 use camwright_machine_cycle::messages::Inbound;
 use camwright_msgs::camwright_msgs::msg::{LoaderState, MachineCounters, PartCounters, WorkArea};
-use camwright_msgs::camwright_msgs::srv::{JudgePart, JudgePartResponse};
-use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_ros::{Level, Node, Publisher, Qos, RosError, ServiceHandle, Subscription, TimerHandle};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -61,10 +60,10 @@ pub(super) fn offer(
 
 fn judge(node: &Node, inlet: &CycleInlet) -> Result<ServiceHandle, RosError> {
     let way = inlet.clone();
-    node.service::<JudgePart>("machine/judge_part", move |request| {
-        let success = way.send(Inbound::Judge(request.good));
+    node.service::<SetBool>("machine/judge_part", move |request| {
+        let success = way.send(Inbound::Judge(request.data));
         let message = if success { "" } else { "the machine's cycle does not answer" };
-        JudgePartResponse { success, message: message.to_owned() }
+        SetBoolResponse { success, message: message.to_owned() }
     })
 }
 

@@ -10,9 +10,7 @@ use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, Jog, JogGoal};
 use camwright_msgs::camwright_msgs::msg::{
     CommandHolder, InterpolatorState, MachineAlarms, MachineDescription, WorkArea,
 };
-use camwright_msgs::camwright_msgs::srv::{
-    FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
-};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest};
 use camwright_msgs::rcl_interfaces::msg::Log;
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
@@ -201,7 +199,7 @@ fn latched<M: Message + Send + 'static>(node: &Node, topic: &str) -> Result<M, R
 }
 
 fn feed_hold(node: &Node, hold: bool) -> Result<Answer, RosError> {
-    let answer = call::<FeedHold>(node, "axis_interpolator/feed_hold", &FeedHoldRequest { hold }, ANSWER)?;
+    let answer = call::<SetBool>(node, "axis_interpolator/feed_hold", &SetBoolRequest { data: hold }, ANSWER)?;
     let done = if hold { "motion held on its path" } else { "motion continues" };
     Ok(Answer::of_service("axis_interpolator", answer.success, &answer.message, done))
 }

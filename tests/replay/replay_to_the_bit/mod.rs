@@ -13,9 +13,7 @@ use camwright_msgs::camwright_msgs::action::{
     Home, HomeGoal, Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, RunJobFeedback,
 };
 use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineAlarms, MachineInput, RecorderStatus};
-use camwright_msgs::camwright_msgs::srv::{
-    FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
-};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest};
 use camwright_msgs::cdr::sample_from_message;
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
@@ -68,7 +66,8 @@ fn reset(cell: &Cell) {
 fn disturbed_job(cell: &Cell) {
     let (goal, feedback): (_, mpsc::Receiver<RunJobFeedback>) = cell.client.send("eccentric", &ONE_LOBE);
     assert!(goal.accepted());
-    let hold = |hold| cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold }).success;
+    let hold =
+        |hold| cell.client.call::<SetBool>("axis_interpolator/feed_hold", &SetBoolRequest { data: hold }).success;
     // Held as soon as it goes, wherever that is.
     feedback.recv_timeout(PATIENCE).expect("it goes on");
     while !hold(true) {

@@ -2,8 +2,7 @@
 //! mailbox.
 
 use super::CellEvent;
-use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, JudgePart, JudgePartRequest};
-use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest};
 use camwright_ros::{Client, Node, RosError};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -37,8 +36,8 @@ pub(super) struct Devices {
     mailbox: mpsc::Sender<CellEvent>,
     area: Option<AreaClients>,
     reset: Client<Trigger>,
-    hold: Client<FeedHold>,
-    judge: Client<JudgePart>,
+    hold: Client<SetBool>,
+    judge: Client<SetBool>,
     /// Asked for since, and whether the answer is still out.
     out: Vec<(DeviceRequest, Instant, bool)>,
 }
@@ -96,7 +95,7 @@ impl Devices {
             DeviceRequest::Chuck(open) => of_area(|area| &area.chuck, open),
             DeviceRequest::Reset => Some(self.reset.clone()),
             DeviceRequest::Hold(hold) => {
-                let request = FeedHoldRequest { hold };
+                let request = SetBoolRequest { data: hold };
                 return self.hold.call_with(&request, move |reply| answer(reply.success, reply.message)).map(drop);
             }
         };
@@ -118,12 +117,12 @@ impl Devices {
     /// Reports the judgement of a part to the machine.
     pub(super) fn judge(&self, good: bool) {
         let node = self.node.clone();
-        let answer = move |reply: camwright_msgs::camwright_msgs::srv::JudgePartResponse| {
+        let answer = move |reply: SetBoolResponse| {
             if !reply.success {
                 node.logger().warn(&format!("the part is not counted: {}", reply.message));
             }
         };
-        if let Err(error) = self.judge.call_with(&JudgePartRequest { good }, answer) {
+        if let Err(error) = self.judge.call_with(&SetBoolRequest { data: good }, answer) {
             self.node.logger().warn(&format!("the part is not counted: {error}"));
         }
     }
