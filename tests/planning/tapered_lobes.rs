@@ -82,3 +82,21 @@ fn rims_that_grind_another_shape_are_refused() {
         }
     }
 }
+
+/// A wrong rim in the machine file: the job is refused with its file and the line of the lobe.
+#[test]
+fn a_wrong_rim_is_refused_with_file_and_line() {
+    let folder = Folder::new("wrong-rim");
+    let shipped = |path: &str| std::fs::read_to_string(support::repository().join(path)).expect("a shipped file");
+    let machine =
+        shipped("params/machines/cam_grinder_profiled_wheel.yaml").replace("taper_um: -20.0", "taper_um: -22.0");
+    let job = shipped("params/jobs/tapered_lobes.yaml")
+        .replace("machine: cam_grinder_profiled_wheel", "machine: ./machine.yaml");
+    let line = 1 + job.lines().position(|line| line.contains("name: B")).expect("lobe B");
+    std::fs::write(folder.join("machine.yaml"), machine).expect("a file");
+    std::fs::write(folder.join("job.yaml"), job).expect("a file");
+    let text = refusal_of_check(&folder.join("job.yaml").display().to_string(), &[]);
+    let place = format!("job.yaml:{line}: lobe B: taper_um is 12.000 and crown_um 3.600; wheel grinds 13.200");
+    assert!(text.contains(&place), "{place:?} is not in {text}");
+    assert!(text.contains("wheel.rim.taper_um -20.000"), "{text}");
+}

@@ -5,12 +5,13 @@
 //! over the width but for a ninth of the mean height of the crown.
 
 use super::check::within;
-use super::error::JobError;
+use super::error::{JobError, OtherRim};
 use super::grinding::{JobSpec, LobeSpec};
 use super::key::{JobKey, Subject};
 use super::plunges::LobeSection;
 use crate::machine::axial_profile::{AXIAL_TOLERANCE_MM, AxialProfile, MAX_AXIAL_MM};
 use crate::machine::description::MachineDescription;
+use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
@@ -85,7 +86,7 @@ impl JobSpec {
             let ground = wheel.ground_profile(lobe.width_mm);
             let off_mm = (axial + -ground).largest_mm();
             if lobe.is_finished() && (off_mm > AXIAL_TOLERANCE_MM || off_mm.is_nan()) {
-                return Err(JobError::OtherRim {
+                return Err(JobError::OtherRim(Box::new(OtherRim {
                     lobe: lobe.name.clone(),
                     width_mm: lobe.width_mm,
                     wheel: machine
@@ -96,7 +97,7 @@ impl JobSpec {
                     off_mm,
                     fits: -axial.over(lobe.width_mm, wheel.width_mm),
                     rim_key: rim_key(lobe.wheel(machine)),
-                });
+                })));
             }
             self.check_rim_of_visit(machine, index)?;
         }

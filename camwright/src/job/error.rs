@@ -3,6 +3,7 @@
 use super::key::{JobKey, Subject};
 use crate::machine::axial_profile::{AXIAL_TOLERANCE_MM, AxialProfile};
 use crate::math::units::um_from_mm;
+use alloc::boxed::Box;
 use alloc::string::String;
 use thiserror::Error;
 
@@ -180,31 +181,8 @@ pub enum JobError {
         rim_key: String,
     },
     /// The wheel that finishes a lobe grinds another shape.
-    #[error(
-        "lobe {lobe}: taper_um is {:.3} and crown_um {:.3}; wheel{wheel} grinds {:.3} and {:.3} over the width of {width_mm} mm, {:.3} um off \
-         where {:.1} um are allowed; with {rim_key}.taper_um {:.3} and {rim_key}.crown_um {:.3} in the machine file it grinds the lobe, or \
-         give the lobe the shape that the wheel grinds",
-        unsigned_zero_um(.design.taper_mm), unsigned_zero_um(.design.crown_mm), unsigned_zero_um(.ground.taper_mm),
-        unsigned_zero_um(.ground.crown_mm), um_from_mm(*.off_mm), um_from_mm(AXIAL_TOLERANCE_MM), unsigned_zero_um(.fits.taper_mm),
-        unsigned_zero_um(.fits.crown_mm)
-    )]
-    OtherRim {
-        lobe: String,
-        /// Width of the lobe (mm).
-        width_mm: f64,
-        /// Name of the wheel after a space; empty without a changer.
-        wheel: String,
-        /// Shape of the lobe.
-        design: AxialProfile,
-        /// Shape that the wheel grinds.
-        ground: AxialProfile,
-        /// Largest difference of both (mm).
-        off_mm: f64,
-        /// Rim that grinds the lobe.
-        fits: AxialProfile,
-        /// Key of the wheel's rim in the machine file.
-        rim_key: String,
-    },
+    #[error(transparent)]
+    OtherRim(Box<OtherRim>),
     /// The shape of a lobe reaches above its raw surface.
     #[error(
         "lobe {lobe}: taper_um and crown_um put a section {:.3} um above the contour, and the blank has {:.3} um; it must be more (stock_mm)",
@@ -436,6 +414,34 @@ pub enum JobError {
     /// A number is outside its range.
     #[error("{}{key} is {value}; it must be {wanted}", place.prefix())]
     OutOfRange { place: Subject, key: JobKey, value: f64, wanted: &'static str },
+}
+
+/// A wheel that grinds another shape than that of the lobe that it finishes.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error(
+    "lobe {lobe}: taper_um is {:.3} and crown_um {:.3}; wheel{wheel} grinds {:.3} and {:.3} over the width of {width_mm} mm, {:.3} um off \
+     where {:.1} um are allowed; with {rim_key}.taper_um {:.3} and {rim_key}.crown_um {:.3} in the machine file it grinds the lobe, or \
+     give the lobe the shape that the wheel grinds",
+    unsigned_zero_um(.design.taper_mm), unsigned_zero_um(.design.crown_mm), unsigned_zero_um(.ground.taper_mm),
+    unsigned_zero_um(.ground.crown_mm), um_from_mm(*.off_mm), um_from_mm(AXIAL_TOLERANCE_MM), unsigned_zero_um(.fits.taper_mm),
+    unsigned_zero_um(.fits.crown_mm)
+)]
+pub struct OtherRim {
+    pub lobe: String,
+    /// Width of the lobe (mm).
+    pub width_mm: f64,
+    /// Name of the wheel after a space; empty without a changer.
+    pub wheel: String,
+    /// Shape of the lobe.
+    pub design: AxialProfile,
+    /// Shape that the wheel grinds.
+    pub ground: AxialProfile,
+    /// Largest difference of both (mm).
+    pub off_mm: f64,
+    /// Rim that grinds the lobe.
+    pub fits: AxialProfile,
+    /// Key of the wheel's rim in the machine file.
+    pub rim_key: String,
 }
 
 /// A length in micrometres, without the sign of a zero.

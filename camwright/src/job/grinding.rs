@@ -27,7 +27,7 @@ use crate::machine::fixture::Extent;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-pub use crate::job::error::JobError;
+pub use crate::job::error::{JobError, OtherRim};
 pub use crate::job::key::{JobKey, Subject};
 
 /// One profile: the shape that one or more lobes of the part have.

@@ -12,15 +12,37 @@ pub fn fields_since(topic: &Topic, now: &str) -> usize {
     }
     let parse = |text: &str| TypeDefinition::parse(&topic.type_name, text).ok();
     let (Some(former), Some(now)) = (parse(&topic.definition), parse(now)) else { return 0 };
-    let ([former, former_parts @ ..], [now, parts @ ..]) = (&former.types[..], &now.types[..]) else { return 0 };
-    // The types that only new lists use come after those that were used before.
-    let Some(since) = now.strip_prefix(&former[..]).filter(|_| parts.starts_with(former_parts)) else { return 0 };
-    let can_be_empty = |field: &Field| match field.shape {
-        Multiplicity::Sequence | Multiplicity::BoundedSequence(_) => true,
-        Multiplicity::One => matches!(field.kind, FieldKind::Text(_)),
-        Multiplicity::Array(_) => false,
-    };
+    let (Some(before), Some(fields)) = (former.types.first(), now.types.first()) else { return 0 };
+    // A new list may have a new type, which stands among the others by its name.
+    let Some((kept, since)) = fields.split_at_checked(before.len()) else { return 0 };
+    if !are_same((before, &former), (kept, &now)) {
+        return 0;
+    }
+    let is_text = |field: &Field| field.shape == Multiplicity::One && matches!(field.kind, FieldKind::Text(_));
+    let can_be_empty = |field: &Field| is_list(field.shape) || is_text(field);
     if since.iter().all(can_be_empty) { since.len() } else { 0 }
+}
+
+/// It has any number of elements, also none.
+fn is_list(shape: Multiplicity) -> bool {
+    matches!(shape, Multiplicity::Sequence | Multiplicity::BoundedSequence(_))
+}
+
+/// Fields of two definitions have the same names and layout, and so have the types within them. The elements of a list may have changed: a message
+/// in which it is empty can be read, and any other is refused where it is.
+fn are_same((ones, one): (&[Field], &TypeDefinition), (others, other): (&[Field], &TypeDefinition)) -> bool {
+    let is_same = |(a, b): (&Field, &Field)| {
+        let is_same_kind = match (&a.kind, &b.kind) {
+            (FieldKind::Nested(_), FieldKind::Nested(_)) if is_list(a.shape) => true,
+            (FieldKind::Nested(a), FieldKind::Nested(b)) => match (one.types.get(*a), other.types.get(*b)) {
+                (Some(a), Some(b)) => are_same((a, one), (b, other)),
+                _ => false,
+            },
+            (a, b) => a == b,
+        };
+        is_same_kind && a.name == b.name && a.shape == b.shape
+    };
+    ones.len() == others.len() && ones.iter().zip(others).all(is_same)
 }
 
 /// Gives a message in CDR so many empty lists and texts at its end: of each the number of its elements.
@@ -61,7 +83,18 @@ mod tests {
         let part = format!("{}\nMSG: a/P\nuint8 c\n", "=".repeat(80));
         assert_eq!(fields("uint8 a\n", &format!("uint8 a\nP[] b\n{part}")), 1, "a new list of a new type");
         assert_eq!(fields("uint8 a\n", &format!("uint8 a\nP b\n{part}")), 0);
+        let between = format!("{}\nMSG: a/N\nuint8 d\n{part}", "=".repeat(80));
+        assert_eq!(
+            fields(&format!("P a\n{part}"), &format!("P a\nN[] b\n{between}")),
+            1,
+            "a new type stands before others"
+        );
         let other = format!("{}\nMSG: a/P\nuint16 c\n", "=".repeat(80));
+        assert_eq!(
+            fields(&format!("P[] a\n{other}"), &format!("P[] a\nstring b\n{part}")),
+            1,
+            "an empty list of a changed type"
+        );
         let former = format!("P a\n{other}");
         assert_eq!(fields(&former, &format!("P a\nstring b\n{part}")), 0, "a part has changed");
         let mut data = vec![0, 1, 0, 0, 7];

@@ -150,7 +150,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::WideUnderGauge { key, .. } => (*key).into(),
         JobError::ShapeUnderGauge { key, .. } => (*key).into(),
         JobError::WideWithShape { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
-        JobError::OtherRim { lobe, design, .. } => {
+        JobError::OtherRim(other) => {
+            let (lobe, design) = (&other.lobe, other.design);
             let key = if design.taper_mm == 0.0 && design.crown_mm != 0.0 { "crown_um" } else { "taper_um" };
             format!("{}.{key}", lobe_key(job, lobe))
         }

@@ -175,6 +175,6 @@ fn another_wheel_may_rough_a_tapered_lobe() {
     );
     // The other way round the second wheel leaves the lobe straight.
     let error = refusal_on(&two_wheels(rim, AxialProfile::default()), &job(0.04, 0.02));
-    let PlanError::Job(JobError::OtherRim { rim_key, wheel, .. }) = &error else { panic!("{error}") };
-    assert_eq!((rim_key.as_str(), wheel.as_str()), ("wheel_changer.wheels.0.rim", " finishing"));
+    let PlanError::Job(JobError::OtherRim(other)) = &error else { panic!("{error}") };
+    assert_eq!((other.rim_key.as_str(), other.wheel.as_str()), ("wheel_changer.wheels.0.rim", " finishing"));
 }

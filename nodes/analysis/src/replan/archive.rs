@@ -88,6 +88,7 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
         } else if of_type == JobFilePage::TYPE_NAME {
             files.extend(message_from_sample::<JobFilePage>(&message.data));
         } else if of_type == JobStatus::TYPE_NAME {
+            add_empty_fields(&mut message.data, fields_since(topic, JobStatus::SCHEMA));
             let Ok(status) = message_from_sample::<JobStatus>(&message.data) else { continue };
             if status.plan_hash.is_empty() {
                 continue;
