@@ -48,8 +48,10 @@ pub(super) fn purpose(node: &str) -> &'static str {
 
 /// Senders that a node accepts on a topic.
 const SENDERS: [(&str, &str); 19] = [
+    ("machine/judge_part", "Counts the last machined part as good (true) or bad (false)."),
     ("machine/setpoints", COMMAND),
     ("machine/commands", COMMAND),
+    ("~/feed_hold", "Holds (true) or releases (false) the motion on its path."),
     ("~/joint_trajectory", COMMAND),
     ("~/speed_scaling_input", COMMAND),
     ("~/hold_to_run", COMMAND),
