@@ -48,10 +48,8 @@ pub(super) fn purpose(node: &str) -> &'static str {
 
 /// Senders that a node accepts on a topic.
 const SENDERS: [(&str, &str); 19] = [
-    ("machine/judge_part", "Counts the last machined part as good (true) or bad (false)."),
     ("machine/setpoints", COMMAND),
     ("machine/commands", COMMAND),
-    ("~/feed_hold", "Holds (true) or releases (false) the motion on its path."),
     ("~/joint_trajectory", COMMAND),
     ("~/speed_scaling_input", COMMAND),
     ("~/hold_to_run", COMMAND),
@@ -100,6 +98,7 @@ const MEANINGS: [(&str, &str); 58] = [
     ("machine/close_chuck", "Closes the chuck."),
     ("machine/close_door", "Closes the door."),
     ("machine/estop", "Presses (true) or releases (false) the simulated emergency stop; not a safety function."),
+    ("machine/judge_part", "Counts the last machined part as good (true) or bad (false)."),
     ("machine/markers", "Markers of the machine for RViz and Foxglove (m)."),
     ("machine/open_chuck", "Opens the chuck."),
     ("machine/open_door", "Opens the door."),
@@ -119,6 +118,7 @@ const MEANINGS: [(&str, &str); 58] = [
         "Reference, feedback and error of the joints (m, rad), as from the joint trajectory controller.",
     ),
     ("~/describe_parameters", "Descriptions and ranges of parameters."),
+    ("~/feed_hold", "Holds (true) or releases (false) the motion on its path."),
     (
         "~/follow_joint_trajectory",
         "Follows a trajectory (m, rad) within its tolerances, as the joint trajectory controller does.",
