@@ -81,7 +81,7 @@ pub(super) fn topics_that_need_command() -> impl Iterator<Item = &'static str> {
 }
 
 /// Meaning of endpoints whose type is a standard one, or stands for several endpoints.
-const MEANINGS: [(&str, &str); 58] = [
+const MEANINGS: [(&str, &str); 60] = [
     ("/clock", "Time of the machine, unless another node publishes it."),
     (
         "/diagnostics",
