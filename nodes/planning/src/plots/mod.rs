@@ -115,12 +115,12 @@ mod tests {
             ("dressed_batch", vec![], 36),
             ("journal_runout", vec![], 27),
             ("plate_cam", vec![], 5),
-            ("crank_pins", vec![], 16),
+            ("crank_pins", vec![], 18),
             ("punches", vec![], 10),
-            ("wide_lobes", vec![], 35),
-            ("tapered_lobes", vec![], 18),
-            ("long_camshaft", vec![], 54),
-            ("long_camshaft_seat", vec![], 9),
+            ("wide_lobes", vec![], 39),
+            ("tapered_lobes", vec![], 20),
+            ("long_camshaft", vec![], 60),
+            ("long_camshaft_seat", vec![], 10),
         ] {
             let plots = drawn(job, &set);
             assert_eq!(plots.len(), count, "{job} {set:?}");
