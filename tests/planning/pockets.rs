@@ -11,8 +11,8 @@ fn lift(keys: &str) -> String {
     format!("profiles.lobes.lift={{{keys}segments: [{POCKET}]}}")
 }
 
-/// Where both dwells lie the wheel touches a circle about the axis: X is the radius, 45 mm and 43 mm, within 0.01 um. In between it lies
-/// between the two.
+/// On both dwells the wheel touches a circle about the axis: X is its radius, 45 mm and 43 mm, within 0.01 um. On the flanks X lies between
+/// these.
 #[test]
 fn the_wheel_goes_into_the_pocket() {
     let folder = Folder::new("pockets");

@@ -111,7 +111,7 @@ impl JobSpec {
         })
     }
 
-    /// What measures or ends in the spark-out needs a turn of it.
+    /// Refuses a pass without spark-out that ends or measures in it.
     fn check_no_spark_out(&self, pass: &PassSpec) -> Result<(), JobError> {
         let is_last = self.passes.last().is_some_and(|last| last.name == pass.name);
         let needs = [

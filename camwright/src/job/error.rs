@@ -222,7 +222,7 @@ pub enum JobError {
     #[error("pass {pass}: 0 spark-out turns; at least 1 is needed {needs}")]
     NoSparkOut {
         pass: String,
-        /// What needs it.
+        /// Purpose of the turn, as the message ends.
         needs: &'static str,
     },
     /// Passes whose infeed is measured along different things do not join.

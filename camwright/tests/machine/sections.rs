@@ -42,15 +42,19 @@ pub(crate) fn loaded(description: &MachineDescription) -> Machine {
 
 /// Turns of C with X on the path of a disc and the table at a plunge.
 fn plunge(machine: &mut Machine, disc: Eccentric, offset_mm: f64, turns: f64) {
+    turn(machine, disc, (STATION_MM + offset_mm, turns, 4000));
+}
+
+/// Turns of C in a number of ticks, with X on the path of a disc and the table at a position (mm).
+pub(crate) fn turn(machine: &mut Machine, disc: Eccentric, (z_mm, turns, ticks): (f64, f64, u32)) {
     let description = machine.description().clone();
-    let z_mm = STATION_MM + offset_mm;
-    let setpoints = turning(&description, z_mm, turns, 4000, |c| disc.path_over_c(1.0, c));
+    let setpoints = turning(&description, z_mm, turns, ticks, |c| disc.path_over_c(1.0, c));
     machine.place(setpoints[0].counts);
     let reports = follow(machine, &setpoints);
     assert!(reports.iter().all(|report| report.raised.is_empty()), "{:?}", machine.alarms());
 }
 
-fn radii<'a>(machine: &'a Machine, name: &str) -> &'a [f64] {
+pub(crate) fn radii<'a>(machine: &'a Machine, name: &str) -> &'a [f64] {
     machine.part().lobe(name).expect("it was loaded").radii_mm()
 }
 

@@ -1,7 +1,8 @@
 //! Lobes ground by a rim with a profile: every section is a parallel curve of the design, and one deflection carries all of them.
 
-use super::turned::{Eccentric, WHEEL_MM, turning};
-use super::{follow, ideal, machine};
+use super::sections::{self, radii};
+use super::turned::{Eccentric, WHEEL_MM};
+use super::{ideal, machine};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::cam::form::Form;
@@ -50,15 +51,7 @@ pub(crate) fn with_rim(mut description: MachineDescription) -> MachineDescriptio
 
 /// Turns of C with X on the path of a disc and the table at a position (mm).
 fn turn(machine: &mut Machine, disc: Eccentric, (z_mm, turns): (f64, f64)) {
-    let description = machine.description().clone();
-    let setpoints = turning(&description, z_mm, turns, 6000, |c| disc.path_over_c(1.0, c));
-    machine.place(setpoints[0].counts);
-    let reports = follow(machine, &setpoints);
-    assert!(reports.iter().all(|report| report.raised.is_empty()), "{:?}", machine.alarms());
-}
-
-fn radii<'a>(machine: &'a Machine, name: &str) -> &'a [f64] {
-    machine.part().lobe(name).expect("it was loaded").radii_mm()
+    sections::turn(machine, disc, (z_mm, turns, 6000));
 }
 
 /// A disc, and a lobe with hollow flanks, ground by the rim at many places of its width, with the centre of the wheel on the path for the
