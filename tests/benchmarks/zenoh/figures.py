@@ -126,13 +126,13 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def config(folder, mode, listen=(), connect=(), **more):
+def config(folder, mode, listen=(), connect=(), retry=None, **more):
     """Configuration of a session: what differs from Zenoh's defaults in the default configurations of rmw_zenoh_cpp."""
     text = {
         "mode": mode,
         "listen": {"endpoints": list(listen)},
         "connect": {"endpoints": list(connect), "timeout_ms": {"router": -1, "peer": -1, "client": 10000},
-                    "exit_on_failure": {"router": False, "peer": False, "client": True}},
+                    "exit_on_failure": {"router": False, "peer": False, "client": True}, "retry": retry or {}},
         "scouting": {"multicast": {"enabled": False},
                      "gossip": {"enabled": True, "target": {"router": ["router", "peer"], "peer": ["router"]},
                                 "autoconnect": {"router": [], "peer": ["router", "peer"]},
@@ -147,11 +147,11 @@ def config(folder, mode, listen=(), connect=(), **more):
     return path
 
 
-def one_host(folder, mode="peer"):
+def one_host(folder, mode="peer", retry=None):
     """Configurations of a router and of the sessions on its host."""
     port = free_port()
     listen = ["tcp/127.0.0.1:0"] if mode == "peer" else []
-    return config(folder, "router", [f"tcp/127.0.0.1:{port}"]), config(folder, mode, listen, [f"tcp/127.0.0.1:{port}"])
+    return config(folder, "router", [f"tcp/127.0.0.1:{port}"]), config(folder, mode, listen, [f"tcp/127.0.0.1:{port}"], retry)
 
 
 def router(path, namespace=None):
@@ -291,9 +291,9 @@ def network_section(folder, count):
         check(f"{who}: every chunk arrives at {faults['loss']:.0%} loss", not arrivals.missing, f"{len(arrivals.missing)} missing")
 
 
-def restart(folder, mode, latched, count):
+def restart(folder, mode, latched, count, retry=None):
     """Chunks around a router that is killed after 3 s and started again 3 s later; a receiver that joins in the outage."""
-    hub, session = one_host(folder, mode)
+    hub, session = one_host(folder, mode, retry)
     words = ["latched"] if latched else []
     first = router(hub)
     with Process(PROGRAM, "receive", session, count, *words).ready() as receiver:
@@ -303,11 +303,11 @@ def restart(folder, mode, latched, count):
             first.__exit__()
             late = Process(PROGRAM, "receive", session, count, *words)
             time.sleep(3)
+            again = time.time_ns()
             with router(hub), late:
-                again = time.time_ns()
                 arrivals = Arrivals(receiver, count, lines)
                 joined = Arrivals(late.ready(), count)
-    name = f"{mode}s{', latched' if latched else ''}"
+    name = f"{mode}s{', latched' if latched else ''}{', connects every 100 ms' if retry else ''}"
     print(f"{name}: load {load()}; lost {len(arrivals.missing)}, twice {arrivals.duplicates}, longest gap {arrivals.gap_ms:.0f} ms")
     if joined.chunks:
         print(f"  late joiner: {len(set(number for number, _, _ in joined.chunks))} chunks from number {min(joined.chunks)[0]}, "
@@ -323,6 +323,9 @@ def restart_section(folder, count):
     through, _ = restart(folder, "client", False, 1200)
     check("sessions through the router: the stream goes on after the restart", bool(through.chunks and through.chunks[-1][0] == 1199),
           f"{len(through.missing)} chunks lost")
+    often = {"period_init_ms": 100, "period_max_ms": 100, "period_increase_factor": 1}
+    quick, _ = restart(folder, "client", False, 1200, often)
+    check("the same, connecting every 100 ms", bool(quick.chunks and quick.chunks[-1][0] == 1199), f"{len(quick.missing)} chunks lost")
     kept, late = restart(folder, "client", True, 1200)
     check("latched, through the router: nothing is lost", not kept.missing, f"{len(kept.missing)} lost, {kept.duplicates} twice")
     check("latched: the late joiner has the last 1000 chunks", not set(range(200, 1200)) & set(late.missing),
@@ -400,7 +403,8 @@ def access_section(folder, count):
 
     with router(hub), Process(PROGRAM, "send", node, 150, "latched").ready() as sender:
         operator = look("operator", sender, port)
-        check("operator with a key reads chunks and calls the service", operator["samples"] >= 100 and operator["service"]["answered"], words(operator))
+        check("operator with a key reads chunks and calls the service",
+              operator["samples"] >= 100 and operator["service"]["answered"], words(operator))
         viewer = look("viewer", sender, port)
         check("viewer with a key reads chunks", viewer["samples"] >= 100, words(viewer))
         check("viewer cannot call the service", not viewer["service"]["answered"], json.dumps(viewer["service"]))
