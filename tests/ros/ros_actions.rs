@@ -116,7 +116,7 @@ fn goal(wish: &str) -> HomeGoal {
 }
 
 fn result(message: &str) -> HomeResult {
-    HomeResult { success: true, message: message.into(), ..Default::default() }
+    HomeResult { message: message.into(), ..Default::default() }
 }
 
 fn until(what: &str, condition: impl Fn() -> bool) {

@@ -77,7 +77,7 @@ pub(super) fn end_probe(
         None => close(goal, outcome, result),
         Some(message) => {
             // False where the goal has ended already, which then is its end.
-            let _first_end = goal.abort(ProbeResult { success: false, message, ..result });
+            let _first_end = goal.abort(ProbeResult { message, ..result });
         }
     }
 }
@@ -91,7 +91,7 @@ pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: MotionOutcome, was_let_go
         _ => None,
     };
     match text {
-        Some(text) => GoalEnd::Succeeded.close(goal, JogResult { success: true, message: text.to_owned(), ..result }),
+        Some(text) => GoalEnd::Succeeded.close(goal, JogResult { message: text.to_owned(), ..result }),
         None => close(goal, outcome, result),
     }
 }

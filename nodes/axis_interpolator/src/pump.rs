@@ -334,7 +334,7 @@ impl EnginePump {
             plan_hash: if is_idle { String::new() } else { plan_hash },
             segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
             phase: status.phase.map_or(0, |phase| phase as u8),
-            lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+            lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(InterpolatorState::NO_LOBE),
             turn: status.turn,
             turns: status.turns,
             stock: m_from_mm(status.stock_mm),

@@ -105,7 +105,6 @@ impl Execution {
         *lock(&self.shared.job_slot) = JobSlot::Idle;
         let state = match outcome {
             Ok(()) => {
-                result.success = true;
                 logger.info(&format!("job {name} complete: {}", result.message));
                 JobStatus::COMPLETE
             }
@@ -131,7 +130,7 @@ impl Execution {
             (RequestOrigin::Goal(goal), _) => drop(goal.abort(result)),
             (RequestOrigin::Cell, _) => {}
             (RequestOrigin::Stiffness(waiting), _) => {
-                let success = result.success && journals.len() == result.lobes.len();
+                let success = state == JobStatus::COMPLETE && journals.len() == result.lobes.len();
                 let message = result.message;
                 request_origin::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
             }

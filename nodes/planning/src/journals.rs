@@ -106,7 +106,7 @@ impl PreparedCorrection {
             }
             result.turns += f64::from(decided.turns);
             // As round as it is now by sparking out alone.
-            result.spark_out_turns = decided.spark_out_turns_to(mm_from_m(result.runout)).unwrap_or_default();
+            result.spark_out_turns = decided.spark_out_turns_to(mm_from_m(result.runout)).unwrap_or(f64::NAN);
         }
     }
 }

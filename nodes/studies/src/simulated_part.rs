@@ -119,7 +119,7 @@ fn time_s(simulated: &Simulated, cycle_time_s: f64) -> f64 {
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
-    values.max_by(f64::total_cmp)
+    values.filter(|value| value.is_finite()).max_by(f64::total_cmp)
 }
 
 fn not_measured(job: &str, error: &dyn Display) -> SimulationFailed {

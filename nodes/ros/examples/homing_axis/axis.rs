@@ -34,7 +34,7 @@ impl Axis {
         if goal.is_canceling() {
             goal.canceled(HomeResult { message: "canceled".into(), ..HomeResult::default() });
         } else if state.position_m <= 0.0 {
-            goal.succeed(HomeResult { success: true, message: "homed".into(), ..HomeResult::default() });
+            goal.succeed(HomeResult { message: "homed".into(), ..HomeResult::default() });
         }
         state.position_m
     }
