@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Generates the Rust types from the interface files.
 
 mod generator;

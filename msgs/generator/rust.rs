@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Writes the Rust code.
 
 use std::collections::BTreeSet;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Bounds that an interface sets and Rust's types do not hold.
 
 use std::error::Error;

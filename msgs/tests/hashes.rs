@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The hashes are those that rosidl computes.
 
 use std::collections::BTreeMap;

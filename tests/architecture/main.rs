@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The house: crates, alarm table, message types, installation.
 
 #[path = "../support/mod.rs"]

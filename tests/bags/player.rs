@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! A bag is played as rosbag2's player would, and does what its services ask.
 
 use crate::recorder;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Interruptions of a running cell: Ctrl-C, an interpolator that dies, a second machine with a clock.
 
 use crate::support;

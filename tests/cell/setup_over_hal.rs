@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Homing over HAL.
 
 use crate::hal::{Hal, NAMESPACE, integrator};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The example of `camwright_ros`, `nodes/ros/examples/homing_axis`, driven by a client.
 
 use crate::example;

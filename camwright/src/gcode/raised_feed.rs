@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Feeds that LinuxCNC would drive faster than they are written.
 
 use super::{BlockLocation, NcAxis, Program, driven};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Limits of the machine, applied to the law of one axis, and the errors of a trajectory.
 
 use super::quantity::MotionQuantity;

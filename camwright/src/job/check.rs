@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Validates a job before path planning.
 
 use super::grinding::{

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Turning job: surface, bar and passes.
 
 use crate::cam::surface::Surface;

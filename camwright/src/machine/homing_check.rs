@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Check of a homing against its axis.
 
 use crate::machine::description::{AxisDescription, AxisScale};

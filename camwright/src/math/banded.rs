@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Symmetric positive definite band matrices that close on themselves, as every periodic spline problem has them.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Trajectories of ROS clients.
 
 use crate::bench::{Bench, PER_MM, machine};

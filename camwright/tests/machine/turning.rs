@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! A lathe as it runs: setpoints of an eccentric in, what the insert leaves of a bar out.
 
 use camwright::cam::surface::SurfacePoint;

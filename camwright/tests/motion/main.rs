@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Speed planning.
 
 #[path = "../cams/mod.rs"]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! A fixed slice of random turns, and a campaign of them:
 //!
 //! ```text

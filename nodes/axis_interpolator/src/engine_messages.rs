@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Messages between the engine and its node, through rings.
 
 use camwright::interpolator::trajectory::TrajectoryStart;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Deflection of wheel and part in a machine file.
 
 use super::ConfigError;

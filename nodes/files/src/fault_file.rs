@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Faults that a job file injects.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! A groove as a milling job writes it, and the groove it means.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Homing of a slide in a machine file.
 
 use super::ConfigError;

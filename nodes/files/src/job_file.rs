@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Job files: what is written, and the job it means.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Profile and file of a lift, for its errors and units.
 
 use super::ConfigError;

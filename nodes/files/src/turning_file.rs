@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Files of jobs that turn: what is written, and the job it means.
 
 use super::ConfigError;

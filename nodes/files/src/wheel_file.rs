@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Surroundings and dressing of the wheel in files.
 
 use super::ConfigError;

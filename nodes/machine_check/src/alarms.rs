@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! M30: what alarms say.
 
 use super::observed::{Observed, alarm_numbers, sorted};

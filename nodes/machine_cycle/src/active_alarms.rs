@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Active alarms, as published on `machine/alarms`.
 
 use super::stream_state::StreamState;

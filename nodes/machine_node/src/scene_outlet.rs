@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The machine as others see it: description, transforms, markers, and the outline of the part while it is cut.
 
 use super::CycleInlet;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Operations of a running cell, for the command line and the page.
 
 use camwright::machine::alarm::AlarmKind;

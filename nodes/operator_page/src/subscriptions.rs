@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Subscriptions of the page.
 
 use super::cell_snapshot::{CellSnapshot, Received};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Chatter forecast of a planned job: `camwright chatter`.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Findings of a check.
 
 use camwright_files::ConfigError;

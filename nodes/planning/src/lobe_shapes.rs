@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Taper and crown of lobes: as planned, and as ground.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Stiffness of a slender part at every lobe, and the spark-out and the order that its supports ask for.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! A turn of a planned pass as a curve, for who draws it beside what became of it.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! `camwright.check`.
 
 use super::error::input_error;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! `camwright.plan`.
 
 use super::check::PyFinding;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! `camwright.simulate`.
 
 use super::error::simulation_error;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Studies whose cases a scheduler spreads over many processes.
 
 use super::error::{InputError, input_errors};

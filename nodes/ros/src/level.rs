@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Severities of log lines.
 
 /// Severity, with the numbers of `rcl_interfaces/msg/Log`.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Logs: on stderr as ROS prints them, and on `/rosout`.
 
 use std::{

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Queries about matches between our endpoints and those of other nodes.
 
 use std::{

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Which topics are recorded, and how they are subscribed to.
 
 use regex_lite::Regex;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The recorder's parameters.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Points of what markers are made of, in m.
 
 use camwright::math::units::TURN_RAD;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Studies: one job in many cases, planned and simulated without ROS on all cores.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Report of a study: one HTML page that needs no other file.
 
 use super::analysis::{FactorEffect, short};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Table of results as Apache Parquet, with one row group.
 
 use super::StudyError;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Count of dropped messages.
 
 use std::sync::Arc;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Life cycle, simulated time, logs, names.
 
 use super::ground::{Ground, STRING};

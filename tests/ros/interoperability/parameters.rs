@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Parameters: the six services, events, files, and the command line.
 
 use super::ground::{Ground, strings};

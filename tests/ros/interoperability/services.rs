@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Services in both roles.
 
 use super::ground::{Ground, text};

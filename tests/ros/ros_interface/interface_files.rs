@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Comments of the interface files in `msgs/`.
 
 use super::support::repository;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Followers of a cam.
 
 pub(crate) mod frame;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Errors of a lift table, each with the line of its file.
 
 use thiserror::Error;

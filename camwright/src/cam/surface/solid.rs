@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Solids by formula.
 
 use super::{SurfaceError, SurfaceKey};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Numbers, yes or no, texts and lists.
 
 use super::{Snapshot, SnapshotCodec, SnapshotError, SnapshotValue};

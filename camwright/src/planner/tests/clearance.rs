@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The wheel keeps away from everything but the lobe it grinds.
 
 use super::*;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The machine as it runs, one tick after the other.
 
 #[macro_use]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Power of the drives: mains, emergency stop, drive faults, orders.
 
 use super::ResetRefused;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Contact of the insert with the section.
 
 use super::InsertPathError;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Everything that the sections of the page report.
 
 use super::edge::ErrorSplit;

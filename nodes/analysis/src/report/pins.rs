@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Ground crank pins: size, roundness, and where the centre of each lies.
 
 use super::findings::Findings;

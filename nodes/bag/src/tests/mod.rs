@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Bags written and read back.
 
 use std::collections::BTreeMap;

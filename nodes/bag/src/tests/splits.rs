@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Bags of several files, and recordings of which only snapshots are written.
 
 use super::*;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The command line: the whole cell in one process, and the tools around it.
 
 use std::process::ExitCode;

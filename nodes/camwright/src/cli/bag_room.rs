@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Directory and predicted size of the bag of `camwright run`, checked before a node starts.
 
 use super::output::note;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The machine of a running cell, from the description that it publishes.
 
 use super::mm_from_m;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The steps of a plan as messages.
 
 use super::plan_splines::SplineIds;

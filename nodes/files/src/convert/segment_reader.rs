@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! The steps of a plan from messages.
 
 use super::phase::phase_from;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Wheels of a changer that a job names: by lobe, by pass, or for all.
 
 use super::JobFile;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Surfaces that stand in files of their own.
 
 use super::*;

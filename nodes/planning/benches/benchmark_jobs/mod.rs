@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Shipped jobs for benchmarks of the simulated machines.
 
 use camwright::interpolator::{Motion, Prepared};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Pens and colours.
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

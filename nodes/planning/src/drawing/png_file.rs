@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! A drawing as PNG.
 
 use super::canvas::{Drawing, DrawingItem};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Curves over one turn of C.
 
 use super::super::turn::LobeTurnPoint;

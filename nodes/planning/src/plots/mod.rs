@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Drawings of every lobe by `camwright plan --plots`.
 //!
 //! | name | shows |

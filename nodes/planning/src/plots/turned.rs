@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Drawings of a turned part by `camwright plan --plots`.
 //!
 //! | name | shows |

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 //! Least angles between insert and surface, all round a turn.
 
 use super::prepared::PreparedTurning;
