@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Language of doc comments and names: openings, words and function names that readers stumble over.
 
 use crate::support::repository;
@@ -27,18 +27,19 @@ fn sources(folder: &Path, endings: &[&str], into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Programs and interfaces of ours name their license in one of the first two lines. `msgs/standard` repeats interfaces of ROS.
+/// Programs and interfaces of ours name copyright and license in one of the first two lines. `msgs/standard` repeats interfaces of ROS.
 #[test]
-fn every_source_names_its_license() {
+fn every_source_names_its_copyright_and_license() {
     const ENDINGS: [&str; 11] =
         [".rs", ".py", ".pyi", ".sh", ".js", ".mjs", ".msg", ".srv", ".action", ".cmake", "CMakeLists.txt"];
+    const LICENSE: &str = "Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0";
     let mut all = Vec::new();
     sources(&repository(), &ENDINGS, &mut all);
     all.retain(|path| !path.starts_with(repository().join("msgs/standard")));
     assert!(all.len() > 1000, "only {} sources", all.len());
     let is_named = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).expect("a source");
-        text.lines().take(2).any(|line| line.ends_with("SPDX-License-Identifier: Apache-2.0"))
+        text.lines().take(2).any(|line| line.ends_with(LICENSE))
     };
     let nameless: Vec<&PathBuf> = all.iter().filter(|path| !is_named(path)).collect();
     assert!(nameless.is_empty(), "no SPDX-License-Identifier: {nameless:#?}");

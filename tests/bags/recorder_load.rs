@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The recorder's process under a load that any computer carries, on a full disk, and during shutdown: every message is accounted
 //! for, once. The benchmark `recorder_load` has the same with more.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The axis interpolator among the nodes it works with: homing, trajectories of other clients, override, hold, who has command, alarms.
 
 use crate::cell;

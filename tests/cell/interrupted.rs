@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Interruptions of a running cell: Ctrl-C, an interpolator that dies, a second machine with a clock.
 
 use crate::support;

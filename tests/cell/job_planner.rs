@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The job planner among the nodes it works with: jobs run, refused, cancelled, previewed.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 

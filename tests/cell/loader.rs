@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cell that is loaded by a robot: ten parts by the example's robot, and what becomes of everything that can go wrong between them.
 
 use crate::cell;

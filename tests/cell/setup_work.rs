@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Set-up work over DDS: jog, find the part's phase and grind by it, touch off, dress, dry run; and what is refused, with its reason.
 
 use crate::cell;

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine made of a trajectory controller (`nodes/camwright/examples/trajectory_controller_bridge.rs`): which clauses of the contract it keeps, and
 //! that the interpolator moves it. `ros2_control` itself is no part of the test: a stand-in does what its controller does with what comes
 //! on `~/joint_trajectory`, and says where it is on `~/controller_state`.

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Faults of the running cell: each ends the job with its alarm, latched until a reset, and a job goes on where it was stopped.
 
 use crate::cell;

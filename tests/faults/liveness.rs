@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A node that dies, stops or is deactivated in the middle of a job ends the job with a reason, and the next job succeeds.
 //!
 //! Campaigns, each with a seed (`CAMWRIGHT_SEED`, default 1):

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The whole cell as its users meet it: four processes of ours, and a real ROS 2 node (rclpy with Fast DDS) that looks around, runs a job
 //! to its end, cancels another, and afterwards reads and hears what was recorded.
 

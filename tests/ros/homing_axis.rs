@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The example of `camwright_ros`, `nodes/ros/examples/homing_axis`, driven by a client.
 
 use crate::example;

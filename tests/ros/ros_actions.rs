@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Actions, life cycle and diagnostics between two nodes of this process.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Causes of waves on a ground part: a vibration leaves as many waves per turn as it has periods in that time.
 
 use crate::machine::description::{Axis, MachineDescription};

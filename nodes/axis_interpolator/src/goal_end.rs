@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! End of a goal: its state and its result.
 
 use camwright::interpolator::{MotionOutcome, ProbeOutcome};

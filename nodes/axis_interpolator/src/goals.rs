@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The goal that has command of the axes: a plan, a homing, a trajectory.
 
 use super::engine_messages::Ended;

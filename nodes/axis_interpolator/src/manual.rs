@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Work by hand: the action `~/jog` with its `~/hold_to_run`, and the service `~/wheel`.
 //!
 //! A jog that has no distance continues while messages come on `~/hold_to_run`. They are waited for in ticks of the

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From what the engine reports to messages, and to the goal that is being served.
 
 use super::engine_messages::{Ended, FromEngine, MotionForecast, SequencedCommand, ToEngine, Tracking};

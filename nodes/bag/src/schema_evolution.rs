@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages that were recorded when their type was another: lists and texts that came to its end since are empty, and a time that became a header
 //! has no frame.
 

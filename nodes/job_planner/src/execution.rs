@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Common parts of all running jobs: the client, the execution of plans by the interpolator, the end.
 
 use super::job_slot::{JobEvent, JobSlot};

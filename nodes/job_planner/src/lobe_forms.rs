@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes in their nominal form and what they are off, for viewers: `~/lobe_forms`, and drawn, `~/markers`.
 
 use super::lock;

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job that turns, on a thread of its own: bar, execution, measuring the surface.
 
 use super::execution::{Execution, JobFailure, PlanShare};

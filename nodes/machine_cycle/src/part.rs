@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part on its way to the cyclic thread and back.
 
 use camwright::cam::contour::LobeCentre;

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
 use super::CycleInlet;

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine as others see it: description, transforms, markers, and the outline of the part while it is cut.
 
 use super::CycleInlet;

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Operations of a running cell, for the command line and the page.
 
 use camwright::machine::alarm::AlarmKind;

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content of the page and of `camwright status`, as JSON: shop units, named in each key.
 
 use super::cell_snapshot::{CellSnapshot, SILENCE, joint_value};

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Journals that run out: the raw part as it is put between the centres, what is measured of it before and while it is ground, and the
 //! half of a job that corrects it.
 

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From a job file to a plan that can be sent: what `camwright plan`, `camwright check` and the job planner share. No ROS.
 //!
 //! ```text

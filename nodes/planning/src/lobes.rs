@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes as messages: the blank that is put between the centres, and the form of what was ground.
 
 use camwright::cam::contour::Contour;

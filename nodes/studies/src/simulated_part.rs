@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A planned job on the simulated machine, without ROS: the part and its results.
 
 use camwright::cam::form::Form;

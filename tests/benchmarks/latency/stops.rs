@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stops: over a hard limit switch, and by the emergency stop.
 
 use super::asker::{Asker, DISCOVERY, between_ns, now_ns};

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The jobs of a bag: what was asked for, on which machine, and the plan that was driven.
 
 use camwright::machine::description::MachineDescription;

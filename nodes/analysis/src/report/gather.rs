@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Recorded data of a run, topic by topic; missing data stays empty and is never guessed.
 
 use super::error::ReportError;

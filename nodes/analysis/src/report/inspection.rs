@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inspection of the ground lobes, as a cam measuring machine reports it.
 
 use super::findings::Findings;

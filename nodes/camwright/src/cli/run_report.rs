@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
 use super::batch::Batch;

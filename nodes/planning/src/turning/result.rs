@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A turned part in messages: the bar that is clamped, how its surface came out, and where it is off.
 
 use super::prepared::{PreparedTurning, highest_cusp};

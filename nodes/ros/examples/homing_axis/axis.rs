@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The axis: publisher, service, action, life cycle and parameters.
 
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeResult};
