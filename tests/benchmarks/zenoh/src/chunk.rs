@@ -8,7 +8,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 pub const TOPIC: &str = "/machine/setpoints";
-pub const SERVICE: &str = "/machine/estop";
 /// Depth of the histories, as in the product.
 pub const DEPTH: u32 = 1000;
 /// The interpolator sends a chunk for every ten ticks of 1 ms.

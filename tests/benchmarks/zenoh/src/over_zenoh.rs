@@ -1,6 +1,6 @@
 //! The same topic and a service on Zenoh, with the entities and options that `rmw_zenoh_cpp` gives them.
 
-use super::chunk::{Arrival, DEPTH, PATIENCE, SERVICE, TOPIC, now_ns, print_arrivals, send_bursts};
+use super::chunk::{Arrival, DEPTH, PATIENCE, TOPIC, now_ns, print_arrivals, send_bursts};
 use super::format::{Attachment, EntityKind, RosEndpoint, SessionNode, gid};
 use super::{Outcome, Task};
 use camwright_msgs::cdr::{message_from_sample, sample_from_message};
@@ -19,6 +19,7 @@ use zenoh_ext::{
     RecoveryConfig,
 };
 
+const SERVICE: &str = "/machine/estop";
 const SETPOINTS: RosEndpoint =
     RosEndpoint { name: TOPIC, type_name: JointTrajectory::DDS_TYPE_NAME, type_hash: JointTrajectory::TYPE_HASH };
 /// Period of the message from which a subscriber learns that it misses the last sample.
