@@ -288,7 +288,8 @@ def network_section(folder, count):
     print(f"\nTwo hosts, {count} chunks, 100 a second\n\ndelay, loss | transport | load | {HEAD} | frames passed, lost")
     for faults, who, busy, arrivals, counted in rows:
         print(f"{faults['delay_s'] * 1e3:.0f} ms, {faults['loss']:.0%} | {who} | {busy} | {arrivals.row()} | {counted['passed']}, {counted['lost']}")
-        check(f"{who}: every chunk arrives at {faults['loss']:.0%} loss", not arrivals.missing, f"{len(arrivals.missing)} missing")
+        check(f"{who}: every chunk arrives at {faults['loss']:.0%} loss", not arrivals.missing,
+              f"{len(arrivals.missing)} missing {arrivals.missing[:8]}")
 
 
 def restart(folder, mode, latched, count, retry=None):
