@@ -31,7 +31,8 @@ fn the_schema_of_joint_states_is_what_a_bag_carries() {
 fn our_own_schemas_are_the_files_with_their_comments() {
     let file = include_str!("../msg/PlanPage.msg");
     assert!(PlanPage::SCHEMA.starts_with(file));
-    assert!(PlanPage::SCHEMA.contains("\nMSG: camwright_msgs/PlanSegment\n# Segment of a plan.\n"));
+    assert!(PlanPage::SCHEMA.contains("\nMSG: camwright_msgs/PlanSegment\n# Copyright "));
+    assert!(PlanPage::SCHEMA.contains("\n# Segment of a plan.\n"));
 }
 
 #[test]

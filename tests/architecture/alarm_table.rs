@@ -52,7 +52,7 @@ fn the_table_of_the_message_is_generated() {
         format!("uint16 {} = {number} # {}; {remedy}", constant.replace("__", "_"), reaction(severity))
     };
     let rows: Vec<String> =
-        std::iter::once("uint16 NONE = 0".to_owned()).chain(AlarmKind::ALL.into_iter().map(row)).collect();
+        std::iter::once("uint16 NONE = 0 # no alarm".to_owned()).chain(AlarmKind::ALL.into_iter().map(row)).collect();
     let is_row = |line: &str| line.starts_with("uint16 ") && line.contains('=');
     assert_generated("msgs/msg/Alarm.msg", "# Numbers", is_row, &rows);
 }

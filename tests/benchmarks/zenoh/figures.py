@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Figures for the decision on Zenoh as a second transport (docs/decisions/0097): format, latency, network, restart, access, cost.
 
 usage: python3.11 tests/benchmarks/zenoh/figures.py [--quick] [SECTION...]

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Peer on eclipse-zenoh that reads what rmw_zenoh_cpp would read, and judges it with code of others.
 
 usage: peer.py CONFIG COUNT SECONDS [hostile]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Chunks of setpoints and their times, the same for both transports.
 
 use super::Outcome;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Our ROS layer on RustDDS, as the nodes use it.
 
 use super::chunk::{Arrival, DEPTH, PATIENCE, TOPIC, print_arrivals, send_bursts};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Names and attachments as `rmw_zenoh_cpp` writes them: its `docs/design.md` and, for the octets of an attachment, its sources.
 
 /// What an attachment has: number of the message, time of its publication, identity of its publisher.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sends and receives chunks of setpoints over DDS or Zenoh, for `figures.py`.
 //!
 //! ```text

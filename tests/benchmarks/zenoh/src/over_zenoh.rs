@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The same topic and a service on Zenoh, with the entities and options that `rmw_zenoh_cpp` gives them.
 
 use super::chunk::{Arrival, DEPTH, PATIENCE, TOPIC, now_ns, print_arrivals, send_bursts};

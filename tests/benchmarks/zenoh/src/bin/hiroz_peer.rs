@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Peer on the crate `hiroz`, with its own CDR, keys, tokens and attachments: receives chunks and calls the service, for `figures.py`.
 //!
 //! ```text
