@@ -23,7 +23,7 @@ fn crank_pins_are_ground_round_and_reported() {
     for lobe in lobes {
         let um = |key: &str| lobe[key].as_f64().expect("a number");
         assert!(um("form_error_max_um").abs() < 5.0, "{lobe}");
-        assert!(um("runout_um").abs() < 1e-9, "the runout of a journal is none of a pin: {lobe}");
+        assert!(lobe["runout_um"].is_null(), "the runout of a journal is none of a pin: {lobe}");
     }
     let message = report["message"].as_str().expect("a message");
     let value = |pin: &str, key: &str| -> f64 {
