@@ -69,7 +69,7 @@ impl WaveCause {
     }
 }
 
-/// Frequency at which the loops of an axis ring: s² + ω s + ω k_v of the velocity loop ω around the position loop k_v. `None`: they are damped.
+/// Frequency at which the loops of an axis ring: `s² + ω s + ω k_v` of the velocity loop ω around the position loop `k_v`. `None`: they are damped.
 fn ringing_rad_s(machine: &MachineDescription, axis: Axis) -> Option<f64> {
     let drive = &machine.axes[axis.index()].drive;
     let (loop_rad_s, kv_1_s) = (drive.velocity_loop_rad_s?, drive.kv_1_s * (1.0 + drive.gain_error));
