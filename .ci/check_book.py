@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Checks every link, anchor and image of a built book: `python3 .ci/check_book.py target/book`."""
 import sys
 from html.parser import HTMLParser

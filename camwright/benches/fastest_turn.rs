@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Planning time of the fastest turn, for comparison with an earlier state of the planner:
 //!
 //! ```text

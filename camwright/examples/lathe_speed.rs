@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Simulation speed of a lathe, and the form error of its drives: `cargo run --release -p camwright --example lathe_speed [RPM]`.
 //!
 //! Turns an eccentric (20 mm, 1.5 mm off the axis) of 12 mm length from a bar on one core, as planned and executed tick by tick, 720

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random cuts of 1 to 2,000 turns through the speed plan and its forward check:
 //! `cargo run --release -p camwright --example long_cuts [COUNT [SEED]]`.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Jobs with implausible numbers through all of planning: `cargo run --release -p camwright --example odd_jobs [COUNT [SEED]]`.
 //!
 //! Prints how many were planned and refused, the slowest, and every seed that panicked or failed its own check; exit code 1 then.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Point-to-point moves for a judge (`tests/benchmarks/point_to_point.py`).
 //!
 //! ```text

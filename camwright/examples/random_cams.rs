@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random cams through everything that is planned of a cam: `cargo run --release -p camwright --example random_cams [COUNT [SEED]]`.
 //!
 //! Prints how many were planned, how many refused and where, and every seed that gave something wrong; exit code 1 then.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cases for the judges of the fastest turn (tests/benchmarks): the reference lobe and seeded random ones.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Planning time of the path of a lathe's insert, and its growth with the number of points:
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Error of a turned cam planned by a shortcut, and permitted heights of the insert:
 //!
 //! ```text

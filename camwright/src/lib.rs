@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plans, executes and simulates the grinding and turning of parts that are not round: cams, eccentrics, grooves and
 //! the journals between them.
 //!

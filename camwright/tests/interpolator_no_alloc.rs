@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cyclic path does not allocate: a whole job with a hold, an override and a cancel under an allocator that aborts.
 
 #[path = "interpolator/bench.rs"]

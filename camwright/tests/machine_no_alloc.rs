@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cyclic path of the machine does not allocate: a test of its own, since it replaces the allocator.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The rooms of the core stand in the order of the data flow: a room imports only from itself and from rooms before it.
 //!
 //! The order is that of the modules in `lib.rs`. Paths inside of macro calls are not seen.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Type descriptions and their hashes, RIHS01 (ROS Interface Hashing Standard, version 1).
 //!
 //! The hash is SHA-256 over the JSON of the description and of all descriptions it refers to, written as Python's

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reads packages and adds the messages ROS derives from services and actions.
 
 use std::collections::{BTreeMap, BTreeSet};

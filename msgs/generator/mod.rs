@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From interface files to Rust, at build time.
 //!
 //! The stages stand in the order the data walks: [`parse`] reads one file (types by [`syntax`]), [`load`] reads a package and adds the

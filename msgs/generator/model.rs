@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content of an interface file.
 
 pub(crate) use super::syntax::{Multiplicity, Primitive};

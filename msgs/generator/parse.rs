@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reads the text of one interface.
 
 use super::model::{Base, Constant, Definition, Field, FieldType, Kind, Multiplicity, TypeName};
@@ -54,7 +55,7 @@ pub(crate) fn message(package: &str, text: &str) -> Result<Definition, Fault> {
         in_heading = in_heading && raw.starts_with('#');
         let (code, comment) = split_comment(&raw);
         let comment = comment.map(|comment| comment.trim_start_matches('#').trim().to_owned());
-        if let Some(comment) = comment {
+        if let Some(comment) = comment.filter(|comment| !comment.contains("SPDX-License-Identifier:")) {
             if in_heading {
                 definition.comment.push(comment);
                 continue;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The text of a message with all it depends on, as rosbag2 writes it into a bag (`ros2msg`).
 
 use std::collections::BTreeSet;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Values of constants and defaults, by the rules of `rosidl_adapter`.
 
 use super::model::{Base, FieldType, Multiplicity, Primitive, Value};

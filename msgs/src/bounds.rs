@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bounds that an interface sets and Rust's types do not hold.
 
 use std::error::Error;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages as samples: CDR with its encapsulation header, as messages travel and as bags keep them.
 
 use byteorder::LittleEndian;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The interfaces camwright speaks, as Rust types.
 //!
 //! They are generated at build time from the same files that `rosidl` builds the ROS package `camwright_msgs` from

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Every type that is known, for those who learn its name at run time.
 
 use crate::type_description_interfaces::msg::{

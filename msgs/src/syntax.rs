@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Types of fields as interface files write them, for example `string<=32[]` or `geometry_msgs/Point[<=4]`.
 //!
 //! The generator of this crate and readers of recorded definitions share this grammar.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Common traits of all messages, services and actions.
 
 use std::fmt::Debug;

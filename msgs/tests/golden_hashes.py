@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Writes golden_hashes.txt: the RIHS01 hash of every type of the standard packages, as rosidl computed it.
 
 The hashes are taken from the JSON files that rosidl_generator_type_description put into the wheels of ROS 2 Jazzy on

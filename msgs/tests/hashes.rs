@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The hashes are those that rosidl computes.
 
 use std::collections::BTreeMap;

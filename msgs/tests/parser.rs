@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The parser reads interface files as rosidl does, and refuses what rosidl would refuse or misread.
 
 #[path = "../generator/mod.rs"]

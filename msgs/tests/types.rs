@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The generated types are what the wire, a bag and a program need.
 
 use camwright_msgs::action_msgs::msg::GoalStatus;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The types serialise to the bytes CDR prescribes, and back.
 
 use byteorder::LittleEndian;

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Starts the four nodes of a cell, each in a process of its own.
 
     ros2 launch camwright cell.launch.py namespace:=cell1 machine:=lathe job:=turned_cam rviz:=true

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Check, plan, simulate and study camwright jobs.
 
 Jobs, machines, studies and lift tables are named as on the command line: by name (those that come with camwright) or by path.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Writes the shipped tables from closed formulas, with no code of camwright: lifts of the default job (ramp, flank and nose), and points.
 
 Ramp: the lift velocity rises from 0 to v over 8 deg as a quintic smoothstep, then stays for 12 deg.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The alarm tables of `docs/reference/alarms.md` and of the alarm message are generated from the table of the core.
 //!
 //! `CAMWRIGHT_WRITE_REFERENCE=1 cargo test -p camwright_nodes --test architecture alarm_table` writes them anew.
@@ -5,33 +6,19 @@
 use camwright::machine::alarm::{AlarmEntry, AlarmKind, AlarmSeverity};
 use std::path::Path;
 
-/// One line for each kind, in the order of the numbers; a kind that each axis has is one line with a range of numbers.
-fn lines(dash: &str, line: impl Fn(&str, &AlarmEntry, &str) -> String) -> Vec<String> {
-    let kinds = AlarmKind::ALL.into_iter().filter(|kind| kind.axis().is_none_or(|axis| axis.index() == 0));
-    kinds
-        .map(|kind| {
-            let entry = kind.entry();
-            let numbers = match kind.axis() {
-                Some(_) => format!("{}{dash}{}", entry.number, entry.number + 2),
-                None => entry.number.to_string(),
-            };
-            let reaction = match entry.severity {
-                AlarmSeverity::Warning => "warning",
-                AlarmSeverity::Stop => "stop",
-                AlarmSeverity::PowerOff => "power off",
-            };
-            line(&numbers, &entry, reaction)
-        })
-        .collect()
+fn reaction(severity: AlarmSeverity) -> &'static str {
+    match severity {
+        AlarmSeverity::Warning => "warning",
+        AlarmSeverity::Stop => "stop",
+        AlarmSeverity::PowerOff => "power off",
+    }
 }
 
-/// Compares the numbered lines of a file, from a heading on, with the table; or writes them.
-fn assert_generated(path: &str, heading: &str, prefix: &str, table: &[String]) {
+/// Compares the rows of a file, from a heading on, with the table; or writes them.
+fn assert_generated(path: &str, heading: &str, is_row: impl Fn(&str) -> bool, table: &[String]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
     let text = std::fs::read_to_string(&path).expect("a file of the repository");
     let start = text.find(heading).expect("the heading of the table");
-    let is_row =
-        |line: &str| line.strip_prefix(prefix).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
     let rows: Vec<&str> = text[start..].lines().filter(|line| is_row(line)).collect();
     if std::env::var_os("CAMWRIGHT_WRITE_REFERENCE").is_some() {
         let old = rows.join("\n");
@@ -44,16 +31,28 @@ fn assert_generated(path: &str, heading: &str, prefix: &str, table: &[String]) {
 
 #[test]
 fn the_table_of_the_document_is_generated() {
-    let rows = lines(" … ", |numbers, AlarmEntry { name, remedy, .. }, reaction| {
-        format!("| {numbers} | {name} | {reaction} | {remedy} |")
-    });
-    assert_generated("docs/reference/alarms.md", "# Alarms", "| ", &rows);
+    // A kind that each axis has is one row with a range of numbers.
+    let kinds = AlarmKind::ALL.into_iter().filter(|kind| kind.axis().is_none_or(|axis| axis.index() == 0));
+    let row = |kind: AlarmKind| {
+        let AlarmEntry { number, name, severity, remedy, .. } = kind.entry();
+        let numbers = kind.axis().map_or_else(|| number.to_string(), |_| format!("{number} … {}", number + 2));
+        format!("| {numbers} | {name} | {} | {remedy} |", reaction(severity))
+    };
+    let is_row =
+        |line: &str| line.strip_prefix("| ").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+    assert_generated("docs/reference/alarms.md", "# Alarms", is_row, &kinds.map(row).collect::<Vec<_>>());
 }
 
 #[test]
 fn the_table_of_the_message_is_generated() {
-    let rows = lines("-", |numbers, AlarmEntry { name, remedy, .. }, reaction| {
-        format!("# {numbers} {name} ({reaction}): {remedy}")
-    });
-    assert_generated("msgs/msg/Alarm.msg", "# Numbers", "# ", &rows);
+    let row = |kind: AlarmKind| {
+        let AlarmEntry { number, name, severity, remedy, .. } = kind.entry();
+        let axis = kind.axis().map_or_else(String::new, |axis| format!("_{}", axis.joint().trim_end_matches("_axis")));
+        let constant = format!("{name}{axis}").to_uppercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+        format!("uint16 {} = {number} # {}; {remedy}", constant.replace("__", "_"), reaction(severity))
+    };
+    let rows: Vec<String> =
+        std::iter::once("uint16 NONE = 0".to_owned()).chain(AlarmKind::ALL.into_iter().map(row)).collect();
+    let is_row = |line: &str| line.starts_with("uint16 ") && line.contains('=');
+    assert_generated("msgs/msg/Alarm.msg", "# Numbers", is_row, &rows);
 }

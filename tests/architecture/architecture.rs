@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Permitted dependencies between crates, as declared in Cargo.toml. `cargo test -p camwright --test rooms` holds the rooms of the
 //! core.
 

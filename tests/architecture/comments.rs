@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Language of doc comments and names: openings, words and function names that readers stumble over.
 
 use crate::support::repository;
@@ -13,22 +14,41 @@ const MAX_TELL_PER_1000: f64 = 0.1;
 /// Function names that do not say what the function does.
 const FUNCTIONS: [&str; 8] = ["of", "tell", "told", "say", "said", "hear", "heard", "keep"];
 
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+/// Files of a folder and those within that end with one of the endings.
+fn sources(folder: &Path, endings: &[&str], into: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder of the repository").flatten() {
         let (path, name) = (entry.path(), entry.file_name());
         let name = name.to_string_lossy();
         if path.is_dir() && name != "target" && !name.starts_with('.') {
-            sources(&path, into);
-        } else if name.ends_with(".rs") {
+            sources(&path, endings, into);
+        } else if endings.iter().any(|ending| name.ends_with(ending)) {
             into.push(path);
         }
     }
 }
 
+/// Programs and interfaces of ours name copyright and license in one of the first two lines. `msgs/standard` repeats interfaces of ROS.
+#[test]
+fn every_source_names_its_copyright_and_license() {
+    const ENDINGS: [&str; 11] =
+        [".rs", ".py", ".pyi", ".sh", ".js", ".mjs", ".msg", ".srv", ".action", ".cmake", "CMakeLists.txt"];
+    const LICENSE: &str = "Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0";
+    let mut all = Vec::new();
+    sources(&repository(), &ENDINGS, &mut all);
+    all.retain(|path| !path.starts_with(repository().join("msgs/standard")));
+    assert!(all.len() > 1000, "only {} sources", all.len());
+    let is_named = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).expect("a source");
+        text.lines().take(2).any(|line| line.ends_with(LICENSE))
+    };
+    let nameless: Vec<&PathBuf> = all.iter().filter(|path| !is_named(path)).collect();
+    assert!(nameless.is_empty(), "no SPDX-License-Identifier: {nameless:#?}");
+}
+
 /// Every Rust source of the repository with its text.
 fn texts() -> Vec<(PathBuf, String)> {
     let mut all = Vec::new();
-    sources(&repository(), &mut all);
+    sources(&repository(), &[".rs"], &mut all);
     assert!(all.len() > 500, "only {} sources", all.len());
     all.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).expect("a source"))).collect()
 }

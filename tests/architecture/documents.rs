@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Documents name files and headings that exist. The book lists every page, and its links stay within it.
 
 use crate::support::repository;

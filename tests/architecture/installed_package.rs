@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The package as `ros2 run` and `ros2 launch` find it: built and installed by `CMake` with the real `ament_cmake`, run from there.
 //! Stand-ins for the launch modules, which no index for Python has, record the processes of the launch file; the test then starts them.
 

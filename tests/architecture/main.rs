@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The house: crates, alarm table, message types, installation.
 
 #[path = "../support/mod.rs"]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages mean the same to us and to real ROS 2 on the wire: every type we know, both ways, against rclpy and Fast CDR.
 
 use crate::support;

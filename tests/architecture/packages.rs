@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Packages for users: `cargo install`, the .deb and the tarball, each run in a root that holds nothing but the package and the
 //! shared libraries of the system.
 

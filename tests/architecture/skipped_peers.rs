@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Without network a developer may skip the tests with real ROS 2 peers, without LinuxCNC those with its interpreter, and gets a message;
 //! in CI no test may be skipped.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The type hashes of our generated types are those that the real rosidl computes, from the wheels where there is one and from our own
 //! build of the interface files where there is none.
 

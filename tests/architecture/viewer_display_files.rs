@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The display files for `RViz` and Foxglove load, and show topics and fields that the cell publishes.
 
 use crate::support::repository;

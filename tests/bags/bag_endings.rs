@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! End of a recording without closing: a kill, a full disk, a file system that fails.
 #![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
 

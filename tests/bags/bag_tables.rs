@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tables of a bag as Parquet: pandas and pyarrow read every value as it stands in the CSV, and as rosbags reads it from the bag.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A bag is played as rosbag2's player would, and does what its services ask.
 
 use crate::recorder;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Selection of topics and files of a recorder: splits, snapshots, regular expressions, foreign types.
 
 use crate::bag_judges;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The recorder's process under a load that any computer carries, on a full disk, and during shutdown: every message is accounted
 //! for, once. The benchmark `recorder_load` has the same with more.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]
@@ -21,7 +22,7 @@ use camwright_bag::check::{BagSeverity, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
 use camwright_msgs::rosbag2_interfaces::msg::MessagesLostEvent;
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_ros::{Node, Qos};
+use camwright_ros::{GoalStatus, Node, Qos};
 use load::{LAST, Load, Publisher, Stack, TOPIC};
 use recorders::RunLoggerProcess;
 use std::process::Command;
@@ -161,8 +162,8 @@ fn move_to_and_fro(node: &Node, time: Duration) -> Vec<String> {
         let goal = MoveToGoal { joints, positions: positions.into(), speed_factor: 0.5, ..MoveToGoal::default() };
         let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
         if sent.accepted() {
-            let (_, result) = sent.result(LONGEST).expect("a result");
-            assert!(result.success, "{}", result.message);
+            let (status, result) = sent.result(LONGEST).expect("a result");
+            assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
             moves += 1;
         } else {
             // It has not heard yet that the machine is ready.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The recorder and the player in the graph: what nodes publish is in the bag, and comes back when the bag is played.
 
 use crate::bag_judges;

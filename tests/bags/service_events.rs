@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Events of service calls in a bag: recorded while they are enabled, with definitions that other readers understand.
 
 use crate::bag_judges;

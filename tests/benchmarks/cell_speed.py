@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Speed of a cell of four processes at pace fast, and the processor time of each.
 
     cargo build --release -p camwright_nodes --bins

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Description of the computer that a benchmark ran on.
 
 /// The first line of a file, empty where there is none.

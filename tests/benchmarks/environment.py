@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """The Python environment of the benchmarks, under target/benchmarks, made once."""
 
 import hashlib

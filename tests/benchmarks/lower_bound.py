@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A time that no plan of a task goes below: the linear program without jerk, with the acceleration of X.
 
 What it asks is necessary, whatever happens between its points, so its time is a bound and not an estimate:

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """The best turn that successive linear programs find for a task, from many starts: slow, and of no kin to the planner.
 
 z = (dC/dt)^2 is a periodic quadratic spline on knots of its own, dense where C is slow. A program maximises

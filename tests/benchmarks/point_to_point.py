@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Judges point-to-point moves against Ruckig: the same duration, every limit kept.
 
     python3.11 tests/benchmarks/point_to_point.py [--count 20000] [--seed 20261121]

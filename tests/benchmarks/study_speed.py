@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Speed of `camwright study`: cases of the default job with 2, 1 and 4 workers, the first run killed in the middle and resumed.
 
     cargo build --release

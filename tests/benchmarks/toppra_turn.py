@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """TOPP-RA on a task: no jerk, not periodic, on 3600 intervals; set up as fast as it can be."""
 
 import logging

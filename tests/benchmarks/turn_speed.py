@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Judges the fastest turn: against the best that an independent oracle finds, a proven lower bound, and TOPP-RA.
 
     python3.11 tests/benchmarks/turn_speed.py [--random 20] [--seed 20261121] [--starts 2] [--runs 15] [--jobs 2] [--no-oracle]

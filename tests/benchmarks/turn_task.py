@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A task of the fastest turn as camwright/examples/turn_cases.rs writes it, and what any plan for it must keep."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job over and the faults that HAL reports.
 
 use crate::hal::{

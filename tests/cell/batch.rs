@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parts one after the other from the command line: what they teach the next one, what outlives a run, what a batch is capable of.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shipped crank pins, ground by the whole cell from the command line, with the report of the bag.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright fleet`: several cells in one domain, one client.
 //!
 //! `CAMWRIGHT_CELLS=3 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright gateway`: a client of the MTConnect adapter reads a whole run, and its history is that of the bag.
 
 use crate::hal::messages;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The in-process gauge of a machine that has one, from the machine file to the bag.
 
 use crate::support;

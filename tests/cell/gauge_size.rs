@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Journals ground to gauge by the whole cell: a wheel that wears, an infeed that cannot reach the size, report and replay.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine behind the HAL of LinuxCNC for the tests: its own components simulate drives and switches, without hardware.
 //!
 //! HAL refuses root and lets only its own user in, so HAL and the node run as an ordinary user here.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Joint trajectories of other clients, as the joint trajectory controller of `ros2_control` serves them: refusals with reasons, tolerances,
 //! stamps, replacement, cancel, deactivation, scaling, and progress topics.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Journals that run out, ground by the whole cell: measured, decided, corrected in a second plan, and recorded; and the stiffness that was
 //! measured on them, kept for the machine.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A gauge behind HAL.
 
 use crate::hal::{Hal, NAMESPACE, as_user, integrator, messages, planner_client, recorded_cell, wait_for_recorder};

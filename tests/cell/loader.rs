@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cell that is loaded by a robot: ten parts by the example's robot, and what becomes of everything that can go wrong between them.
 
 use crate::cell;
@@ -12,7 +13,7 @@ use camwright_msgs::camwright_msgs::srv::{
     CellCommandRequest, InjectFault, InjectFaultRequest, SetCellMode, SetCellModeRequest,
 };
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_ros::{ParameterValue, Qos, Subscription};
+use camwright_ros::{GoalStatus, ParameterValue, Qos, Subscription};
 use cell::{Cell, PATIENCE};
 use loader_robot::Robot;
 use std::sync::mpsc;
@@ -261,7 +262,7 @@ fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
     hold(false);
     until(CellState::UNHOLDING);
     until(CellState::EXECUTE);
-    assert!(goal.result(PATIENCE).expect("a result").1.success);
+    assert_eq!(goal.result(PATIENCE).expect("a result").0, GoalStatus::Succeeded);
     until(CellState::COMPLETING);
     let complete = until(CellState::COMPLETE);
     assert_eq!(complete.job, "eccentric");
@@ -289,8 +290,8 @@ fn a_job_of_run_job_moves_the_state_of_a_cell_without_a_robot() {
     until(CellState::STOPPED);
     let (goal, _) = cell.client.send("eccentric", &SHORT);
     assert!(goal.accepted(), "{:?}", cell.client.statuses.try_iter().last());
-    let (_, result) = goal.result(PATIENCE).expect("a result");
-    assert!(result.success, "{}", result.message);
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
     until(CellState::COMPLETE);
     cell.stop();
 }
@@ -417,8 +418,8 @@ fn out(loaded: &Loaded) -> bool {
     if !sent.accepted() {
         return false;
     }
-    let (_, result) = sent.result(PATIENCE).expect("a result");
-    assert!(result.success, "{}", result.message);
+    let (status, result) = sent.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
     true
 }
 

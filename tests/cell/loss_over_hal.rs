@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Processes beside the node of HAL that die or stand still.
 
 use crate::hal::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine as viewers see it: the URDF puts wheel and part where ARCHITECTURE.md, section 2, says that they are; the cell publishes it
 //! with transforms, markers and outlines that fit together.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cell at work: jobs, set-up, loading, trajectories, the machine contract.
 
 #[path = "../../nodes/camwright/examples/trajectory_controller_bridge.rs"]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright hold`, `resume`, `override` and others on a running cell: what is done, what is refused and by whom.
 
 use crate::cell;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The operator page of a running cell in a real browser, and refusals of its server.
 //!
 //! Pictures of every state stay in `target/operator_page`. `CAMWRIGHT_PICTURES=FOLDER` writes those of the guide.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 // Faults in the layout of the page as it is now: text that is cut, covered or too small, buttons that are too low. Empty: none.
 (() => {
   const MIN_FONT_PX = 12, MIN_BUTTON_PX = 40;

@@ -1,9 +1,10 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Homing over HAL.
 
 use crate::hal::{Hal, NAMESPACE, integrator};
 use crate::support;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal};
-use camwright_ros::ActionClient;
+use camwright_ros::{ActionClient, GoalStatus};
 use std::time::{Duration, Instant};
 use support::command::Shared;
 use support::processes::Processes;
@@ -41,8 +42,9 @@ fn homing_at_an_index_mark_finds_the_same_zero_from_everywhere() {
     for start_m in [None, Some(0.159_99), Some(0.152_01), Some(0.171)] {
         if let Some(start) = start_m {
             let goal = MoveToGoal { joints: vec!["x_axis".into()], positions: vec![start], ..MoveToGoal::default() };
-            let moved = moves.send_goal(goal, drop, PATIENCE).expect("an answer").result(PATIENCE).expect("it ends").1;
-            assert!(moved.success, "{}{}", moved.message, machine.stderr());
+            let (status, moved) =
+                moves.send_goal(goal, drop, PATIENCE).expect("an answer").result(PATIENCE).expect("it ends");
+            assert_eq!(status, GoalStatus::Succeeded, "{}{}", moved.message, machine.stderr());
         }
         let deadline = Instant::now() + PATIENCE;
         let homing = loop {
@@ -55,8 +57,8 @@ fn homing_at_an_index_mark_finds_the_same_zero_from_everywhere() {
             assert!(Instant::now() < deadline, "no homing is accepted{}", machine.stderr());
             std::thread::sleep(Duration::from_millis(100));
         };
-        let homed = homing.result(PATIENCE).expect("it ends").1;
-        assert!(homed.success, "from {start_m:?}: {}{}", homed.message, machine.stderr());
+        let (status, homed) = homing.result(PATIENCE).expect("it ends");
+        assert_eq!(status, GoalStatus::Succeeded, "from {start_m:?}: {}{}", homed.message, machine.stderr());
         // Its encoder began to count at power-up, at the home position.
         let stands = hal.halcmd(&["getp", "x-encoder.out"]).expect("the encoder");
         let stands: f64 = stands.trim().parse().expect("a number");

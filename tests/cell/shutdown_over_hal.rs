@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The end of the node of HAL.
 
 use crate::hal::{Hal, NAMESPACE, WatchedPeriod, integrator, moves, planner_client, send};

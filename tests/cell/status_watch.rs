@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright status --watch` through a pipe.
 
 use crate::cell::{Cell, PATIENCE};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A part that is turned by the whole cell: from the command line, twice the same, and what ends it before its end.
 
 use crate::cell;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Two cells under two namespaces in one domain do not disturb each other.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel of a job from the command line: dressed within it, too large for a flank, wanted twice, too fast, in the way.
 
 use crate::support;

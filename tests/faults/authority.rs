@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Command authority: a stranger changes no zero, no state and moves nothing; one holder at a time does; stops stay open to everybody.
 #![allow(clippy::print_stdout, reason = "it prints what it covers")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Health of a running cell: the status of every node on `/diagnostics`, with levels that go up and come down again, and the output of
 //! `camwright status` in a second shell.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A node that dies, stops or is deactivated in the middle of a job ends the job with a reason, and the next job succeeds.
 //!
 //! Campaigns, each with a seed (`CAMWRIGHT_SEED`, default 1):
@@ -215,7 +216,11 @@ impl NodeProcesses {
             .map(|outcome| outcome.unwrap_or_else(|error| panic!("{name} {fate:?}: the job has no end: {error}")));
         let message = outcome.as_ref().map_or("", |(_, RunJobResult { message, .. })| message);
         println!("{:9} {name:18} {fate:?}: after {:.1} s: {message}", self.pace, ended.as_secs_f64());
-        assert!(outcome.as_ref().is_none_or(|(_, result)| result.success || !result.message.is_empty()));
+        assert!(
+            outcome
+                .as_ref()
+                .is_none_or(|(status, result)| *status == GoalStatus::Succeeded || !result.message.is_empty())
+        );
         self.bring_back(name, fate);
         println!("    the next job succeeded after {:.1} s", self.run_next().as_secs_f64());
     }

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Faults, command authority, silent partners, malformed packets.
 
 #[path = "../support/cell.rs"]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Hostile datagrams at a running cell, from another host and from this one.
 //!
 //! The campaign with a seed and a number of packets:

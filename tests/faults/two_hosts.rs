@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cell on two hosts: planner and page on one, machine, interpolator and recorder on the other, with the discovery range SUBNET. The cable
 //! between them is clean, loses frames, or is unplugged in the middle of a job.
 //!

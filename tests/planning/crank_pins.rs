@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shipped crank pins, planned from the command line: X, contact and speed against the triangle of axis, pin and wheel, and what cannot be
 //! ground is refused.
 

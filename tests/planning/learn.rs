@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright learn`: reports of a measuring machine become the corrections of the next job.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plans, and files that are refused.
 
 #[path = "../support/cell.rs"]

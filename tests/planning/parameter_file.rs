@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `params/nodes.yaml` names every parameter of the four nodes, and what it sets are their defaults.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright plan` against what can be solved on paper, and its files against their contract.
 
 use crate::support;

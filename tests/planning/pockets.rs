@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cam with a pocket in its base circle, planned from the command line: the wheel's path against the closed form, and what is refused.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes of lines and arcs, and a snail cam, planned from the command line: X against the closed form on a flat, a corner and a spiral, and
 //! what is no outline is refused.
 

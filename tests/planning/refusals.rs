@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Impossible jobs are refused with one clear sentence that names file, line, value and bound: by `check`, by the planner's service, and by
 //! its action as a rejection, with nothing moved.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright schema`: a JSON Schema validator of another project accepts every shipped file and refuses a misspelt key, and the reference
 //! documents are what the schema says.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright init` and `camwright list`: files to start from pass the check and run as they are.
 
 use crate::support;

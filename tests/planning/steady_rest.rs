@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shipped slender camshaft, planned from the command line: stiffness of each lobe, spark-out, order, the drawing, and what is refused.
 
 use crate::support;

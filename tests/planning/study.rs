@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright study`: killed, resumed, interrupted and refused.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shipped lobes with taper and crown, planned from the command line: figures, drawing, and what is refused.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Results on a terminal: 80 columns, verdict on the first line, and the log lines of the nodes only with `-v`.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tutorials that need no ROS installation; `tests/ros/tutorials.rs` and `tests/cell/tutorial_over_hal.rs` follow the others.
 
 use crate::support::{repository, tutorial};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shipped camshaft with two wheels, planned from the command line: visits, changes with their time, and what is refused.
 
 use crate::support;

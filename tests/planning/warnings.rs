@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Warnings about a planned job on the command line: heat, limits that slow C, coarse tables, spark-out, and speeds and wheels that cannot be.
 
 use super::support::Folder;

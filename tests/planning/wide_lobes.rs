@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shipped wide lobe, planned from the command line: number and positions of its plunges, the drawings, and what is refused.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Wrong inputs of a first hour: each ends with one error that names the cause and the next step, its exit code, and no trace. No node
 //! starts, so that no bag and no state file are left.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! NC programs: written, read back, driven, and judged by LinuxCNC.
 
 #[path = "../../camwright/tests/cams/mod.rs"]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright post`: programs of the shipped jobs for every control, read back, and what makes no program.
 
 use crate::support;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A program that `camwright post` made, through the whole cell: the part that it grinds, and what is refused before anything moves.
 
 use crate::support;

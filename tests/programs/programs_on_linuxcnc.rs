@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs for LinuxCNC on its own interpreter: it must make of them what our reader makes of them, and that is what was meant.
 
 #![allow(clippy::print_stdout, reason = "figures, with --nocapture")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The golden bags: one of each kind of job, replayed to the bit and planned again to the bit, by whatever has become of the program since.
 //!
 //! `CAMWRIGHT_GOLDEN="why" cargo test -p camwright_nodes --test replay golden_bags` runs the jobs anew and writes bags and table; the reason goes into the

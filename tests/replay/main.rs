@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Replay to the bit, golden bags, and the report of a run.
 
 #[path = "../support/cell.rs"]

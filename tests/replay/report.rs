@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The report of recorded runs, read by a real browser: someone who sees its first screen and nothing else knows whether the part is good, and why.
 //!
 //! With `CAMWRIGHT_PICTURES=FOLDER` it leaves pictures of the pages there.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The same job gives the same samples, bit for bit: at pace fast and realtime, in one process and in four, with messages
 //! delayed at random, and in a simulation without any network.
 

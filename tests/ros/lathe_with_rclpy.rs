@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A lathe as its users meet it: four processes of ours, and a real ROS 2 node (rclpy with Fast DDS) that runs a turning job, reads its
 //! form map and the surface that was turned, and afterwards reads what was recorded.
 

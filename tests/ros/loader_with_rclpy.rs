@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A robot in rclpy, with the interfaces as ROS 2 builds them, tends ten parts: as a robot programmer would run the example.
 
 use crate::cell;

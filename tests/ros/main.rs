@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The ROS layer beside real ROS 2 peers.
 
 #[path = "../support/cell.rs"]

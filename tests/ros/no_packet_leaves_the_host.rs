@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Everything stays on this host unless the user asks for the subnet: nodes with default settings in a network namespace of their own, with
 //! an interface to another namespace. They send nothing there, and a stranger there is neither received nor answered.
 

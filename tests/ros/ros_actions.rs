@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Actions, life cycle and diagnostics between two nodes of this process.
 #![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 
@@ -116,7 +117,7 @@ fn goal(wish: &str) -> HomeGoal {
 }
 
 fn result(message: &str) -> HomeResult {
-    HomeResult { success: true, message: message.into(), ..Default::default() }
+    HomeResult { message: message.into(), ..Default::default() }
 }
 
 fn until(what: &str, condition: impl Fn() -> bool) {

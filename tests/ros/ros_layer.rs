@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Two nodes of this process talk to each other over DDS: topics, services, actions, parameters, life cycle, time.
 
 use std::{

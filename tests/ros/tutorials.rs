@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tutorials with rclpy.
 
 use crate::support::{peer_env, tutorial};

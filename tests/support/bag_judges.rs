@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The readers that other people use, as judges of bags: rosbags and mcap, and the JavaScript reader that Foxglove uses.
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Ethernet cable between two network namespaces that loses, delays, reorders and repeats frames, or is unplugged.
 
 usage: cable.py NAMESPACE NAMESPACE

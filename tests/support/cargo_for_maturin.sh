@@ -1,4 +1,5 @@
 #!/bin/sh
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 # Cargo for maturin in the tests: builds the Python module together with the crate of the tests. Both then have the same features of their
 # dependencies, which the tests have compiled already.
 [ "$1" = rustc ] || exec cargo "$@"

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Machine, interpolator and planner in this process, and an operator who talks to them over ROS.
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(dead_code, reason = "each test target uses its part")]

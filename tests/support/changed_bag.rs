@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A bag, and bags that differ from it in some messages.
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A real browser without a window: Chromium over its debugging pipe, so that no port and no driver is needed.
 #![allow(missing_debug_implementations, reason = "a helper of tests")]
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Command of the cell under test, shared with every participant of its domain: tests drive it by many nodes and peers.
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

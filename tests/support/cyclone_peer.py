@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A peer on Cyclone DDS that the tests steer, with the line protocol of `peer.py`. It knows no ROS: names and types are written out as
 ROS 2 has them on the wire, which is what its `rmw_cyclonedds_cpp` does too.
 

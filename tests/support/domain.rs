@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! ROS domains that no other test on this machine uses at the same time.
 
 use std::fs::{File, OpenOptions, TryLockError};

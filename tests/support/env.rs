@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The Python environment of the ROS 2 peers, made once under `target/` and shared by all test binaries.
 
 use super::Domain;

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 # Included by CMake into every interface package that the test peers are built from. rosidl writes some hundred small C++ files that
 # all read the same large headers; compiled in groups they take half the time. The C files cannot be grouped (their static names meet).
 function(group_cxx_sources)

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A folder of its own for a test, removed at the end.
 
 use std::path::{Path, PathBuf};

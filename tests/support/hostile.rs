@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Well-formed messages of any known type, with values that a hostile peer would choose.
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 

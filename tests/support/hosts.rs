@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Two hosts with a cable between them: network namespaces.
 
 use super::{Guarded, PATIENCE, in_ci, repository};

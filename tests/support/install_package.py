@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Builds and installs the package `camwright` as colcon does: CMake with ament_cmake.
 
     install_package.py NODES BINARIES BUILD PREFIX

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Reads a bag with the readers that other people use and says what they saw.
 
 usage: judge_bag.py BAG [--killed] [--undecoded SUFFIX ...]

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Says what rosbags and mcap make of bags that have a fault each.
 
 usage: judge_faults.py BAG...

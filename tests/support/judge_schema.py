@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Judges YAML files by a JSON Schema.
 
 usage: judge_schema.py SCHEMA FILE...

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Reads the tables of a bag with pandas and pyarrow, and holds every value against the CSV and against what rosbags reads.
 
 usage: judge_tables.py BAG CSV_DIRECTORY PARQUET_DIRECTORY

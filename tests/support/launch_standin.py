@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Tells what a launch file would start, without ROS 2's launch: that is on no package index for Python.
 
     launch_standin.py FILE [name:=value ...]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The interpreter of LinuxCNC: what it makes of a program, in its canonical output.
 
 use super::{Folder, in_ci};

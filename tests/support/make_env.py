@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Makes the environment of the ROS 2 peers, or what is missing or out of date of it: a virtual environment with a real ROS 2 distribution
 from the Python package index, the interface packages that have no wheel (camwright_msgs and some standard ones), built by the real rosidl,
 and, for Jazzy, two folders of packages that only some peers see.

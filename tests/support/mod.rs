@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Shared code of the tests: the Python environment of the ROS 2 peers, ROS domains of their own, guarded processes, a real rclpy
 //! node that takes orders, and the interpreter of LinuxCNC.
 #![allow(dead_code, reason = "each test binary uses its own part of this module")]

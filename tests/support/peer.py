@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A real ROS 2 node (rclpy, Fast DDS) that the tests steer: one JSON object a line on stdin, answers and events on stdout.
 
     peer.py NAME [--namespace NS] [--sim-time]

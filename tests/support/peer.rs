@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A real rclpy node that takes orders (`peer.py`): one JSON object a line each way.
 
 use super::process::{Guarded, PATIENCE};

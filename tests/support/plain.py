@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """ROS messages as plain values (dict, list, numbers, text) and back, for the line protocol between the tests and their peers."""
 
 import importlib

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Child processes that do not outlive their test.
 
 use std::io::{BufRead, BufReader, Read};

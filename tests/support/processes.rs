@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The four nodes as processes, and what a peer does with the cell that they are.
 
 use super::command::Shared;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A recorder in the graph, and a node that manages it and listens to it.
 
 #![allow(missing_debug_implementations, reason = "as above")]

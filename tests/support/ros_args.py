@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """What real rcl makes of command lines: reads a JSON list of argument lists on stdin, writes a JSON list of verdicts.
 
 Each is asked for a node `talker` in the root namespace. A verdict is "refused", "unknown" (there are tokens that rcl leaves to others,

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! RTPS messages that harm: the known killers, and any number of malformed ones from a seed.
 
 use std::net::{Ipv4Addr, UdpSocket};

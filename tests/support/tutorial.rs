@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tutorials of `docs/tutorials`: every command of a page runs, and prints what the page shows.
 //!
 //! A block ```` ```console ```` holds commands behind `$ ` with their output below; a line `...` stands for any number of lines, and `...` at

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Checks of the display files for `RViz` and Foxglove against what both programs accept and what the cell publishes.
 //!
 //! Properties of `RViz` are those of its default plugins; properties of Foxglove's panels are those of the layout classes of

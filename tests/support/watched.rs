@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Topics of a cell as a test waits for them.
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(dead_code, reason = "each test target uses its part")]

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """What real ROS 2 (rclpy, Fast CDR) makes of messages as bytes. One JSON object a line:
 
     {"type", "seed"}   -> {"plain", "cdr"}   a message made up from the seed (seed 0: as it is when new), as values and as bytes

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Capability: how well a batch keeps within a tolerance, by the spread of its parts.
 //!
 //! With the mean m and the standard deviation s = √(Σ(xᵢ − m)²/(n − 1)) of n parts and the limits L and U of what is measured

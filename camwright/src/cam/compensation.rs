@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form compensation from part to part: the form error that was measured on the last part shifts the wheel's path of the next one.
 //!
 //! What drives, structure and grinding leave on a lobe comes back turn after turn and part after part. With the correction c of the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The outline of the finished cam, exact at every angle.
 //!
 //! A contour is the envelope of its follower: `LocalFrame` has the point Q, the outward normal N at

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form: how far a measured part lies from the contour it should have.
 
 use crate::cam::contour::Contour;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Allowed form error of a lobe, zone by zone, and the place that uses most of it.
 
 use crate::cam::contour::Contour;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Report of a measuring machine on one lobe: its deviation along the normal, with the errors of mounting separated from those of form.
 //!
 //! A lobe that is larger by s, displaced by e, and turned by δ deviates at the point Q with the normal N, to first order, by

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From a contour back to a lift: what an inspection gauge reads that touches the cam with another follower than it was
 //! made for.
 //!

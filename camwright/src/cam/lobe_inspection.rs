@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inspection of a measured lobe as a cam measuring machine reports it: size, timing, lift error zone by zone, velocity error, waves.
 //!
 //! The lift error is that of the follower of the design, with the base circle at 0 and the lobe aligned in phase. The velocity error is the

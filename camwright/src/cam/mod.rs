@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 3: the shape of the part.
 //!
 //! A lift table or a motion law becomes a lift law; lift law and follower become the finished contour, or the surface of a 3-D cam. The

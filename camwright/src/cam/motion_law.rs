@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Motion laws: how a follower goes from one lift to another, normalised to a rise of 1 over an angle of 1.
 //!
 //! Over an angle β (rad) with a rise h (mm): s = h·f(u), s′ = h/β·f′(u), s″ = h/β²·f″(u), u = angle/β. The peak

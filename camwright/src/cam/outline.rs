@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Closed outlines of lines and arcs, with a curvature that is continuous.
 //!
 //! The curvature jumps between a line and an arc, and with it the acceleration of X: the jerk would be unbounded at any speed. Each element

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The handshake between the cell and the robot that loads it, as the cell sees it: what it asks for, when the robot may enter, what it
 //! makes of what the sensors show afterwards.
 //!

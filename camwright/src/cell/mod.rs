@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 12: the cell around the machine.
 //!
 //! The states of PackML (ISA-TR88.00.02) and the handshake with a robot that loads parts. Commands and sensor states go in, the next

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! States, modes and commands of PackML (ISA-TR88.00.02), with its numbers: which command leads from where to where.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The turn that makes the part round.
 //!
 //! A phase at r that is to leave the wheel at r* must meet it at

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! λ from a dwell, without any force: what a turn at constant wheel position leaves of every depth of cut.
 //!
 //! `U_j`(φ) = `U_0`(φ) λ^j. Of all phases together the λ is looked for with which the depths are best explained, every phase with its own

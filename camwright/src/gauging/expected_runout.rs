@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Runout that a correction leaves, with its uncertainty.
 //!
 //! The contact law alone leaves next to nothing. What is left comes from what is not known exactly. An error of the fitted radii is

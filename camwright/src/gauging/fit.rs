@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! g, the part of every phase's motion that the wheel's positions do not determine, by least squares from the gauge readings.
 //!
 //! From depths of cut, as published but for all turns at once: every phase has one number, a mean of its cuts weighted by a(C), and

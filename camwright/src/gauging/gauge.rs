@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Position of a gauge, and its consequences: the phase and the cut that a reading belongs to, and the delay between them.
 //!
 //! Angles are those of the headstock, C, that grows while the part turns; a phase of the part is the C, modulo a turn, at which it

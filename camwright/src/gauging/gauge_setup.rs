@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The log of a journal as the record of its gauge, or of its two.
 
 use super::gauge::Gauge;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One tick of the log of a journal: gauge readings with the positions of the axes.
 
 /// Reading of the gauge and state of the axes at a tick.

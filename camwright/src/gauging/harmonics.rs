@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The harmonics of values at equal steps of a turn.
 
 use crate::math::units::TURN_RAD;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! km, kg, F0 and λ of a journal from what was logged while it was ground at two feeds, dwelled on and pushed with a stopped wheel.
 //!
 //! Force is what the motor of `x_axis` gives above what it gives where the wheel moves the same way and touches nothing: friction, the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From what was logged while a journal was ground to the way of the wheel that makes it round and to size.
 //!
 //! ```text

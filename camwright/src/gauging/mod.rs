@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 5. In-process gauging and runout correction: what the wheel really took, what that says of the part, and the turn that makes it round.
 //!
 //! ```text

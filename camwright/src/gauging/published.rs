@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Runout as JTEKT's text measures it, step by step (S20 to S27).
 //!
 //! Readings are taken over 540° while the wheel grinds on (S20 to S24), `U_c` = `D_c` − `D_(c+180)` for a turn of them (S25),

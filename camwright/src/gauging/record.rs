@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Readings of a gauge, tagged with the angle of the headstock, and the actual depth of cut that lies between them.
 //!
 //! U = D0 − D1 as JTEKT's method has it, for every geometry of [`Gauge`] at any angular interval. Between readings the record is

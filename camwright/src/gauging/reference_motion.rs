@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The motion of a radius under the wheel that begins with a constant, and what share the rest has in radii and depths.
 
 use super::wheel_log::WheelLog;

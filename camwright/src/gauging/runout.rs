@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Runout: radii of a part by phase.
 
 use super::harmonics::FourierSeries;

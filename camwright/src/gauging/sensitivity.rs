@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Remaining error of a correction with wrong assumptions: closed forms.
 //!
 //! Each is a share of the amplitude that a harmonic had, of a part whose radii were measured right before the turn. A thought radius

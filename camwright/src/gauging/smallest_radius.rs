@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Radii that a way of the wheel leaves of a journal, followed by the contact law over the whole way: in, around and out.
 
 use crate::machine::contact_law::ContactLaw;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Turns of spark-out that would achieve the effect of a one-turn correction.
 
 use crate::machine::contact_law::ContactLaw;

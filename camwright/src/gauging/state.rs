@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part by phase: what radius every phase has, from the depths of cut that the gauge saw and the wheel positions that were logged.
 //!
 //! A phase that was at r(C − 2π) meets the wheel at L(C) and leaves it at

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Errors of measuring the state of a part.
 
 use super::runout::PhasesError;

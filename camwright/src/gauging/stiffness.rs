@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! km, kg and F0 measured on the machine, by straight lines.
 //!
 //! A stopped wheel pushed on the part by a travel V takes nothing, so F = km·V and a constant: km is the slope of force over travel.

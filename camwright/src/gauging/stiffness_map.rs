@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Measured contact stiffness along the machine's table, and interpolation between the positions.
 //!
 //! A journal deflects by 1/km per force. Between two places the compliance is taken for straight:

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Logged positions of the wheel while the part turned.
 
 use crate::math::units::deg_from_rad;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The controls that programs are written for, and what they read.
 
 use super::{NcAxis, NumberFormat};

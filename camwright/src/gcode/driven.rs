@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Motion of the machine, block by block, computed from the typed program and not from its text.
 
 use super::{Block, Call, NcAxis, Program, Step, Target};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why a program cannot be written in a dialect.
 
 use super::NcAxis;

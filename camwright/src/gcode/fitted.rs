@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Names and texts as a control can read them.
 
 use super::dialect::{Dialect, TEXT_LENGTH};

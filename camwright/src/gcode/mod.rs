@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 8. Programs for machines whose controls read text: a main program, a subprogram for each cam, in the dialect of the control.
 //!
 //! A [`Program`] says what is to be driven, in whole least increments, so that what is written is what was meant. [`Dialect::write`] makes

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Machine motion of a program, as read from its text.
 
 use super::{Direction, NcAxis};

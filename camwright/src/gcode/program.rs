@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Typed NC program, independent of a dialect.
 
 use super::NcAxis;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Feeds that LinuxCNC would drive faster than they are written.
 
 use super::{BlockLocation, NcAxis, Program, driven};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Generation in execution: C by its law, X by the path and the infeed, and the hold that takes the wheel off the part or
 //! stops its infeed.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inputs and outputs of a tick of the interpolator.
 
 use super::tolerance::ToleranceViolation;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One tick of whatever is being executed, and what follows when it ends.
 
 use super::cut::{Curves, CutExecution, CutStart, LEAVE_RATE, clock_from};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path following of the axes: setpoints of each tick, compared with the encoder readings.
 //!
 //! Like an edge, what is found at tick k comes into sight at tick k + D, so that it changes nothing but by its tick.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! C turning on between two cuts, while the other axes do what the segments in between say.
 
 use super::path_time::{PathClock, to_ticks};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Homing as a motion: the steps of every axis, in their sequence. The first step that fails ends it all; what was not
 //! reached stays as it was, the axis that failed is not homed.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Joins a trajectory from an axis that rests near its first point.
 //!
 //! Clients plan from measured positions, and an axis that has just moved is still settling on its setpoint. The

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A straight move in execution: its law, its feed hold and its resumption.
 //!
 //! A hold is not a scaling of time here but the shortest stop along the line, from whatever velocity and acceleration

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Work by hand: one axis that is jogged, and the wheel.
 //!
 //! ```text

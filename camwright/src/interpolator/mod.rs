@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 10. The interpolator: from a plan, tick by tick, to setpoints on encoder counts.
 //!
 //! [`Interpolator::step`] does not allocate, lock, log or fail; its result holds everything to report. All

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path time: how far a motion has come, in ticks of its own undisturbed clock.
 //!
 //! Override, hold and cancel scale path time; the path stays. Path time is a fixed-point number (ticks, 32 fractional

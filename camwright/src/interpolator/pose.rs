@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Position of the axes between counts: computed by the motions and rounded to setpoints.
 
 use super::path_time::PathTime;

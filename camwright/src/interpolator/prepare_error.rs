@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why a motion cannot be made ready.
 
 use crate::machine::description::Axis;

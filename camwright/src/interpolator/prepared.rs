@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A motion made ready outside the cyclic path: checked, inputs resolved, limits of retracts computed.
 
 use super::cut::Curves;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Status of the interpolator, from its state and the motion in execution.
 
 use super::path_time::to_ticks;

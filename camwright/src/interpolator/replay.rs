@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A motion computed again: from where it began, and from its inputs as they were applied.
 //!
 //! What an interpolator at rest knows is little: where the axes rest, which zeros are known, and the override. So every motion can be computed

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Searches for an edge of an input: of a job's plan, which return to it, of homing, which stop behind it, and probes, which stand off.
 
 use super::{

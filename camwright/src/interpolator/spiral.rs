@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spiral in execution: all axes by one path time, which a hold, a cancel and an override slow down.
 
 use super::path_time::{PathClock, to_ticks, whole};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Types of the status of the interpolator, and the alarms that it raises itself.
 
 use crate::machine::alarm::AlarmKind;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stop that ends a chunk of setpoints: what the axes do if nothing more comes.
 
 use super::execution::trajectory_pose;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tolerances of following a trajectory, by the rules of `control_msgs/JointTolerance`.
 
 use super::quantity::MotionQuantity;

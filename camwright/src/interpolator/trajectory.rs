@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trajectories of ROS clients: from points to splines, and the tolerances of following them.
 //!
 //! ROS reads points with positions alone as straight pieces, with velocities as cubics, with accelerations as

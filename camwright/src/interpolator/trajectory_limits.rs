@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Limits of the machine, applied to the law of one axis, and the errors of a trajectory.
 
 use super::quantity::MotionQuantity;

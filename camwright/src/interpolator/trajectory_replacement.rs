@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One trajectory takes the place of another while the axes move, without a step in position, velocity or acceleration.
 
 use super::execution::trajectory_pose;

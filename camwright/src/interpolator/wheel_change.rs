@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A wheel change that no job asks for, as a plan of its own.
 
 use super::setup::{push_step, push_wheel};

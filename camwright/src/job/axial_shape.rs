@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes with taper or crown: their three sections, and the wheels that can grind them.
 //!
 //! The wheel of the last pass gives the lobe its shape: [`AxialProfile`] states how. A lobe with a shape is ground and measured in three

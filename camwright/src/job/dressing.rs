@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Dressing: when the wheel is trued within a job, what radius it has then, and what it would cost to keep the old path.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why a job cannot be made, before any path is known.
 
 use super::key::{JobKey, Subject};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Specification of a grinding job: the lobes of a part, their profiles, and the settings of the grinding cycle. Pure data; files are read
 //! elsewhere.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Infeed: how the wheel goes from first contact to size while the part turns.
 //!
 //! In two ways. As JPS6156064B2 has it, the wheel comes closer by ΔR in every block, through n whole turns: RT = N·ΔR·n, compared in

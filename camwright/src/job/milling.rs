@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Milling job for a foreign machine: cams and grooves of one part by one mill.
 
 use crate::cam::contour::Contour;

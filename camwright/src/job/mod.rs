@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 6: what a job is.
 //!
 //! Pure data with its checks: grinding, turning and milling jobs, the raw part, dressing and infeed. Files are read elsewhere. A job

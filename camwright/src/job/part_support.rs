@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Support of the part in a job: shaft, headstock, tailstock and steady rest.
 
 use super::error::JobError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes wider than the wheel: plunges side by side, and the sections that they leave.
 //!
 //! A lobe of width W is ground by n plunges of a wheel of width B. Neighbours overlap by at least o:

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The raw part: how far it is off the shape that its design and an even stock would give it.
 //!
 //! Radii are measured from the spindle axis, azimuths from the keyway, as everywhere. A part whose centre lies off the axis by e in the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Radial compliance along a round shaft on elastic supports.
 //!
 //! ```text

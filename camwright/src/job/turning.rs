@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Turning job: surface, bar and passes.
 
 use crate::cam::surface::Surface;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Visits of the wheels of a changer to the lobes of a part.
 //!
 //! A lobe is ground by one wheel or, where its passes name several, by one after the other. Every run of passes with one wheel is a visit. The

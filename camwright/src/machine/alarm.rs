@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Numbered alarms of the cell: cause, reaction, remedy. `alarms!` is their table.
 //!
 //! Alarms are data: they travel to the operator and into the recording. They are latched; a reset clears them once

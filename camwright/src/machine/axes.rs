@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The axes by name, how they count, and what they may do.
 
 use crate::math::units::TURN_RAD;

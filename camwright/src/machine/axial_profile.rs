@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Radius along the axis: taper and crown of a wheel's rim, and of the lobe that it grinds.
 //!
 //! The rim of a wheel has the radius R + h(z), with z from the middle of the wheel towards the tailstock. Its centre is on the path for the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Contact of wheel and part: stiffness of machine and part along the table, and stiffness of the cut.
 
 use crate::machine::contact_law::ContactLaw;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Deflection of wheel and part at their contact: three parameters, and the resulting cut turn after turn.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Machine description: axes with their counts and limits, stations, switches, wheel or insert, drives.
 
 use crate::machine::contact_law::ContactLaw;

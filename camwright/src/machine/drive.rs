@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Servo drive with its slide or spindle: loops, motor, friction, structure, encoder.
 //!
 //! Forces are those of the axis: N of a slide, N m of a spindle; lengths mm of a slide, rad of a spindle.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Effects that leave an error on the part.
 
 /// Effect that leaves an error on the part. A simulation without it shows how much.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bodies around the wheel in addition to the part: the dresser, headstock and tailstock on the table.
 
 use crate::machine::description_error::DescriptionError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Homing of a slide with an incremental encoder, as in `LinuxCNC`.
 //!
 //! ```text

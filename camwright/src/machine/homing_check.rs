@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Check of a homing against its axis.
 
 use crate::machine::description::{AxisDescription, AxisScale};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lathe tool: a round insert rotated by a spindle of its own.
 
 use crate::machine::axial_profile::AxialProfile;

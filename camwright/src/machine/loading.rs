@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Loading equipment: door and chuck, and the safe position of the wheel for loading.
 
 use crate::machine::description_error::DescriptionError;

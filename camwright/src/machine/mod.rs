@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 2: description of a machine. It says what a machine is; the room `simulation` says what it does.
 //!
 //! Axes with counts and limits, drives, wheel or insert, gauges, switches, contact law, the alarm table, setpoints, and the state that

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Persistent state of the machine between runs. The node stores it in a file; here it is a plain value.
 
 use crate::machine::description::{DescriptionError, MachineDescription};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sensors that locate the part: contact of the wheel, and position of the keyway.
 
 use crate::machine::description_error::DescriptionError;

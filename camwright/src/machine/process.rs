@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Process data of grinding: energy of the chips, force of rubbing, and the cut at the burn limit.
 
 use crate::machine::description_error::DescriptionError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A typical cam grinding machine and a lathe, for tests and examples. The machine of a cell comes from its machine file.
 
 use crate::machine::axial_profile::AxialProfile;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reaction of an alarm on a wheel at the part, and its source of energy.
 
 use crate::machine::description_error::DescriptionError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Data exchanged between interpolator and machine, tick by tick.
 
 use crate::machine::description::AXIS_COUNT;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Grinding wheel: size, speed and wear.
 
 use crate::machine::axial_profile::{AxialProfile, MAX_AXIAL_MM};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Changer of grinding wheels: a magazine with an arm, or a wheelhead that turns one of several wheels to the part.
 //!
 //! The machine keeps the offsets of its wheels: after a change `x_axis` is the distance of the new wheel's cutting point from the spindle axis,

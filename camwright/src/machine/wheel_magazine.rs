@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! State of the wheels that a changer keeps in its magazine.
 
 use crate::machine::description::{DescriptionError, MachineDescription};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The grinding wheel at one moment of its life; dressing makes a new one.
 
 /// Nanometres per millimetre: radii of dressed wheels are whole nanometres, so that a plan names them exactly.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Variants of a machine: without an effect, or with other drives.
 
 use crate::machine::description::{Axis, DriveSettings, MachineDescription, WheelDescription};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Elastic supports of the part: headstock, tailstock and steady rest.
 
 use crate::machine::description_error::DescriptionError;

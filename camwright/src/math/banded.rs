@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Symmetric positive definite band matrices that close on themselves, as every periodic spline problem has them.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Complex exponential and logarithm on `libm`, with the same bits on every computer.
 
 pub use nalgebra::Complex;

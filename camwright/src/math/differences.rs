@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Derivatives by differencing values: the other arithmetic with which motion is checked after it was planned.
 
 use super::twofold::Twofold;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The smallest value of a function over one turn: a dense grid, then golden section around the best places.
 
 use crate::math::units::TURN_RAD;

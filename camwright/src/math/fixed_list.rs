@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A list of fixed capacity: what a cyclic step hands out, since it must not allocate.
 
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};

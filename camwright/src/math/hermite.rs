@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Quintic Hermite splines: value, first and second derivative given at knots, C² throughout.
 //!
 //! One form serves every motion law of the project: constant-jerk phases of point-to-point moves and ramps are cubics

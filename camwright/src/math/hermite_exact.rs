@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A quintic Hermite spline evaluated with twice the digits, one abscissa after the other: for checks that difference positions.
 
 use super::hermite::{HermiteSpline, Knot};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lowest place of a quintic spline, proven by the hulls of its control points.
 //!
 //! Between two knots a quintic lies within the hull of its six Bernstein coefficients. Halving an interval brings the hull closer to the

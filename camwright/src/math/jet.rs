@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Numbers that carry their derivatives over two variables up to the second, so that formulas of surfaces are written once.
 
 use core::ops::{Add, Mul, Neg, Sub};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Numbers that are computed side by side: written so that the compiler uses vector instructions, with the bits of one after another.
 
 use core::array;

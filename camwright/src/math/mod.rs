@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 1: mathematics without machining.
 //!
 //! Splines (Hermite in time, periodic B-splines over a turn), roots, extrema, banded solvers, derivatives by differences, units,

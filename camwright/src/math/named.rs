@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Enums whose cases have names for messages.
 
 /// Declares an enum with the name of each case, which it displays.

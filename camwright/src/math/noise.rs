@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Noise that repeats: normally distributed numbers from a seed.
 
 use crate::math::snapshot::{Snapshot, SnapshotCodec, SnapshotError};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Symmetric positive definite matrices with two neighbours on either side, closed on themselves, for one right side: factored and
 //! solved in a pass forwards and one back, without roots.
 

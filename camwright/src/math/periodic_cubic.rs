@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The periodic cubic spline through values over one turn: C², the curve of the textbooks.
 
 use super::banded::CyclicBand;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Uniform periodic quintic B-splines over one turn: C⁴, the form in which every closed curve of a cam travels.
 
 use super::banded::{CyclicBand, CyclicCholesky};

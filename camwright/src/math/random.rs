@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Repeatable numbers for tests.
 
 /// Numbers from 0 to 1, by Marsaglia's xorshift of 32 bits.

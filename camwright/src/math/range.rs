@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Least and largest of values.
 
 /// Least and largest; of none, infinity and its negative. What is no number is passed over.

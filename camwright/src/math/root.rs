@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Root of an increasing function.
 
 /// The angle between `low` and `high` at which a growing function passes zero, to rounding; `function` gives value and rate, and its

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The smoothest periodic quintic spline that passes within a given distance of every point.
 //!
 //! Among all periodic functions with |s(θᵢ) − yᵢ| ≤ δwᵢ, δ the largest distance, the one with the least ∫ s‴² dθ is a quintic spline with its knots

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Numbers of twice the digits, as unevaluated sums of two floats: for positions that are differenced after C has turned far, where one float keeps too few digits
 //! behind its point. Sums and products are those of Dekker and Knuth, exact but for one rounding at 2⁻¹⁰⁴.
 

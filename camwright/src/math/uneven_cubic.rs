@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The periodic cubic spline through values at any angles of a turn.
 
 use super::banded::CyclicBand;

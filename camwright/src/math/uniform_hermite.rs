@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Quintic Hermite splines over equally spaced knots: as [`super::hermite`], but a place is found by one division, for paths of
 //! hundreds of thousands of knots.
 

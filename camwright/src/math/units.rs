@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Units inside the core: mm, rad, s, N, unless a name says otherwise. Angles of people are degrees, positions of
 //! encoders are counts; both are converted here and nowhere else.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Least values and means over a window that slides along a row of values, in time that does not grow with the window.
 
 use alloc::collections::VecDeque;

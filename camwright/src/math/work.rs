@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A bound on the work that a file can ask for: counted while it is done, and refused once it is used up.
 
 use core::cell::Cell;

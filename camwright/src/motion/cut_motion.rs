@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The motion of generation: C by a time law, X by a path over C plus an infeed, and their derivatives in time.
 
 use crate::math::hermite::{HermiteSpline, Knot, Sample};

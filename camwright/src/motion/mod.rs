@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 7: motion in time.
 //!
 //! [`plan`] is the plan as data: segments that the interpolator executes. The other files make its segments: moves from point to point,

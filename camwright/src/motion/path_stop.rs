@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A stop on the path: path time slows down, the path stays.
 
 use crate::machine::description::MotionLimits;

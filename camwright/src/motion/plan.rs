@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A plan: everything the interpolator needs to machine a part, made and proven before anything moves.
 //!
 //! Splines are shared by index. Segments are executed one after the other; each begins and ends with all axes at rest, but

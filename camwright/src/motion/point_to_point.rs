@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Jerk-limited motion between two states: the moves of the axes that no part dictates.
 //!
 //! The fastest way from velocity v₀ to v₁ over a distance is two velocity ramps with a cruise at a peak velocity

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Change of the speed of C between two cuts, while C keeps turning.
 
 use crate::machine::description::MotionLimits;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The motion of turning: C by a time law, X and Z by laws over its angle, and their derivatives in time.
 
 use crate::machine::description::{AXIS_COUNT, Axis};

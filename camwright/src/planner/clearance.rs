@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room for the wheel: a plan walked once more, with everything that the wheel must keep away from.
 //!
 //! Everything is a body of revolution about the spindle axis, so the wheel is clear of it where `x_axis`, the distance of its

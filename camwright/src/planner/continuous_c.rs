@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! C turns on from lobe to lobe: the phase with which it arrives at the next lobe is predicted, and the cut begins there.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Second half of a job with runout correction, planned from the gauge readings of the first half.
 //!
 //! ```text

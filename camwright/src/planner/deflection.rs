@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Deflection of wheel and part on a lobe: the contact law walked through all turns of all passes, phase by phase.
 
 use crate::machine::contact_law::ContactLaw;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The steps of a dress, and what it would cost to keep the path over it.
 
 use super::error::PlanError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A dress that nobody's part waits for: a plan of its own, of the wheel's way to the dresser and back.
 
 use super::PlanStart;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The dry run of a job: the whole plan with X farther out by a stand-off, so that the wheel touches nothing.
 
 use super::error::PlanError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why a job cannot be planned.
 
 use crate::cam::contour::ContourError;

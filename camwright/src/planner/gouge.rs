@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Depth of the wheel in the part, walked over the whole of a plan before anything moves.
 //!
 //! [`clearance`](super::clearance) keeps the wheel away from everything that a step does not grind. This walk looks at the lobe that it does

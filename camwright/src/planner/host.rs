@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The caller of the planner, which may compute independent parts in parallel and observe the stages.
 
 use alloc::vec::Vec;

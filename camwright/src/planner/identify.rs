@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Measurement of the stiffness of machine and cut within a job: the push of a stopped wheel after each journal, and the evaluation of
 //! its log.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Log of the journals of a job, as read by identification and correction.
 
 use super::PlannedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Each lobe by itself: its shape, the phase it begins at, its speed plan, and whether there is room.
 
 use super::error::PlanError;

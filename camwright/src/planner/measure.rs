@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stock of journals, measured before anything is cut, and the turns of infeed that are omitted then.
 //!
 //! ```text

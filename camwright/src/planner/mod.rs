@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 9. From a job to its plan: the main routine of JPS6156064B2 (its Fig. 6), complete, before anything moves.
 //!
 //! ```text

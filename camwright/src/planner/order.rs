@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The order of the lobes in which the table is on its way for the shortest time.
 
 use super::sequence::RUN_IN_MM;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Distance of a wheel from the finished contour of a lobe, from points of the contour alone: nothing of the tool path is used.
 
 use crate::cam::contour::Contour;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Two plans of a job, compared: what moved, where most, and by how much.
 //!
 //! Steps are paired by what they are for: the second cut of a lobe with the second cut of that lobe. Motions are compared over the angle of C, so

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From a program that was read to its plan: what a control would drive, block for block, with the headstock homed before.
 
 use super::PlanStart;

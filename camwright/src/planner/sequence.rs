@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The steps of a part, one after the other, with the time each is predicted to take.
 
 use super::PlanStart;

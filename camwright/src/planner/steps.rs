@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The steps that every cycle is made of, whatever the tool, with the time each is predicted to take.
 
 use super::error::PlanError;

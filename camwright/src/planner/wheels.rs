@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One wheel for one job: reports the possible wheels of each lobe if the wheel does not fit or two are needed.
 
 use super::error::PlanError;

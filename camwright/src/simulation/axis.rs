@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One axis while it runs: its coordinates, the setpoint between two ticks, its drive, and when it counts as at rest.
 
 use crate::machine::description::{AxisDescription, AxisScale, nearest_count};

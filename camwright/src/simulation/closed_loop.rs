@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Interpolator and machine in one loop, tick by tick, without a network.
 //!
 //! Setpoints depend on ticks alone, so the loop gives the samples that the same motion gives over any network. It can be copied in the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Faults that can be put into the simulated machine, each by its name.
 
 use crate::machine::description::{Axis, MachineDescription};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The force monitor of the wheelhead: whether the normal force has been the same over the last turn of the part.
 //!
 //! A load cell under the wheel spindle, as cylindrical grinders carry it to end spark-out (Toyoda, JPS61103770: spark-out ends when the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The in-process gauge: what it touches, and what it makes of it.
 //!
 //! Its contacts stand still in the machine at an angle γ behind the wheel, in the direction in which a positive C turns the part: what

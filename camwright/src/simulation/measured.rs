@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Readings of a real machine, which take the place of simulated drives, switches and wheel spindle.
 //!
 //! Supervision, zeros, alarms, stops and the part are those of the simulated machine. The readings of a tick belong to the setpoints of

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Load of a motor: a slide with friction and an oscillating structure on it; integrated exactly for a force held over the step.
 //!
 //! ```text

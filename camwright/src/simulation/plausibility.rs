@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plausibility of consecutive setpoints, as a drive checks it.
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};

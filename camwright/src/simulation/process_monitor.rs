@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Live process values for viewers: power, normal force and burn index of the contact, computed from tick reports.
 //!
 //! As in the record of a lobe, the contact is averaged over a degree of C. The contact law gives the depth from the normal force, and the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Origin detector, limit switches with dogs, overtravel switches: what they see, and where their edges are.
 //!
 //! Positions are true positions in counts. An edge lies at a known position, so what a latch catches is exact at any

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A servo drive: position loop, velocity loop, feed-forward, limits, and the encoder that it sees its axis through.
 //!
 //! Once per servo step, with e the error that the encoder shows, v̄ the mean speed that it shows for the last step, and v and a those of

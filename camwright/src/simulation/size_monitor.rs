@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The size monitor of the in-process gauge: the mean diameter over the last turn of the part against a size.
 //!
 //! Gauge amplifiers of cylindrical grinders switch an output at a size. This one averages the diameter over a whole turn of C. The mean

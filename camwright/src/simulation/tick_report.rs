@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Report of a machine tick.
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmSeverity};

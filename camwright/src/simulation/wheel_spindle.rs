@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel spindle: it runs up, runs, and runs down.
 
 use crate::machine::description::MachineDescription;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Door, chuck, part sensor and work area of a machine that is loaded: what each shows, and what it may do.
 //!
 //! A simulation of the machine's side of it, not a safety function.

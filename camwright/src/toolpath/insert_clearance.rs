@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Clearance of the insert's flank from the part, and the best height of the insert below centre.
 //!
 //! ```text

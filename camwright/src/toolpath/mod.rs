@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room 4: the way of a tool along a contour.
 //!
 //! A contour or surface and a tool go in: grinding wheel, end mill or round insert. X over the turned angle of C comes out, with the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Intersection of the rake face of a lathe tool with the surface of the part.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Position of the wheel while the part turns: X over the wheel-line angle θ.
 //!
 //! θ is the azimuth of the X axis line seen from the part. The wheel's centre is W = Q + R·N (contour point and outward

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Learning from part to part against closed forms, on answers it can and cannot learn from, and the path that comes of it.
 
 use crate::cams;

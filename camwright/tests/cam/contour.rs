@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Contours against closed forms, against the follower that made them, and the lifts that have none.
 
 use crate::cams;

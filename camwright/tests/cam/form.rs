@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form deviation against parts whose deviation is known.
 
 use crate::cams;

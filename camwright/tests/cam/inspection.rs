@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge readings of contours: against closed forms, against gauges pushed onto points of the contour, and back.
 
 use crate::cams;

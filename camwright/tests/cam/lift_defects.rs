@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Seeded defects in random tables: each is found at its line and as what it is, all of them at once, and a table without
 //! defects is never refused.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Half tables: the nose first, one flank, mirrored or with another; and everything that makes none.
 
 use crate::cams;

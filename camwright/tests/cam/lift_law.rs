@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A printed table is read, not smoothed: the law lies within half a digit of every point and has nearly the jerk of the
 //! law that was printed. A formula is followed exactly.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Points of a contour read as a lift: closed forms, either way round, and every refusal with its line.
 
 use crate::cams;

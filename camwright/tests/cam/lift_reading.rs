@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cost of each reading of a table: its jerk, and the distance of a smoothed curve from the values.
 
 use crate::cams;

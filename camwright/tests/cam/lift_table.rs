@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Valid lift tables, and every defect with its line, value and bound.
 
 use crate::cams;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cams of oscillating followers against closed forms, against the follower itself, and the geometries that are none.
 
 use crate::cams;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The lift tables of the default job, all the way to the wheel's path.
 
 use crate::cams;

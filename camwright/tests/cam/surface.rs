@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Surfaces of parts against closed forms and differences, and what is none.
 
 use crate::cams;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random cams, legal and illegal mixed, through everything that is planned of a cam: from a seed to a verdict.
 
 use crate::cams::{SplitMix64, segment};

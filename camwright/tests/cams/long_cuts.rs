@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random cuts of 1 to 2,000 turns, from a seed to a verdict: none may be refused because a position was rounded.
 
 use crate::cams::{SplitMix64, random_law, reference_contour};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cams for tests: lobes of one law, seeded random programs, and printed tables.
 #![allow(dead_code, reason = "each test binary uses its part")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Jobs with implausible numbers, from a seed to a verdict: refused with a reason or planned, never a panic.
 
 use crate::cams::{SplitMix64, lobe, random_law, reference_contour};

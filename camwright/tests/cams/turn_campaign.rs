@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random turns against their limits, from a seed to a verdict: rough and smooth paths, coarse and fine ones, axes of extreme ratios,
 //! bounds that are flat, notched or of the process.
 

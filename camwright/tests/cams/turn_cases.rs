@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tasks of the fastest turn: the reference lobe and seeded random ones. Benchmarks and judges share them.
 #![allow(dead_code, reason = "each program uses its part")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random journals whose runout is corrected, by both modes, with one gauge and two, quiet and noisy; held at any tick.
 
 use crate::JobEnd;

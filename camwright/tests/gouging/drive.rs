@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A plan through the real interpolator, with holds, overrides and cancels at any tick.
 
 use crate::cams::SplitMix64;

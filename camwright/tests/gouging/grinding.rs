@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random grinding jobs: cams, eccentrics and journals, rough and finish, with C stopping or turning on, held, slowed and cancelled.
 
 use crate::JobEnd;

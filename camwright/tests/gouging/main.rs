@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Nothing that is planned cuts deeper than the design, at any tick, however it is held, slowed or cancelled: seeded random jobs through the
 //! real interpolator, and the edge beside the design by a sweep of its own.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs of several controls for the reference lobe, at any speed, held and slowed at any tick.
 
 use crate::JobEnd;

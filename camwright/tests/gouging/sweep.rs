@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel beside the design, by arithmetic of its own: a dense polygon of the contour and a circle, nothing of the tool path.
 
 use camwright::cam::contour::Contour;

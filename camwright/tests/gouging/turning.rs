@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random turned parts: the insert's edge beside the surface, held and slowed at any tick.
 
 use crate::JobEnd;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine without inertia around the interpolator, and a plan on paper for it.
 
 use camwright::interpolator::{

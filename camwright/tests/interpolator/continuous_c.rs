@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! C turning on from one cut to the next: undisturbed, held, slowed down, cancelled and stopped at any tick.
 
 use crate::bench::{Bench, SAFE_X, TURN, TestNoise, machine, two_cuts};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Hold, override, cancel and alarms at any tick.
 
 use crate::bench::{Bench, SAFE_X, TURN, TestNoise, cut_only, cut_only_under, machine, whole_job};

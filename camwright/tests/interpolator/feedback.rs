@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Searches, zeros, and feedback that arrives whenever it likes.
 
 use crate::bench::{Bench, ORIGIN, SWITCH, TURN, TestNoise, machine, whole_job};

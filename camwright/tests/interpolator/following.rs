@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path following of trajectories: tolerances on the path and at the end, timed starts, and replacement.
 
 use crate::bench::{Bench, PER_MM, TestNoise, machine};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Homing by switch and index as `LinuxCNC` does it: every kind and every sign finds the machine's own zero from either side of the
 //! switch; what fails or is stopped leaves the axis un-homed and homes nothing else.
 

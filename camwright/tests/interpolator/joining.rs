@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trajectories that begin beside the axis: joined within limits and a stated time, or refused.
 
 use crate::bench::machine;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The interpolator on a bench: closed forms, holds, overrides, cancels and searches anywhere, bit for bit.
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "test figures are small; rest is exactly zero")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Work by hand: a jog ends where it was to, at its limit or where it was let go of; the wheel comes to its speed and to rest.
 
 use super::setup::{cell, description, finish, run};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Set-up work on the machine: moves end on their counts, a probe's edge is where the part truly is, at every speed.
 
 use camwright::interpolator::setup::{MoveTo, Probe, ProbeRequest, SetupError, targets};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Infeed that ends at a size on the gauge.
 
 use crate::bench::{Bench, START_RAD, TURN, TestNoise, sizing};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Spark-out that ends when the force is steady.
 
 use crate::bench::{Bench, TURN, TestNoise, machine, sparking_out};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stop at the end of every chunk.
 
 use crate::bench::{Bench, PER_MM, START_RAD, TURN, machine, two_cuts, whole_job};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trajectories of ROS clients.
 
 use crate::bench::{Bench, PER_MM, machine};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spiral whose spindle varies its speed: held, slowed down and left anywhere, within all limits.
 
 use crate::bench::{Bench, TestNoise};

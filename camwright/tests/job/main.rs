@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Whole jobs: grinding campaigns, milling, turning.
 
 #[path = "../cams/mod.rs"]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Mill, cams and grooves of a milling job.
 
 use camwright::cam::contour::Contour;

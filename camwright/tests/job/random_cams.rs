@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Fixed slices of the campaigns of `cargo run --release -p camwright --example random_cams` and `… --example long_cuts`.
 
 #[path = "../cams/campaign.rs"]

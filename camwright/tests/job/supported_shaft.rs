@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Compliance of a shaft on its supports: closed forms of text books, and a beam of finite elements.
 
 use camwright::job::supported_shaft::{ShaftLayout, SupportedShaft, round_bending_n_mm2};

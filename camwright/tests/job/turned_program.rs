@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! NC programs of turned parts: written in every dialect, read back, compared with the section itself, and driven by the simulated lathe.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Required drives of a lathe for a part: the form error of drives, and the gain of X that keeps a tolerance.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A part that is not round, from its job to the finished surface: planned, turned by the interpolator on a simulated lathe, and compared
 //! with its design.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A journal that runs out, from job to round part: the first half of its plan feeds and dwells, what the gauge reads decides the turn
 //! that corrects, the second half drives it.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge-controlled size: the infeed ends when the gauge reads the size, whatever the wheel really is.
 
 use super::{KG_N_MM, MachineUnderTest, RADIUS_MM, WIDTH_MM, grinder, job};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stiffness of machine and cut: measured on the journals, kept, and taken from what is kept.
 
 use super::*;

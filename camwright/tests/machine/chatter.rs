@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Regenerative chatter in the simulated machine: planted waves shrink and grow from turn to turn as forecast.
 
 use super::{ideal, machine, setpoint};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Wheel and part deflect against each other: what a machine with a stiffness leaves of a part, turn after turn.
 
 use super::turned::{self, Eccentric};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A journal that runs out, on the simulated machine: its gauge reads, one turn corrects, and the part is round.
 
 use super::{ideal, machine, setpoint};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Drives with motors on a whole machine: form error of a lobe, behaviour at rest, reported force.
 
 use super::turned::{Eccentric, turning};

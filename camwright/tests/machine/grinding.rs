@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::turned::{Eccentric, WHEEL_MM, turning};
 use super::{follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Door, chuck, part sensor and work area: nothing moves while a person is in reach, and nothing opens while something moves.
 
 use super::{follow, idle, machine, travel};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Process values at every degree of a lobe: power, specific energy, temperature.
 
 use super::{ideal, machine, turned};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Keyframes: a machine that is taken up from one goes on as if nothing had been, and no octets can make it fail.
 #![allow(clippy::print_stdout, reason = "seeds and sizes are printed")]
 

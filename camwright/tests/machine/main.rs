@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The simulated machine: what it does with setpoints, and what it leaves of a part.
 
 mod chatter;

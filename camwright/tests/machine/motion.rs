@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::{cam_grinder, follow, homing_at_a_switch, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Crank pins, whose centre goes round the axis of C: what the wheel leaves of one, and what it feels.
 
 use super::turned::{Eccentric, WHEEL_MM, turning};

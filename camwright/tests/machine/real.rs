@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Real axes: the machine's supervision with readings that are some ticks old.
 
 use super::{cam_grinder, homing_at_a_switch, travel};

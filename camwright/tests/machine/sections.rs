@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sections of a lobe that is wider than the wheel: each is cut by the plunges that cover it, and one deflection carries them all.
 
 use super::turned::{Eccentric, turning};

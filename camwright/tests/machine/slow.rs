@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Slow changes, and effects once per wheel turn: growth of the wheelhead, unbalance.
 
 use super::turned::{WHEEL_MM, turning};

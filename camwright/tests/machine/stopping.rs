@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reaction of alarms with the wheel in the cut.
 
 use super::grinding::{loaded, path_setpoints};

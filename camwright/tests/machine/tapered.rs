@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes ground by a rim with a profile: every section is a parallel curve of the design, and one deflection carries all of them.
 
 use super::sections::{self, radii};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parts turned under the wheel, and their setpoints.
 
 use super::{ease, setpoint};

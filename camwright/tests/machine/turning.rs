@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A lathe as it runs: setpoints of an eccentric in, what the insert leaves of a bar out.
 
 use camwright::cam::surface::SurfacePoint;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine with several wheels: it mounts one at rest and clear of the part, and every wheel keeps its size, wear and counts.
 
 use super::grinding::loaded;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The fastest turn: against the best known plans, against lower bounds, and against its own limits by other arithmetic.
 
 use crate::cams;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Point-to-point moves: closed forms, limits on random moves, and Ruckig as the oracle of the shortest time.
 
 use camwright::machine::description::MotionLimits;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A fixed slice of random turns, and a campaign of them:
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Running up from rest onto a turn at varying speed, and down again, wherever on the lobe the cut begins.
 
 use crate::cams;

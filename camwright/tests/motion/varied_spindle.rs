@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spindle whose speed varies along the path: no axis exceeds a limit, and it is sooner at its end than at constant speed.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Damaged programs: whatever is in a file, reading it ends with a motion or a sentence.
 
 use crate::cams::SplitMix64;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Written programs are read back with the same meaning.
 
 use crate::sample::{random_program, two_cams};

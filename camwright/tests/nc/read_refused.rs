@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Refused programs: each refusal with its line and sentence.
 
 use camwright::gcode::{Dialect, MAX_BLOCKS, MAX_TEXT_BYTES, ProgramFile, XValues, read};

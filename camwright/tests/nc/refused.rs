@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs that a dialect cannot express: each refusal with its sentence.
 
 use crate::sample::{format, target, two_cams};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A small program on every control, and the targets of its blocks.
 
 use crate::sample::{format, target, two_cams};

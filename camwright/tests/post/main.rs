@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs of cutter paths: what they drive against the paths they were made for.
 
 #[path = "../cams/mod.rs"]

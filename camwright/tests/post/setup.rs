@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A shop with its control, and what it makes.
 
 use crate::cams::reference_lobe;

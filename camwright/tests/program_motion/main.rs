@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs in the dialects of controls, read, and driven by the simulated machine as a plain control would drive them: what is left on the
 //! part.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]

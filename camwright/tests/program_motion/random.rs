@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Seeded random programs: what is planned keeps its limits and its tolerance, and what is refused is refused for an axis.
 
 use crate::cams::SplitMix64;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Requests that the machine cannot execute are refused, with file and line.
 
 use crate::ideal;

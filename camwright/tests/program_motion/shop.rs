@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parts, their programs and the machine that grinds them.
 
 use crate::cams::reference_contour;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! km, kg, F0 and λ from what a machine would show of them.
 
 use crate::part::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Effect of the noise of the readings.
 
 use crate::part::{DWELLS_FROM_RAD, GaugeStation, NoiseSource, diameter, from, journal, law};

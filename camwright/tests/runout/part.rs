@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The reference: a part of several thousand phases, ground one phase after the other, and gauges that read it.
 //!
 //! The depth of every cut is found by halving an interval until spring and cut are in balance; nothing of the core is used but the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Remaining error of the published correction.
 
 use crate::part::{GaugeStation, GaugedPart, RATIOS, diameter, from, law};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Measurements and corrections that are not possible are refused with a reason.
 
 use crate::part::{DWELLS_FROM_RAD, GaugeStation, GaugedPart, diameter, from, journal, law, rad};

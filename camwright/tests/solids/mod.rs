@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Surfaces of parts for tests: the closed forms, a cam along z, meshes of them, and seeded random ones.
 #![allow(dead_code, reason = "each test binary uses its part")]
 

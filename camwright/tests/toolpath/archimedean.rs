@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Chains of Archimedean segments: how many there are, what they leave, and that no fewer would do.
 #![allow(clippy::print_stdout, reason = "figures, with --nocapture")]
 

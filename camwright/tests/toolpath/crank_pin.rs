@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel on a crank pin, which goes round the spindle axis: against closed forms, and against a wheel pushed to the pin by bisection.
 
 use camwright::cam::compensation::FormCurve;

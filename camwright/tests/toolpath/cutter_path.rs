@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Paths of mills round a contour: by their periphery as a wheel's, by their face as the support function; and the contours that a face
 //! cannot make.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Grooves round a cylinder: what the roller does to its walls, what mills leave on them by formula, by the library and by a slow sweep, and
 //! what is refused.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Grooves in plates: closed forms, the mill's disc against both walls point by point, and what is refused.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 

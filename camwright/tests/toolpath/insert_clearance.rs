@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Clearance of the insert's flank against closed forms and against the flank drawn beside the part.
 
 use crate::cams;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sections of the rake plane and paths of the insert against closed forms, and against sections found by other arithmetic.
 #![allow(clippy::print_stdout, reason = "the figures of what must be shown")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Paths of wheel, cutter and insert.
 
 #[path = "../cams/mod.rs"]

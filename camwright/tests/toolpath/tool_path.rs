@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel's path against closed forms, against the swept wheel, and the wheels that do not fit.
 
 use crate::cams;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine's side: keeps the lease, answers those who want it, refuses all others.
 
 use super::lease::{Lease, LeaseRequest, Participant, Role, participant_of};

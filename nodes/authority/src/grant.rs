@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The lease as interpolator and planner know it, and their reports to the machine that keeps it.
 
 use super::lease::{Participant, Role, held_text, participant_of};

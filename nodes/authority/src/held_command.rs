@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Command as a client takes it: held and renewed until it is dropped.
 
 use camwright_msgs::camwright_msgs::msg::CommandHolder;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lease of command: one holder at a time, with its timeout, and the participants that have a role in the cell.
 //!
 //! A state machine without clock or network. Its caller passes the time, by the wall clock and outside of ticks.

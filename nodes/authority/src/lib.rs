@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Command authority: one holder at a time may change zeros, state or motion of a cell.
 //!
 //! ```text

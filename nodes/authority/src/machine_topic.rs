@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Topics of the machine: only messages of the machine that keeps the lease count.
 
 use super::grant::Grant;

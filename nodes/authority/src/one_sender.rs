@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One sender of a topic that has one source: the recorder's status, the loader's state.
 
 use super::lease::{Participant, participant_of};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Endpoints that are open to everybody. Everything else needs command.
 
 use camwright_msgs::camwright_msgs::srv::CellCommandRequest;

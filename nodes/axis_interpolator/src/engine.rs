@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The interpolator's cyclic thread: it has no clock and computes when the machine grants credit.
 //!
 //! ```text

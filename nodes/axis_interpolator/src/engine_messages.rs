@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages between the engine and its node, through rings.
 
 use camwright::interpolator::trajectory::TrajectoryStart;

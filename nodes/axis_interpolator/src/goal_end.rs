@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! End of a goal: its state and its result.
 
 use camwright::interpolator::{MotionOutcome, ProbeOutcome};
@@ -77,7 +78,7 @@ pub(super) fn end_probe(
         None => close(goal, outcome, result),
         Some(message) => {
             // False where the goal has ended already, which then is its end.
-            let _first_end = goal.abort(ProbeResult { success: false, message, ..result });
+            let _first_end = goal.abort(ProbeResult { message, ..result });
         }
     }
 }
@@ -91,7 +92,7 @@ pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: MotionOutcome, was_let_go
         _ => None,
     };
     match text {
-        Some(text) => GoalEnd::Succeeded.close(goal, JogResult { success: true, message: text.to_owned(), ..result }),
+        Some(text) => GoalEnd::Succeeded.close(goal, JogResult { message: text.to_owned(), ..result }),
         None => close(goal, outcome, result),
     }
 }

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The goal that has command of the axes: a plan, a homing, a trajectory.
 
 use super::engine_messages::Ended;
@@ -11,6 +12,7 @@ use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult, Jog, JogResult, MoveTo,
     MoveToFeedback, MoveToResult, Probe, ProbeFeedback, ProbeResult,
 };
+use camwright_msgs::camwright_msgs::msg::PlanSegment;
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryResult};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse};
 use camwright_ros::{GoalHandle, Responder};
@@ -189,7 +191,7 @@ impl ActiveGoal {
                 tick,
                 segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
                 phase: status.phase.map_or(0, |phase| phase as u8),
-                lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+                lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(PlanSegment::NO_LOBE),
                 turn: status.turn,
                 turns: status.turns,
                 stock: m_from_mm(status.stock_mm),
@@ -231,15 +233,14 @@ impl ActiveGoal {
             Some((_, reason)) if alarm != 0 => format!("{text}: {reason}"),
             _ => text.to_owned(),
         };
-        let success = ended.outcome == MotionOutcome::Completed;
         match self.goal.take() {
             Some(RunningGoal::Plan(goal)) => {
                 let (first_tick, last_tick) = (ended.first_tick, ended.last_tick);
                 let turns_left_out = std::mem::take(&mut self.turns_left_out);
-                let result = ExecutePlanResult { success, message, alarm, first_tick, last_tick, turns_left_out };
+                let result = ExecutePlanResult { message, alarm, first_tick, last_tick, turns_left_out };
                 close(&goal, ended.outcome, result);
             }
-            Some(RunningGoal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
+            Some(RunningGoal::Home(goal)) => close(&goal, ended.outcome, HomeResult { message, alarm }),
             Some(RunningGoal::Trajectory(goal)) => {
                 let (end, result) = self.end_of_trajectory(ended.outcome, message);
                 end.close(&goal, result);
@@ -253,16 +254,16 @@ impl ActiveGoal {
                 let joints = Axis::ALL.iter().map(|axis| axis.joint().to_owned()).collect();
                 let at = |axis: &Axis| si_from_counts(machine.axis(*axis).scale, ended.counts[axis.index()]);
                 let positions = Axis::ALL.iter().map(at).collect();
-                close(&goal, ended.outcome, MoveToResult { success, message, alarm, joints, positions });
+                close(&goal, ended.outcome, MoveToResult { message, alarm, joints, positions });
             }
             Some(RunningGoal::Probe(goal)) => {
-                let result = ProbeResult { success, message, alarm, ..ProbeResult::default() };
+                let result = ProbeResult { message, alarm, ..ProbeResult::default() };
                 goal_end::end_probe(&goal, ended.outcome, self.probed, result, machine);
             }
             Some(RunningGoal::Jog(goal)) => {
                 let axis = Axis::from_joint(&goal.goal().joint);
                 let at = |axis: Axis| si_from_counts(machine.axis(axis).scale, ended.counts[axis.index()]);
-                let result = JogResult { success, message, alarm, position: axis.map_or(0.0, at) };
+                let result = JogResult { message, alarm, position: axis.map_or(0.0, at) };
                 goal_end::end_jog(&goal, ended.outcome, self.was_let_go, result);
             }
             Some(RunningGoal::Wheel(responder, turns)) => goal_end::end_wheel(responder, turns, ended.outcome, message),

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Diagnostics of the interpolator: the holder of command, and the reception of the machine. Each status covers the last second.
 
 use super::{Shared, lock};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node `axis_interpolator`: the motion in execution, homing, feed hold, override, and who has command.
 
 mod engine;

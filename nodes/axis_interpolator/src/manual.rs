@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Work by hand: the action `~/jog` with its `~/hold_to_run`, and the service `~/wheel`.
 //!
 //! A jog that has no distance continues while messages come on `~/hold_to_run`. They are waited for in ticks of the
@@ -21,8 +22,6 @@ use std::sync::Arc;
 /// Longest time between two messages on `~/hold_to_run`, unless the goal says another, and the longest that it may say (s).
 const HOLD_TO_RUN_S: f64 = 0.5;
 const LONGEST_HOLD_S: f64 = 2.0;
-/// Turns without being held.
-const NOT_HELD: f64 = -1.0;
 /// Period of a jog's feedback (s).
 const FEEDBACK_S: f64 = 0.05;
 
@@ -67,8 +66,10 @@ impl ActionHandler<Jog> for JogHandler {
 fn hold_ticks(goal: &JogGoal, cycle_s: f64) -> Result<Option<u64>, String> {
     let seconds = match goal.hold_to_run {
         _ if goal.distance != 0.0 => return Ok(None),
-        NOT_HELD if goal.joint == Axis::C.joint() => return Ok(None),
-        NOT_HELD => return Err(format!("{} does not move without being held; only c_axis turns so", goal.joint)),
+        JogGoal::UNTIL_CANCEL if goal.joint == Axis::C.joint() => return Ok(None),
+        JogGoal::UNTIL_CANCEL => {
+            return Err(format!("{} does not move without being held; only c_axis turns so", goal.joint));
+        }
         0.0 => HOLD_TO_RUN_S,
         seconds => seconds,
     };

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The trajectory that follows the one in execution without a stop.
 
 use super::engine_messages::PreparedMotion;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Looks after the machine and the planner: a motion ends when the machine falls silent or is started again, a plan when its planner does.
 
 use super::goals::RunningGoal;

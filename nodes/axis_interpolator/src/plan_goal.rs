@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plans that are to be executed: the action `~/execute_plan`.
 
 use super::goals::{RunningGoal, by};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plans on their way in: pages in any order, a few plans at a time.
 
 use camwright::machine::description::MachineDescription;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From what the engine reports to messages, and to the goal that is being served.
 
 use super::engine_messages::{Ended, FromEngine, MotionForecast, SequencedCommand, ToEngine, Tracking};
@@ -334,7 +335,7 @@ impl EnginePump {
             plan_hash: if is_idle { String::new() } else { plan_hash },
             segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
             phase: status.phase.map_or(0, |phase| phase as u8),
-            lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+            lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(InterpolatorState::NO_LOBE),
             turn: status.turn,
             turns: status.turns,
             stock: m_from_mm(status.stock_mm),

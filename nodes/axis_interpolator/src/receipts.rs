@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Orders on their way to the machine: no setpoint of an order's tick leaves before the machine has said that it has the order.
 
 /// Orders that may be on their way at once.

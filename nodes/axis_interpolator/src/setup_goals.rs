@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. Goals that can be judged without moving are rejected with a reason in
 //! the log; a goal that fails at its start, for example because an axis is not homed, is aborted.
 

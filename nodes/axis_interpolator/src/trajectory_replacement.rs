@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One trajectory after another without a stop between: the engine says where the axes will be, and waits there for what comes next.
 
 use super::engine::Engine;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The files of a bag, and the schemas and channels in them, as topics.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};

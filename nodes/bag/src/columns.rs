@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Columns of a table, whatever the format of its file.
 
 use super::values::FieldValue;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Type definitions stored in a bag (`ros2msg`): sufficient to find every value in a message of an unknown type.
 
 use camwright_msgs::syntax::{Element, Multiplicity, Primitive, TypeError, TypeText, split_comment};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Room kept back, so that a bag can still be closed when the disk is full.
 
 use std::fs::{self, File, OpenOptions};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Histogram of durations in fixed memory, filled from any thread without a lock.
 
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Exports of a bag: a table of each topic, or a copy in another layout, compressed for example.
 
 use std::fs;

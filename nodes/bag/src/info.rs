@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content of a bag, for the operator and for scripts.
 
 use std::fmt::Write as _;

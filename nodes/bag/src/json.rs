@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Strings as JSON and double-quoted YAML write them.
 
 use std::fmt::Write as _;

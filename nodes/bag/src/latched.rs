@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Latched messages kept while a bag is written, so that every file of it begins with what a late listener would get.
 
 use std::collections::{BTreeMap, VecDeque};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bags: rosbag2 directories with MCAP storage, as ROS 2 Jazzy writes and reads them.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `metadata.yaml`, version 9 as Jazzy writes it, and the older versions as far as they can be read.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tables as Apache Parquet: each column with its type, values in groups of rows.
 
 use std::fs::File;

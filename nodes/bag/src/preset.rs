@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Layout of the files of a bag, with rosbag2's names.
 
 /// rosbag2's `DefaultChunkSize` (B), and that of its preset `zstd_small`.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The quality of service a publisher offered, in the words of rosbag2's metadata version 9.
 
 use super::yaml::YamlWriter;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reading a bag: a directory, or one MCAP file; ours, and those of other ROS 2 recorders.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};

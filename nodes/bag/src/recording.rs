@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A recording: a bag written by a thread of its own behind a bounded queue, with every loss counted.
 
 use std::path::{Path, PathBuf};

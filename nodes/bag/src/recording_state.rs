@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! State and commands that a recording and its writer's thread share.
 
 use super::Topic;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The records of one MCAP file: its summary, and the walk from its beginning.
 
 use std::fs::File;

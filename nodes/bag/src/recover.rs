@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A new bag of what is whole in one that was not closed, or is damaged; and what is lost.
 //!
 //! Only chunks with a correct check sum are recovered; messages outside of chunks (preset `fastwrite`) have none, which is reported. The

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Intact parts of a damaged MCAP file, from its beginning to its end: chunks with a correct check sum; everything between them is lost.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The numbers of one topic's messages: which is new, which fills a gap, which has come before.
 
 use std::collections::BTreeSet;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The last seconds of a recording, held in memory until a request writes them to the bag.
 
 use std::collections::VecDeque;

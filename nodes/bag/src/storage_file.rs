@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One MCAP file of a bag while it is written.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A table of each topic of a bag: a row for each message, a column for each value.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Text for a terminal of 80 columns.
 
 /// Columns of a terminal; results fit in them.

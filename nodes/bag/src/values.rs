@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The values of a message, found in its CDR by the definition that stands in the bag.
 
 use super::definition::{Field, FieldKind, TypeDefinition};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Check of a message against its definition, to its last byte.
 
 use super::definition::{Field, FieldKind, TypeDefinition};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Writing a bag: one directory, one MCAP file after the other, the metadata in all of them and beside them.
 
 use std::collections::{BTreeMap, VecDeque};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The thread that owns a bag while it is recorded: it writes, flushes, splits, and closes.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! YAML in the layout of rosbag2: two spaces for each level, no line end after the last line.
 
 use super::json::quoted;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Every fault at many moments of a job: `cargo run --release -p camwright_nodes --example fault_campaign [JOB [MOMENTS [SEED]]]`.
 //!
 //! Strikes copies of the cell (interpolator, stream and machine as one value) in the middle of the job (`four_lobe_camshaft`, 20 moments)

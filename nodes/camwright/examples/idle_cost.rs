@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cost of a cell that does nothing: processor time of each kind of thread, and octets recorded, at pace realtime.
 //!
 //! `cargo run --release -p camwright_nodes --example idle_cost -- [SECONDS]` (default 20) prints the figures.

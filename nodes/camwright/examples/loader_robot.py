@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A robot that loads the machine, in rclpy: what loader_robot.rs does, for whoever writes a robot's side in Python.
 
     loader_robot.py [--job JOB] [--parts N] [--set KEY=VALUE ...] [--namespace NS]

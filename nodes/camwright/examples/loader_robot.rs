@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A robot that loads the machine, through nothing but what any robot's controller could do over ROS 2:
 //! `cargo run --release -p camwright_nodes --example loader_robot -- [JOB [PARTS [KEY=VALUE ...]]]`.
 //!

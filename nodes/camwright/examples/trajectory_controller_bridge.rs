@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine made of a `joint_trajectory_controller` of `ros2_control`, through nothing but the public interfaces of the crate:
 //! `cargo run --release -p camwright_nodes --example trajectory_controller_bridge -- MACHINE_FILE [CONTROLLER]`.
 //!

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Builds the release tarball and the .deb of camwright.
 
     nodes/camwright/packaging/build.py              # builds the binaries, writes to target/package

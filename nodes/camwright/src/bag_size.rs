@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Predicted size of the bag of a job: messages of every topic, their rate, and the overhead of the storage.
 //!
 //! Message sizes come from sample messages written as CDR, not from measurements. Markers and outlines for viewers, whose rate depends

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Files that requests over ROS may name: those in the folders of the job and of params, and in folders that the operator names.
 //! What a file says travels in refusals, so no other is read.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Job files of every kind: what a name leads to, by the schema that the file states.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form compensation in a job file: settings, and corrections learned before this part.
 
 use camwright::cam::compensation::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tables of the contour itself, radii over the azimuth or points, as lifts of a point that runs round it above its smallest radius.
 
 use super::lift_text::{Content, Printed};

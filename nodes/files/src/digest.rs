@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Digests of 64 bits: of outputs, to compare runs, and of messages, to detect a changed one. They detect accidents, not intent.
 
 use camwright_msgs::cdr::sample_from_message;

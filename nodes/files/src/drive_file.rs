@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Servo drive in a machine file. Keys of a slide and of a spindle differ in their units.
 
 use camwright::machine::description::{DriveSettings, Structure};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Kinds of files that users write.
 
 use super::job_file::JobFile;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The follower of a profile as a job writes it, and the follower it means. What its numbers must be to ride on a cam the
 //! core says.
 

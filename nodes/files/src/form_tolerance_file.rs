@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Allowed form error of a lobe as a job writes it.
 
 use camwright::cam::form_tolerance::FormTolerance;

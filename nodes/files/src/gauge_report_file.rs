@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reports of measuring machines: deviation, lift or radius of one lobe in a table of text.
 
 use super::lift_text::{self, AngleUnitFile, Content, TextFormat};

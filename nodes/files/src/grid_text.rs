@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Radii on a grid as a table: azimuths in the first line, then a line for each place along the part.
 //!
 //! ```text

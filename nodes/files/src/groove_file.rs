@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A groove as a milling job writes it, and the groove it means.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Connection of a machine to the HAL of LinuxCNC: its pins, their scale, and the queue of setpoints.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Insert of a lathe in a machine file.
 
 use camwright::machine::description::InsertDescription;

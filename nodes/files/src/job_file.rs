@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Job files: what is written, and the job it means.
 
 use super::ConfigError;

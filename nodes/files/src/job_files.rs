@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The files that a job names: one hash over all of them, and the files themselves, so that a bag can hold what a job was made from.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parts with runout in a job file: deviation of the raw part, and correction of its journals.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
 //! there is only meaning.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Profile and file of a lift, for its errors and units.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The lift of a profile: what a job writes under `lift`, and the law it means.
 //!
 //! ```text

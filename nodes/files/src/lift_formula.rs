@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lifts that are no table: motion laws segment by segment, what a follower does on an eccentric disc, the arms of a brake's S-cam, and the
 //! second cam of a conjugate pair.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Formats in which controls and programs write lift tables: what their files look like and what their columns are.
 
 use super::{ConfigError, FileLocation};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The text of a lift table: columns of numbers under comments and titles, in whatever separators and decimals its program
 //! prints, with nothing guessed: what the file leaves open the job declares, and what contradicts it is refused.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Limits of the work that a file can request: bounds on lists, turns and time, each far beyond every real job, so that a mistyped digit
 //! is refused with its reason before any work begins. `docs/reference/files.md` lists them, with those of the core and of the readers.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Door and chuck in a machine file.
 
 use camwright::machine::description::LoadingDescription;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Search path of params: the given path, `./params`, `share/camwright/params` beside the installed binary, then the copy
 //! inside the binary.
 

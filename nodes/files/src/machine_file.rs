@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Machine files: what is written, and the description it means.
 
 use super::contact_file::ContactFile;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Persistent state of the machine in one small file: wheels with their radii, growth of the wheelhead, dress count, part counters.
 
 use crate::names::is_name;

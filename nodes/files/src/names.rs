@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Names in files: of machines, jobs, lobes, profiles, passes and stations. They become file names, keys of overrides, and parts of ROS and
 //! program names, so one rule holds for all of them.
 

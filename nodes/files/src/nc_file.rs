@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Key `nc` of a job: settings of its NC program.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lifts that are the outline of the part itself: polygons, lines and arcs.
 
 use super::ConfigError;

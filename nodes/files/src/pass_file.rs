@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The passes of a job file: infeed and speed, roughing first.
 
 use super::names;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gap detector and keyway switch in a machine file.
 
 use camwright::machine::description::{GapDetector, KeyWayProbe};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Process data of grinding in a machine file.
 
 use camwright::machine::description::{GrindingProcess, ReferenceCut};

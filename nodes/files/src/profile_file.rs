@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cam as a job writes it: base circle, follower and lift, or a lift that says the contour itself. Grinding jobs have one for each kind of
 //! lobe, turning jobs one for each outline along the part, milling jobs one for each cam and for each groove in a plate.
 

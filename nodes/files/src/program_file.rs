@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The NC program that a job is ground by: the key `program`.
 
 use super::job_files::JobFiles;

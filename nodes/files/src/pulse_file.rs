@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Pulses of C and X that `camwright plan` counts, for a control that moves its axes by number and frequency of pulses.
 
 use super::ConfigError;

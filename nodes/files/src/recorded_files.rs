@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Files that a job names, as a recording holds them.
 
 use std::path::PathBuf;

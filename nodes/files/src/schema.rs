@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! JSON Schema of the files, derived from their types, and the check of a file against it.
 //!
 //! A type of a file declares each of its keys once: name (with the unit), type, range, default and description. From this declaration

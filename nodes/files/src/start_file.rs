@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! First lobe and dry run, set by a job file or by the client of a job.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Commented files to start from. The values are those of a shipped example; meaning, unit and range of a key come from its declaration.
 
 use super::ConfigError;

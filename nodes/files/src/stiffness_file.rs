@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The file in which the stiffness of a machine is kept, as it was measured on the journals of its jobs.
 
 use super::ConfigError;

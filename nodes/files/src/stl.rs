@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Triangles from STL files, as CAD writes them: as text, or as 50 bytes each behind a head of 84.
 //!
 //! An STL file says neither its unit nor where the axis of the part is; the job does. Normals are not read: the corners say all.

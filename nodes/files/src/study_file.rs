@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Study files: cases of a job, with factors that vary keys of job and machine.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Values of the factors of a study: lists, ranges and random distributions, as written.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The surface of a part that is turned: what a job writes under `surface`, and the shape it means.
 
 use super::grid_text;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Files of a lift table and the errors found in them.
 
 use super::lift_text::Printed;

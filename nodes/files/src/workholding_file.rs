@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Supports of the part in machine and job files.
 
 use super::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! YAML with the line of every value, and overrides over it.
 
 use super::locate::Located;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Services that answer from the planning thread.
 
 use super::{Shared, lock};

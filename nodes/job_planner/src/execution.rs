@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Common parts of all running jobs: the client, the execution of plans by the interpolator, the end.
 
 use super::job_slot::{JobEvent, JobSlot};
@@ -105,7 +106,6 @@ impl Execution {
         *lock(&self.shared.job_slot) = JobSlot::Idle;
         let state = match outcome {
             Ok(()) => {
-                result.success = true;
                 logger.info(&format!("job {name} complete: {}", result.message));
                 JobStatus::COMPLETE
             }
@@ -131,7 +131,7 @@ impl Execution {
             (RequestOrigin::Goal(goal), _) => drop(goal.abort(result)),
             (RequestOrigin::Cell, _) => {}
             (RequestOrigin::Stiffness(waiting), _) => {
-                let success = result.success && journals.len() == result.lobes.len();
+                let success = state == JobStatus::COMPLETE && journals.len() == result.lobes.len();
                 let message = result.message;
                 request_origin::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
             }

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge measurements of a running job: the stock of its journals, the stiffness at them, and the correction of their runout.
 
 use super::execution::JobFailure;

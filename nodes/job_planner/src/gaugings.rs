@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge readings during a measured job, and the pushes of a stopped wheel for its stiffness.
 
 use super::{lock, wait_for};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job that grinds, on a thread of its own: pages, blanks, execution, measuring.
 
 use super::execution::{Execution, JobFailure, PlanShare};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stiffness services: `~/identify_stiffness` measures the stiffness of the machine on the journals of a job, `~/get_stiffness` returns
 //! the stored values.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The one job there can be: from a goal's request to its thread.
 
 use super::cell::CellEvent;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The job under way: its stage, and the events for its thread.
 
 use camwright_msgs::camwright_msgs::action::ExecutePlanResult;

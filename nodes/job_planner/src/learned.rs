@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Learned corrections of each job, stored beyond the end of the node: one small file for each machine and job.
 
 use super::lock;

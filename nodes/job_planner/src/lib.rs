@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node `job_planner`: jobs, plans, the sequence of a job, results.
 //!
 //! The executor thread only takes requests and answers. Files are read and jobs planned on a worker thread; a job that

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Putting the raw part of a job into the machine.
 
 use super::Shared;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! When each lobe of a job that runs began and ended.
 
 /// First and last tick of each lobe, as the interpolator reported them.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Looks after the interpolator while a job runs: one that falls silent, or is started again, has ended the job.
 //!
 //! An interpolator that died makes the machine raise an alarm. Without one, the connection may be lost while the axes move: then the planner

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The lobes on the machine, as it last reported them.
 
 use super::{lock, wait_for};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Progress of the plan in execution, and which lobes it has finished.
 
 use camwright::motion::plan::{Plan, SegmentKind};

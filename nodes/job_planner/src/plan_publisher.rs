@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Publisher of the planner's job: `~/job_status`, plan pages and job files.
 
 use super::cell::CellEvent;

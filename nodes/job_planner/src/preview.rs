@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Preview of a job without publishing its plan: `~/preview_job`.
 
 use super::{Shared, lock};

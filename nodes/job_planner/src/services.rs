@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The planner's services. Files are read and jobs planned on the planning thread; answers come from there.
 
 use super::deferred::deferred;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The planner's parameters: the settings of the digital switches DS0 … DS7 of JPS6156064B2 and others, laid over the job
 //! file. One that is not set leaves the file's value.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Set-up work of the planner: dress now, change the wheel, touch off, find the part's phase. Each is a sequence of goals of the axis interpolator, on a
 //! thread of its own, and holds the one place that a job has; `~/stop` ends it.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stiffness of each machine, kept over the end of the node: one small file for each, beside what was learned of its jobs. The planner
 //! keeps it, not the machine: it is found by the planner from readings, is an input of plans, and a machine that is driven by another
 //! program would not know of it.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part in a lathe, as the machine last reported it page by page.
 
 use super::{lock, wait_for};

@@ -1,7 +1,9 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job that turns, on a thread of its own: bar, execution, measuring the surface.
 
 use super::execution::{Execution, JobFailure, PlanShare};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
+use camwright_msgs::std_msgs::msg::Header;
 use camwright_planning::{self as planning, PreparedTurning, hash_of};
 use std::time::Duration;
 
@@ -47,7 +49,10 @@ impl TurningRun {
             .map_err(|error| JobFailure::Failed(format!("the job was executed, but {error}")))?;
         let form = planning::turned_form(&self.prepared, &part)
             .map_err(|error| JobFailure::Failed(format!("the form of the part cannot be judged: {error}")))?;
-        let map = planning::form_map_message(&self.prepared, &form, result.last_tick, shared.node.now());
+        let frames = camwright_scene::frames_of(&shared.node, &self.prepared.machine)
+            .map_err(|error| JobFailure::Failed(error.to_string()))?;
+        let header = Header { stamp: shared.node.now(), frame_id: frames.part };
+        let map = planning::form_map_message(&self.prepared, &form, result.last_tick, header);
         if let Err(error) = shared.form_map.publish(&map) {
             shared.node.logger().warn(&format!("the form map cannot be published: {error}"));
         }

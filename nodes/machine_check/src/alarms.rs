@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M30: what alarms say.
 
 use super::observed::{Observed, alarm_numbers, sorted};

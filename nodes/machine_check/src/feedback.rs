@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M5, M6 and M8: what the machine says of axes and inputs.
 
 use super::observed::{DescriptionFacts, Joints, Observed, ns};

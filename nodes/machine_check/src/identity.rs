@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M1 and M9: what the machine says that it is, and the endpoints that it has.
 
 use super::observed::Observed;

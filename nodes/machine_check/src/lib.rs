@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Check of a machine against its contract (`nodes/MACHINE_CONTRACT.md`), clause by clause.
 //!
 //! It listens first, and judges what it heard once it has received it: a judge is a function of messages. What it compares it computes

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Observed messages of a machine, in the order of arrival.
 
 use camwright_files::convert::counts_per_si;

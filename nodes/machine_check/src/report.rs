@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Result of a check: clause by clause kept, broken or not seen.
 
 use serde_json::{Value, json};

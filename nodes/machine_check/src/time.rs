@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M2, M3, M4, M7, M40 and M41: what the machine says against ticks and clock, in integers.
 
 use super::observed::{DescriptionFacts, Joints, MAX_TICK, Observed, ns};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Active alarms, as published on `machine/alarms`.
 
 use super::stream_state::StreamState;

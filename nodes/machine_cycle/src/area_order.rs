@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Orders to door, chuck and part of a machine that is loaded.
 
 /// Order for door, chuck or part.

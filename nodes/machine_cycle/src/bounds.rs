@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Values that the cyclic thread and the rest of the node share without a message.
 
 use camwright_threads::drops::DropCounter;

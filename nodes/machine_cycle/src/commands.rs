@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Orders to the machine as messages, and back.
 
 use super::messages::{MachineOrder, TimedCommand};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::area_order::AreaOrder;

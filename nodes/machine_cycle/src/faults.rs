@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Faults on their way to the machine: those of now, and those that wait for their tick of a job.
 
 use super::messages::AskedFault;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inputs of the cyclic thread between two ticks: chunks, commands, faults, resets, parts, and orders for door and chuck.
 
 use super::area_order::AreaOrder;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Keyframes of the cyclic thread: when one is due, and its writing.
 
 use super::cyclic_loop::CyclicLoop;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Keyframes: the state of the machine and of its cyclic thread after a tick, from which a replay can begin.
 //!
 //! The cyclic thread writes them itself, into room that it was given (`keyframe_writing.rs`): the thousands of numbers of a part are

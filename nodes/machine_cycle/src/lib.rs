@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cyclic loop of a simulated machine without ROS: the node `machine_sim` runs it, and a replay runs it again from recorded inputs.
 
 pub mod active_alarms;

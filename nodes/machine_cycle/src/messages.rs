@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages between the cyclic thread and the rest of the node.
 
 use super::area_order::AreaOrder;

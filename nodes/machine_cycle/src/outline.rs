@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part while it is cut, for those who watch: fewer radii than it has, copied in the cyclic thread into room that was made before.
 
 use camwright::cam::contour::LobeCentre;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The digest of what a machine puts out, tick by tick: two runs that are the same have the same digests.
 //!
 //! A job begins it anew and counts ticks from its own first, so that the digests of a job do not depend on when it was started.

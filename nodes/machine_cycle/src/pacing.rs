@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! When the next tick is due at pace realtime: stamps follow the system clock, and a slip is made up for or reported.
 //!
 //! The time of tick k is epoch + k · cycle for as long as the node lives, so ticks have to follow the system clock:

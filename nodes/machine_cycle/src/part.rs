@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part on its way to the cyclic thread and back.
 
 use camwright::cam::contour::LobeCentre;
@@ -6,10 +7,10 @@ use camwright::simulation::turned_part::{MAX_CELLS, PartGrid, TurnedPart, Turned
 use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::workpiece::{CutRecord, LobeError};
 use camwright_files::convert::pages::{RADII_PER_PAGE, split};
-use camwright_files::convert::time::TickClock;
 use camwright_files::convert::{centre_from_values, compliance_from_values, m_from_mm, mm_from_m, offset_from_values};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
+use camwright_msgs::std_msgs::msg::Header;
 use thiserror::Error;
 
 /// A lobe of a raw part, on its way to the machine.
@@ -191,11 +192,11 @@ pub const MAX_PAGES: u32 = 512;
 const _: () = assert!(MAX_PAGES as usize * RADII_PER_PAGE == MAX_CELLS);
 
 impl SnapshotTurned {
-    /// Pages of the part at a tick.
-    pub fn pages(&self, tick: u64, finished: bool, clock: TickClock) -> impl Iterator<Item = TurnedPage> {
+    /// Pages of the part at a tick, with time and frame in their header.
+    pub fn pages(&self, tick: u64, finished: bool, header: Header) -> impl Iterator<Item = TurnedPage> {
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
         split(&self.radii_mm, RADII_PER_PAGE).map(move |piece| TurnedPage {
-            stamp: clock.stamp(tick),
+            header: header.clone(),
             tick,
             name: self.name.clone(),
             finished,

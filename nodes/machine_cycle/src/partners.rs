@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Partners of the cyclic thread: the sender of setpoints and the recorder.
 
 use super::bounds::Bounds;

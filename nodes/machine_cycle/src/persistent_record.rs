@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Persistent state at the start of a run, in a form that reads back to the bit.
 
 use camwright::machine::description::MAX_WHEELS;

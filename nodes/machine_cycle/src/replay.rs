@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
 
 use super::active_alarms::ActiveAlarms;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The bus to real drives: its clock is the clock of the machine, one tick for every servo period.
 
 use super::cyclic_loop::CyclicLoop;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reaction of the cyclic thread to partners that fall silent and to deactivation: a stop on the path, with an alarm.
 //!
 //! Silence is measured by the wall clock, outside of ticks. What follows from it enters the machine as a recorded input, so that a replay

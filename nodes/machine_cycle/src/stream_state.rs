@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stream state that the cyclic thread adds to the report of a tick.
 
 /// State that the cyclic loop adds to a report.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Signals between the pins of a machine and the columns of `streamer` and `sampler`.
 
 use camwright::machine::description::{AXIS_COUNT, Axis};

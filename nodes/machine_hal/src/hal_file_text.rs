@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Text of HAL files: the connection of a machine, and a simulation of it by components of LinuxCNC.
 
 use crate::connection::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Comparison of a machine file with the HAL that runs, by the output of `halcmd`.
 
 use crate::connection::{SAMPLER_COLUMNS, STREAMER_COLUMNS, functions, links, own_signals};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node `machine_hal`: a machine whose drives LinuxCNC's HAL moves.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lines of `halsampler` and `halstreamer`.
 
 use crate::connection::{AT_SPEED, ESTOP, FAULTS, GAUGE, HOMES, INDEXES, LIMITS, ORIGIN, SAMPLER_COLUMNS};

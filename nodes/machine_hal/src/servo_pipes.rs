@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Pipes to `halstreamer` and from `halsampler`: one setpoint for every sample.
 
 use crate::sample::{PinScale, ServoSample};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge on a simulated journal, by components of LinuxCNC.
 //!
 //! ```text

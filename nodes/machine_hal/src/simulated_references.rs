@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Home switches and index marks of simulated slides, by components of LinuxCNC.
 
 use camwright::machine::description::{Axis, Homing, HomingKind, MachineDescription};

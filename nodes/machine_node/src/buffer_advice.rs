@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Recommended length of the setpoint buffer on this computer: latency against robustness, in figures.
 //!
 //! The buffer (`feedback_delay_ticks`) must outlast the longest pause of the machine's cycle and of the interpolator's,

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `/clock` at pace fast: published here unless another client does.
 //!
 //! Two clocks would tear every node that follows simulated time to and fro. So nothing is published as long as another publisher is

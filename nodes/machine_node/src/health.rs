@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Diagnostics of the machine: its alarms, the timing of its cycle, pending setpoints, drives, wheel and gauge.
 //!
 //! Each status is about the last second: a level goes up as soon as something is near its bound, and down again when it is not.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inputs of the machine, published in the order in which its cyclic thread applied them: `machine/inputs`.
 //!
 //! The cyclic thread only hands on what it took; tick and digests are made here, in the pump, which sees ticks and inputs in their order.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The topic of keyframes.
 
 use camwright_files::convert::keyframes::pages;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node of a machine behind the machine contract (`nodes/MACHINE_CONTRACT.md`): topics, services, command authority, parameters,
 //! health and records. A [`Plant`] is what moves behind it: the simulation, or real drives.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A raw part on its way to the machine: the services that put it in, and what the cyclic thread says of it.
 
 use super::{CycleInlet, PendingRequests, pop, push};

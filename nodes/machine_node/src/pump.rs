@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
 use super::CycleInlet;
@@ -420,14 +421,15 @@ impl MachinePump {
     }
 
     fn part(&self, snapshot: &PartSnapshot) -> Result<(), RosError> {
+        let header = self.scene.part_header(self.context.clock.stamp(snapshot.tick));
         if let (Some(outlet), Some(turned)) = (&self.outlets.turned, &snapshot.turned) {
-            let pages = turned.pages(snapshot.tick, snapshot.finished, self.context.clock);
+            let pages = turned.pages(snapshot.tick, snapshot.finished, header.clone());
             pages.into_iter().try_for_each(|page| outlet.publish(&page))?;
         }
         for lobe in &snapshot.lobes {
             let common_mm = lobe.width_mm.min(self.context.description.wheel.width_mm);
             self.outlets.part.publish(&PartLobe {
-                stamp: self.context.clock.stamp(snapshot.tick),
+                header: header.clone(),
                 tick: snapshot.tick,
                 name: lobe.name.clone(),
                 station: lobe.station.clone(),

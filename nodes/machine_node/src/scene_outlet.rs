@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine as others see it: description, transforms, markers, and the outline of the part while it is cut.
 
 use super::CycleInlet;
@@ -134,6 +135,11 @@ impl SceneOutlet {
         };
         outlet.mount(lasting)?;
         Ok(outlet)
+    }
+
+    /// Header of what is measured on the part.
+    pub(super) fn part_header(&self, stamp: Time) -> Header {
+        Header { stamp, frame_id: self.tree.frames.part.clone() }
     }
 
     /// Frame of reported axis positions.
@@ -281,7 +287,7 @@ impl SceneOutlet {
         let Some((middle, radii)) = sections.get(sections.len() / 2) else { return Ok(()) };
         let station = self.machine.stations.get(outline.station).filter(|_| !self.machine.is_lathe());
         self.outline.publish(&PartLobe {
-            stamp: clock.stamp(outline.tick),
+            header: self.part_header(clock.stamp(outline.tick)),
             tick: outline.tick,
             name: name.cloned().unwrap_or_default(),
             station: station.map_or_else(String::new, |station| station.switch.clone()),

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Door, chuck, part sensor and counters of the machine on the graph: services that work them, and what they show.
 
 use super::{CycleInlet, PendingRequests, pop, push};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
 
 use camwright::machine::persistent_state::PersistentState;

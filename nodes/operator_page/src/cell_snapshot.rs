@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Last messages of the topics of a cell.
 
 use camwright::machine::description::MachineDescription as Machine;

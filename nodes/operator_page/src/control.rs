@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Control of the cell from the page, for viewers with its token.
 
 use super::operation::{Answer, Operation};

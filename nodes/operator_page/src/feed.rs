@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Feed of the viewers: waits for changes of the cell and writes them as JSON.
 
 use super::cell_snapshot::CellSnapshot;

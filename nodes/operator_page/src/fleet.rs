@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! All cells of a domain: found by their topics, shown in a line each, stopped together.
 
 use super::OPTIONAL_NODES;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Socket by which a process that has command performs operations for other processes of the same user.
 //!
 //! `camwright run` has command for the time of its job. `camwright resume` in another terminal of the same user passes its operation

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Server of the page: three addresses to read and, with control, three to operate; one thread per connection, everything bounded.
 //!
 //! Paths are compared, never looked up in a file system. A connection without a complete request within its time and size is closed. A

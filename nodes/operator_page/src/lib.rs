@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Operator page and operations of a running cell.
 //!
 //! The page shows state, alarms and the lobe during grinding, for a browser on this computer. [`Operator`] performs [`operation`]s for the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Operations of a running cell, for the command line and the page.
 
 use camwright::machine::alarm::AlarmKind;
@@ -271,12 +272,12 @@ fn cancel(node: &Node) -> Result<Answer, RosError> {
 
 fn home(node: &Node, axes: &[String], goes_on: &dyn Fn() -> bool) -> Result<Answer, RosError> {
     let goal = HomeGoal { joints: axes.to_vec() };
-    let result = match motion::<Home>(node, "axis_interpolator/home", goal, &|| {}, goes_on)? {
-        MotionEnd::Ended(_, result) => result,
+    let (success, result) = match motion::<Home>(node, "axis_interpolator/home", goal, &|| {}, goes_on)? {
+        MotionEnd::Ended(status, result) => (status == GoalStatus::Succeeded, result),
         MotionEnd::Rejected(reason) => return Ok(Answer::refused(format!("axis_interpolator refuses: {reason}"))),
     };
     let names = if axes.is_empty() { "all axes".to_owned() } else { axes.join(", ") };
-    Ok(Answer::of_service("axis_interpolator", result.success, &result.message, &format!("homed {names}")))
+    Ok(Answer::of_service("axis_interpolator", success, &result.message, &format!("homed {names}")))
 }
 
 fn jog(

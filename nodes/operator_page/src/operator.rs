@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Performs operations with the authority that they need.
 
 use super::holder_socket::{self, HolderSocket};

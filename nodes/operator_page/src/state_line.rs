@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! State of the cell in one word, with an explanation; active alarms.
 
 use super::cell_snapshot::{CellSnapshot, SILENCE};

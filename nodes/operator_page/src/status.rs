@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content of the page and of `camwright status`, as JSON: shop units, named in each key.
 
 use super::cell_snapshot::{CellSnapshot, SILENCE, joint_value};
@@ -236,7 +237,6 @@ fn results(snapshot: &CellSnapshot) -> Vec<ResultLine> {
         return snapshot.forms.iter().filter_map(|form| result_of_outline(snapshot, form)).collect();
     };
     let lobes = status.lobes.iter().filter(|lobe| lobe.form_error_allowed > 0.0).map(|lobe| {
-        // Without process data the planner reports 0.
         let burn_index = Some(lobe.burn_index_max).filter(|burn_index| *burn_index > 0.0);
         let errors = (lobe.form_error_max, lobe.form_error_rms);
         ResultLine::new(&lobe.name, errors, lobe.form_error_allowed, burn_index, Some(lobe.duration))

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content of the page, in lines for a terminal.
 
 use super::status::{AxisLine, Status, Verdict};

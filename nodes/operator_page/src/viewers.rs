@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Connections of viewers, bounded in number: a new viewer replaces one that does not read or does not ask.
 
 use std::io::{self, ErrorKind, Write};

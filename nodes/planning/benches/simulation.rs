@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Steps of the simulated machines and the sweeps of their tools: `cargo bench -p camwright_planning --bench simulation`.
 //!
 //! A step is a tick of interpolator and machine in the middle of the cut, on a copy of the same state each time; a sweep is a tick of the tool

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Speed of the simulated machines: `cargo run --release -p camwright_planning --example simulation_speed [RUNS [ground|turned]]`.
 //!
 //! Runs the default job of the grinder and the 3-D cam of the lathe, interpolator and machine in one loop on one core, as they are and

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A planned job of any kind: what is to be known of it without knowing what it makes.
 
 use super::finding::Finding;

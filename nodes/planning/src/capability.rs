@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Size and form of the parts of a batch, and how capable they show machine and job to be.
 
 use super::lobes::measured_form;

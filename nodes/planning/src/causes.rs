@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Causes of a form error: the same job simulated on a machine that lacks one effect at a time.
 
 use super::{PreparedJob, SimulationFailed, simulate_job_on, simulate_learned};

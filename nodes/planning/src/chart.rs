@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Geometry of charts: axes with ticks at round numbers, curves as lines within a frame.
 //!
 //! The plots of `camwright plan` draw it on paper, the report of a run as SVG in its page.

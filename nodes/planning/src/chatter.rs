@@ -1,9 +1,11 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Chatter forecast of a planned job: `camwright chatter`.
 
 use super::PreparedJob;
 use super::drawing::{png, svg};
 use super::files::Files;
 use super::plots::stability_plot;
+use camwright::cam::wave_cause::WaveCause;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::{TURN_RAD, rpm_from_rad_s};
 use camwright::planner::PlannedLobe;
@@ -169,6 +171,19 @@ fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Optio
     })
 }
 
+/// Cause of waves that the last pass of a lobe left on the part.
+#[must_use]
+pub fn wave_cause(prepared: &PreparedJob, lobe: &PlannedLobe, waves_per_turn: usize) -> Option<WaveCause> {
+    let last = lobe.passes.len().checked_sub(1)?;
+    let machine = of_wheel(prepared, lobe);
+    let wheel_radius_mm = lobe.tool_path.wheel_radius_mm();
+    let waves = forecast_of(prepared, lobe, last).into_iter().flat_map(|forecast| [forecast.part, forecast.wheel]);
+    let growing: Vec<f64> =
+        waves.flatten().filter(WaveGrowth::is_growing).map(|wave| wave.frequency_hz * TURN_RAD).collect();
+    let speeds = lobe.passes[last].speed_range_rad_s();
+    WaveCause::find(waves_per_turn, speeds, &machine, wheel_radius_mm, &growing)
+}
+
 /// Warning for the pass whose waves grow fastest, if any grow.
 pub(super) fn chatter_warning(prepared: &PreparedJob) -> Option<String> {
     let machine = &prepared.machine;
@@ -279,6 +294,8 @@ impl ChatterReport {
 mod tests {
     use super::*;
     use crate::prepare;
+    use camwright::cam::lobe_inspection::LobeInspection;
+    use camwright::machine::description::ContactMode;
 
     const VARIATION: VariationSummary = VariationSummary { amplitude_percent: 15.0, period_turns: 4.5 };
 
@@ -287,7 +304,7 @@ mod tests {
         if let Some((frequency_hz, damping, compliance_share)) = mode {
             let contact = prepared.machine.contact.as_mut().unwrap();
             let frequency_rad_s = frequency_hz * TURN_RAD;
-            let mode = camwright::machine::description::ContactMode { frequency_rad_s, damping, compliance_share };
+            let mode = ContactMode { frequency_rad_s, damping, compliance_share };
             contact.modes = vec![mode];
         }
         prepared
@@ -359,6 +376,39 @@ mod tests {
             assert!(few > 5e-5 && many < few, "{few} mm, {many} mm");
             assert!((found / wanted - 1.0).abs() < 0.015, "friction {coulomb_friction} N: {found}, {wanted}");
         }
+    }
+
+    /// Waves of a journal that chatters have the forecast number in a turn, and its growth as their cause. The same job on the same machine with a
+    /// stiff mode has none of them.
+    #[test]
+    fn waves_of_a_cut_that_chatters_are_the_forecast_ones() {
+        let set = [
+            "runout_correction=null".to_owned(),
+            "identification=null".to_owned(),
+            "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0.0, width_mm: 20.0}]".to_owned(),
+        ];
+        let strongest = |mode: Option<(f64, f64, f64)>| {
+            let mut prepared = prepare("journal_runout", &set, None).unwrap();
+            prepared.machine.axes[Axis::X.index()].drive.coulomb_friction = 0.0;
+            if let Some((frequency_hz, damping, compliance_share)) = mode {
+                let mode = ContactMode { frequency_rad_s: frequency_hz * TURN_RAD, damping, compliance_share };
+                prepared.machine.contact.as_mut().unwrap().modes = vec![mode];
+            }
+            let (_, _, outlines) = crate::simulate_outlines_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
+            let lobe = &prepared.planned.lobes[0];
+            let phase_rad = lobe.design.phase_on_rad(prepared.job.spec.raw_part.clamped_at_rad);
+            let inspection = LobeInspection::new(&outlines[0], &lobe.design.contour, phase_rad).unwrap();
+            let forecast = forecast_of(&prepared, lobe, lobe.passes.len() - 1).unwrap();
+            let wave = inspection.waves[0];
+            (wave.per_turn, wave.amplitude_mm, forecast.part.unwrap(), wave_cause(&prepared, lobe, wave.per_turn))
+        };
+        let (_, calm_mm, calm, _) = strongest(None);
+        assert!(!calm.is_growing());
+        let (per_turn, amplitude_mm, wave, cause) = strongest(Some((140.0, 0.03, 0.6)));
+        eprintln!("{per_turn} waves of {amplitude_mm} mm, calm {calm_mm} mm; forecast {wave:?}");
+        assert!(wave.is_growing() && amplitude_mm > 10.0 * calm_mm, "{amplitude_mm} mm, {calm_mm} mm");
+        assert!((per_turn as f64 - wave.waves_per_turn).abs() < 1.0, "{per_turn}, {wave:?}");
+        assert_eq!(cause, Some(WaveCause::Chatter));
     }
 
     #[test]

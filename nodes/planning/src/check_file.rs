@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Check of a file that users write, of whatever kind.
 
 use super::finding::CheckReport;

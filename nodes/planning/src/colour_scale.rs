@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Colours of values: bands of a round width, so that a legend can name each.
 
 use crate::chart::{Scale, round_step};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form compensation of a job from part to part: what was learned, kept as text between parts, and laid over the job that is planned next.
 
 use super::{PreparedJob, simulate_outlines_on};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Values of a cut, period by period, for tables and figures.
 
 use super::PreparedJob;

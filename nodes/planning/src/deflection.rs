@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Deflection of wheel and part at every lobe, and the required turns of spark-out.
 
 use super::{PreparedJob, tolerance_text};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Dry runs: a job's whole way with the wheel farther out, of which nothing is measured.
 
 use super::{MeasuredContacts, PreparedCorrection, PreparedJob};

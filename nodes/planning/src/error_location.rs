@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which key of the job file is behind a refusal of the core.
 
 use super::process_warnings::limit_key;

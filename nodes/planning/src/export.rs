@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A planned job as files for people and scripts: what `camwright plan` writes.
 //!
 //! | file | rows | frame |

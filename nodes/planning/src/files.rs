@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Files written by `camwright plan`, each announced before it is written.
 
 use crate::drawing::{Plot, png, svg};

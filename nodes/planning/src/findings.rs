@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Everything that can be said about a job or a lift table before anything moves.
 
 use super::finding::{CheckReport, Finding, warning};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Expected readings of an inspection gauge on the lobes of a job.
 
 use super::lobe_tables::block_deg;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Journals that run out: the raw part as it is put between the centres, what is measured of it before and while it is ground, and the
 //! half of a job that corrects it.
 
@@ -106,7 +107,7 @@ impl PreparedCorrection {
             }
             result.turns += f64::from(decided.turns);
             // As round as it is now by sparking out alone.
-            result.spark_out_turns = decided.spark_out_turns_to(mm_from_m(result.runout)).unwrap_or_default();
+            result.spark_out_turns = decided.spark_out_turns_to(mm_from_m(result.runout)).unwrap_or(f64::NAN);
         }
     }
 }

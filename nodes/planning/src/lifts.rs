@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Readings of the lift tables of a job, and the jerk of each possible reading.
 
 use super::PreparedJob;

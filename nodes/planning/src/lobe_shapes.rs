@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Taper and crown of lobes: as planned, and as ground.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes as messages: the blank that is put between the centres, and the form of what was ground.
 
 use camwright::cam::contour::Contour;
@@ -119,26 +120,42 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
         let azimuth_rad = (degree as f64 + 0.5) / of.len() as f64 * TURN_RAD;
         Some((*value, wrap_turn(azimuth_rad - design.phase_rad), degree))
     };
-    let power = highest(&measured.power).unwrap_or_default();
-    let burn = highest(&measured.burn_index).unwrap_or_default();
+    let power = highest(&measured.power);
+    let burn = highest(&measured.burn_index);
+    let specific_energy = power.and_then(|(_, _, degree)| measured.specific_energy.get(degree).copied());
+    let lift_is_length = design.contour.follower().lift_is_length() && !design.contour.is_pin();
     Ok(LobeResult {
-        power_max: power.0,
-        power_max_angle: power.1,
-        specific_energy: measured.specific_energy.get(power.2).copied().filter(|_| power.0 > 0.0).unwrap_or_default(),
-        burn_index_max: burn.0,
-        burn_index_max_angle: burn.1,
-        runout: if design.is_round() { span.1 - span.0 } else { 0.0 },
+        power_max: power.map_or(f64::NAN, |power| power.0),
+        power_max_angle: power.map_or(f64::NAN, |power| power.1),
+        specific_energy: specific_energy.unwrap_or(f64::NAN),
+        burn_index_max: burn.map_or(f64::NAN, |burn| burn.0),
+        burn_index_max_angle: burn.map_or(f64::NAN, |burn| burn.1),
+        runout: if design.is_round() { span.1 - span.0 } else { f64::NAN },
         name: design.name.clone(),
         station: design.station.clone(),
         form_error_max: m_from_mm(worst.deviation.deviation_mm),
         form_error_max_angle: wrap_turn(worst.deviation.cam_angle_rad),
         form_error_allowed: m_from_mm(worst.allowed_mm),
         form_error_rms: m_from_mm(form.rms_mm),
-        lift_error: match design.contour.follower().lift_is_length() && !design.contour.is_pin() {
+        lift_error: match lift_is_length {
             true => m_from_mm(form.lift_error(&design.contour, design.phase_rad)),
-            false => 0.0,
+            false => f64::NAN,
         },
-        ..LobeResult::default()
+        runout_before: f64::NAN,
+        runout_expected: f64::NAN,
+        runout_limit: f64::NAN,
+        spark_out_turns: f64::NAN,
+        machine_stiffness: f64::NAN,
+        machine_stiffness_uncertainty: f64::NAN,
+        grinding_stiffness: f64::NAN,
+        grinding_stiffness_uncertainty: f64::NAN,
+        threshold_force: f64::NAN,
+        threshold_force_uncertainty: f64::NAN,
+        stiffness_ratio: f64::NAN,
+        stiffness_ratio_uncertainty: f64::NAN,
+        start_angle: 0.0,
+        turns: 0.0,
+        duration: 0.0,
     })
 }
 
@@ -169,7 +186,7 @@ pub fn sections_result(design: &LobeDesign, sections: &[PartLobe]) -> Result<Lob
         worst.form_error_rms = worst.form_error_rms.max(found.form_error_rms);
         worst.lift_error = worst.lift_error.max(found.lift_error);
         worst.runout = worst.runout.max(found.runout);
-        if found.burn_index_max > worst.burn_index_max {
+        if worst.burn_index_max.is_nan() || found.burn_index_max > worst.burn_index_max {
             worst.burn_index_max = found.burn_index_max;
             worst.burn_index_max_angle = found.burn_index_max_angle;
         }
@@ -250,7 +267,7 @@ mod tests {
         assert!((degree(result.power_max_angle) - 100.5).abs() < 1e-9, "{}", result.power_max_angle);
         assert!((degree(result.burn_index_max_angle) - 250.5).abs() < 1e-9, "{}", result.burn_index_max_angle);
         let unknown = lobe_result(&design, &PartLobe { radius: part.radius, ..PartLobe::default() }).unwrap();
-        assert_eq!((unknown.power_max, unknown.burn_index_max), (0.0, 0.0));
+        assert!(unknown.power_max.is_nan() && unknown.specific_energy.is_nan() && unknown.burn_index_max.is_nan());
     }
 
     /// The blank of an eccentric disc is the larger disc about the same centre:

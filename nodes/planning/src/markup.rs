@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Text in HTML and SVG.
 
 /// Escaped text for a page or a drawing. A sign replaces control characters, which HTML does not allow.

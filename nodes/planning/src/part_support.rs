@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stiffness of a slender part at every lobe, and the spark-out and the order that its supports ask for.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `index.html` beside the drawings of a plan: every drawing with one sentence, by lobe.
 
 use crate::drawing::Plot;

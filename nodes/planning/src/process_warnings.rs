@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Warnings about the process of a planned job: heat, slowed turns, and tables too coarse for their turns.
 
 use super::finding::{Finding, warning};

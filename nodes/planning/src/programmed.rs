@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job that is ground or turned by an NC program: the program's motion in the place of its own cuts.
 
 use super::PreparedTurning;

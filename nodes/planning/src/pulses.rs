@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Number and frequency of the pulses of C and X, step by step of C, for a control that moves its axes by pulses.
 //!
 //! A pulse is counted where a position passes the middle between two multiples of the pulse weight: the pulses of a step are the difference of

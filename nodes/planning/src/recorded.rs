@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job planned again from what was said of it: its file, and the machine as it was.
 
 use super::{AnyPrepared, plan_any};

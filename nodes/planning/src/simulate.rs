@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A prepared job run through interpolator and machine without ROS: what it would grind, on its machine and on one that lacks
 //! an effect which leaves an error.
 

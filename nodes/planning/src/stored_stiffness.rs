@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stored stiffness of a machine: applied to the next job, and extended by its journals.
 
 use super::{MeasuredContacts, PreparedJob};

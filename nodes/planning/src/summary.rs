@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Figures of a planned job, as `summary.json` has them.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A surface as it is seen: an orthographic projection, so that all lengths across the line of sight have one scale.
 
 use crate::chart::Point;

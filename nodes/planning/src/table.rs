@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tables of numbers: columns with names and units, written as CSV by `camwright plan` and returned as arrays in Python.
 
 use std::io::{self, Write};

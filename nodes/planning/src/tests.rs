@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::inspect::inspection_table;
 use super::*;
 use camwright::math::units::rad_from_deg;

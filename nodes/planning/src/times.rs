@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The time that was predicted before anything moved against the time that the machine took.
 
 use super::{PreparedJob, lobe_times_s};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Time of each stage from a job file to the hash of its plan. The core sees no clock: it reports that a stage begins.
 
 use camwright::planner::{PlanHost, PlanStage};

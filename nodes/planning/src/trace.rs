@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trace of one commanded position back to its causes: rows of the lift table, follower, wheel, speed law and limit, infeed, setpoint.
 
 use super::turn::LobeTurn;

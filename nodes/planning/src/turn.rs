@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One turn of a pass at the programmed speed, with the infeed of a whole turn, point by point over the angle of `c_axis`.
 
 use super::PreparedJob;

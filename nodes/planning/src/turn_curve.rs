@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A turn of a planned pass as a curve, for who draws it beside what became of it.
 
 use super::PreparedJob;

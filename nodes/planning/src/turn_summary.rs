@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A turn in a few figures: how long it removes how much, and what sets its speed where.
 
 use super::turn::{LobeTurn, LobeTurnPoint};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheels that a job mounts, for people and for `summary.json`.
 
 use super::{PreparedJob, deflection};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes wider than the wheel: their plunges as planned, and the sections that these left.
 
 use super::PreparedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Last messages of a cell, as far as the plant sees them.
 
 use camwright::machine::description::MachineDescription as Machine;

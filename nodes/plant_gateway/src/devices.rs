@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Device model of a machine for an MTConnect agent: `Devices.xml`.
 
 use crate::cell_messages::Equipment;

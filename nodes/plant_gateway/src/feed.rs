@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Present values of all data items, and the clients that receive their changes.
 //!
 //! One lock orders values and clients: a new client gets all values, then every change after them, and none twice.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Data items of the MTConnect device model, and their values from the messages of the cell.
 //!
 //! Names of types, sub-types, categories and units are those of the MTConnect model; a test compares them with a table of names that were

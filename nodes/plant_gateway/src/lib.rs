@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gateway of a running cell to the plant: an MTConnect adapter.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bytes for one client: a bounded buffer between the feed and the thread that writes to the socket.
 
 use std::net::{Shutdown, TcpStream};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Table of the data items in the reference.
 
 use crate::items::ITEMS;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Server of the adapter: two threads for each client, everything bounded.
 //!
 //! A client sends nothing but `* PING`. Anything else ends its connection, as does a buffer that it does not read.

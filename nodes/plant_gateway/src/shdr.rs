@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Text of SHDR, the protocol between an MTConnect adapter and its agent: one line for each set of changes, one for each condition.
 //!
 //! Forms and escapes are those of the agent's manual (`README.md` of `mtconnect/cppagent`).

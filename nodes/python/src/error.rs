@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Exceptions of the module.
 
 use camwright_files::ConfigError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Python module `camwright`: checks, plans, simulates and studies jobs without ROS.
 //!
 //! The interpreter lock is released while a job is computed. `camwright.pyi` documents the module for its users.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Keys of a file that the caller sets.
 
 use camwright_files::yaml::{YamlNode, YamlValue};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Studies whose cases a scheduler spreads over many processes.
 
 use super::error::{InputError, input_errors};

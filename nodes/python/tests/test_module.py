@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Tests of the module `camwright` as a user has it: installed from its wheel."""
 
 import csv

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Goal ids, states and names, shared by servers and clients of actions.
 
 use std::{fmt, time::Duration};

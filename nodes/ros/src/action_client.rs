@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Action clients: several goals at once, blocking from other threads or with callbacks from the executor's.
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Action servers: any number of goals at once, with a table of their states.
 //!
 //! The crate's own server loses cancel requests and results as soon as two goals run, publishes the end of a goal only when a client

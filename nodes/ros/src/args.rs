@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `--ros-args`, as rcl reads it, and the environment.
 
 use std::path::Path;

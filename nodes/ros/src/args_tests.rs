@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The grammar of `--ros-args`: a table of command lines with what real rcl makes of them (`args_table.json`; that it still does is
 //! asked in `tests/interoperability/parameters.rs`), and what the table cannot show.
 

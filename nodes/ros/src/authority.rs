@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Authority over a node: decides which requests of others are executed.
 
 use super::participant_entities::Guid;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! ROS time: the system clock, or the times that `/clock` reports.
 
 use std::sync::Arc;

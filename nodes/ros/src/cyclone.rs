@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Services as `rmw_cyclonedds_cpp` has them.
 //!
 //! Fast DDS puts the number of a request, or of the answered request, into inline parameters beside the sample. Cyclone puts it in front

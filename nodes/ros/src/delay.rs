@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random delays between the wire and the callbacks, for tests of determinism.
 
 use std::time::Duration;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `/diagnostics` at 1 Hz (REP-107).
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Graph of the domain: endpoints, matches and node names, as discovery reports them.
 //!
 //! The participant's status events go to one reader only, so there is one participant per node and this is its only reader: that is

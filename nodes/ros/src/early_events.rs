@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Events of discovery between the start of a participant and the first turn of its executor.
 //!
 //! `RustDDS` has room for 2048 events and drops the next ones. A node makes its endpoints before it spins; meanwhile three running cells of

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The single thread that runs a node's callbacks.
 //!
 //! Readers report new data through a poll (no sleeping, no busy waiting); timers, work from other threads and delayed deliveries

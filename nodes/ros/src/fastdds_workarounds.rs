@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! RTPS messages that `RustDDS` does not send as Fast DDS wants them, sent beside it.
 //!
 //! Each repairs what a user of real ROS 2 tools would see, and each is harmless to anybody else:

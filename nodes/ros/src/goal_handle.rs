@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Handle of an accepted goal, for the code that works on it.
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Goals of an action server, their states, and the clients that wait for their results.
 
 use camwright_msgs::Action;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Events of service calls on `<service>/_service_event`, as rcl publishes them with service introspection.
 //!
 //! Parameters switch the events while the node runs, by group of endpoints. They have the names and values of the demos of ROS 2. A group

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Severities of log lines.
 
 /// Severity, with the numbers of `rcl_interfaces/msg/Log`.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! ROS 2 nodes in Rust, without a ROS installation.
 //!
 //! [`ros2-client`](https://docs.rs/ros2-client) and [`rustdds`](https://docs.rs/rustdds) carry the messages. This crate adds what a node

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Managed nodes: the life cycle of `lifecycle_msgs`, with its five services and its topic.
 //!
 //! Transitions run on a thread of their own, one after the other, so that a callback may wait for peers or files while the executor

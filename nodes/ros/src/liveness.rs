@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Detection of silent partners.
 //!
 //! Silence is measured between looks, each of which counts a bounded time: a process that was stopped, or a thread that was starved, does

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Counts of what a node refused or could not deliver, for its diagnostics.
 
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `~/get_logger_levels` and `~/set_logger_levels`: the levels of a node's logger, read and changed while it runs.
 
 use camwright_msgs::rcl_interfaces::{

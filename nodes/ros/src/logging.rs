@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Logs: on stderr as ROS prints them, and on `/rosout`.
 
 use std::{

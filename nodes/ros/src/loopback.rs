@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Delivery within a node, and within a process.
 //!
 //! `RustDDS` does not match a participant's writer with a reader of the same participant (`UPSTREAM.md`, item 8), so messages and requests

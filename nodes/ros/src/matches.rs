@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Queries about matches between our endpoints and those of other nodes.
 
 use std::{

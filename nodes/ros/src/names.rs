@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Names in the graph: rules, expansion of `~` and `{node}`, remapping, and their form on the wire.
 //!
 //! The crate below takes a relative name in a root-namespace node to `rt//rel` and knows neither `~` nor remapping, so every

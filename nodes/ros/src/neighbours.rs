@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Queries about the other nodes of the domain.
 
 use std::time::Duration;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A node: one participant, one executor, and what every ROS 2 node has.
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lock that keeps two processes of a host from running the same node of one domain.
 //!
 //! The lock is an abstract Unix socket: it leaves no file, ends with its process, and is visible where the loopback interface is, so that

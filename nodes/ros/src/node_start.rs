@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Start of a node: options, participant, and the endpoints that every ROS 2 node has.
 
 use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parameters: declarations with ranges and descriptions, and the store that guards them.
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parameter files: YAML with node names, wildcards and `ros__parameters`, as `rcl_yaml_param_parser` reads them.
 
 use std::{fmt, path::Path};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Nodes of a participant, as ROS 2 publishes them on `ros_discovery_info`.
 
 use serde::{Deserialize, Serialize};

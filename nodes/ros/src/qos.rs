@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Quality of service, with ROS 2's profiles.
 //!
 //! The crate below defaults to best effort with depth 1, where ROS 2 has reliable with depth 10; here every endpoint states what it

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Services as they are discovered, and requests that are serialised already, without waiting for their answers.
 
 use super::discovery::TopicInfo;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Depth of a reader's cache, chosen by the size and the rate of the messages.
 //!
 //! `RustDDS` frees a sample when newer samples push it out of the topic's cache, not when it is taken. A cache for 20,000 joint states

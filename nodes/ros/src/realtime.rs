@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Real-time priority and locked memory for cyclic threads.
 //!
 //! It affects only the delay of a tick on a busy computer, not the results. If the system refuses, a warning names the remedy, and the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Warnings that come again and again: the first at once, the others as a count.
 
 use std::{

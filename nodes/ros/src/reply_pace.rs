@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The pace of replies to one client.
 //!
 //! A client of `rclpy` or `rclcpp` keeps ten unread replies (the ROS default) and loses the older ones. A client that sends hundreds of

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `/rosout`: the log of a node as messages.
 
 use std::sync::Arc;

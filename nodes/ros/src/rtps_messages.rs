@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! RTPS messages octet by octet (OMG DDSI-RTPS 2.5, section 9.4).
 
 use std::time::{SystemTime, UNIX_EPOCH};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Frame of a node's process: `main`, start errors, threads, autostart.
 
 use crate::{EXIT_FAILED, Node, NodeLock, RosError, Shutdown};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Origin, number and times of a sample.
 
 use camwright_threads::system_time::system_time_ns;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Services: servers, deferred answers, and blocking clients.
 //!
 //! A service consists of two topics, as on the wire, because the crate's own services can neither carry an action's types nor report

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Shutdown requests, and the signals that make them.
 
 use camwright_threads::supervised;

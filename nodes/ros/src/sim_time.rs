@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Simulated time: follows `/clock` while the parameter `use_sim_time` is set.
 //!
 //! The crate below reads `/clock` as `builtin_interfaces/msg/Time`, which no ROS 2 publisher sends; this reads

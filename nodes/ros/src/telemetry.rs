@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Publishing that does not wait for peers, and publishing that insists.
 //!
 //! A reliable publisher has room for a bounded number of samples that a peer has not acknowledged. A peer that was killed acknowledges

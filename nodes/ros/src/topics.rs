@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Publishers and subscriptions, typed and untyped.
 
 use camwright_threads::system_time::system_time_ns;

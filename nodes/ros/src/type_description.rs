@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `~/get_type_description`: what a type looks like, for those who only know its name.
 
 use camwright_msgs::{by_type_name, type_description_interfaces::srv::GetTypeDescription};

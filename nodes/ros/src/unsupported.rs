@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Settings of ROS 2 and its DDS vendors that mean nothing here.
 //!
 //! Security is refused: who enables it relies on it. The others are named in one warning.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages as octets: CDR without knowing the type, and the writer that carries octets.
 
 use std::{convert::Infallible, fmt};

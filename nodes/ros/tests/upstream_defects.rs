@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Defects of `RustDDS` have the state that `UPSTREAM.md` claims. A test that fails here after an update of `RustDDS` is good news: the
 //! defect is mended, and its workaround may go.
 

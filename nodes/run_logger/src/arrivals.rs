@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which of a topic's messages have come, by the numbers that their publishers give them: a gap is a loss on the way here.
 
 use std::collections::BTreeMap;

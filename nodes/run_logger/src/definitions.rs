@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Definitions of foreign types: from the message packages that are installed here, or from the node that publishes them.
 
 use std::collections::{BTreeMap, BTreeSet};

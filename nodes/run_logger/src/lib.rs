@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node `run_logger`: records the topics of its cell as a rosbag2 bag.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lost messages, as rosbag2's recorder publishes them.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Old runs make room for new ones, up to the configured number.
 
 use std::fs;

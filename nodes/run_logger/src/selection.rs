@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which topics are recorded, and how they are subscribed to.
 
 use regex_lite::Regex;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Services of rosbag2's recorder.
 
 use std::path::PathBuf;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One recording of the graph: who is subscribed to, and what becomes of what arrives.
 
 use std::collections::{BTreeMap, BTreeSet};

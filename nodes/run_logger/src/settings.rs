@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The recorder's parameters.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Up to which tick of the machine the bag has the joint states: what the machine may run ahead of at pace fast.
 
 use camwright_msgs::camwright_msgs::msg::MachineStream;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Shapes and masses of a machine's links. Sizes of the machine file are used; the rest is for display only.
 
 use super::Frames;

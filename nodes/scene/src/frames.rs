@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The frames of a machine by name, and what stands before their names where two machines share one tree of transforms.
 
 use camwright::machine::description::MachineDescription;

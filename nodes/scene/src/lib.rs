@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine as others draw it: its links and joints as a URDF, where they stand as transforms, the part as markers. SI units.
 //!
 //! ```text

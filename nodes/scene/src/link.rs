@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Links of a machine: solids with mass, in m, rad, kg.
 
 /// Height of the spindle's axis above the floor (m).

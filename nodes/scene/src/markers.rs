@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Markers: the part as it is, in its nominal form, and what it is off.
 
 use super::solids::{azimuth, body, polar, radius_at, ring};

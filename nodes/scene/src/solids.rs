@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Points of what markers are made of, in m.
 
 use camwright::math::units::TURN_RAD;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Links and joints of a machine, and where they stand for positions of its axes.
 
 use super::Frames;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The tree as a URDF.
 
 use super::link::{Inertial, Link, LinkSolid, Visual};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Answers of a study: main effects, the front of time against error, the best feasible point, and failures by reason.
 
 use super::case_run::CaseStatus;

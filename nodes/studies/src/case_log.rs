@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Log of finished cases: one line of JSON for each, appended as soon as it ends. A line that was cut off by the end of the process is
 //! dropped when the log is opened again.
 

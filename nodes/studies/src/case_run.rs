@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One case: planned, simulated and measured without ROS.
 
 use super::simulated_part::{SimulatedPart, simulate_part};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cases of a study: the points of its design, each with its replicates, random values and seeds.
 
 use super::results::as_number;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Table of results as CSV (RFC 4180, lines end with a newline).
 
 use super::table::{ColumnData, ResultTable};

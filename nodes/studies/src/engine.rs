@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Runs cases on several workers. Each worker plans on one thread, so that a worker is a core and cases do not wait for each other.
 
 use super::StudyError;

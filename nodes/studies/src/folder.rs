@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Folder of a study: plan of the cases, log of finished cases, results.
 
 use super::StudyError;

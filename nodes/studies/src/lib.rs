@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Studies: one job in many cases, planned and simulated without ROS on all cores.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Search for the best feasible point of a study: the cases of the design first, then COBYLA from the best of them.
 //!
 //! A search moves the factors with ranges; lists keep the values of its start. COBYLA (Powell, 1994) needs no derivatives and keeps

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Report of a study: one HTML page that needs no other file.
 
 use super::analysis::{FactorEffect, short};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Results of a study: one row for each finished case, in the order of the cases.
 
 use super::case_run::{CaseOutcome, CaseStatus};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A planned job on the simulated machine, without ROS: the part and its results.
 
 use camwright::cam::form::Form;
@@ -119,7 +120,7 @@ fn time_s(simulated: &Simulated, cycle_time_s: f64) -> f64 {
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
-    values.max_by(f64::total_cmp)
+    values.filter(|value| value.is_finite()).max_by(f64::total_cmp)
 }
 
 fn not_measured(job: &str, error: &dyn Display) -> SimulationFailed {

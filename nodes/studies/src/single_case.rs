@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One case of a written plan, for a scheduler that spreads the cases over many processes.
 
 use super::StudyError;

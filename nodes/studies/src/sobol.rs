@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sobol sequence with the direction numbers of S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional
 //! projections", SIAM J. Sci. Comput. 30 (2008), file `new-joe-kuo-6.21201`, in the order of Gray's code.
 

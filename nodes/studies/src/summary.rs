@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Results of a study as text for a terminal, verdict first, and as JSON.
 
 use super::analysis::{FactorEffect, short};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Table of results as Apache Parquet, with one row group.
 
 use super::StudyError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Threads of a node: supervised starts, rings between them, and the silence of partners. No ROS.
 
 pub mod drops;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Between a cyclic thread and the rest of its node: a ring that wakes its reader.
 //!
 //! The cyclic thread only moves values; the other threads of the node build messages, publish and log. Values are

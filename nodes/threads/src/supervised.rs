@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Threads whose death is seen: a panic in a thread of a node is reported, takes the node to its error state and ends the process.
 //!
 //! A thread that dies silently leaves a node that looks alive and never answers. Every thread that does a node's work is therefore started by the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The system clock, and how its times are written.
 
 /// The system clock, in ns since 1970.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A bag that can be made wrong in one way: all that a recorder would write, open to be changed before it is written.
 
 #![allow(missing_debug_implementations, reason = "as above")]

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Malicious bags, and bags with some bytes changed: every command ends, says something, and takes no more
 //! memory than it should.
 

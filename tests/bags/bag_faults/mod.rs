@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bags with one fault each: `camwright bag check` names every one, and `bags/FAULTS.md` lists the results of the other
 //! readers.
 

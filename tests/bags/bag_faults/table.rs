@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Every fault that a bag can have: how it is made, and what `camwright bag check` says of it.
 
 #![allow(missing_debug_implementations, reason = "as above")]

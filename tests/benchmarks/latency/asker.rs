@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Who asks: a node of our ROS layer, the same for everybody who answers.
 
 use super::figures::{Dice, Row};

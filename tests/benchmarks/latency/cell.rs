@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cell as it is delivered: machine at the wall clock's pace, interpolator and planner, each a process; and what it is asked.
 
 use super::asker::{Asker, DISCOVERY, between_ns, now_ns, qos};

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A twin of our nodes on Cyclone DDS, for `latency`, called like `rclpy_twin.py`. Topics and services are written out as ROS 2 has them
 on the wire and as `rmw_cyclonedds_cpp` makes them; an action's goal is asked for by a service of its own, which is what is answered here.
 """

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Latencies between our nodes, beside the same on other stacks: `cargo bench -p camwright_nodes --bench latency`.
 //!
 //! Options after `--`: `--quick` (few samples), `--only-cell` (no responders), `--seed N`. Ctrl-C prints what there is. What each row is

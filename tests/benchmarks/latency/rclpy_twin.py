@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A twin of our nodes on rclpy and Fast DDS, for `latency`: answers what they answer, and does nothing else.
 
     rclpy_twin.py answer STREAM STOP      answers until its standard input ends

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stops: over a hard limit switch, and by the emergency stop.
 
 use super::asker::{Asker, DISCOVERY, between_ns, now_ns};
@@ -7,7 +8,7 @@ use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal}
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_ros::{ActionClient, Client, ClientGoal};
+use camwright_ros::{ActionClient, Client, ClientGoal, GoalStatus};
 use std::time::{Duration, Instant};
 
 /// Shares of the wheelhead's speed at which it meets the switch: 100, 250 and 500 mm/s.
@@ -95,8 +96,8 @@ impl Operator {
         let deadline = Instant::now() + PATIENCE;
         loop {
             let sent = self.homes.send_goal(HomeGoal::default(), |_| {}, PATIENCE).expect("a decision");
-            let (_, result) = sent.result(PATIENCE).expect("homing ends");
-            if result.success {
+            let (status, result) = sent.result(PATIENCE).expect("homing ends");
+            if status == GoalStatus::Succeeded {
                 return;
             }
             // The interpolator has still to hear that the alarms are gone.
@@ -109,8 +110,8 @@ impl Operator {
     fn go(&self, targets: &[(&str, f64)]) {
         let deadline = Instant::now() + PATIENCE;
         loop {
-            let (_, result) = self.begin(targets, 1.0).result(PATIENCE).expect("the move ends");
-            if result.success {
+            let (status, result) = self.begin(targets, 1.0).result(PATIENCE).expect("the move ends");
+            if status == GoalStatus::Succeeded {
                 return;
             }
             assert!(Instant::now() < deadline, "no move to {targets:?}: {}", result.message);

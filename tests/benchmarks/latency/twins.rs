@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Who answers without being a machine: our ROS layer alone, rclpy on Fast DDS, Cyclone DDS. Each is a process of its own.
 
 use super::asker::{Asker, Stamped, qos};

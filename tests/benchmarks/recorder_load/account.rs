@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Account of every message of a load: from the bag, from the recorder's status, and the agreement of the two.
 
 use super::load::{Sent, TOPIC, number};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cell's own traffic at the wall clock's pace, and a proof from the bag that no message of it is missing.
 
 use super::recorders::RunLoggerProcess;

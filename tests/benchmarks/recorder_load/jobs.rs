@@ -1,10 +1,11 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cell at work for the campaign: jobs one after the other.
 
 use super::cell;
 use super::support::PATIENCE;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_ros::Node;
+use camwright_ros::{GoalStatus, Node};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -30,10 +31,10 @@ fn run_job(node: &Node) -> Result<bool, String> {
     if !sent.accepted() {
         return Err(format!("{JOB} is refused"));
     }
-    let (_, result) = sent.result(LONGEST).map_err(|error| error.to_string())?;
-    match (result.success, result.alarm) {
-        (true, _) => Ok(true),
-        (false, alarm) if LATE.contains(&alarm) => reset(node).map(|()| false),
+    let (status, result) = sent.result(LONGEST).map_err(|error| error.to_string())?;
+    match (status, result.alarm) {
+        (GoalStatus::Succeeded, _) => Ok(true),
+        (_, alarm) if LATE.contains(&alarm) => reset(node).map(|()| false),
         _ => Err(result.message),
     }
 }

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The load: numbered messages of one topic, published by a process of its own.
 
 use super::support::{Domain, Guarded, LOOPBACK, PATIENCE, PeerEnv};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The recorder under load, beside one in Python: `cargo bench -p camwright_nodes --bench recorder_load`, options after `--` (`--help`).
 //!
 //! What each column is stands in `tests/benchmarks/README.md`. Ends with 1 where a message is not accounted for, or with `--cell` where

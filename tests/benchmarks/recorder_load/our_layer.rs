@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The load from our own ROS layer: what a process of the benchmark does that was started with [`PUBLISH`].
 
 use super::load::{LAST, NUMBER, PUBLISH};

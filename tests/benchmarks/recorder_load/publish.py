@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A publisher of another DDS for `recorder_load`: `std_msgs/msg/String` of a given length, numbered from 1 in the text.
 
     publish.py cyclone|rclpy TOPIC OCTETS best_effort|reliable

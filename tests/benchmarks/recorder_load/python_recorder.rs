@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The recorder in Python, as rosbag2 makes them, in a process of its own.
 
 use super::account::{Found, ReportedCounts, find};

@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """A recorder as rosbag2 makes them, in Python, for `recorder_load`: a subscription of rclpy whose messages stay bytes, and the writer of
 the package `mcap` with rosbag2's chunks, check sums and no compression.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Who records the load: our node `run_logger`, in a process of its own.
 
 use super::account::ReportedCounts;

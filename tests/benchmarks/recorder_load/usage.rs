@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Resources used by a process, as Linux reports them.
 
 use std::collections::BTreeSet;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine with one fault: a node that passes on what a sound one says and hears, all but one thing.
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

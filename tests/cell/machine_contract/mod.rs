@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The check of machines against their contract (`nodes/MACHINE_CONTRACT.md`): the simulated machine keeps it, and the check reports
 //! exactly the broken clause of a machine that breaks one.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! In the place of `ros2_control`'s `joint_trajectory_controller` with drives that follow: it samples the newest trajectory at its own time,
 //! by the spline through the positions, velocities and accelerations of two points, from where it was where the first point lies ahead, and
 //! says 200 times a second where it is.

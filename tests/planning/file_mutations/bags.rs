@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bags with changed bytes, and bags that are whole but hold changed messages.
 
 use super::mutate;

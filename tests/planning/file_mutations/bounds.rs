@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Work that a file asks for and does not get: refused with what, how much and how much is allowed, within the limits of every command.
 
 use super::judge::{self, End};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Runs a command within limits of time and memory, and says how it ended.
 
 use std::fmt;

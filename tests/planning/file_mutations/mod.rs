@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Files with something wrong in them: whatever stands in a job, machine, lift table, surface, program, parameter file or bag, a command
 //! ends within its time and its memory, by its rule, and says why.
 //!

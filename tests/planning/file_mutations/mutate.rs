@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Changes of a file: of its text where it has one, else of its bytes.
 
 use super::random::Random;

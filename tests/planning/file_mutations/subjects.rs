@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Mutated files: shipped files of every kind, small ones beside them, and the commands that read them.
 
 use super::bags::BagSeed;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From the middle: every keyframe begins a run that is the same to the bit, and none is trusted.
 
 use crate::changed_bag::{Original, as_it_was};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A run computed again from its inputs as they were applied: identical to the bit, and where one bit was changed its tick is named.
 #![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Actions with the server on our side.
 
 use super::ground::{ABORTED, CANCELED, Ground, HOME, SUCCEEDED};

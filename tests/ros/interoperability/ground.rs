@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Environment of a scenario: a domain, a peer, nodes of ours, and the table of its checks.
 
 use super::matrix::{Column, Matrix};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Service introspection: events of calls on `<service>/_service_event`, read by rclpy with its own types.
 
 use super::ground::{Ground, HOME, text};

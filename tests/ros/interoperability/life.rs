@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Life cycle, simulated time, logs, names.
 
 use super::ground::{Ground, STRING};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Table of interoperability: checks, peers and results. A run measures the columns of its peers and keeps the others as committed.
 
 use crate::support::RosDistribution;

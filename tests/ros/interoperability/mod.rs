@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Checks with real peers: rclpy of a ROS 2 distribution on Fast DDS, and a peer on Cyclone DDS. Every check is a row of the table in
 //! `tests/INTEROPERABILITY.md`, which this test compares with its results.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parameters: the six services, events, files, and the command line.
 
 use super::ground::{Ground, strings};

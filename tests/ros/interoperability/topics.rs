@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Topics and what the graph shows of them.
 
 use super::ground::{Ground, STRING, text, wait_gone};

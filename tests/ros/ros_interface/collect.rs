@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Topics, services, actions and parameters of the running nodes.
 
 use super::support::{Domain, Folder, PATIENCE};

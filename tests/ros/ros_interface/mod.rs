@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reference of the ROS interface: the pages of `docs/reference/ros/` come from the running nodes, their declared parameters and the
 //! interface files.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The pages as Markdown.
 
 use super::collect::{Call, Interface, Topic, split_common};

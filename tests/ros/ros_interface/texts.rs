@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Texts of the pages that neither the nodes nor the interface files contain.
 
 use super::collect::{Interface, names};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 // Reads a bag as Foxglove does: by its index, every check sum looked at, each message decoded from the definition text within the bag.
 //
 //     node judge_bag.mjs BAG

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 // Says what Foxglove's reader makes of bags that have a fault each: by the index, every check sum looked at, each message decoded.
 //
 //     node judge_faults.mjs BAG...

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 // An MCAP file as Foxglove reads it: by its index, every check sum looked at, each message decoded from the definition text within.
 
 import { parse } from "@foxglove/rosmsg";

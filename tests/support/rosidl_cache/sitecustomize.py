@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Lets the generators of rosidl share what they parse. Python imports this at its start where PYTHONPATH names this folder.
 
 Each of the generators parses every interface file with a slow general parser, which takes three quarters of its time. Here the first one

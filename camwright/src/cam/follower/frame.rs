@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The contour at one cam angle: where the follower touches it, from how the follower moves.
 //!
 //! Everything is in the frame that turns with the follower: u = (cos φ, sin φ) along it, n̂ = (−sin φ, cos φ) square to

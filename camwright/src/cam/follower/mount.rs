@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A follower as it rests on a base circle: where it stands at every lift.
 //!
 //! On a slide the trace point is (d₀ + s, e), the face u·x = Rb + s.

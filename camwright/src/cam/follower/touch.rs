@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! At which lift a mounted follower touches a given piece of a contour: the way back from a contour to a lift.
 //!
 //! A piece is a point Q with its outward normal N, both in the cam's frame. The follower touches it at cam angle φ if the

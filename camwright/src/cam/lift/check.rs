@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From rows to a table, or to everything that is wrong with them.
 
 use super::declaration::{LiftDeclaration, LiftForm, LiftRow, mm_from_units};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Rows of a lift table as a file gives them, and the units and form that it declares.
 
 /// One row of a table as it was read.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Errors of a lift table, each with the line of its file.
 
 use thiserror::Error;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Half tables, as cam designers hand them over: one flank each, the nose first, down to the base circle.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The lift law: lift and its derivatives at any cam angle, with what it was made from.
 
 use super::program::{MotionProgram, ProgramError};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lift: what the follower does over one turn of the cam, as a printed table, as a formula, and as the law both give.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Rows and jumps that the lift around them does not bear out.
 //!
 //! With the fourth difference δ⁴y, r(k) = δ⁴y(k)/6 is the distance of row k from the cubic through the two rows on either

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Points of a contour, as drawings and measuring machines give them, made rows of radii at even azimuths.
 //!
 //! The azimuth goes on from point to point, all the same way, once round the axis; the radius over it is the periodic cubic spline through

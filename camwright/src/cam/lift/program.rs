@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A lift put together from motion laws, segment by segment over one turn.
 
 use super::error::LowestLift;

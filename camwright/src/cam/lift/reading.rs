@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The ways to read a curve out of a table, and what each of them costs.
 
 /// Method that turns a table into a curve.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Division of the turn by the rows of a table, with a finding for every angle that does not fit.
 
 use super::declaration::{AngleUnit, LiftDeclaration, LiftForm, LiftRow};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A printed lift table over one turn of the cam, in whole units of its last digit.
 
 use super::declaration::mm_from_units;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tables that leave the even division of the turn to the reader: rows at uneven angles, and rows of the lift event alone.
 
 use super::check::unusable_number;

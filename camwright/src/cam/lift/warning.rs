@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Suspicious but valid content of a lift table: another unit, a base circle that is not at zero.
 
 use super::declaration::{AngleUnit, LengthUnit, LiftDeclaration};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lines and arcs through the points of a contour.
 //!
 //! Points of a part with flats lie beside its lines by their rounding, and a curve through them is hollow between them. Here the drawing is

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cams along z: contours from lift tables, each over a length of the part, and one blending into the next.
 
 use super::{SurfaceError, SurfaceKey, SurfacePoint};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Radii on a grid, and the C² surface through them: quintic B-splines round the turn (C⁴ there), cubics along z.
 //!
 //! Along z the spline is the cubic through its rows whose third derivative does not jump at the second row from either end ("not a

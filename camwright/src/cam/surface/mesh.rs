@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Triangles, as CAD writes them, read as points of a smooth surface.
 //!
 //! The corners of a good mesh lie on the part, its faces between them do not: a chord of 1° cuts 1.5 µm off a radius of 40 mm, and its

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The surface of a part that is not round: its distance r(azimuth, z) from the spindle axis.
 //!
 //! The azimuth is that of the point in the part's frame, from the keyway on, counted as [`crate::cam::contour`] counts it; z runs along the

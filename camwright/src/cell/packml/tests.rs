@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::{Command, CommandRefused, Mode, PackmlState, Unit};
 use alloc::format;
 use alloc::string::ToString;

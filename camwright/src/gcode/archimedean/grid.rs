@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sampling grid of a travel: dense enough that linear interpolation between two points errs by a small share of the
 //! tolerance.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Travels of linear axes over the turned angle as chains of straight pieces: X = a + kC, an Archimedean spiral on the part, which is what
 //! any control with linear interpolation can run as one block.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Chains whose knots lie on the curve: from every knot as far as one straight piece can go.
 
 use super::Chain;

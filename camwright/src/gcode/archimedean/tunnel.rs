@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The fewest straight pieces through a tunnel around a curve, whose ends lie on it.
 //!
 //! A line y = t + s(x − x₀) is a point (s, t), and to pass a gate at x between two heights is to lie between two parallel lines of that

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why there is no program.
 
 use super::{FeatureRequest, NcControl, PassRequest, PostRequest, ProgramTurnSpeed};

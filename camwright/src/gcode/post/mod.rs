@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! NC programs of cutter paths: a subprogram for every turn of a cutter around a cam or along a groove, called with its phase and with
 //! what is left of the depth, and a main program that calls them.
 //!

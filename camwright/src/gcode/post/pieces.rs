@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The turn of a call in whole increments: chains of pieces, rounded, judged as they will be driven, and slow enough for the control.
 
 use super::turn::SubprogramMotion;

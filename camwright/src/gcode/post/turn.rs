@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Motion of the axes over the angle of a call: lead-in, cut at full depth, lead-out.
 
 use super::{FeatureRequest, NcControl, PassRequest, ProgramTurnSpeed};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The words of one block, sorted into what excludes each other.
 
 use super::number::Fixed;

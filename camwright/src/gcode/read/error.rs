@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why a program cannot be read, with the line.
 
 use super::{LONGEST_LINE, MAX_BLOCKS, MAX_DEPTH, MAX_TEXT_BYTES};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Index of the programs in the files, built before anything is executed.
 
 use super::words::LineCursor;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs read back: a tokeniser and a modal interpreter of the dialects, which share nothing with what writes them.
 //!
 //! What is not understood is a fault and never skipped: a control might well understand it.

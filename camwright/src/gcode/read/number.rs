@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Decimal numbers as they are written, without rounding.
 
 use super::ReadFault;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Modal state between blocks, and execution of a block.
 
 use super::block::{Group, ReadBlock, word};

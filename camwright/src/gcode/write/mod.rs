@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The text of a program: one walk over what it says, in the words of a dialect.
 
 mod section;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Words in which the dialects differ.
 
 use crate::gcode::dialect::{Dialect, ProgramFile};

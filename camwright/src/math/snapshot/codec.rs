@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The codec: where the octets of a state go to, or come from.
 
 use super::Snapshot;

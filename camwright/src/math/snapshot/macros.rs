@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Macros that declare the state of structures and enums.
 
 /// A structure: its state, and what that stands on, which is made anew and not written. After `holds` what must be so of a state that

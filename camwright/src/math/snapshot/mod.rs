@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The state of what runs, at one moment, as octets: written down, taken up again, or compared with what it is now.
 //!
 //! One walk through the state serves all three ([`Snapshot::snapshot`]): what is written and what is read cannot come apart, and a field that is

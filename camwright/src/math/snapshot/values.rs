@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Numbers, yes or no, texts and lists.
 
 use super::{Snapshot, SnapshotCodec, SnapshotError, SnapshotValue};

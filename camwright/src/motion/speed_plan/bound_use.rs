@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bounds that limit C, and their positions: every bound of a turn as a share of the value allowed for planning.
 
 use super::process::{Cutting, largest_speed_rad_s};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The fastest turn without limits of jerk and of X acceleration: every plan is slower, so its time is a lower bound, and
 //! where it is slow a plan needs its knots.
 

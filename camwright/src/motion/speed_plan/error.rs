@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why there is no speed plan, in sentences.
 
 use super::{LimitUse, LimitedQuantity, TurnError, cam_angle_deg, figures};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cut whose way of X over C is known as a whole: C from rest to rest, at one speed on the way, as fast as wanted or as X can.
 
 use super::limit_use::{LimitUse, uses_by_differences};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Limit utilisation of a turn by the quintics in time that drive the axes.
 //!
 //! A quintic has the speed and acceleration of the plan at both of its knots and differs a little in between. The peaks of the plan over

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! X onto a path that moves, and off it again, while C turns at one speed: lead-in and lead-out.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Utilisation of the axis limits by a motion, computed twice: by the chain rule, and by differencing positions.
 
 use super::{PATH_SHARE, cam_angle_deg};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The speed plan: how fast C turns at every moment of a cut, so that both axes keep their limits.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Peaks of the limit utilisation of a turn, between the points on which it was planned.
 
 use super::in_time::Difference;

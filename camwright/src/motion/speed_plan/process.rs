@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Process limit: the largest speed of C at every path angle.
 
 use crate::job::grinding::{InfeedDirection, SpeedLaw};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Onto a turn whose speed varies, from rest or from another speed. A run-down is the same backwards.
 //!
 //! From rest two kinds are tried and the one that loses less time is taken. A single quintic in time onto a knot of the turn, with

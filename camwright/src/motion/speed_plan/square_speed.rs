@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The square of C's speed over the path angle, z = Ċ², as a periodic quadratic B-spline on knots of any spacing.
 //!
 //! Over the angle, C̈ = z′/2 and C⃛ = √z·z″/2, and with the path X(φ) also Ẍ = X″z + X′z′/2 and

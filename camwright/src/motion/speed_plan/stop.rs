@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The shortest change of path time that keeps the limits.
 //!
 //! A hold, an override and their end change the rate r at which plan time τ passes, from one value in 0..1 to another, by

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The bound of a turn, looked at once: at equal angles, fine enough for all that has to be known of it.
 
 use super::square_speed::to_f64;

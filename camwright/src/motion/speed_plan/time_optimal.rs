@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The fastest turn that keeps every limit: velocity, acceleration and jerk of C and of X, and a bound on C's speed.
 //!
 //! Unknowns are the coefficients of z = Ċ² over the path angle (see [`super::square_speed`]). Time ∫dφ/√z is convex in

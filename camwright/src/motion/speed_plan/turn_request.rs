@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Input for the fastest turn.
 
 use crate::machine::description::{Axis, MotionLimits};

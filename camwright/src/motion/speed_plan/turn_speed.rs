@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;

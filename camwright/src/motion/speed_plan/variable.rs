@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cut at varying speed: a run-up onto the fastest turn, that turn over and over again, a run-down from it.
 
 use super::process::{Cutting, largest_speed_rad_s};

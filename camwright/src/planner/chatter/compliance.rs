@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Dynamic compliance between wheel and part: spring, vibration modes, and the drive of the wheelhead.
 
 use super::drive_compliance::DriveCompliance;

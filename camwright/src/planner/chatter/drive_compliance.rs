@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Dynamic compliance of a servo axis: motion of its tool per force on its slide.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Forecast for one pass of one lobe on a machine.
 
 use super::compliance::{ContactCompliance, VibrationMode};

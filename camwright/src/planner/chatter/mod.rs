@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Regenerative chatter: forecast of the stability of a plunge cut.
 //!
 //! A wave that the wheel left a turn ago changes the depth of cut now; the force bends the structure and leaves the next wave. With the

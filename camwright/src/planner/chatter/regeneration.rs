@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Growth of waves from turn to turn: roots of the characteristic equation.
 
 use super::compliance::ContactCompliance;

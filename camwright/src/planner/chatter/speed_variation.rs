@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Variation of the work speed as a remedy against chatter.
 
 use super::regeneration::RegenerativeCut;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stability lobes: largest cutting stiffness without chatter over the work speed.
 
 use super::compliance::ContactCompliance;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A whole plan, walked through once more before anything moves: positions join in counts, every segment keeps the limits
 //! by differencing its positions, nothing leaves the soft limits, and turns close.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spiral of a plan, walked through forwards.
 
 use super::{PlanCheck, PlanFault, larger, within};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why the motion of a program cannot be driven.
 
 use crate::machine::description::Axis;

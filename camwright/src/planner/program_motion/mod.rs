@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The motion of a program as a plain control drives it on a machine with C, X and Z.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A broken line averaged twice over a window, which is what a control that joins its blocks makes of it.
 //!
 //! Averaging over a width w, and once more, is averaging under a triangle that reaches w to either side. What it adds to a broken line is, for

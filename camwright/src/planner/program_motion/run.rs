@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The feeds between two rapids as one motion: C by a law over time, X and Z by laws over the angle of C, from rest to rest.
 
 use super::ProgramMotionFault;

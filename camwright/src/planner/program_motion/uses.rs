@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Utilisation of the axis limits by a run: bounded interval by interval, not sampled.
 //!
 //! Speed, acceleration and jerk of C lie within ranges from one knot of its law to the next, the derivatives of X and Z over C within

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The same bits whatever the compiler makes of it: one fingerprint of a whole job, which debug, release and every machine
 //! have to reproduce. Run at other optimisation levels by `.ci/run`.
 

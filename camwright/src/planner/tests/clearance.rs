@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel keeps away from everything but the lobe it grinds.
 
 use super::*;

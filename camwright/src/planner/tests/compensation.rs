@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form compensation on simulated machines: what drives, structure and grinding leave is learned from part to part.
 
 extern crate std;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::*;
 use crate::cam::form::Form;
 use crate::planner::deflection::Deflections;

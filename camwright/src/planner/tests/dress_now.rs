@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A dress of its own: the wheel is smaller afterwards, and nothing else has changed.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A wheel that is dressed within a job: the path follows it, and the part does not notice.
 
 use super::*;

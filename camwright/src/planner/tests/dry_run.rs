@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A dry run goes the whole way of its job, farther out, and leaves the part as it is.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Infeed per turn, and at constant depth along the normal.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::*;
 use crate::cam::follower::Follower;
 use crate::cam::form_tolerance::FormTolerance;

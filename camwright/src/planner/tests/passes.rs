@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Several passes over a lobe, each with its own infeed and speed.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Impossible jobs are refused in one sentence: problem, value, limit, location.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lobes with taper and crown: the same motion as for straight lobes, the rims that can grind them, and what is refused.
 
 use super::*;

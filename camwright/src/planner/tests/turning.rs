@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! C turning on from lobe to lobe: planned, checked, and run through interpolator and machine.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A machine with a changer: wheels by lobe and by pass, the steps of a change, and what is refused.
 
 use super::*;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine's end of the stream of setpoints: chunks that end at rest, each replacing the one before from its first
 //! tick on.
 //!

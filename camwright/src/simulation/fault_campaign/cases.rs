@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which faults a campaign strikes, and when.
 
 use crate::machine::description::{Axis, MachineDescription};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Every fault at many moments of a job, from copies of the cell in the middle of it: whether the axes come to rest, with an
 //! alarm, with the wheel off the part and nothing restarted, and how deep the part was cut below its design at worst.
 //!

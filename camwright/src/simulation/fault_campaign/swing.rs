@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Free oscillation of an axis structure after power loss.
 
 use crate::machine::description::Structure;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::*;
 use crate::interpolator::Motion;
 use crate::machine::description::{DriveSettings, GaugeDescription, GaugeKind, Structure};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Effect of single drive flaws: simulation with each flaw removed.
 
 use super::{DrivesForm, DrivesResult, TurningDrives, TurningDrivesError};

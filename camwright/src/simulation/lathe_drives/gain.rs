@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The least position loop gain of X with which a part keeps its tolerance.
 
 use super::{DrivesForm, DrivesResult, FlawEffect, TurningDrives, TurningDrivesError};

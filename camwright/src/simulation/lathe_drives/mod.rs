@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Required drives of a lathe: the form error of the present drives axis by axis, and the position loop gain of X that keeps a tolerance.
 //!
 //! The same plan is executed on the same machine with other drives, and the part is compared, cell by cell, with its design and with what

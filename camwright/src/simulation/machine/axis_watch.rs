@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Watches the axes: encoder jumps, following error, overtravel.
 
 use super::supervision::Supervision;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The wheel changer: an arm takes the mounted wheel off its spindle and mounts another.
 //!
 //! The arm finishes a change that it has begun, whatever stops the axes: no wheel is left half mounted. Until then the mounted wheel is the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Commands of the machine in addition to setpoints, and reasons for refusing a reset.
 
 use crate::machine::description::Axis;

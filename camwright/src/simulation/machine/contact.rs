@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Contact of wheel and lobe: the sweep along a servo step, deflection, force, and the detectors that feel it.
 
 use super::contact_modes::ContactModes;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Vibration modes between wheel and part: masses on a share of the contact's compliance.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The in-process gauge, its faults, and supervision of its readings.
 
 use super::contact::line_rad;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Switches and marks that the axes pass, and supervision of inputs that contradict each other.
 
 use super::probes::Keyway;

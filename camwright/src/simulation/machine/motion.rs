@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Setpoints of the axes in each tick: from the stream, beside it, or from the machine itself; power and reset.
 
 use super::supervision::SetpointSource;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Power of the drives: mains, emergency stop, drive faults, orders.
 
 use super::ResetRefused;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Detectors that find the part: the gap detector of the wheel and the switch of the keyway.
 
 use crate::machine::contact_law::ContactLaw;

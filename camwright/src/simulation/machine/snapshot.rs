@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine in a keyframe: all that its next tick depends on, except its description.
 //!
 //! The parts declare what of them is state. [`Machine`] states the order of their groups of fields, which recorded keyframes fix.

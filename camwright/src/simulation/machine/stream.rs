@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stream of setpoints as the machine follows it.
 
 use crate::machine::alarm::AlarmKind;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Active alarms, and how far the motion has reacted to them.
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, AlarmSeverity};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A lathe's insert sweeps the part in the chuck along one servo step.
 
 use super::contact::line_rad;

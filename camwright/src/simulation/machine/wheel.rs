@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The grinding wheel: speed and its watch, wear and dressing, and the position of its surface.
 
 use super::supervision::Supervision;

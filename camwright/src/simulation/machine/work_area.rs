@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Guards: nothing moves with an open door, an open chuck or a person inside, and nothing opens while something moves.
 
 use super::Machine;

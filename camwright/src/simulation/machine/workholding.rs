@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parts between the centres or in the chuck, and their position relative to the wheel.
 
 use super::probes::Keyway;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Upper bounds of the radii, along the lines: what was cut in the turn before is passed over by them, without a look at its cells.
 
 use super::PartGrid;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Radii of the cells, in the order in which the insert cuts them.
 
 use super::PartGrid;

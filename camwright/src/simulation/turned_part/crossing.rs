@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Crossing of the edge and a line of the grid in a step, in closed form.
 //!
 //! With s the share of the step, counted from its middle, x, z and θ are cubics, and the line is met at xₑ* = H cot a with a = a₀ − θ(s). The

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Form error of a turned part over azimuth and axial position: the map, its extreme positions, and the cusps of the feed.
 
 use super::TurnedPart;

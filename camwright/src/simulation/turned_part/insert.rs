@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The insert as the part sees it, and how it moves.
 
 use crate::math::hermite::{cubic_path, cubic_slope};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part on a lathe: a polar radius over azimuth and place along the axis, from which a round insert takes away what its edge sweeps.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A turned part in a keyframe: its radii are read as those of a raw part are taken.
 
 use super::cell_radii::CellRadii;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Material removed by the insert's edge during a step.
 //!
 //! The edge's point at a column is at P = (xₑ, H) in the machine's frame. A line of the grid at azimuth φᵢ seen from there has the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Closed forms of what a round insert leaves, and a slow look at every moment for the rest.
 
 use super::*;

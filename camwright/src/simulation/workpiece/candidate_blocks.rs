@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which blocks of azimuths may be inside the wheel.
 //!
 //! A wheel whose centre moves by less than a margin stays inside the wheel that is larger by it. So [`BlockList`] searches once with the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A wheel that presses on a lobe: how far machine and part deflect, and what it cuts where it then stands.
 //!
 //! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Peak process values at every degree of a lobe: force, power, specific energy and temperature.
 //!
 //! The force is that of the contact law. The rest is taken from the cut itself, where it is known what grinding takes: the area that is

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part: per lobe a polar radius over azimuth, from which the wheel takes away what it sweeps.
 //!
 //! Azimuths are in the part's frame, from the keyway. With the wheel's centre at distance X from the axis, at azimuth θ,

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The part in a keyframe: outlines are read as those of a raw part are taken, then what a cut has left in addition to them.
 
 use super::{CutRecord, Lobe, MAX_AT_STATION, Workpiece};

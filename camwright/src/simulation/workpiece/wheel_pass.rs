@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A wheel on its way along a lobe in a tick: the blocks near it, and the positions that have still to cut.
 //!
 //! An azimuth keeps the smallest radius that any position leaves it, in whatever order they cut. Ahead of the contact the last position leaves

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A cam by the flat face of an end mill whose axis is radial: the face is a tangent of the contour, so X over the azimuth of the axis is
 //! the contour's support function, X(θ) = h(θ), and the face touches at h′(θ) beside its middle. A face lies across a hollow, so the
 //! contour must be convex throughout; and what touches beside the face's rim is not cut, so the face must reach as far as h′ does.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Motion of a milling cutter over one turn of the part: the axes of its carriage over the turned angle, for foreign machines.
 //!
 //! Angles are azimuths of the cutter's carriage seen from the part (θ = σ·C, with the lobe's phase taken off), so that a path is the part's

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A groove round a cylinder, by a mill whose axis is radial, or parallel to a radial one.
 //!
 //! In the frame that turns with the carriage, x along the axis of the roller, y in the direction of growing azimuth, z along the part, the

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Grooves in which a roller runs, and the paths of end mills that cut them.
 //!
 //! The roller's centre runs on the pitch curve, and the walls lie a roller's radius to either side of it. A mill of that radius runs on

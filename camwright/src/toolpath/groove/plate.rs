@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A groove in the face of a plate cam, by a mill whose axis is parallel to the part's.
 //!
 //! The inner wall is the contour of a cam for the same roller, Q = P − rr N. What runs at a distance R outside it, Q + R N, is the centre of

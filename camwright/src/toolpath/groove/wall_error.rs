@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Error of a mill on the walls of a barrel groove: the swept mill compared with the wall that the roller sweeps.
 //!
 //! A point of the roller's wall is taken to the part, and from there into the frame of the mill at every azimuth at which it can come

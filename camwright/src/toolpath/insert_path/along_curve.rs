@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The spiral whose contact goes along every section at constant speed.
 //!
 //! On the section at angle j the contact has gone `s_j(k)` = `S_j·k/K` along the curve at knot k, `S_j` being the length of that section and K

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A path in cells of the turned angle: between which bounds the derivatives of both slides lie in each, and what they and C make of a
 //! speed that varies there.
 //!

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cusps that a feed must leave on a surface, whatever turns it.
 //!
 //! At a turned angle the insert's centre advances by c once a turn, parallel to the section's tangent, and the place where it touches by

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Hollows of a section with a smaller radius than the insert.
 
 use super::InsertPathError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Names of what an insert path is made from, for errors.
 
 use crate::math::named::named;

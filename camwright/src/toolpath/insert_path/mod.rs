@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path of the centre of a round insert while the part turns: X over the turned angle, along a spiral of many turns.
 //!
 //! ```text

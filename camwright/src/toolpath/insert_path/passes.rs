@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Several passes: roughing of equal depth, then finishing.
 //!
 //! Depth is measured where the insert cuts: along the section's normal in the rake plane, between the parallels to the section that two

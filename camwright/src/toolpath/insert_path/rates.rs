@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Demand of a path on the axes, and the fastest speed of the spindle.
 
 use super::{InsertPath, InsertPathError, InsertPathKey, ZLaw};

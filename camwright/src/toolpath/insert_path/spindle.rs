@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Spindle law along a path: from rest to a constant speed and to rest again, with every slide within its limits.
 //!
 //! While C runs up, X moves with ẋ = X′ω, ẍ = X″ω² + X′ω̇, and the jerk X‴ω³ + 3X″ωω̇ + X′ω̈. With the largest magnitudes of X′, X″ and X‴

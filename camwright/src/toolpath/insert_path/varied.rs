@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spindle whose speed varies along a path: fast in the air and where the part is nearly round, slow where a slide works hard, within a
 //! turn as from turn to turn.
 //!

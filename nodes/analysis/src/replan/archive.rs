@@ -1,8 +1,9 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The jobs of a bag: what was asked for, on which machine, and the plan that was driven.
 
 use camwright::machine::description::MachineDescription;
 use camwright::motion::plan::Plan;
-use camwright_bag::schema_evolution::{add_empty_fields, fields_since};
+use camwright_bag::schema_evolution::SchemaChange;
 use camwright_bag::{Bag, BagError};
 use camwright_files::convert::job_files::files_from_pages;
 use camwright_files::convert::plan::plan_from_pages;
@@ -79,7 +80,7 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
         let topic = &bag.topics()[message.topic];
         let of_type = topic.type_name.as_str();
         if of_type == DescriptionMessage::TYPE_NAME {
-            add_empty_fields(&mut message.data, fields_since(topic, DescriptionMessage::SCHEMA));
+            SchemaChange::since(topic, DescriptionMessage::SCHEMA).apply(&mut message.data);
             if let Ok(recorded) = message_from_sample(&message.data) {
                 machines.push((cell(message.topic, "machine/description"), recorded));
             }
@@ -88,7 +89,7 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
         } else if of_type == JobFilePage::TYPE_NAME {
             files.extend(message_from_sample::<JobFilePage>(&message.data));
         } else if of_type == JobStatus::TYPE_NAME {
-            add_empty_fields(&mut message.data, fields_since(topic, JobStatus::SCHEMA));
+            SchemaChange::since(topic, JobStatus::SCHEMA).apply(&mut message.data);
             let Ok(status) = message_from_sample::<JobStatus>(&message.data) else { continue };
             if status.plan_hash.is_empty() {
                 continue;

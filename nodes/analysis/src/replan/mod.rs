@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plans archived jobs again with this program, and finds what moved and by how much (`camwright replan`).
 //!
 //! ```text

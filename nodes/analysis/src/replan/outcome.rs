@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Result of replanning an archived job, in shop words and units.
 
 use super::archive::ArchivedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A job planned, archived as messages, and planned again with something changed: what moves is known in closed form.
 
 use super::archive::ArchivedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Alarms of the run, and messages that were lost.
 
 use super::findings::Findings;

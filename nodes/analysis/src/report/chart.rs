@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Charts as SVG in the page. Colours are classes that follow light and dark.
 
 use camwright_planning::chart::{Axes, Frame, Scale};

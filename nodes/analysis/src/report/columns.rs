@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Curves of many points, drawn in few: the least and the most of every column of pixels, in their order. Never a mean, which hides peaks.
 
 /// Least and most of what fell into one column, with where they were.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which tick the insert's edge made a place of a turned part in, and what of the deviation there each axis left.
 //!
 //! A place is a cell of the part's grid: azimuth φ and z'. With the axes at C, X and Z the edge's point at z' is at

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Everything that the sections of the page report.
 
 use super::edge::ErrorSplit;

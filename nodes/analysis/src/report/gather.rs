@@ -1,7 +1,8 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Recorded data of a run, topic by topic; missing data stays empty and is never guessed.
 
 use super::error::ReportError;
-use camwright_bag::schema_evolution::{add_empty_fields, fields_since};
+use camwright_bag::schema_evolution::SchemaChange;
 use camwright_bag::{Bag, BagMessage, Topic};
 use camwright_files::convert::time::{TickClock, ns_from_time};
 use camwright_machine_cycle::bounds::BusTiming;
@@ -136,14 +137,14 @@ impl RecordedRun {
         let names: Vec<Option<String>> =
             bag.topics().iter().map(|t| recorded.name_in_cell(&t.name).map(str::to_owned)).collect();
         let mut highest: Vec<(u64, u64)> = vec![(0, 0); names.len()];
-        // What a bag of a former program does not say of a message is empty.
-        let since = |topic: &Topic| {
-            camwright_msgs::by_type_name(&topic.type_name).map_or(0, |ours| fields_since(topic, ours.schema))
+        let change = |topic: &Topic| {
+            let ours = camwright_msgs::by_type_name(&topic.type_name);
+            ours.map_or_else(SchemaChange::default, |ours| SchemaChange::since(topic, ours.schema))
         };
-        let since: Vec<usize> = bag.topics().iter().map(since).collect();
+        let changes: Vec<SchemaChange> = bag.topics().iter().map(change).collect();
         let mut messages = bag.messages();
         while let Some(mut message) = messages.next_message()? {
-            add_empty_fields(&mut message.data, since[message.topic]);
+            changes[message.topic].apply(&mut message.data);
             let seen = &mut highest[message.topic];
             *seen = (seen.0.max(u64::from(message.sequence)), seen.1 + 1);
             if let Some(name) = &names[message.topic] {

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Journals ground to gauge: when the gauge read the size that ended the infeed, and how much infeed it took.
 
 use super::findings::Findings;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge readings, and runout of the journals before and after their correction.
 
 use super::chart::{Chart, Curve};

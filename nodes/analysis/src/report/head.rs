@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Head of the report: the verdict, the worst position, its tolerance and its cause, with a picture of each.
 
 use super::chart::{Chart, Curve, Mark, Size};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inspection of the ground lobes, as a cam measuring machine reports it.
 
 use super::findings::Findings;
@@ -7,12 +8,11 @@ use super::text::{fixed, signed};
 use camwright::cam::form_tolerance::LobeZone;
 use camwright::cam::lobe_inspection::LobeInspection;
 use camwright::cam::wave_cause::WaveCause;
-use camwright::machine::description::MachineDescription;
 use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
 use camwright::planner::PlannedLobe;
 use camwright_files::convert::mm_from_m;
 use camwright_planning::markup::escape;
-use camwright_planning::{AnyPrepared, PreparedJob};
+use camwright_planning::{AnyPrepared, PreparedJob, wave_cause};
 
 /// Heads of the table.
 const HEADS: [(&str, bool); 10] = [
@@ -40,14 +40,16 @@ impl InspectedLobe<'_> {
     }
 
     /// The strongest waves with their amplitude, their frequency in the last pass, and their cause.
-    fn waves(&self, machine: &MachineDescription) -> String {
+    fn waves(&self, prepared: &PreparedJob) -> String {
         let Some(pass) = self.planned.passes.last() else { return String::new() };
-        let wheel_radius_mm = self.planned.tool_path.wheel_radius_mm();
         let texts = self.inspection.waves.iter().map(|wave| {
-            let cause = match WaveCause::find(wave.per_turn, pass.speed_range_rad_s(), machine, wheel_radius_mm) {
+            let cause = match wave_cause(prepared, self.planned, wave.per_turn) {
                 Some(WaveCause::Wheel { multiple: 1 }) => ", rotation of the wheel".to_owned(),
                 Some(WaveCause::Wheel { multiple }) => format!(", {multiple} × rotation of the wheel"),
                 Some(WaveCause::Structure { axis }) => format!(", structure of {}", axis.joint()),
+                Some(WaveCause::ContactMode { index }) => format!(", contact.modes.{index}"),
+                Some(WaveCause::Drive { axis }) => format!(", drive of {}", axis.joint()),
+                Some(WaveCause::Chatter) => ", chatter".to_owned(),
                 None => String::new(),
             };
             let amplitude_um = fixed(um_from_mm(wave.amplitude_mm), 3);
@@ -101,7 +103,7 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
             zone(inspection, LobeZone::Nose),
             zone(inspection, LobeZone::Closing),
             format!("{} ({})", signed(um_from_mm(velocity), 2), fixed(deg_from_rad(wrap_turn(at)), 1)),
-            escape(&lobe.waves(&prepared.machine)),
+            escape(&lobe.waves(prepared)),
         ]
     };
     out.push_str("<section id=\"inspection\"><h2>Inspection</h2>");
@@ -112,7 +114,7 @@ pub(super) fn table(out: &mut String, findings: &Findings<'_>) {
          change of the lift error over 1° of the cam. Timing: rotation of the lobe on the part, positive with the cam angle; – where a \
          rotation cannot be separated from an eccentricity. Waves: the three strongest with 15 or more per turn, their frequency at the \
          planned speed of the last pass, and the only vibration of the machine that has it (none is named where the speed varies by more \
-         than 2 %). Errors of lifts \
+         than 2 %): rotation of the wheel, structure or loops of a drive, a mode of the contact, or chatter where its forecast grows. Errors of lifts \
          given as angles of an arm are in thousandths of a degree.</p></section>\n",
     );
 }

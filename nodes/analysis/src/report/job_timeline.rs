@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The last job of a bag: which plans were its own, when what was done, and what came out.
 
 use super::gather::{RecordedRun, TimedMessage};

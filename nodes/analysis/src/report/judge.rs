@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Verdict on the part, its worst position and the cause, from the recorded data.
 
 use super::causes::{causes_of, causes_of_turned};

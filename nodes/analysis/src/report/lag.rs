@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path errors of the axes, and the resulting form error.
 //!
 //! The setpoints of the ticks are the path x(c). A place of X and C is off it by e = x − x(c): what of the lags of both axes moves the

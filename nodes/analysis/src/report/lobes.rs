@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Every lobe: how it came out, and what was done over its last turns.
 
 use super::chart::{Chart, Curve, LevelLine};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The report of a recorded run: one HTML file that needs nothing else, no script, no font, no network.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Motion of the axes: the whole job in columns, and single turns tick by tick for figures.
 
 use super::columns::Columns;

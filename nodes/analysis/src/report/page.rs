@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The page: what is said first, and behind it everything that it rests on.
 
 use super::findings::Findings;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A section of the part in its nominal form and, magnified, how far it is off.
 
 use super::text::{fixed, signed};

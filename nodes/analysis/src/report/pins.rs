@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Ground crank pins: size, roundness, and where the centre of each lies.
 
 use super::findings::Findings;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sources of the report: job, hashes, versions, files, and the job itself.
 
 use super::findings::Findings;

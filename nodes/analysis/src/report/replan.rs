@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The job planned again from what the bag holds of it: what a plan knows and no message says.
 
 use super::job_timeline::JobTimeline;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The way from a bag to the page, on small bags made here.
 
 use super::*;

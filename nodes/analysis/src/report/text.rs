@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Numbers and recorded strings as the page shows them.
 
 pub(super) use camwright_files::convert::um_from_m as um;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The job over time: what was done when, how fast the axes were, and what limited them.
 
 use super::chart::{Chart, Curve, Size, Zone};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A part that was turned: its form map, its worst section, and X of its last pass.
 
 use super::chart::{Chart, Curve, Mark};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The worst deviation of a turned part by its causes, as a table.
 
 use super::edge::{AxisShare, ErrorSplit, turns_since};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Cuts of two runs, one of them at least on real drives: the same setpoints of C and X, and Z at the same station.
 //!
 //! Edges of real switches, the ticks of a run and what its drives did differ in every run; they are not compared.

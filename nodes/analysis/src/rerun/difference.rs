@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Difference between a recorded run and its recomputation.
 
 use camwright::machine::description::Axis;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Two bags of the same job: the same digests, tick by tick of the job.
 
 use camwright_msgs::camwright_msgs::msg::MachineInput;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Keyframes of a bag: where a run can be computed from the middle, and what the machine's state is held against on its way.
 
 use super::error::RerunError;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Replay of the machine: it receives the recorded inputs at the same ticks, and must give the same outputs.
 
 use super::difference::ReplayDifference;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright replay BAG --against`: computes a run again from its inputs as they were applied, and says whether it is the same to the bit.
 //!
 //! ```text

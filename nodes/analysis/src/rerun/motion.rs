@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The interpolator again: every chunk of setpoints that was sent is computed from the inputs as they were applied.
 
 use super::cuts::JobCuts;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Recorded outputs of a tick, compared with the replayed ones.
 
 use super::difference::ReplayDifference;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content of a recorded run: the machine, the plans, and all inputs of machine and interpolator.
 
 use super::error::RerunError;

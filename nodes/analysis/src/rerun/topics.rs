@@ -1,7 +1,8 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Topics of a recorded cell, and their messages.
 
 use super::error::RerunError;
-use camwright_bag::schema_evolution::{add_empty_fields, fields_since};
+use camwright_bag::schema_evolution::SchemaChange;
 use camwright_bag::{Bag, BagMessage};
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineInput, PlanPage};
@@ -37,8 +38,9 @@ pub(super) fn read_former<T: DeserializeOwned + camwright_msgs::Message>(
     bag: &Bag,
     mut message: BagMessage,
 ) -> Result<T, RerunError> {
-    let since = bag.topics().get(message.topic).map_or(0, |topic| fields_since(topic, T::SCHEMA));
-    add_empty_fields(&mut message.data, since);
+    if let Some(topic) = bag.topics().get(message.topic) {
+        SchemaChange::since(topic, T::SCHEMA).apply(&mut message.data);
+    }
     read(bag, &message)
 }
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A trajectory that arrives while another is executed: it takes the other's place without a step, or begins when the other is over.
 //!
 //! ```text

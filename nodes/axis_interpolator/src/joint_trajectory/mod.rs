@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trajectories of other ROS clients: the action `~/follow_joint_trajectory`, the topic `~/joint_trajectory`, and the topics that report
 //! their progress. They behave as in the joint trajectory controller of `ros2_control`. In addition, an error names the joint, the
 //! tolerance, the amount and the time, and every end of a trajectory stops it on its path within the limits.

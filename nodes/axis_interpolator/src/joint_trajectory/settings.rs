@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Parameters of following joint trajectories; their names and meanings are those of the joint trajectory controller of `ros2_control`.
 
 use camwright::interpolator::join::StartTolerance;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path following of joint trajectories: feedback of the goal, `~/controller_state`, and `~/query_state`.
 
 use crate::engine_messages::Tracking;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Requested joint trajectory with its tolerances, read and checked by the rules of
 //! `control_msgs/action/FollowJointTrajectory`.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Summaries of a bag in `metadata.yaml`, in its storage and by its recorder, compared with its content.
 
 use super::report::BagReport;

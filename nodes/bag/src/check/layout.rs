@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Check of a file's index against its content: chunks, messages within chunks, metadata, the sections of the file.
 
 use std::collections::{BTreeMap, BTreeSet};

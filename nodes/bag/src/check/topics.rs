@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Types and topics: what a file says of them, and whether their messages are what it says.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The walk through every record of every file, in their order.
 
 use std::collections::{BTreeMap, BTreeSet};

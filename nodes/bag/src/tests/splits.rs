@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Bags of several files, and recordings of which only snapshots are written.
 
 use super::*;

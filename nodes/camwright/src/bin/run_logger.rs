@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The node `run_logger` as a process of its own.
 
 use camwright_ros::running;

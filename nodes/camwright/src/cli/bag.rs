@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright bag info`, `check`, `report`, `recover` and `export`.
 
 use super::help;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Directory and predicted size of the bag of `camwright run`, checked before a node starts.
 
 use super::output::note;

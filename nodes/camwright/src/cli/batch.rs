@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright run --parts N`: size and form of every part, and the capability of the machine.
 
 use super::output::{say, wrapped};

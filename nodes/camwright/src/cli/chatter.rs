@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright chatter`: stability of every cut of a job, and the effect of a varying work speed.
 
 use super::output::{JsonArg, VerdictLevel, number, print_error, print_verdict, say, wrapped};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright check`: validates a job, a machine, a study, a lift table or a parameter file.
 
 use super::check_parameters;

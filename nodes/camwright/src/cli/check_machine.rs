@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright check-machine`: checks a machine against the machine contract.
 
 use super::output::{note, print_error, say};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Check of ROS parameter files against the parameters that the four nodes declare. No node is started.
 
 use camwright_axis_interpolator::AxisInterpolator;

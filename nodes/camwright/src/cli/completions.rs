@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright completions` and `camwright man`: shell completions and man pages from the definitions of the commands.
 
 use super::output::{print_error, say};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Documents of the command line: the reference page is generated from the definitions, and every documented command parses.
 
 use super::Cli;

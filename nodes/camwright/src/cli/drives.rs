@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright drives`: form error by each drive of a lathe, and the gain that keeps the tolerance.
 
 use super::output::{VerdictLevel, print_error, print_verdict, say, wrapped};

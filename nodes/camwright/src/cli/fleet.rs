@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright fleet`: state, start and stop of all cells of a domain.
 
 use super::output::{JsonArg, note, print_error, say, wrapped};

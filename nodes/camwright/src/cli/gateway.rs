@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright gateway`: serves a running cell to MTConnect agents.
 
 use super::machine_text::print_machine_text;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright hal`: prints the HAL file of a machine, without ROS and without HAL.
 
 use super::machine_text::print_machine_text;

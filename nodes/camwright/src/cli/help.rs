@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Examples and exit codes at the end of each command's help.
 
 pub(super) const CAMWRIGHT: &str = "\

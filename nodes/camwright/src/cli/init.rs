@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright init`: writes a commented file to start from.
 
 use super::output::{print_error, say};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright learn`: corrects the next part by the reports of a measuring machine.
 
 use super::init::write_new;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright list`: names that other commands accept, with their meaning.
 
 use super::output::{print_error, say, wrapped};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Commands that print a text made from a machine file, without ROS.
 
 use super::output::{print_error, say};

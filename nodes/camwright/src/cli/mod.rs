@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The command line of `camwright`, see `docs/reference/command_line.md`.
 
 pub mod bag;

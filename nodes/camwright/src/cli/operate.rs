@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright hold`, `resume`, `override` and others: operations of a running cell.
 
 use super::output::{JsonArg, note, print_error, say};

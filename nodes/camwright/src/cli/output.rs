@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Results, notes and errors of the command line, in colour where the reader shows colours.
 
 use anstyle::{AnsiColor, Style};

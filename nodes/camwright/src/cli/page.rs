@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright page`: serves the operator page of a running cell.
 
 use super::output::{note, print_error, whole_number};

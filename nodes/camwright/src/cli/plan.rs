@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright plan`: plans a job without ROS and writes its paths.
 
 use super::output::{VerdictLevel, print_error, print_verdict, print_warnings, say, wrapped};

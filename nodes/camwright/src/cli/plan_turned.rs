@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Text of `camwright plan` for a turned part.
 
 use camwright::machine::description::Axis;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright post`: writes the NC program of a job and verifies it.
 
 use super::output::{VerdictLevel, print_error, print_verdict, say, wrapped};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright replan`: plans the recorded jobs of bags again with this program, and lists the differences.
 
 use super::output::{JsonArg, VerdictLevel, print_error, print_verdict, say, wrapped};

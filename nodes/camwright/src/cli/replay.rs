@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright replay`: plays a bag to the graph, or recomputes its run.
 
 use super::output::{VerdictLevel, note, print_error, print_verdict, say, whole_number, wrapped};

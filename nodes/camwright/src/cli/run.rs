@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
 
 use super::bag_room;
@@ -294,6 +295,7 @@ impl Request {
     ) -> ExitCode {
         let Self { job, args, read, .. } = self;
         let Finished { status, result, form_map, .. } = finished;
+        let read = read.filter(|_| status == GoalStatus::Succeeded);
         let prepared = replanned_turning(read, planned, &args, &result);
         let predicted_s = prepared.as_ref().map(PreparedTurning::duration_s);
         let asked = prepared.as_ref().filter(|_| args.causes);
@@ -325,7 +327,7 @@ impl Request {
             Some(AnyPrepared::Ground(planned)) if planned.plan_hash() == result.plan_hash => Some(*planned),
             planned => replanned(&job, planned, &args, planned_as.as_ref()),
         };
-        let prepared = if result.success && !dry_run { again() } else { None };
+        let prepared = if status == GoalStatus::Succeeded && !dry_run { again() } else { None };
         // Predictions of another plan are not those of this run.
         let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
         let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
@@ -452,7 +454,7 @@ fn run_parts(
         part += 1;
         overrides.clone_from(&args.set);
         let goes_on = match (&outcome, &mut batch) {
-            (Ok((GoalStatus::Succeeded, result, _)), Some(batch)) if result.success => batch.measure(result),
+            (Ok((GoalStatus::Succeeded, result, _)), Some(batch)) => batch.measure(result),
             _ => false,
         };
         if !goes_on || shutdown.is_requested() {
@@ -522,14 +524,14 @@ fn replanned(
     }
 }
 
-/// Plans a turning job again without ROS; none if the plan of the run was another, or the run failed.
+/// Plans a turning job again without ROS; none if the plan of the run was another.
 fn replanned_turning(
     read: Option<AnyJob>,
     planned: Option<AnyPrepared>,
     args: &RunArgs,
     result: &RunJobResult,
 ) -> Option<PreparedTurning> {
-    let Some(AnyJob::Turned(mut job)) = read.filter(|_| result.success) else { return None };
+    let Some(AnyJob::Turned(mut job)) = read else { return None };
     job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
     match plan_unless(planned, AnyJob::Turned(job))? {
         AnyPrepared::Turned(prepared) => Some(*prepared).filter(|prepared| prepared.plan_hash() == result.plan_hash),

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The whole cell in the process of `camwright run`.
 
 use super::pace::PaceArg;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! State of the part when a job ends before its time.
 
 use camwright_msgs::camwright_msgs::action::RunJobFeedback;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Progress bar of `camwright run`: one bar for planning, start, run, bag and report.
 
 use super::output::note;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Result of `camwright run`: verdict first, one line a lobe, then the files.
 
 use super::batch::Batch;
@@ -18,6 +19,16 @@ use std::time::Duration;
 /// Stiffness in N/µm from N/m. The factor is that of µm and m, inverted.
 fn n_um(n_m: f64) -> f64 {
     mm_from_um(m_from_mm(n_m))
+}
+
+/// A measured value, or a dash where nothing was measured.
+pub(super) fn or_dash(value: f64, width: usize, digits: usize) -> String {
+    if value.is_nan() { format!("{:>width$}", "-") } else { format!("{value:>width$.digits$}") }
+}
+
+/// Stiffness was measured on this journal.
+fn is_measured(lobe: &LobeResult) -> bool {
+    lobe.machine_stiffness > 0.0
 }
 
 /// State of a goal in words.
@@ -109,11 +120,10 @@ impl Report<'_> {
 
     fn has_good_form(&self) -> bool {
         if self.identifies {
-            let measured = self.result.lobes.iter().all(|lobe| lobe.machine_stiffness > 0.0);
-            return self.status == GoalStatus::Succeeded && self.result.success && measured;
+            let measured = self.result.lobes.iter().all(is_measured);
+            return self.is_complete() && measured;
         }
-        self.status == GoalStatus::Succeeded
-            && self.result.success
+        self.is_complete()
             && self.batch.as_ref().is_none_or(Batch::is_good)
             && (self.dry_run || self.worst().is_some_and(|lobe| lobe.form_error_max.abs() <= lobe.form_error_allowed))
     }
@@ -147,28 +157,28 @@ impl Report<'_> {
     /// Table of the lobes.
     fn print_lobes(&self) {
         let lobes: Vec<&LobeResult> =
-            self.result.lobes.iter().filter(|lobe| !self.identifies || lobe.machine_stiffness <= 0.0).collect();
+            self.result.lobes.iter().filter(|lobe| !self.identifies || !is_measured(lobe)).collect();
         let width = lobes.iter().map(|lobe| lobe.name.chars().count()).max().unwrap_or(0).max(5);
         if !lobes.is_empty() {
             say!("{:<width$}  form error max           rms        lift p-v   time     burn index", "lobe");
         }
         for lobe in lobes {
             say!(
-                "{:<width$} {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {:>6.3} um  {:>6.2} s  {:>9.2}",
+                "{:<width$} {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {} um  {:>6.2} s  {}",
                 lobe.name,
                 um(lobe.form_error_max),
                 deg_from_rad(lobe.form_error_max_angle),
                 um(lobe.form_error_rms),
-                um(lobe.lift_error),
+                or_dash(um(lobe.lift_error), 6, 3),
                 lobe.duration,
-                lobe.burn_index_max,
+                or_dash(lobe.burn_index_max, 9, 2),
             );
         }
     }
 
     /// Measured stiffness of machine and cut at each journal.
     fn print_stiffness(&self) {
-        let journals: Vec<&LobeResult> = self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0).collect();
+        let journals: Vec<&LobeResult> = self.result.lobes.iter().filter(|lobe| is_measured(lobe)).collect();
         let width = journals.iter().map(|lobe| lobe.name.chars().count()).max().unwrap_or(0).max(7);
         if !journals.is_empty() {
             say!("{:<width$}  machine N/um      grinding N/um   threshold N   stiffness ratio", "journal");
@@ -243,16 +253,16 @@ impl Report<'_> {
             say!("\nrunout   measured   expected (95 % below)   after the correction   spark-out turns");
         }
         for lobe in journals {
-            let expected = match lobe.runout_limit {
-                0.0 => "not known".to_owned(),
-                limit => format!("{:.2} ({:.2}) um", um(lobe.runout_expected), um(limit)),
+            let expected = match lobe.runout_limit > 0.0 {
+                false => "not known".to_owned(),
+                true => format!("{:.2} ({:.2}) um", um(lobe.runout_expected), um(lobe.runout_limit)),
             };
             say!(
-                "{:<5} {:>8.2} um {expected:>23} {:>19.3} um {:>17.0}",
+                "{:<5} {:>8.2} um {expected:>23} {:>19.3} um {}",
                 lobe.name,
                 um(lobe.runout_before),
                 um(lobe.runout),
-                lobe.spark_out_turns.ceil(),
+                or_dash(lobe.spark_out_turns.ceil(), 17, 0),
             );
         }
     }
@@ -262,7 +272,7 @@ impl Report<'_> {
         let line = |name: &str, lobes: &[LobeResult]| {
             let error = |lobe: &LobeResult| {
                 let [max, rms, lift] = [lobe.form_error_max, lobe.form_error_rms, lobe.lift_error].map(um);
-                format!("{} {max:+.3} ({rms:.3}, {lift:.3})", lobe.name)
+                format!("{} {max:+.3} ({rms:.3}, {})", lobe.name, or_dash(lift, 0, 3))
             };
             say!("  {name}");
             say!("{}", wrapped(&format!("    {}", lobes.iter().map(error).collect::<Vec<_>>().join(", ")), 4));
@@ -335,7 +345,7 @@ impl Report<'_> {
     }
 
     fn is_complete(&self) -> bool {
-        self.status == GoalStatus::Succeeded && self.result.success
+        self.status == GoalStatus::Succeeded
     }
 
     /// The next step after a cancelled job. The part of an own cell has gone with its simulated machine.
@@ -361,7 +371,7 @@ impl Report<'_> {
             };
         };
         if self.identifies {
-            let measured = self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0).count();
+            let measured = self.result.lobes.iter().filter(|lobe| is_measured(lobe)).count();
             let word = if self.is_good() { "MEASURED" } else { "NOT MEASURED" };
             return format!("{word}: stiffness at {measured} of {} journals", self.result.lobes.len());
         }

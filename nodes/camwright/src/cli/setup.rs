@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright setup`: set-up work on a cell that runs already.
 
 use super::operate::unknown_joint;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright study`: runs the cases of a study without ROS on all cores.
 
 use super::output::{VerdictLevel, note, print_error, print_verdict, say, whole_number, wrapped};

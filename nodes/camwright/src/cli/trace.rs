@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright trace`: shows where a commanded position comes from.
 
 use super::output::{VerdictLevel, print_error, print_verdict, print_warnings, say, whole_number};

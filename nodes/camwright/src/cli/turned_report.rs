@@ -1,7 +1,8 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Result of `camwright run` for a turning job.
 
 use super::output::{say, wrapped};
-use super::run_report::{RunFiles, exit_code, print_run_verdict, status_word};
+use super::run_report::{RunFiles, exit_code, or_dash, print_run_verdict, status_word};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_files::convert::{mm_from_m, um_from_m as um};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
@@ -37,7 +38,6 @@ impl TurnedReport<'_> {
 
     fn is_good(&self) -> bool {
         self.status == GoalStatus::Succeeded
-            && self.result.success
             && self.part().is_some_and(|part| part.form_error_max.abs() <= part.form_error_allowed)
     }
 
@@ -86,11 +86,11 @@ impl TurnedReport<'_> {
         if let Some(part) = self.part() {
             let allowed = part.form_error_allowed - part.cusp_height_theory;
             say!(
-                "allowed {:.3} um: tolerance {:.3} um and cusps of the feed {:.3} um\ncusps  {:.3} um",
+                "allowed {:.3} um: tolerance {:.3} um and cusps of the feed {:.3} um\ncusps  {} um",
                 um(part.form_error_allowed),
                 um(allowed),
                 um(part.cusp_height_theory),
-                um(part.cusp_height),
+                or_dash(um(part.cusp_height), 0, 3),
             );
         }
         say!("computing time {:.1} s", self.took.as_secs_f64());

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright urdf`: prints the URDF of a machine, without ROS.
 
 use super::machine_text::print_machine_text;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Protection of a live cell: a bag holds setpoints, commands and states, which the nodes of a cell would take for those of their partners.
 
 use camwright_ros::Node;

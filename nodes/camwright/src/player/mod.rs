@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! `camwright replay`: plays a bag to the graph, with the services of rosbag2's player.
 //!
 //! ```text

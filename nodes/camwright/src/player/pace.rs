@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which moment of the bag it is now, and when a later one will be.
 
 use std::time::{Duration, Instant};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! With which quality of service a topic is played.
 
 use camwright_bag::qos as recorded;

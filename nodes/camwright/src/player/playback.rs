@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plays the messages of a bag when they are due, and does what it is asked meanwhile.
 
 use std::sync::mpsc::{self, RecvTimeoutError};

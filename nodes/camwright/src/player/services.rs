@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The services of rosbag2's player. They pass on what is asked; the player answers once it has done it.
 
 use std::sync::mpsc;

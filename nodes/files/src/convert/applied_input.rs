@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Inputs as they were applied: as messages, and back from them to the bit.
 
 use crate::convert::machine_report::{input_name, input_named};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Gauge readings: from the machine's report to the message, and from the message to the measurement of journals.
 
 use super::{m_from_mm, mm_from_m, si_from_counts};

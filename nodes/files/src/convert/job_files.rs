@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The files that a job names as pages of at most 32 kB, and back.
 
 use super::pages::{BYTES_PER_PAGE, are_complete, page_count, split};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Keyframes as pages of at most 32 kB, and back.
 
 use super::pages::{BYTES_PER_PAGE, page_count, split};

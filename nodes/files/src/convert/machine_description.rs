@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The description of a machine, as it publishes it.
 
 use super::{m_from_mm, si_from_core};

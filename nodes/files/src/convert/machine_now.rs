@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The machine of a running cell, from the description that it publishes.
 
 use super::mm_from_m;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Reports of the machine as messages, and the names of its inputs.
 
 use super::{j_m3_from_j_mm3, si_from_core, si_from_counts};

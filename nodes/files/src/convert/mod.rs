@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Conversion between mm and m: the core's values as messages and back. Only this module multiplies by a thousand.
 //!
 //! What is compared exactly travels as counts, or as a position computed from counts; rounding that position to counts

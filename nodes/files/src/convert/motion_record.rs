@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Input of a motion, as a text that reproduces the same motion to the bit.
 //!
 //! It is what the core's functions take that prepare a motion: the goal in the core's units and where the axes rested. So the record of a

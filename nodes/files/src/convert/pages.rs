@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Content that travels in pages of at most 32 kB: plans, keyframes, files of a job, turned parts.
 
 /// Bytes on a page; the other fields of the message fit into the rest of 32 kB.

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Phases of a plan by number, and in the words of the shop.
 
 use camwright::motion::plan::Phase;

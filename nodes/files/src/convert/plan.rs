@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plans as pages of at most 32 kB, and back.
 
 use super::pages::{SEGMENTS_PER_PAGE, VALUES_PER_PAGE, are_complete, count, split};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The steps of a plan as messages.
 
 use super::plan_splines::SplineIds;
@@ -11,7 +12,7 @@ pub(super) fn segment_to(ids: SplineIds, index: u32, segment: &Segment) -> PlanS
     let base = PlanSegment {
         index,
         phase: segment.phase as u8,
-        lobe: segment.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+        lobe: segment.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(PlanSegment::NO_LOBE),
         label: segment.label.clone(),
         ticks: segment.ticks,
         stop_ticks: segment.stop_ticks,

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Setpoint chunks as joint trajectories, and back.
 //!
 //! A chunk is a `trajectory_msgs/JointTrajectory` whose stamp is the tick of its first point. Its dense part has one

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Ticks as stamps: stamp = epoch + tick · cycle time, in integers.
 
 use camwright_msgs::builtin_interfaces::msg::{Duration, Time};

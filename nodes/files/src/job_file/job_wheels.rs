@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Wheels of a changer that a job names: by lobe, by pass, or for all.
 
 use super::JobFile;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::*;
 use camwright::cam::follower::{ArmSide, Pivot, SwingLift};
 use camwright::math::units::rad_from_deg;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Kinds of cams that a profile can be, and what is refused of each.
 
 use super::*;

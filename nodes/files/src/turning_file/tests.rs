@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 use super::*;
 
 fn with(overrides: &[&str]) -> Result<TurnedJob, Vec<String>> {

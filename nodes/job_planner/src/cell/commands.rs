@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Commands to the cell: accepted, or refused with the reason and the holder of command.
 
 use super::Shared;

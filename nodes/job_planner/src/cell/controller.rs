@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cell thread: what it knows of jobs, machine and robot, and how that moves the state of the cell.
 
 use super::devices::{DeviceRequest, Devices};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Requests of the cell to other nodes: door and chuck, reset, feed hold, the judgement of a part. Answers come through the
 //! mailbox.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The cell as a unit of PackML: what it is doing, who may make it do what, parts one after the other with the robot that loads them.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A production run: part after part, with the handshake that brings each in and out.
 
 use super::controller::{CellController, Reason, SuspensionCause};

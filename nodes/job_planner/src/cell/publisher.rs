@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Topics of the cell: `~/cell_state`, and `~/loading` where the machine has a door and a chuck.
 
 use camwright_msgs::Message;

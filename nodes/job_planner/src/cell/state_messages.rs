@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Messages of the cell: its state, and that of the loading.
 
 use super::Shared;

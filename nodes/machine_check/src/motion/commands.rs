@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M20 and M21: the order of commands, and inputs that are asked for.
 
 use super::super::report::ClauseReport;

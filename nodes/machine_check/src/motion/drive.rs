@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A travel on its way: chunks up to the credit, each with its stop.
 
 use super::super::observed::Observed;

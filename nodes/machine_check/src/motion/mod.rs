@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Clauses that need motion: M10 to M14, M20, M21, M30, M31 and M33. The user has consented to it.
 
 mod commands;

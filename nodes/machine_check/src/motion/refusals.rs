@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M13 and M33: chunks that are refused while nothing moves, and the stop by software.
 
 use super::super::report::ClauseReport;

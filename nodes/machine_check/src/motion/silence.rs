@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! M11, M12 and M31: setpoints that do not come, and those that come with some missing.
 
 use super::super::report::ClauseReport;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Who sends: the publishers and services of a sender, and waiting for what the machine makes of it.
 
 use super::super::observed::{DescriptionFacts, Observed, Observer};

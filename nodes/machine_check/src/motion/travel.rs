@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path of the tested axis: one polynomial from rest to rest. Every stop on it is the rest of the path itself, and the polynomial
 //! alone gives the expected interpolation of its points.
 

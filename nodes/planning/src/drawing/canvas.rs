@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The paper and the marks on it.
 
 use super::lettering::Lettering;

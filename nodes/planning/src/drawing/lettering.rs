@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lettering as strokes, after the upright lettering of technical drawings (ISO 3098).
 
 use super::pen::{Colour, Pen};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Drawings on paper: lines, areas and lettering in millimetres, written as SVG or rendered to PNG.
 //!
 //! Lettering is drawn as strokes, the way a plotter does: a drawing looks the same everywhere and needs no font. The same

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Charts over one turn of `c_axis` on paper, and the axes of what is drawn to scale.
 
 use super::contour::PartView;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Compliance of a slender part along Z, with its supports and lobes.
 
 use super::chart::{CURVE_MM, SMALL, TurnChart};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The contour with the wheel and its path.
 
 use super::super::lobes::blank_outline_mm;

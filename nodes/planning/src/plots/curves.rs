@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Curves over one turn of C.
 
 use super::super::turn::LobeTurnPoint;

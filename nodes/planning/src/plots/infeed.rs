@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Infeed of all passes of a lobe over the turns of C.
 
 use super::chart::{CURVE_MM, SMALL, TurnChart};

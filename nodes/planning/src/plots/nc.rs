@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Drawings of `camwright post`: the cutter along its path, and the segments of its program.
 
 use super::chart::{CURVE_MM, HALF_MM, SMALL, TurnChart, plane_axes};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Plunges side by side over a lobe that is wider than the wheel.
 
 use super::chart::{HALF_MM, SMALL};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Taper and crown of a lobe over its width, and the rim of the wheel that grinds them.
 
 use super::chart::{CURVE_MM, SMALL, TurnChart};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A sheet of paper with title, foot and legend, for the drawings of a lobe and of its passes.
 
 use super::chart::CURVE_MM;

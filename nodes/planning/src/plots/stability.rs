@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Stability lobes: width of cut at which chatter begins, over the work speed.
 
 use super::chart::{CURVE_MM, TurnChart};

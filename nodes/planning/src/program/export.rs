@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A program on the disk, and read back from there.
 //!
 //! | file | holds |

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The program of a grinding job: every lobe by passes of whole turns, each a little deeper, then some that take nothing.
 
 use super::super::PreparedJob;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The program of a milling job: pass by pass, every cam with a turn of its own, every wall of a groove step by step down.
 
 use super::request::{Plane, ProgramOutline, ToPost};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! NC programs of jobs, for machines whose controls read text: what `camwright post` makes.
 //!
 //! ```text

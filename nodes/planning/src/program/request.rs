@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A program to be posted, and the shapes that its drawings show.
 
 use crate::chart::Point;

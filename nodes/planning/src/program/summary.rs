@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Summary of a program, for the operator and for scripts.
 
 use super::request::ToPost;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The program of a turning job: its passes along their spirals, in inverse time.
 
 use super::super::PreparedTurning;

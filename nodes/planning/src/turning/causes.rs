@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Causes of the form error of a turned part: the same job simulated on machines without some effects, or with better drives.
 
 use super::super::causes::{beside_each_other, left_out};

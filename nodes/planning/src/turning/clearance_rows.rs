@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Least angles between insert and surface, all round a turn.
 
 use super::prepared::PreparedTurning;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Which key of the job file, or of the machine file, is behind a refusal to turn a part.
 
 use super::clearance_map;

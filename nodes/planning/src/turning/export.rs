@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A planned turning job as files for people and scripts: what `camwright plan` writes.
 //!
 //! | file | rows | frame |

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Everything that can be said about a turning job before anything moves.
 
 use super::prepared::{PreparedTurning, plan_turned};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! From the file of a turning job to a plan that can be sent.
 //!
 //! ```text

@@ -1,12 +1,13 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A turned part in messages: the bar that is clamped, how its surface came out, and where it is off.
 
 use super::prepared::{PreparedTurning, highest_cusp};
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::turned_part::FormMap;
 use camwright_files::convert::m_from_mm;
-use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{FormMap as FormMapMessage, TurnedResult};
 use camwright_msgs::camwright_msgs::srv::LoadBarRequest;
+use camwright_msgs::std_msgs::msg::Header;
 
 /// Fields of a form map in a message: every 4°, and so many along the axis. Both lists of them are 29 kB.
 const MAP_AZIMUTHS: usize = 90;
@@ -65,14 +66,14 @@ pub fn turned_result(prepared: &PreparedTurning, form: &FormMap) -> TurnedResult
         form_error_lowest: m_from_mm(lowest.deviation_mm),
         form_error_rms: m_from_mm(form.rms_mm()),
         form_error_allowed: m_from_mm(prepared.job.tolerance_mm + cusp_mm),
-        cusp_height: form.cusps(feed_mm(prepared)).map_or(0.0, |cusps| m_from_mm(cusps.max_mm)),
+        cusp_height: form.cusps(feed_mm(prepared)).map_or(f64::NAN, |cusps| m_from_mm(cusps.max_mm)),
         cusp_height_theory: m_from_mm(cusp_mm),
     }
 }
 
 /// The map of a form for others: no extreme of it is lost.
 #[must_use]
-pub fn form_map_message(prepared: &PreparedTurning, form: &FormMap, tick: u64, stamp: Time) -> FormMapMessage {
+pub fn form_map_message(prepared: &PreparedTurning, form: &FormMap, tick: u64, header: Header) -> FormMapMessage {
     let places = form.places_mm();
     let (azimuths, columns) = (MAP_AZIMUTHS.min(form.azimuths()), MAP_COLUMNS.min(places.len()));
     let bins = form.bins(azimuths, columns);
@@ -80,7 +81,7 @@ pub fn form_map_message(prepared: &PreparedTurning, form: &FormMap, tick: u64, s
     #[allow(clippy::cast_possible_truncation, reason = "seven digits of some micrometres")]
     let short = |mm: f64| m_from_mm(mm) as f32;
     FormMapMessage {
-        stamp,
+        header,
         tick,
         name: prepared.job.spec.name.clone(),
         azimuths: count(azimuths),

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A prepared turning job run through interpolator and machine without ROS, and the form of what was turned.
 
 use super::prepared::PreparedTurning;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A planned turning job in figures: what `summary.json` says.
 
 use super::clearance::clearance_map;

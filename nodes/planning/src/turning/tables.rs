@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Tables of a turned part.
 
 use super::clearance_rows::{ClearanceRow, clearance_rows};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A pass as it is executed: all three axes over time.
 
 use camwright::math::hermite::Sample;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The axis: publisher, service, action, life cycle and parameters.
 
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeResult};
@@ -34,7 +35,7 @@ impl Axis {
         if goal.is_canceling() {
             goal.canceled(HomeResult { message: "canceled".into(), ..HomeResult::default() });
         } else if state.position_m <= 0.0 {
-            goal.succeed(HomeResult { success: true, message: "homed".into(), ..HomeResult::default() });
+            goal.succeed(HomeResult { message: "homed".into(), ..HomeResult::default() });
         }
         state.position_m
     }

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A simulated axis as a managed node.
 //!
 //! `cargo run -p camwright_ros --example homing_axis -- --ros-args -p speed:=0.1`

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A taken sample stays in the cache of the topic until newer samples push it out.
 
 use super::common::{Checked, PATIENCE, Verdict, connect, memory_kb, participant, reader, take, text, writer};

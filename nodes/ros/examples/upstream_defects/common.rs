@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Participants, topics and measurements that the checks share.
 
 use rustdds::no_key::{DataReader, DataWriter};

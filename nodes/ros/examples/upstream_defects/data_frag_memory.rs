@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! One `DATA_FRAG` of 100 octets from an unannounced writer allocates the size that it claims.
 
 use super::common::{Checked, Verdict, memory_growth, memory_kb, participant};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The disposal of a participant or an endpoint names it in the payload only. Fast DDS reads key hash and status inline (RTPS 2.5, 9.6.4).
 
 use super::common::{Checked, Verdict, participant as new_participant, writer as new_writer};

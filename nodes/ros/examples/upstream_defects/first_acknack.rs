@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A reader that matches a writer asks for its samples with an ACKNACK of base 1. Fast DDS answers at once only if the base is 0.
 
 use super::common::{Checked, Verdict, participant, reader};

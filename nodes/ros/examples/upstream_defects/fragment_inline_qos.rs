@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A fragment with inline parameters, which every long reply of a service has, is written with one octet too many: `data_frag.rs` writes
 //! `Option<ParameterList>` with its tag. No reader understands it. With debug assertions the event loop of the writer ends with a panic.
 

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! An `INFO_REPLY` redirects the answers of a participant to any address.
 
 use super::common::{Checked, Verdict, participant, text, wait};

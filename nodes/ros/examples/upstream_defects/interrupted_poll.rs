@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A process that was stopped and continued is deaf: its event loops end on the EINTR of `epoll_wait`.
 
 use super::common::{Checked, Verdict, connect, participant, reader, take, text, writer};

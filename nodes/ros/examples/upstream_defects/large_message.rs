@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Fragments of a message of 1 MB: how the first transmission packs them, and how fast lost ones are repeated.
 
 use super::common::{Checked, Outcome, PATIENCE, Verdict, participant, text, wait, writer};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A volatile writer keeps a set of all numbers that it wrote before a reader joined.
 
 use super::common::{Checked, PATIENCE, Verdict, memory_kb, participant, text, wait, writer};

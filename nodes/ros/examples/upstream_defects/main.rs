@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Checks for defects of `RustDDS` and ros2-client. They depend on these two crates alone.
 //!
 //! ```text

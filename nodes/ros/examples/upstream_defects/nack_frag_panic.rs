@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A `NACK_FRAG` of fragment 0 ends the event loop of the participant with a panic.
 
 use super::common::{Checked, Verdict, first_panic, participant, wait};

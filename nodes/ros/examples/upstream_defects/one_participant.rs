@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A writer and a reader of one participant are not matched.
 
 use super::common::{Checked, Verdict, participant, reader, take, text, writer};

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Each announced participant costs memory and answers, without a limit.
 
 use super::common::{Checked, Verdict, memory_kb, participant};

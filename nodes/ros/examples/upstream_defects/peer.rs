@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A peer made by hand: RTPS messages over a UDP socket of the loopback interface.
 
 use super::common::{Outcome, PATIENCE, text};

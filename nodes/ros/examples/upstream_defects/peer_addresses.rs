@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Discovery knows the locators of a peer and omits them from `ParticipantDescription`.
 
 use super::common::{Checked, PATIENCE, Verdict, participant, wait};

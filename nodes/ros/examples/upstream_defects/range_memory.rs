@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A HEARTBEAT or a GAP over many samples takes memory for each of them: `missing_seqnums` lists them, `irrelevant_changes_range` inserts each
 //! number into a map.
 

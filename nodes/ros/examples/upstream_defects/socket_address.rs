@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A participant of the loopback interface binds its sockets to 0.0.0.0 and so receives from every interface.
 
 use super::common::{Checked, Verdict, participant, text};

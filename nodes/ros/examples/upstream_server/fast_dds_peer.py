@@ -1,3 +1,4 @@
+# Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 """Measures `upstream_server` from real ROS 2 (rclpy, Fast DDS); needs a shell with ROS 2.
 
     fast_dds_peer.py calls [N] [SERVICE]  first call of each of N fresh participants and of N fresh clients (std_srvs/srv/Trigger)

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A node of ros2-client alone, without the workarounds of camwright, for measurements with `fast_dds_peer.py`.
 //!
 //! ```text

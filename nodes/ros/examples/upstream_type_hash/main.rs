@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trials to send a type hash (`PID_USER_DATA` of an endpoint) beside `RustDDS`, which omits it.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Assembler for classic BPF, the language of the kernel's socket filters.
 //!
 //! A program has an accumulator A, an index X and 16 words of memory, jumps forward only, and ends with the number of octets to pass: 0 drops

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Sockets of this process that a library has opened: found through `/proc/self/fd`.
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The filter in the kernel, against a reading of the same messages in Rust.
 
 use std::{

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Closes a node to newcomers when too many participants announce themselves.
 //!
 //! `RustDDS` answers each with an announcement to all and keeps it for the lease that it claims: some thousand that do not exist keep a node busy

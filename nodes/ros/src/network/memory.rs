@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The last resort against datagrams that make `RustDDS` allocate without bound.
 
 use rlimit::{Resource, getrlimit, setrlimit};

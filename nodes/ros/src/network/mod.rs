@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Guards a node's sockets: which datagrams reach `RustDDS`, where it may send, and what happens when it dies.
 //!
 //! `RustDDS` binds its sockets to all interfaces, trusts the numbers of every datagram and keeps running half dead after a panic. All three

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Makes a participant whose sockets are guarded before they are read.
 //!
 //! `RustDDS` has no way to configure its sockets, but it reports each one to the `log` crate on the thread that has just bound it: the readers

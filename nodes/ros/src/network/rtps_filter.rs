@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The datagrams a node accepts, as a program for its sockets.
 //!
 //! The program walks the submessages of an RTPS message (OMG DDSI-RTPS 2.5, section 9.4) as `RustDDS` 0.15.1 does and drops the datagram if one

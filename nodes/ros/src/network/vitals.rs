@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Threads of `RustDDS`, and the sockets they read.
 
 use super::descriptors::UdpSocket;

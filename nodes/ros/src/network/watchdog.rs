@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Notices when `RustDDS` has died or stands still.
 //!
 //! A panic ends its thread and nothing else: the node keeps running, deaf and mute. An endless loop leaves even the thread. So one thread of

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Planning time of the fastest turn beside copp's TOPP2-RA, on the same tasks, in one process, alternating.
 //!
 //! ```text

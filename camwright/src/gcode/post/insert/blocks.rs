@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Blocks of a pass in whole increments: cut, rounded, timed, and judged as they will be driven.
 
 use super::spiral::InsertMotion;

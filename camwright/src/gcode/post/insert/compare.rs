@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Comparison of the program of a turned part, as it was read back, with the paths it was made for.
 
 use super::spiral::InsertMotion;

@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! NC programs of turned parts: C, X and Z along the spiral of a round insert, in inverse time.
 //!
 //! Nothing of a spiral repeats from turn to turn, so every pass is one run of blocks in the main program, between two rapids with the insert

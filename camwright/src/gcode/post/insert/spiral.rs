@@ -1,3 +1,4 @@
+// Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! X and Z of a pass over the turned angle, and the time at which C is there.
 
 use super::{InsertPassRequest, InsertPostRequest};
