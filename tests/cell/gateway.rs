@@ -272,7 +272,10 @@ fn a_port_in_use_is_an_error_and_devices_need_no_cell() {
     let mut refused = gateway(&domain, port);
     assert_eq!(refused.wait(PATIENCE).code(), Some(1));
     let text = refused.stderr();
-    assert!(text.contains(&format!("cannot be served at 127.0.0.1:{port}: ")) && text.contains("another port"), "{text}");
+    assert!(
+        text.contains(&format!("cannot be served at 127.0.0.1:{port}: ")) && text.contains("another port"),
+        "{text}"
+    );
     let devices = |words: &[&str]| {
         let mut command = in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);
         let output = command.arg("gateway").args(words).output().expect("camwright runs");

@@ -16,10 +16,10 @@ struct State {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Feed(Mutex<State>);
+pub(super) struct ReadingFeed(Mutex<State>);
 
-impl Feed {
-    /// Feed of a cell whose ids begin with `prefix`, before anything was received.
+impl ReadingFeed {
+    /// Feed with the values before the first message.
     pub(super) fn new(readings: Vec<Option<Reading>>) -> Self {
         Self(Mutex::new(State { prefix: String::new(), readings, clients: Vec::new() }))
     }
@@ -28,7 +28,7 @@ impl Feed {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sets the first part of all ids; clients that connected before it was known are disconnected and ask again.
+    /// Sets the first part of all ids. Clients that connected before it was known are disconnected and connect again.
     pub(super) fn set_prefix(&self, prefix: String) {
         let mut state = self.lock();
         if state.prefix != prefix {

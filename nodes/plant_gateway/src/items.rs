@@ -180,10 +180,13 @@ pub(super) fn read_all(cell: &CellMessages) -> Vec<Option<Reading>> {
     ITEMS.iter().map(|item| item.read(cell)).collect()
 }
 
+/// Maximum number of active alarms of a condition; there are fewer kinds.
+const MAX_ALARMS: usize = 200;
+
 /// Alarms by number; of two with one number the more severe.
 fn active<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> BTreeMap<u16, ActiveAlarm> {
     let mut active = BTreeMap::<u16, ActiveAlarm>::new();
-    for alarm in alarms {
+    for alarm in alarms.take(MAX_ALARMS) {
         let new = ActiveAlarm { severity: alarm.severity, text: alarm.text.clone() };
         active
             .entry(alarm.number)

@@ -2,7 +2,7 @@
 //! Gateway of a running cell to the plant: an MTConnect adapter.
 //!
 //! ```text
-//! topics of the cell ─► CellMessages ─► items ─► changes (SHDR) ─► Feed ─► Outbox of each client ─► agent
+//! topics of the cell ─► CellMessages ─► items ─► changes (SHDR) ─► ReadingFeed ─► Outbox of each client ─► agent
 //!                                         └────► devices (XML)
 //! ```
 //!
@@ -28,10 +28,10 @@ use camwright_threads::silence::{LOOK, Silence};
 use camwright_threads::supervised::Supervisor;
 use camwright_threads::system_time::system_time_ns;
 use cell_messages::{CellMessages, Equipment};
-use feed::Feed;
+use feed::ReadingFeed;
 use items::read_all;
-use server::Server;
-pub use server::Statistics;
+use server::AdapterServer;
+pub use server::ClientCounts;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -57,11 +57,11 @@ struct Silences {
 struct Adapter {
     cell: CellMessages,
     silences: Silences,
-    feed: Arc<Feed>,
+    feed: Arc<ReadingFeed>,
 }
 
 impl Adapter {
-    fn new(feed: Arc<Feed>) -> Self {
+    fn new(feed: Arc<ReadingFeed>) -> Self {
         let [machine, interpolator, planner] = [Silence::new(SILENCE); 3];
         Self { cell: CellMessages::default(), silences: Silences { machine, interpolator, planner }, feed }
     }
@@ -104,7 +104,7 @@ fn lock(adapter: &Mutex<Adapter>) -> MutexGuard<'_, Adapter> {
 #[derive(Debug)]
 pub struct PlantGateway {
     node: Node,
-    server: Server,
+    server: AdapterServer,
     _look: TimerHandle,
     _spin: SpinThread,
 }
@@ -115,10 +115,10 @@ impl PlantGateway {
     /// # Errors
     /// The address is in use or not of this computer, or DDS cannot start.
     pub fn start(args: &RosArgs, address: SocketAddr) -> Result<Self, NodeError> {
-        let feed = Arc::new(Feed::new(read_all(&CellMessages::default())));
+        let feed = Arc::new(ReadingFeed::new(read_all(&CellMessages::default())));
         let supervisor = Supervisor::default();
         // Before DDS, so that a wrong port is reported at once.
-        let mut server = Server::start(address, Arc::clone(&feed), &supervisor).map_err(|error| {
+        let mut server = AdapterServer::start(address, Arc::clone(&feed), &supervisor).map_err(|error| {
             NodeError::Parameter(format!(
                 "the MTConnect adapter cannot be served at {address}: {error}; choose another port or address"
             ))
@@ -133,13 +133,9 @@ impl PlantGateway {
                 move |fault| logger.error(fault)
             });
             server.set_log(move |text| warnings.lock().unwrap_or_else(PoisonError::into_inner).warn(&logger, text));
-            let subscriptions = subscribe(&node, &adapter)?;
+            let mut subscriptions = subscribe(&node, &adapter)?;
             let look = node.timer(LOOK, move || {
-                subscriptions.iter().for_each(|(subscription, forget)| {
-                    if subscription.matched() == 0 {
-                        forget(&mut lock(&adapter));
-                    }
-                });
+                subscriptions.iter_mut().for_each(|watched| watched.check(&mut lock(&adapter)));
                 lock(&adapter).look();
             });
             let spin = node.spin_in_thread()?;
@@ -162,7 +158,7 @@ impl PlantGateway {
 
     /// Clients so far.
     #[must_use]
-    pub fn statistics(&self) -> Statistics {
+    pub fn statistics(&self) -> ClientCounts {
         self.server.statistics()
     }
 
@@ -173,17 +169,31 @@ impl PlantGateway {
     }
 }
 
-/// A subscription, and the loss of all its publishers.
-type Watched = (Subscription, fn(&mut Adapter));
+/// A subscription whose message is forgotten when the last publisher is lost.
+struct Watched {
+    subscription: Subscription,
+    forget: fn(&mut Adapter),
+    /// A message may arrive before its publisher counts as matched, and must not be forgotten then.
+    was_matched: bool,
+}
+
+impl Watched {
+    fn check(&mut self, adapter: &mut Adapter) {
+        let is_matched = self.subscription.matched() > 0;
+        if self.was_matched && !is_matched {
+            (self.forget)(adapter);
+        }
+        self.was_matched = is_matched;
+    }
+}
 
 fn subscribe(node: &Node, adapter: &SharedAdapter) -> Result<Vec<Watched>, RosError> {
-    let newest = Qos::default_topic().keep_last(1);
-    // A slow agent must not delay the machine.
-    let unreliable = Qos { reliability: Reliability::BestEffort, ..newest };
+    // A slow gateway must not delay the machine.
+    let unreliable = Qos { reliability: Reliability::BestEffort, ..Qos::default_topic().keep_last(1) };
     let (events, latched) = (Qos::default_topic().keep_last(EVENTS), Qos::latched(1).keep_last(EVENTS));
     let logger = node.logger().clone();
     let mut warned = String::new();
-    Ok(vec![
+    let subscriptions: [(Subscription, fn(&mut Adapter)); 10] = [
         (
             store(node, adapter, "machine/stream", &unreliable, |adapter, _: MachineStream| {
                 adapter.silences.machine.reset();
@@ -253,7 +263,7 @@ fn subscribe(node: &Node, adapter: &SharedAdapter) -> Result<Vec<Watched>, RosEr
             |adapter| adapter.cell.interpolator_alarms = None,
         ),
         (
-            store(node, adapter, "axis_interpolator/state", &newest, |adapter, message: InterpolatorState| {
+            store(node, adapter, "axis_interpolator/state", &events, |adapter, message: InterpolatorState| {
                 adapter.silences.interpolator.reset();
                 adapter.cell.presence.interpolator = true;
                 adapter.cell.interpolator = Some(message);
@@ -270,7 +280,9 @@ fn subscribe(node: &Node, adapter: &SharedAdapter) -> Result<Vec<Watched>, RosEr
             })?,
             |adapter| adapter.cell.presence.planner = false,
         ),
-    ])
+    ];
+    let watch = |(subscription, forget)| Watched { subscription, forget, was_matched: false };
+    Ok(subscriptions.into_iter().map(watch).collect())
 }
 
 /// Subscribes to a topic whose messages go to the adapter; `store` returns true if an event may have changed.

@@ -103,9 +103,12 @@ pub(super) fn keep_samples(sent: &mut [Option<Reading>], new: Vec<Option<Reading
     }
 }
 
+/// Longest text of a field (characters); the rest is cut off.
+const MAX_TEXT: usize = 1024;
+
 /// Text as a field: without control characters, and quoted where it contains what ends a field.
 fn escaped(text: &str) -> String {
-    let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let plain: String = text.chars().take(MAX_TEXT).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if !plain.contains(['|', '"', '\\']) {
         return plain;
     }
@@ -222,6 +225,7 @@ mod tests {
         assert_eq!(escaped("a|b"), r#""a\|b""#);
         assert_eq!(escaped(r#"a "b" \c"#), r#""a \"b\" \\c""#);
         assert_eq!(escaped("a\r\nb\tc\u{0}"), "a  b c ");
+        assert_eq!(escaped(&"x".repeat(1 << 20)).len(), MAX_TEXT);
         let job = "lobe|1\n2026-01-01T00:00:00Z|execution|READY";
         let state = CellState { job: job.into(), state: CellState::EXECUTE, mode: 1, ..CellState::default() };
         let before = cell(vec![]);
@@ -235,6 +239,44 @@ mod tests {
         let hostile = cell(vec![alarm(1, 1, "machine_sim", "x\" | y\\\n* PONG 1")]);
         let text = between(&before, &hostile);
         assert_eq!(text, "2026-11-21T03:15:00.123Z|system|WARNING|1|1||\"x\\\" \\| y\\\\ * PONG 1\"\n");
+    }
+
+    /// Fields of a line as the agent's manual describes them: `|` ends a field, a field in quotes has escapes with a backslash.
+    fn fields(line: &str) -> Vec<String> {
+        let (mut fields, mut letters) = (vec![String::new()], line.chars().peekable());
+        let mut is_quoted = false;
+        while let Some(letter) = letters.next() {
+            let field = fields.last_mut().expect("a field");
+            match letter {
+                '"' if field.is_empty() && !is_quoted => is_quoted = true,
+                '"' if is_quoted => {
+                    assert!(matches!(letters.peek(), None | Some('|')), "text after the closing quote: {line}");
+                    is_quoted = false;
+                }
+                '\\' if is_quoted => field.extend(letters.next()),
+                '|' if !is_quoted => fields.push(String::new()),
+                '|' => panic!("an open | in quotes: {line}"),
+                other => field.push(other),
+            }
+        }
+        fields
+    }
+
+    #[test]
+    fn an_agent_reads_the_text_that_was_sent() {
+        let pieces = ["|", "\"", "\\", "a", "\\|", "\"|\"", "|\\", "ä", ":", "x y"];
+        let before = cell(Vec::new());
+        for first in pieces {
+            for second in pieces {
+                for third in pieces {
+                    let text = format!("{first}{second}{third}");
+                    let alarm = alarm(42, Alarm::STOP, "x_axis", &text);
+                    let line = between(&before, &cell(vec![alarm]));
+                    let read = fields(line.trim_end_matches('\n'));
+                    assert_eq!(read[1..], ["x_system", "FAULT", "42", "2", "", &text], "{line}");
+                }
+            }
+        }
     }
 
     #[test]
