@@ -128,8 +128,10 @@ pub(super) struct Item {
     pub(super) sub_type: Option<&'static str>,
     pub(super) units: Option<&'static str>,
     /// Topic and field, for the reference.
+    #[cfg_attr(not(test), allow(dead_code, reason = "a test writes the reference"))]
     pub(super) topic: &'static str,
     /// Rule for the value, for the reference.
+    #[cfg_attr(not(test), allow(dead_code, reason = "a test writes the reference"))]
     pub(super) rule: &'static str,
     /// The machine has the item.
     pub(super) applies: fn(Equipment) -> bool,
@@ -233,12 +235,6 @@ const CELL: &str = "`job_planner/cell_state`";
 pub(super) const ITEMS: &[Item] = &[
     event("availability", Component::Device, ("AVAILABILITY", None), availability)
         .from_topic("`machine/stream`", "AVAILABLE while messages arrive, else UNAVAILABLE"),
-    condition("system", Component::Controller, |alarm| axis_of(alarm).is_none())
-        .from_topic("`machine/alarms`, `axis_interpolator/alarms`", "alarms without an axis, see below"),
-    event("emergency_stop", Component::Controller, ("EMERGENCY_STOP", None), |cell| {
-        cell.io().map(|io| choice(io.estop, "TRIGGERED", "ARMED"))
-    })
-    .from_topic("`machine/io` `estop`", "TRIGGERED if true, else ARMED"),
     timer("equipment_timer_powered", "POWERED", |cell| cell.accumulated[0])
         .from_topic("`job_planner/cell_state` `accumulated`", "index 0"),
     timer("equipment_timer_operating", "OPERATING", operating_s).from_topic(
@@ -247,6 +243,12 @@ pub(super) const ITEMS: &[Item] = &[
     ),
     timer("equipment_timer_working", "WORKING", |cell| cell.accumulated[usize::from(CellState::EXECUTE)])
         .from_topic("`job_planner/cell_state` `accumulated`", "index 6 (EXECUTE)"),
+    condition("system", Component::Controller, |alarm| axis_of(alarm).is_none())
+        .from_topic("`machine/alarms`, `axis_interpolator/alarms`", "alarms without an axis, see below"),
+    event("emergency_stop", Component::Controller, ("EMERGENCY_STOP", None), |cell| {
+        cell.io().map(|io| choice(io.estop, "TRIGGERED", "ARMED"))
+    })
+    .from_topic("`machine/io` `estop`", "TRIGGERED if true, else ARMED"),
     event("controller_mode", Component::Path, ("CONTROLLER_MODE", None), |cell| {
         cell.cell().and_then(|cell| controller_mode(cell.mode)).map(str::to_owned)
     })
@@ -360,7 +362,7 @@ pub(super) const ITEMS: &[Item] = &[
 ];
 
 const fn timer(id: &'static str, sub_type: &'static str, seconds: fn(&CellState) -> f64) -> Item {
-    let item = sample(id, Component::Controller, ("EQUIPMENT_TIMER", Some(sub_type)), |_| None);
+    let item = sample(id, Component::Device, ("EQUIPMENT_TIMER", Some(sub_type)), |_| None);
     Item { source: Source::Timer(seconds), ..item }.with_units("SECOND")
 }
 

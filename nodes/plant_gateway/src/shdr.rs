@@ -155,7 +155,9 @@ mod tests {
         let nothing = CellMessages::default();
         let text = changes(None, &read_all(&nothing), true, "", TIME_NS);
         let line = text.lines().next().expect("a line");
-        assert!(line.starts_with("2026-11-21T03:15:00.123Z|availability|UNAVAILABLE|emergency_stop|UNAVAILABLE|"));
+        assert!(
+            line.starts_with("2026-11-21T03:15:00.123Z|availability|UNAVAILABLE|equipment_timer_powered|UNAVAILABLE|")
+        );
         assert!(line.contains("|x_position|UNAVAILABLE|") && !text.contains("door_state"), "{text}");
         let conditions: Vec<&str> = text.lines().skip(1).collect();
         assert_eq!(
