@@ -195,7 +195,7 @@ fn the_history_of_a_run_is_that_of_the_bag() {
     assert_eq!(agent.greeting.last().map(String::as_str), Some("* shdrVersion: 2"), "{:?}", agent.greeting);
     assert!(agent.values.values().all(|history| history == &["UNAVAILABLE"]), "{:?}", agent.values);
 
-    let cell = Processes::start_without_command(&domain, NAMESPACE, &MACHINE, &bag);
+    let mut cell = Processes::start_without_command(&domain, NAMESPACE, &MACHINE, &bag);
     agent.until("the cell is there", |agent| {
         let known = ["availability", "execution", "program", "x_position", "s_velocity", "path_feedrate_override"];
         let is_known = |id: &&str| agent.last(id).is_some_and(|value| value != "UNAVAILABLE");
@@ -230,6 +230,18 @@ fn the_history_of_a_run_is_that_of_the_bag() {
     let seen: Vec<(&str, Vec<String>)> =
         ["execution", "controller_mode", "program", "part_count_all"].map(|id| (id, agent.history(id))).into();
     let alarms = agent.alarms.clone();
+
+    // A machine that dies without leaving the graph is lost, the planner is not; then there is a new one.
+    cell.kill("machine_sim");
+    agent.until("a dead machine is unavailable", |agent| {
+        let is_lost = |id: &&str| agent.last(id) == Some("UNAVAILABLE");
+        ["availability", "c_angle", "part_count_all"].iter().all(is_lost) && agent.conditions["system"].is_none()
+    });
+    assert_ne!(agent.last("controller_mode"), Some("UNAVAILABLE"));
+    cell.restart("machine_sim", &domain, NAMESPACE);
+    agent.until("the new machine has counted no part", |agent| {
+        agent.last("availability") == Some("AVAILABLE") && agent.last("part_count_all") == Some("0")
+    });
 
     let bag = cell.end();
     agent.until("everything is unavailable at the end of the cell", |agent| {

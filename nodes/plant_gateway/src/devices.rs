@@ -130,8 +130,8 @@ mod tests {
     use std::collections::{BTreeMap, BTreeSet};
     use std::path::Path;
 
-    /// Names of the model: type, category, sub-types, units. Read in the SysML model of MTConnect (version 2.6, as the Python package
-    /// pymtconnect 1.0.1 has it), and in `libraries/MTConnect.NET-Common/Devices/DataItems` of TrakHound/MTConnect.NET, which also states
+    /// Names of the model: type, category, sub-types, units. Read in the model of MTConnect (version 2.6, as the Python package
+    /// pymtconnect 1.0.1 has it), and in `libraries/MTConnect.NET-Common/Devices/DataItems` of `TrakHound/MTConnect.NET`, which also states
     /// the version of each type: none is newer than 1.6. Spelling of units in XML: `UnitEnum` of `MtconnectTranspiler.Sinks.CSharp`.
     const MODEL: &[(&str, &str, &[&str], &str)] = &[
         ("AVAILABILITY", "EVENT", &[], ""),

@@ -171,7 +171,7 @@ impl Item {
         Self { applies, ..self }
     }
 
-    const fn from_topic(self, topic: &'static str, rule: &'static str) -> Self {
+    const fn with_source(self, topic: &'static str, rule: &'static str) -> Self {
         Self { topic, rule, ..self }
     }
 }
@@ -234,113 +234,113 @@ const CELL: &str = "`job_planner/cell_state`";
 /// All data items, in the order of the device model.
 pub(super) const ITEMS: &[Item] = &[
     event("availability", Component::Device, ("AVAILABILITY", None), availability)
-        .from_topic("`machine/stream`", "AVAILABLE while messages arrive, else UNAVAILABLE"),
+        .with_source("`machine/stream`", "AVAILABLE while messages arrive, else UNAVAILABLE"),
     timer("equipment_timer_powered", "POWERED", |cell| cell.accumulated[0])
-        .from_topic("`job_planner/cell_state` `accumulated`", "index 0"),
-    timer("equipment_timer_operating", "OPERATING", operating_s).from_topic(
+        .with_source("`job_planner/cell_state` `accumulated`", "index 0"),
+    timer("equipment_timer_operating", "OPERATING", operating_s).with_source(
         "`job_planner/cell_state` `accumulated`",
         "index 0 without STOPPED (2) and ABORTED (9): work and idle time",
     ),
     timer("equipment_timer_working", "WORKING", |cell| cell.accumulated[usize::from(CellState::EXECUTE)])
-        .from_topic("`job_planner/cell_state` `accumulated`", "index 6 (EXECUTE)"),
+        .with_source("`job_planner/cell_state` `accumulated`", "index 6 (EXECUTE)"),
     condition("system", Component::Controller, |alarm| axis_of(alarm).is_none())
-        .from_topic("`machine/alarms`, `axis_interpolator/alarms`", "alarms without an axis, see below"),
+        .with_source("`machine/alarms`, `axis_interpolator/alarms`", "alarms without an axis, see below"),
     event("emergency_stop", Component::Controller, ("EMERGENCY_STOP", None), |cell| {
         cell.io().map(|io| choice(io.estop, "TRIGGERED", "ARMED"))
     })
-    .from_topic("`machine/io` `estop`", "TRIGGERED if true, else ARMED"),
+    .with_source("`machine/io` `estop`", "TRIGGERED if true, else ARMED"),
     event("controller_mode", Component::Path, ("CONTROLLER_MODE", None), |cell| {
         cell.cell().and_then(|cell| controller_mode(cell.mode)).map(str::to_owned)
     })
-    .from_topic("`job_planner/cell_state` `mode`", "AUTOMATIC for 1, SEMI_AUTOMATIC for 4, MANUAL for 2 and 3"),
+    .with_source("`job_planner/cell_state` `mode`", "AUTOMATIC for 1, SEMI_AUTOMATIC for 4, MANUAL for 2 and 3"),
     event("execution", Component::Path, ("EXECUTION", None), |cell| {
         cell.cell().and_then(|cell| execution(cell.state)).map(str::to_owned)
     })
-    .from_topic("`job_planner/cell_state` `state`", "see below"),
+    .with_source("`job_planner/cell_state` `state`", "see below"),
     event("program", Component::Path, ("PROGRAM", None), |cell| {
         cell.cell().map(|cell| cell.job.clone()).filter(|job| !job.is_empty())
     })
-    .from_topic("`job_planner/cell_state` `job`", "name of the job; UNAVAILABLE before the first one"),
+    .with_source("`job_planner/cell_state` `job`", "name of the job; UNAVAILABLE before the first one"),
     event("path_feedrate_override", Component::Path, ("PATH_FEEDRATE_OVERRIDE", Some("PROGRAMMED")), |cell| {
         cell.interpolator().and_then(|state| number(100.0 * state.feed_override, 1))
     })
-    .from_topic("`axis_interpolator/state` `feed_override`", "per cent"),
+    .with_source("`axis_interpolator/state` `feed_override`", "per cent"),
     part_count("part_count_all", "ALL", |cell| cell.counters().map(|counters| counters.shift.total))
-        .from_topic("`machine/counters` `shift`", "`total`"),
+        .with_source("`machine/counters` `shift`", "`total`"),
     part_count("part_count_good", "GOOD", |cell| cell.counters().map(|counters| counters.shift.good))
-        .from_topic("`machine/counters` `shift`", "`good`"),
+        .with_source("`machine/counters` `shift`", "`good`"),
     part_count("part_count_bad", "BAD", |cell| cell.counters().map(|counters| counters.shift.bad))
-        .from_topic("`machine/counters` `shift`", "`bad`"),
+        .with_source("`machine/counters` `shift`", "`bad`"),
     part_count("part_count_target", "TARGET", |cell| wanted(cell).map(|(wanted, _)| u64::from(wanted)))
-        .from_topic(CELL, "`parts_wanted`; UNAVAILABLE if it is 0"),
+        .with_source(CELL, "`parts_wanted`; UNAVAILABLE if it is 0"),
     part_count("part_count_remaining", "REMAINING", |cell| {
         wanted(cell).map(|(wanted, done)| u64::from(wanted.saturating_sub(done)))
     })
-    .from_topic(CELL, "`parts_wanted` − `parts_done`; UNAVAILABLE if `parts_wanted` is 0"),
-    event("tool_number", Component::Path, ("TOOL_NUMBER", None), tool_number).from_topic(
+    .with_source(CELL, "`parts_wanted` − `parts_done`; UNAVAILABLE if `parts_wanted` is 0"),
+    event("tool_number", Component::Path, ("TOOL_NUMBER", None), tool_number).with_source(
         "`machine/description` `wheels`",
         "position of the mounted wheel in the changer from 1; 1 without a changer",
     ),
     event("part_detect", Component::Path, ("PART_DETECT", None), |cell| {
         cell.io().map(|io| choice(io.part_present, "PRESENT", "NOT_PRESENT"))
     })
-    .from_topic("`machine/io` `part_present`", "PRESENT if true, else NOT_PRESENT"),
+    .with_source("`machine/io` `part_present`", "PRESENT if true, else NOT_PRESENT"),
     sample("c_angle", Component::CAxis, ("ANGLE", ACTUAL), |cell| {
         cell.joint("c_axis", "position").and_then(|rad| number(deg_from_rad(rad), 5))
     })
     .with_units("DEGREE")
-    .from_topic(AXES, "`position` of `c_axis`; counts on over 360°"),
+    .with_source(AXES, "`position` of `c_axis`; counts on over 360°"),
     sample("c_velocity", Component::CAxis, ("ROTARY_VELOCITY", ACTUAL), |cell| speed_rpm(cell, "c_axis"))
         .with_units("REVOLUTION/MINUTE")
-        .from_topic(AXES, "`velocity` of `c_axis`"),
+        .with_source(AXES, "`velocity` of `c_axis`"),
     sample("c_torque", Component::CAxis, ("TORQUE", None), |cell| {
         cell.joint("c_axis", "effort").and_then(|n_m| number(n_m, 3))
     })
     .with_units("NEWTON_METER")
-    .from_topic(AXES, "`effort` of `c_axis`"),
+    .with_source(AXES, "`effort` of `c_axis`"),
     event("c_rotary_mode", Component::CAxis, ("ROTARY_MODE", None), |cell| {
         cell.description().map(|_| "CONTOUR".to_owned())
     })
-    .from_topic("`machine/description`", "CONTOUR: C moves with the path"),
+    .with_source("`machine/description`", "CONTOUR: C moves with the path"),
     condition("c_system", Component::CAxis, |alarm| axis_of(alarm) == Some("c_axis"))
-        .from_topic("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `c_axis`"),
+        .with_source("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `c_axis`"),
     sample("x_position", Component::XAxis, ("POSITION", ACTUAL), |cell| position_mm(cell, "x_axis"))
         .with_units("MILLIMETER")
-        .from_topic(AXES, "`position` of `x_axis`"),
+        .with_source(AXES, "`position` of `x_axis`"),
     sample("x_feedrate", Component::XAxis, ("AXIS_FEEDRATE", ACTUAL), |cell| speed_mm_s(cell, "x_axis"))
         .with_units("MILLIMETER/SECOND")
-        .from_topic(AXES, "`velocity` of `x_axis`"),
+        .with_source(AXES, "`velocity` of `x_axis`"),
     sample("x_force", Component::XAxis, ("LINEAR_FORCE", None), |cell| force_n(cell, "x_axis"))
         .with_units("NEWTON")
-        .from_topic(AXES, "`effort` of `x_axis`"),
+        .with_source(AXES, "`effort` of `x_axis`"),
     condition("x_system", Component::XAxis, |alarm| axis_of(alarm) == Some("x_axis"))
-        .from_topic("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `x_axis`"),
+        .with_source("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `x_axis`"),
     sample("z_position", Component::ZAxis, ("POSITION", ACTUAL), |cell| position_mm(cell, "z_axis"))
         .with_units("MILLIMETER")
-        .from_topic(AXES, "`position` of `z_axis`"),
+        .with_source(AXES, "`position` of `z_axis`"),
     sample("z_feedrate", Component::ZAxis, ("AXIS_FEEDRATE", ACTUAL), |cell| speed_mm_s(cell, "z_axis"))
         .with_units("MILLIMETER/SECOND")
-        .from_topic(AXES, "`velocity` of `z_axis`"),
+        .with_source(AXES, "`velocity` of `z_axis`"),
     sample("z_force", Component::ZAxis, ("LINEAR_FORCE", None), |cell| force_n(cell, "z_axis"))
         .with_units("NEWTON")
-        .from_topic(AXES, "`effort` of `z_axis`"),
+        .with_source(AXES, "`effort` of `z_axis`"),
     condition("z_system", Component::ZAxis, |alarm| axis_of(alarm) == Some("z_axis"))
-        .from_topic("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `z_axis`"),
+        .with_source("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `z_axis`"),
     event("s_rotary_mode", Component::Wheel, ("ROTARY_MODE", None), |cell| {
         cell.description().map(|_| "SPINDLE".to_owned())
     })
     .for_machines(|equipment| equipment.wheel)
-    .from_topic("`machine/description`", "SPINDLE"),
+    .with_source("`machine/description`", "SPINDLE"),
     sample("s_velocity", Component::Wheel, ("ROTARY_VELOCITY", ACTUAL), |cell| speed_rpm(cell, WHEEL_JOINT))
         .with_units("REVOLUTION/MINUTE")
         .for_machines(|equipment| equipment.wheel_speed)
-        .from_topic(AXES, "`velocity` of `wheel_spindle`"),
+        .with_source(AXES, "`velocity` of `wheel_spindle`"),
     sample("s_power", Component::Wheel, ("WATTAGE", ACTUAL), |cell| {
         cell.joint(WHEEL_JOINT, "power").and_then(|w| number(w, 1))
     })
     .with_units("WATT")
     .for_machines(|equipment| equipment.wheel_power)
-    .from_topic(AXES, "`power` of `wheel_spindle`: power of the cut"),
+    .with_source(AXES, "`power` of `wheel_spindle`: power of the cut"),
     sample("s_diameter", Component::Wheel, ("DIAMETER", None), |cell| {
         let radius_m =
             |cell: &CellMessages| cell.description().map(|machine| machine.wheel_radius - machine.wheel_wear);
@@ -348,17 +348,17 @@ pub(super) const ITEMS: &[Item] = &[
     })
     .with_units("MILLIMETER")
     .for_machines(|equipment| equipment.wheel)
-    .from_topic("`machine/description`", "2 · (`wheel_radius` − `wheel_wear`)"),
+    .with_source("`machine/description`", "2 · (`wheel_radius` − `wheel_wear`)"),
     event("chuck_state", Component::Chuck, ("CHUCK_STATE", None), |cell| {
         cell.area().map(|area| opening(area.chuck).to_owned())
     })
     .for_machines(|equipment| equipment.loading)
-    .from_topic("`machine/work_area` `chuck`", "CLOSED for 0, OPEN for 2, else UNLATCHED"),
+    .with_source("`machine/work_area` `chuck`", "CLOSED for 0, OPEN for 2, else UNLATCHED"),
     event("door_state", Component::Door, ("DOOR_STATE", None), |cell| {
         cell.area().map(|area| opening(area.door).to_owned())
     })
     .for_machines(|equipment| equipment.loading)
-    .from_topic("`machine/work_area` `door`", "CLOSED for 0, OPEN for 2, else UNLATCHED"),
+    .with_source("`machine/work_area` `door`", "CLOSED for 0, OPEN for 2, else UNLATCHED"),
 ];
 
 const fn timer(id: &'static str, sub_type: &'static str, seconds: fn(&CellState) -> f64) -> Item {

@@ -169,10 +169,13 @@ impl PlantGateway {
     }
 }
 
+/// Removes what a lost publisher has sent.
+type Forget = fn(&mut Adapter);
+
 /// A subscription whose message is forgotten when the last publisher is lost.
 struct Watched {
     subscription: Subscription,
-    forget: fn(&mut Adapter),
+    forget: Forget,
     /// A message may arrive before its publisher counts as matched, and must not be forgotten then.
     was_matched: bool,
 }
@@ -193,7 +196,7 @@ fn subscribe(node: &Node, adapter: &SharedAdapter) -> Result<Vec<Watched>, RosEr
     let (events, latched) = (Qos::default_topic().keep_last(EVENTS), Qos::latched(1).keep_last(EVENTS));
     let logger = node.logger().clone();
     let mut warned = String::new();
-    let subscriptions: [(Subscription, fn(&mut Adapter)); 10] = [
+    let subscriptions: [(Subscription, Forget); 10] = [
         (
             store(node, adapter, "machine/stream", &unreliable, |adapter, _: MachineStream| {
                 adapter.silences.machine.reset();
