@@ -22,6 +22,7 @@ mod batch;
 mod contract_over_hal;
 mod crank_pins;
 mod fleet;
+mod gateway;
 mod gauge;
 mod gauge_size;
 mod hal;

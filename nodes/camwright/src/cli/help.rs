@@ -277,6 +277,17 @@ Example: camwright page --port 8080
 
 Exit codes: 0 ended by Ctrl-C, 1 not started, 2 wrong arguments";
 
+pub(super) const GATEWAY: &str = "\
+Examples:
+  camwright gateway
+  camwright gateway --devices cam_grinder > Devices.xml
+  camwright gateway --mtconnect-port 7879 --ros-args -r __ns:=/cell_2
+
+Load Devices.xml into an agent, and point its adapter at the printed address.
+Ids of data items begin with the namespace of the cell, except in /.
+
+Exit codes: 0 printed or ended by Ctrl-C, 1 not started, 2 wrong arguments";
+
 pub(super) const STATUS: &str = "\
 Examples:
   camwright status

@@ -14,6 +14,7 @@ mod completions;
 mod documents;
 mod drives;
 mod fleet;
+mod gateway;
 mod hal;
 mod help;
 mod init;
@@ -94,6 +95,8 @@ enum CommandLine {
     Setup(setup::SetupArgs),
     /// Serve the operator page of a running cell.
     Page(page::PageArgs),
+    /// Serve a running cell to MTConnect agents; read-only.
+    Gateway(gateway::GatewayArgs),
     /// Show the state of a running cell.
     Status(status::StatusArgs),
     /// List, start and stop all cells of a domain.
@@ -156,6 +159,7 @@ pub fn main() -> ExitCode {
         CommandLine::Operate(command) => operate::main(&command, &ros_args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Page(args) => page::main(&args, &ros_args),
+        CommandLine::Gateway(args) => gateway::main(&args, &ros_args),
         CommandLine::Status(args) => status::main(&args, &ros_args),
         CommandLine::Fleet(args) => fleet::main(&args, &ros_args),
         CommandLine::Urdf(args) => urdf::main(&args),
