@@ -24,7 +24,7 @@ pub fn of_actions(ground: &mut Ground<'_>) {
     let feedback = json!([{ "joint": "c_axis", "step": "search" }, { "joint": "c_axis", "step": "latch" }]);
     let mut serve = |action: &str, how: Value| {
         let mut order = json!({ "action": action, "type": HOME, "feedback": feedback,
-            "result": { "success": true, "message": "home" } });
+            "result": { "message": "home" } });
         if let (Some(order), Some(how)) = (order.as_object_mut(), how.as_object()) {
             order.extend(how.clone());
         }
