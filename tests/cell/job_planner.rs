@@ -54,7 +54,8 @@ fn a_job_is_run_to_its_end_with_feedback_and_measured() {
     let complete = cell.client.status("is complete", |status| status.state == JobStatus::COMPLETE);
     assert_eq!(complete.plan_hash, result.plan_hash);
     assert!(complete.job_source.contains("per_block_um: 0.05"), "overrides are written in: {}", complete.job_source);
-    assert_eq!(complete.lobes, result.lobes);
+    // As text: a value that was not measured is NaN, which equals nothing.
+    assert_eq!(format!("{:?}", complete.lobes), format!("{:?}", result.lobes));
 
     // The same again, from the loaded plan, without a word more. Two runs of one plan give one part: C has a shorter way to its origin
     // now, so the noise of the encoders meets the cut elsewhere, and a count of X, 10 nm, is what that may come to.
