@@ -8,12 +8,12 @@ use super::control::Control;
 use super::feed::Feed;
 use super::operation::{Answer, Operation};
 use super::viewers::{ViewerSlot, Viewers};
-use camwright_threads::supervised::{Supervisor, injected};
+use camwright_threads::supervised::Supervisor;
+use camwright_threads::tcp_server::TcpServer;
 use std::io::{self, ErrorKind, Read};
-use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Largest head of a request (bytes).
@@ -38,10 +38,8 @@ const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-
 
 #[derive(Debug)]
 pub(super) struct Server {
-    address: SocketAddr,
-    stop: Arc<AtomicBool>,
+    connections: TcpServer,
     control: Arc<OnceLock<Control>>,
-    thread: Option<JoinHandle<Option<()>>>,
 }
 
 /// State shared by all connections.
@@ -61,11 +59,16 @@ impl Server {
         let stop = Arc::new(AtomicBool::new(false));
         let control = Arc::new(OnceLock::new());
         let site = Site { address, feed, stop: Arc::clone(&stop), control: Arc::clone(&control) };
-        let viewer_threads = supervisor.clone();
-        let thread = supervisor.spawn("operator page", move || {
-            accept(&listener, &site, &viewer_threads);
+        let (viewers, viewer_threads) = (Viewers::default(), supervisor.clone());
+        let connections = TcpServer::start(listener, ("operator page", supervisor), stop, move |stream| {
+            // Without a slot the connection is closed at once: those that were shut down have not ended yet.
+            let Some(slot) = viewers.occupy(&stream) else { return };
+            let connection = Connection { stream, site: site.clone(), slot };
+            let started = viewer_threads.spawn("page viewer", move || connection.serve());
+            // Without a thread the connection is closed, and the viewer asks again.
+            drop(started);
         })?;
-        Ok(Self { address, stop, control, thread: Some(thread) })
+        Ok(Self { connections, control })
     }
 
     /// Lets viewers with the token operate the cell.
@@ -74,44 +77,12 @@ impl Server {
     }
 
     pub(super) fn address(&self) -> SocketAddr {
-        self.address
+        self.connections.address()
     }
 
     /// Takes no more connections; those there are end with their next event.
     pub(super) fn stop(&mut self) {
-        self.stop.store(true, Ordering::Release);
-        // The thread sits in `accept`; a connection wakes it.
-        let loopback = match self.address.ip() {
-            IpAddr::V4(ip) if ip.is_unspecified() => SocketAddr::from(([127, 0, 0, 1], self.address.port())),
-            IpAddr::V6(ip) if ip.is_unspecified() => SocketAddr::from(([0, 0, 0, 0, 0, 0, 0, 1], self.address.port())),
-            _ => self.address,
-        };
-        let _woken = TcpStream::connect_timeout(&loopback, PATIENCE);
-        if let Some(thread) = self.thread.take() {
-            // A panic was reported.
-            let _panicked = thread.join();
-        }
-    }
-}
-
-fn accept(listener: &TcpListener, site: &Site, supervisor: &Supervisor) {
-    let viewers = Viewers::default();
-    for stream in listener.incoming() {
-        if site.stop.load(Ordering::Acquire) {
-            return;
-        }
-        injected::point("operator page");
-        let Ok(stream) = stream else {
-            // Usually there are no descriptors left for the moment.
-            std::thread::sleep(EVENT_PERIOD);
-            continue;
-        };
-        // Without a slot the connection is closed at once: those that were shut down have not ended yet.
-        let Some(slot) = viewers.occupy(&stream) else { continue };
-        let connection = Connection { stream, site: site.clone(), slot };
-        let started = supervisor.spawn("page viewer", move || connection.serve());
-        // Without a thread the connection is closed, and the viewer asks again.
-        drop(started);
+        self.connections.stop();
     }
 }
 

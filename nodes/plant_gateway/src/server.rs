@@ -6,13 +6,13 @@
 use crate::feed::ReadingFeed;
 use crate::outbox::Outbox;
 use crate::shdr::{HEARTBEAT_MS, pong};
-use camwright_threads::supervised::{Supervisor, injected};
+use camwright_threads::supervised::Supervisor;
 use camwright_threads::system_time::system_time_ns;
+use camwright_threads::tcp_server::TcpServer;
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Connections at the same time.
@@ -23,8 +23,6 @@ const FIRST_PING: Duration = Duration::from_secs(2);
 const MAX_LINE: usize = 64;
 /// Maximum time of a write without progress.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
-/// Maximum time for the connection that wakes the server at its end, and pause when the system gives no connection.
-const PAUSE: Duration = Duration::from_millis(250);
 
 /// Number of clients so far, by how their connection went.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -58,7 +56,7 @@ struct Site {
     feed: Arc<ReadingFeed>,
     counters: Counters,
     clients: Mutex<Vec<Arc<Client>>>,
-    is_stopped: AtomicBool,
+    is_stopped: Arc<AtomicBool>,
     /// Maximum time between two PINGs.
     silence: Duration,
     log: OnceLock<Log>,
@@ -75,14 +73,13 @@ struct Client {
 }
 
 pub(super) struct AdapterServer {
-    address: SocketAddr,
+    connections: TcpServer,
     site: Arc<Site>,
-    thread: Option<JoinHandle<Option<()>>>,
 }
 
 impl std::fmt::Debug for AdapterServer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("AdapterServer").field("address", &self.address).finish_non_exhaustive()
+        f.debug_struct("AdapterServer").field("connections", &self.connections).finish_non_exhaustive()
     }
 }
 
@@ -107,11 +104,13 @@ impl AdapterServer {
         supervisor: &Supervisor,
     ) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
-        let address = listener.local_addr()?;
         let site = Arc::new(Site { feed, silence, ..Site::default() });
         let (shared, client_threads) = (Arc::clone(&site), supervisor.clone());
-        let thread = supervisor.spawn("plant gateway", move || accept(&listener, &shared, &client_threads))?;
-        Ok(Self { address, site, thread: Some(thread) })
+        let is_stopped = Arc::clone(&site.is_stopped);
+        let connections = TcpServer::start(listener, ("plant gateway", supervisor), is_stopped, move |stream| {
+            serve(&shared, stream, &client_threads);
+        })?;
+        Ok(Self { connections, site })
     }
 
     /// Reports ends of connections that are no ordinary ones.
@@ -120,7 +119,7 @@ impl AdapterServer {
     }
 
     pub(super) fn address(&self) -> SocketAddr {
-        self.address
+        self.connections.address()
     }
 
     pub(super) fn statistics(&self) -> ClientCounts {
@@ -137,18 +136,7 @@ impl AdapterServer {
 
     /// Ends all connections.
     pub(super) fn stop(&mut self) {
-        self.site.is_stopped.store(true, Ordering::Release);
-        // The thread sits in `accept`; a connection wakes it.
-        let loopback = match self.address.ip() {
-            IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
-            IpAddr::V6(ip) if ip.is_unspecified() => IpAddr::V6(Ipv6Addr::LOCALHOST),
-            ip => ip,
-        };
-        let _woken = TcpStream::connect_timeout(&SocketAddr::new(loopback, self.address.port()), PAUSE);
-        if let Some(thread) = self.thread.take() {
-            // A panic was reported.
-            let _panicked = thread.join();
-        }
+        self.connections.stop();
         self.site.clients().drain(..).for_each(|client| client.outbox.close());
     }
 }
@@ -211,23 +199,13 @@ impl Site {
     }
 }
 
-fn accept(listener: &TcpListener, site: &Arc<Site>, supervisor: &Supervisor) {
-    for stream in listener.incoming() {
-        if site.is_stopped.load(Ordering::Acquire) {
-            return;
-        }
-        injected::point("plant gateway");
-        let Ok(stream) = stream else {
-            // Usually there are no descriptors left for the moment.
-            std::thread::sleep(PAUSE);
-            continue;
-        };
-        let Some(client) = site.admit(stream) else { continue };
-        site.counters.accepted.fetch_add(1, Ordering::AcqRel);
-        if start(site, &client, supervisor).is_err() {
-            // Without threads the connection is closed, and the agent asks again.
-            site.end(&client, End::Gone);
-        }
+/// Makes a client of a connection.
+fn serve(site: &Arc<Site>, stream: TcpStream, supervisor: &Supervisor) {
+    let Some(client) = site.admit(stream) else { return };
+    site.counters.accepted.fetch_add(1, Ordering::AcqRel);
+    if start(site, &client, supervisor).is_err() {
+        // Without threads the connection is closed, and the agent asks again.
+        site.end(&client, End::Gone);
     }
 }
 
@@ -313,6 +291,7 @@ mod tests {
     use crate::items::read_all;
     use camwright_msgs::camwright_msgs::msg::CellState;
     use std::io::{BufRead, BufReader};
+    use std::net::Ipv4Addr;
 
     const PATIENCE: Duration = Duration::from_secs(60);
 
