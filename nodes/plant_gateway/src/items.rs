@@ -128,20 +128,12 @@ pub(super) struct Item {
     pub(super) sub_type: Option<&'static str>,
     pub(super) units: Option<&'static str>,
     /// Topic and field, for the reference.
-    #[cfg_attr(not(test), allow(dead_code, reason = "a test writes the reference"))]
     pub(super) topic: &'static str,
     /// Rule for the value, for the reference.
-    #[cfg_attr(not(test), allow(dead_code, reason = "a test writes the reference"))]
     pub(super) rule: &'static str,
     /// The machine has the item.
     pub(super) applies: fn(Equipment) -> bool,
     source: Source,
-}
-
-impl std::fmt::Debug for Item {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Item").field("id", &self.id).finish_non_exhaustive()
-    }
 }
 
 impl Item {

@@ -13,8 +13,7 @@ pub mod devices;
 mod feed;
 mod items;
 mod outbox;
-#[cfg(test)]
-mod reference;
+pub mod reference;
 mod server;
 mod shdr;
 

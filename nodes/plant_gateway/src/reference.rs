@@ -2,17 +2,13 @@
 //! Table of the data items in the reference.
 
 use crate::items::ITEMS;
-use std::path::Path;
 
-/// Environment variable that makes the test write the table.
-const WRITE: &str = "CAMWRIGHT_WRITE_REFERENCE";
+const HEAD: &str = "| id | component | type | unit | from | value |\n";
 
-const PAGE: &str = "docs/reference/mtconnect_and_umati.md";
-const BEGIN: &str = "| id | component | type | unit | from | value |\n";
-
-/// Rows of all data items.
-fn table() -> String {
-    let mut table = format!("{BEGIN}|---|---|---|---|---|---|\n");
+/// Table of all data items in Markdown, as the reference has it.
+#[must_use]
+pub fn table() -> String {
+    let mut table = format!("{HEAD}|---|---|---|---|---|---|\n");
     for item in ITEMS {
         let kind = match item.sub_type {
             Some(sub_type) => format!("`{}` {sub_type}", item.kind),
@@ -27,20 +23,30 @@ fn table() -> String {
     table
 }
 
-#[test]
-fn the_table_of_data_items_is_that_of_the_code() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(PAGE);
-    let text = std::fs::read_to_string(&path).expect("the page");
-    let (before, rest) = text.split_once(BEGIN).expect("the page has the table");
-    // The table ends with the first empty line.
-    let (_, after) = rest.split_once("\n\n").expect("an empty line");
-    let page = format!("{before}{}\n{after}", table());
-    if std::env::var_os(WRITE).is_some() {
-        std::fs::write(&path, &page).expect("the repository is writable");
-        return;
+#[cfg(test)]
+mod tests {
+    use super::{HEAD, table};
+    use std::path::Path;
+
+    /// Environment variable that makes the test write the table.
+    const WRITE: &str = "CAMWRIGHT_WRITE_REFERENCE";
+    const PAGE: &str = "docs/reference/mtconnect_and_umati.md";
+
+    #[test]
+    fn the_table_of_data_items_is_that_of_the_code() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(PAGE);
+        let text = std::fs::read_to_string(&path).expect("the page");
+        let (before, rest) = text.split_once(HEAD).expect("the page has the table");
+        // The table ends with the first empty line.
+        let (_, after) = rest.split_once("\n\n").expect("an empty line");
+        let page = format!("{before}{}\n{after}", table());
+        if std::env::var_os(WRITE).is_some() {
+            std::fs::write(&path, &page).expect("the repository is writable");
+            return;
+        }
+        assert!(
+            text == page,
+            "{PAGE} is out of date; write it with {WRITE}=1 cargo test -p camwright_plant_gateway table_of_data_items"
+        );
     }
-    assert!(
-        text == page,
-        "{PAGE} is out of date; write it with {WRITE}=1 cargo test -p camwright_plant_gateway table_of_data_items"
-    );
 }
