@@ -8,7 +8,6 @@ use camwright::math::units::{TURN_RAD, um_from_mm, wrap_turn};
 use camwright::planner::LobeDesign;
 use camwright_files::convert::{centre_values, m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
-use camwright_msgs::std_msgs::msg::Header;
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_planning::{AnyPrepared, PreparedJob, measured_form};
 use camwright_ros::running::NodeError;
@@ -75,8 +74,7 @@ impl LobeForms {
         let frames = scene::frames_of(&self.node, &prepared.machine)?;
         let id = i32::try_from(index).unwrap_or(i32::MAX);
         self.markers.publish(&MarkerArray { markers: drawn(&form, &frames, id) })?;
-        let header = Header { stamp: self.node.now(), frame_id: frames.part.clone() };
-        self.forms.publish(&LobeForm { header, ..form })?;
+        self.forms.publish(&LobeForm { header: frames.part_header(self.node.now()), ..form })?;
         let mut drawn = lock(&self.drawn);
         *drawn = (*drawn).max(index + 1);
         Ok(())

@@ -3,7 +3,6 @@
 
 use super::execution::{Execution, JobFailure, PlanShare};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
-use camwright_msgs::std_msgs::msg::Header;
 use camwright_planning::{self as planning, PreparedTurning, hash_of};
 use std::time::Duration;
 
@@ -51,8 +50,8 @@ impl TurningRun {
             .map_err(|error| JobFailure::Failed(format!("the form of the part cannot be judged: {error}")))?;
         let frames = camwright_scene::frames_of(&shared.node, &self.prepared.machine)
             .map_err(|error| JobFailure::Failed(error.to_string()))?;
-        let header = Header { stamp: shared.node.now(), frame_id: frames.part };
-        let map = planning::form_map_message(&self.prepared, &form, result.last_tick, header);
+        let map =
+            planning::form_map_message(&self.prepared, &form, result.last_tick, frames.part_header(shared.node.now()));
         if let Err(error) = shared.form_map.publish(&map) {
             shared.node.logger().warn(&format!("the form map cannot be published: {error}"));
         }

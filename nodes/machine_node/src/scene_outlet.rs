@@ -139,7 +139,7 @@ impl SceneOutlet {
 
     /// Header of what is measured on the part.
     pub(super) fn part_header(&self, stamp: Time) -> Header {
-        Header { stamp, frame_id: self.tree.frames.part.clone() }
+        self.tree.frames.part_header(stamp)
     }
 
     /// Frame of reported axis positions.

@@ -2,6 +2,8 @@
 //! The frames of a machine by name, and what stands before their names where two machines share one tree of transforms.
 
 use camwright::machine::description::MachineDescription;
+use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::std_msgs::msg::Header;
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Parameter};
 
@@ -51,6 +53,12 @@ impl Frames {
             head: named(head),
             wheel: named(wheel),
         }
+    }
+
+    /// Header of what is measured or designed on the part.
+    #[must_use]
+    pub fn part_header(&self, stamp: Time) -> Header {
+        Header { stamp, frame_id: self.part.clone() }
     }
 }
 
