@@ -171,17 +171,22 @@ fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Optio
     })
 }
 
-/// Cause of waves that the last pass of a lobe left on the part.
+/// Causes of waves that the last pass of a lobe left on the part, one for each number of waves per turn.
 #[must_use]
-pub fn wave_cause(prepared: &PreparedJob, lobe: &PlannedLobe, waves_per_turn: usize) -> Option<WaveCause> {
-    let last = lobe.passes.len().checked_sub(1)?;
+pub fn wave_causes(prepared: &PreparedJob, lobe: &PlannedLobe, waves_per_turn: &[usize]) -> Vec<Option<WaveCause>> {
+    let Some(last) = lobe.passes.len().checked_sub(1) else { return vec![None; waves_per_turn.len()] };
     let machine = of_wheel(prepared, lobe);
     let wheel_radius_mm = lobe.tool_path.wheel_radius_mm();
     let forecast = forecast_of(prepared, lobe, last);
-    let waves = forecast.iter().flat_map(|forecast| forecast.cut.part_waves().into_iter().chain(forecast.wheel));
+    let of_part = |forecast: &ChatterForecast| match forecast.is_stable() {
+        true => Vec::new(),
+        false => forecast.cut.part_waves(),
+    };
+    let waves = forecast.iter().flat_map(|forecast| of_part(forecast).into_iter().chain(forecast.wheel));
     let growing: Vec<f64> = waves.filter(WaveGrowth::is_growing).map(|wave| wave.frequency_hz * TURN_RAD).collect();
     let speeds = lobe.passes[last].speed_range_rad_s();
-    WaveCause::find(waves_per_turn, speeds, &machine, wheel_radius_mm, &growing)
+    let cause = |waves: &usize| WaveCause::find(*waves, speeds, &machine, wheel_radius_mm, &growing);
+    waves_per_turn.iter().map(cause).collect()
 }
 
 /// Warning for the pass whose waves grow fastest, if any grow.
@@ -400,7 +405,12 @@ mod tests {
             let inspection = LobeInspection::new(&outlines[0], &lobe.design.contour, phase_rad).unwrap();
             let forecast = forecast_of(&prepared, lobe, lobe.passes.len() - 1).unwrap();
             let wave = inspection.waves[0];
-            (wave.per_turn, wave.amplitude_mm, forecast.part.unwrap(), wave_cause(&prepared, lobe, wave.per_turn))
+            (
+                wave.per_turn,
+                wave.amplitude_mm,
+                forecast.part.unwrap(),
+                wave_causes(&prepared, lobe, &[wave.per_turn])[0],
+            )
         };
         let (_, calm_mm, calm, _) = strongest(None);
         assert!(!calm.is_growing());

@@ -60,7 +60,7 @@ pub use camwright::cam::gauge_report::Alignment;
 pub use camwright_files::convert::machine_now::MachineNow;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe, tolerance_text};
 pub use causes::{Causes, EffectRemoved, OtherMachine, causes};
-pub use chatter::{ChatterReport, PassChatter, VariationSummary, WaveSummary, chatter, wave_cause};
+pub use chatter::{ChatterReport, PassChatter, VariationSummary, WaveSummary, chatter, wave_causes};
 pub use check_file::check_file;
 pub use compensation::{
     LearnedJob, LobeReport, ReportedCorrections, ReportedLobe, learn_reports, simulate_learned, with_learned,

@@ -12,7 +12,7 @@ use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
 use camwright::planner::PlannedLobe;
 use camwright_files::convert::mm_from_m;
 use camwright_planning::markup::escape;
-use camwright_planning::{AnyPrepared, PreparedJob, wave_cause};
+use camwright_planning::{AnyPrepared, PreparedJob, wave_causes};
 
 /// Heads of the table.
 const HEADS: [(&str, bool); 10] = [
@@ -42,8 +42,10 @@ impl InspectedLobe<'_> {
     /// The strongest waves with their amplitude, their frequency in the last pass, and their cause.
     fn waves(&self, prepared: &PreparedJob) -> String {
         let Some(pass) = self.planned.passes.last() else { return String::new() };
-        let texts = self.inspection.waves.iter().map(|wave| {
-            let cause = match wave_cause(prepared, self.planned, wave.per_turn) {
+        let numbers: Vec<usize> = self.inspection.waves.iter().map(|wave| wave.per_turn).collect();
+        let causes = wave_causes(prepared, self.planned, &numbers);
+        let texts = self.inspection.waves.iter().zip(causes).map(|(wave, cause)| {
+            let cause = match cause {
                 Some(WaveCause::Wheel { multiple: 1 }) => ", rotation of the wheel".to_owned(),
                 Some(WaveCause::Wheel { multiple }) => format!(", {multiple} × rotation of the wheel"),
                 Some(WaveCause::Structure { axis }) => format!(", structure of {}", axis.joint()),
