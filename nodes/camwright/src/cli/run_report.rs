@@ -253,9 +253,10 @@ impl Report<'_> {
             say!("\nrunout   measured   expected (95 % below)   after the correction   spark-out turns");
         }
         for lobe in journals {
-            let expected = match lobe.runout_limit > 0.0 {
-                false => "not known".to_owned(),
-                true => format!("{:.2} ({:.2}) um", um(lobe.runout_expected), um(lobe.runout_limit)),
+            let expected = if lobe.runout_limit > 0.0 {
+                format!("{:.2} ({:.2}) um", um(lobe.runout_expected), um(lobe.runout_limit))
+            } else {
+                "not known".to_owned()
             };
             say!(
                 "{:<5} {:>8.2} um {expected:>23} {:>19.3} um {}",

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Names and attachments as `rmw_zenoh_cpp` writes them: its `docs/design.md` and, for the octets of an attachment, its sources.
 
-/// What an attachment has: number of the message, time of its publication, identity of its publisher.
+/// Number of a message, time of its publication, identity of its publisher.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Attachment {
     pub sequence_number: i64,

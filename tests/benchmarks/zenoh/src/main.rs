@@ -19,7 +19,7 @@ mod over_zenoh;
 
 use std::process::ExitCode;
 
-/// What a role needs to know.
+/// Settings of a role.
 pub struct Task {
     pub config: String,
     pub count: usize,
