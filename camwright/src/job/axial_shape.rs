@@ -38,7 +38,7 @@ pub(crate) fn sections(name: &str, width_mm: f64, axial: Option<AxialProfile>) -
     alloc::vec![middle, head, tail]
 }
 
-/// Taper and crown of a lobe by the mean heights of its sections, in the order of [`sections`] (mm).
+/// Taper and crown of a lobe by the mean heights of its sections, in the order of `sections` (mm).
 #[must_use]
 pub fn profile_of_sections([middle_mm, head_mm, tail_mm]: [f64; 3]) -> AxialProfile {
     AxialProfile::from_thirds([head_mm, middle_mm, tail_mm])
