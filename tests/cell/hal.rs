@@ -334,6 +334,7 @@ pub(crate) fn recorded_cell(domain: &Domain, bag: &Path) -> (Guarded, Processes)
     let mut recorder = in_domain(env!("CARGO_BIN_EXE_run_logger"), domain);
     recorder.args(["--ros-args", "-r", &format!("__ns:={NAMESPACE}")]);
     let recorder = Guarded::start("run_logger", recorder.args(["-p", &format!("bag_dir:={}", bag.display())]));
+    raise(&recorder.id().to_string());
     let cell = Processes::start_some(domain, NAMESPACE, &["axis_interpolator", "job_planner"]);
     raise(&cell.id("axis_interpolator").to_string());
     (recorder, cell)

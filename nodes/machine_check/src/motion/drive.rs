@@ -12,6 +12,8 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 const DENSE: u64 = 64;
 /// Resting ticks that are sent ahead of a travel, and of which the later half is replaced by it.
 const AHEAD: u64 = 8;
+/// Attempts to begin a travel: on a busy computer the first chunk can arrive after its tick, which every machine must refuse.
+const BEGINNINGS: u32 = 4;
 
 /// A travel in execution.
 pub(super) struct Drive<'a> {
@@ -28,10 +30,37 @@ pub(super) struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// Takes command: rest for some ticks, then the travel in the place of the later ones.
+    /// Takes command: rest for some ticks, then the travel in the place of the later ones. Begins once more if the first chunk came too
+    /// late.
     ///
     /// An input that is asked for is asked for by the first command of the motion, in its first tick.
     pub(super) fn begin(hand: &'a TestMotion<'a>, travel: TestTravel, ask: Option<&str>) -> Result<Self, EarlyEnd> {
+        for _ in 1..BEGINNINGS {
+            let seen = hand.ears.read(|observed| observed.streams.len());
+            let drive = Self::begin_once(hand, travel.clone(), ask)?;
+            drive.wait_for_command();
+            if !hand.ears.read(|observed| drive.came_late(observed.streams.get(seen..).unwrap_or_default())) {
+                return Ok(drive);
+            }
+            hand.clear()?;
+        }
+        Self::begin_once(hand, travel, ask)
+    }
+
+    /// Waits until the machine has taken the first chunk or refused it. At pace fast its idle ticks go on until the chunk is there.
+    fn wait_for_command(&self) {
+        let is_realtime = self.hand.news().pace == MachineStream::PACE_REALTIME;
+        let latest = self.first_tick + if is_realtime { 0 } else { self.hand.facts.delay };
+        self.hand.wait(|news| !news.holder.is_empty() || news.tick >= latest || stops(news));
+    }
+
+    /// The machine has executed the first tick before it refused the first command or chunk (alarms 81 and 84).
+    fn came_late(&self, during: &[MachineStream]) -> bool {
+        let is_refused = |message: &&MachineStream| [81, 84].iter().any(|number| message.alarms.contains(number));
+        during.iter().find(is_refused).is_some_and(|message| message.tick >= self.first_tick)
+    }
+
+    fn begin_once(hand: &'a TestMotion<'a>, travel: TestTravel, ask: Option<&str>) -> Result<Self, EarlyEnd> {
         hand.go_on()?;
         let news = hand.fresh_news();
         // A tick between the regular reports: its changes must be published at once.
@@ -41,7 +70,7 @@ impl<'a> Drive<'a> {
         }
         if let Some(input) = ask {
             hand.order(1, first_tick, MachineCommand::ASK, input)?;
-            if !hand.wait(|news| news.commands_received == 1) {
+            if !hand.wait(|news| news.commands_received == 1 || stops(news)) {
                 return Err(EarlyEnd::Stuck(20, "the first command of a motion is not acknowledged".into()));
             }
         }
