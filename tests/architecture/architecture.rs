@@ -1,5 +1,5 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! Permitted dependencies between crates, as declared in Cargo.toml. `cargo test -p camwright --test rooms` holds the rooms of the
+//! Permitted dependencies between crates, as declared in Cargo.toml. `cargo test -p camwright --test integration rooms` holds the rooms of the
 //! core.
 
 use serde_json::Value;

@@ -53,26 +53,39 @@ const WATCHED: [&str; 11] = [
     "z-axis-enable",
     "wheel-run",
 ];
-/// A command of the user of HAL. Where the tests have the right, it takes precedence over those that run beside it: a machine has a
-/// computer to itself.
+/// A command of the user of HAL. Where the tests have the right, it takes precedence over those that run beside it, as do the processes that it
+/// starts: a machine has a computer to itself.
 pub(crate) fn as_user(program: &Path, home: &Path) -> Command {
     let id = Command::new("id").arg("-u").output().expect("id is part of coreutils");
-    let mut command = if id.stdout.trim_ascii() == b"0" {
-        let mut command = Command::new("nice");
-        command.args(["--adjustment=-15", "setpriv"]);
-        command.args([&format!("--reuid={NOBODY}"), &format!("--regid={NOBODY}"), "--clear-groups"]).arg(program);
-        command
-    } else {
-        Command::new(program)
+    let mut words: Vec<&str> = Vec::new();
+    if may_raise() {
+        words.extend(["chrt", "--rr", "1"]);
+    }
+    let ids = [format!("--reuid={NOBODY}"), format!("--regid={NOBODY}")];
+    if id.stdout.trim_ascii() == b"0" {
+        words.extend(["setpriv", &ids[0], &ids[1], "--clear-groups"]);
+    }
+    let mut command = match words.split_first() {
+        Some((first, others)) => {
+            let mut command = Command::new(first);
+            command.args(others).arg(program);
+            command
+        }
+        None => Command::new(program),
     };
     command.env("HOME", home).current_dir(home);
     command
 }
 
+/// Returns whether the tests have the right to real-time priority.
+fn may_raise() -> bool {
+    let tried = Command::new("chrt").args(["--fifo", "10", "true"]).output();
+    tried.is_ok_and(|done| done.status.success())
+}
+
 /// Gives all threads of a process real-time priority, as on a machine, where the tests have the right.
 fn raise(id: &str) {
-    let has_right = Command::new("chrt").args(["--fifo", "10", "true"]).output();
-    if has_right.is_ok_and(|done| done.status.success()) {
+    if may_raise() {
         let raised = Command::new("chrt").args(["--all-tasks", "--fifo", "--pid", "10", id]).status();
         assert!(raised.is_ok_and(|status| status.success()), "process {id:?}");
     }

@@ -112,25 +112,10 @@ impl FormCurve {
         Ok(Self::of_samples(&samples, harmonics))
     }
 
-    /// Mean and harmonics of deviations at [`SAMPLES`] equal cam angles (mm).
+    /// Mean and at most [`MAX_HARMONICS`] harmonics of deviations at [`SAMPLES`] equal cam angles (mm).
     pub(super) fn of_samples(deviations_mm: &[f64], harmonics: u32) -> Self {
-        let waves = harmonics.min(MAX_HARMONICS) as usize;
-        let mut sums = alloc::vec![[0.0; 2]; waves];
-        let mut mean = 0.0;
-        for (i, deviation) in (0_u32..).zip(deviations_mm) {
-            let cam_angle = f64::from(i) * TURN_RAD / f64::from(SAMPLES);
-            mean += deviation;
-            let (step_sin, step_cos) = libm::sincos(cam_angle);
-            let (mut sin, mut cos) = (0.0, 1.0);
-            for sum in &mut sums {
-                (sin, cos) = (sin * step_cos + cos * step_sin, cos * step_cos - sin * step_sin);
-                sum[0] += deviation * cos;
-                sum[1] += deviation * sin;
-            }
-        }
-        let count = f64::from(SAMPLES);
-        let waves_mm = sums.iter().map(|[a, b]| [2.0 * a / count, 2.0 * b / count]).collect();
-        Self { mean_mm: mean / count, waves_mm }
+        let (mean_mm, waves_mm) = fourier_sums(deviations_mm, harmonics.min(MAX_HARMONICS));
+        Self { mean_mm, waves_mm }
     }
 
     /// Its mean over the turn (mm).
@@ -224,6 +209,25 @@ impl FormCurve {
 
 /// Cam angles at which a measured deviation is read: twenty to a wave of the highest harmonic.
 pub(super) const SAMPLES: u32 = 3600;
+
+/// Mean of deviations at [`SAMPLES`] equal cam angles, and cosine and sine of their harmonics from the first on (mm).
+pub(super) fn fourier_sums(deviations_mm: &[f64], harmonics: u32) -> (f64, Vec<[f64; 2]>) {
+    let mut sums = alloc::vec![[0.0; 2]; harmonics as usize];
+    let mut mean = 0.0;
+    for (i, deviation) in (0_u32..).zip(deviations_mm) {
+        let cam_angle = f64::from(i) * TURN_RAD / f64::from(SAMPLES);
+        mean += deviation;
+        let (step_sin, step_cos) = libm::sincos(cam_angle);
+        let (mut sin, mut cos) = (0.0, 1.0);
+        for sum in &mut sums {
+            (sin, cos) = (sin * step_cos + cos * step_sin, cos * step_cos - sin * step_sin);
+            sum[0] += deviation * cos;
+            sum[1] += deviation * sin;
+        }
+    }
+    let count = f64::from(SAMPLES);
+    (mean / count, sums.iter().map(|[a, b]| [2.0 * a / count, 2.0 * b / count]).collect())
+}
 
 /// A curve over equal azimuths of a turn, read linearly between them.
 #[allow(clippy::cast_possible_truncation, reason = "a few thousand azimuths")]

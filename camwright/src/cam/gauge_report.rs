@@ -110,7 +110,7 @@ const MIN_VALUES: usize = 12;
 const SAME_RAD: f64 = 1e-9;
 
 /// Values for each wave of the highest harmonic: a cubic spline through four is right to a few per cent.
-const VALUES_PER_WAVE: f64 = 4.0;
+pub(super) const VALUES_PER_WAVE: f64 = 4.0;
 
 /// Share of a column that must remain without the others before it is fitted.
 const SEPARABLE: f64 = 0.01;

@@ -4,11 +4,13 @@
 //! The lift error is that of the follower of the design, with the base circle at 0 and the lobe aligned in phase. The velocity error is the
 //! change of the lift error over one degree of the cam.
 
-use crate::cam::compensation::{FormCurve, MAX_HARMONICS, SAMPLES};
+use crate::cam::compensation::{MAX_HARMONICS, SAMPLES, fourier_sums};
 use crate::cam::contour::Contour;
 use crate::cam::form::WAVINESS_CUTOFF;
 use crate::cam::form_tolerance::LobeZone;
-use crate::cam::gauge_report::{Alignment, GaugeReport, GaugeReportError, Mounting, ReportKind, ReportedValue};
+use crate::cam::gauge_report::{
+    Alignment, GaugeReport, GaugeReportError, Mounting, ReportKind, ReportedValue, VALUES_PER_WAVE,
+};
 use crate::math::range::minimum_and_maximum;
 use crate::math::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -96,17 +98,24 @@ impl LobeInspection {
         let velocity_error = (0..all)
             .map(|i| (change(i), i as f64 * TURN_RAD / all as f64))
             .fold((0.0, 0.0), |largest: (f64, f64), at| if at.0.abs() > largest.0.abs() { at } else { largest });
-        let form = FormCurve::of_samples(report.deviations_mm(), MAX_HARMONICS);
-        let wave = |(index, [cos, sin]): (usize, &[f64; 2])| FormWave {
-            per_turn: index + 1,
-            amplitude_mm: libm::hypot(*cos, *sin),
-        };
-        let mut waves: Vec<FormWave> = form.waves_mm().iter().enumerate().skip(WAVINESS_CUTOFF - 1).map(wave).collect();
+        let mut waves = all_waves(&report, count);
         waves.sort_by(|one, other| other.amplitude_mm.total_cmp(&one.amplitude_mm));
         waves.truncate(LISTED_WAVES);
         let size_mm = base_mean(report.deviations_mm());
         Ok(Self { size_mm, mounting: report.mounting(), base_runout_mm, zones, velocity_error, waves })
     }
+}
+
+/// Waves above the limit of waviness, up to the shortest that the radii and the samples show.
+fn all_waves(report: &GaugeReport, radii: usize) -> Vec<FormWave> {
+    #[allow(clippy::cast_possible_truncation, reason = "at most a quarter of the samples")]
+    let shortest = ((radii as f64).min(f64::from(SAMPLES)) / VALUES_PER_WAVE) as u32;
+    let (_, waves_mm) = fourier_sums(report.deviations_mm(), shortest);
+    let wave = |(index, [cos, sin]): (usize, &[f64; 2])| FormWave {
+        per_turn: index + 1,
+        amplitude_mm: libm::hypot(*cos, *sin),
+    };
+    waves_mm.iter().enumerate().skip(WAVINESS_CUTOFF - 1).map(wave).collect()
 }
 
 #[cfg(test)]
@@ -152,6 +161,10 @@ mod tests {
         let velocity = 2.0 * 0.000_5 * libm::sin(30.0 * rad_from_deg(0.5));
         assert!((found.velocity_error.0.abs() - velocity).abs() < 2e-5, "{:?} {velocity}", found.velocity_error);
         assert_eq!(found.waves[0].per_turn, 30);
+        let chatter = |angle: f64| 0.000_5 * libm::cos(600.0 * angle);
+        let fast = LobeInspection::new(&radii(&contour, 0.0, chatter), &contour, 0.0).expect("an inspection");
+        let strongest = fast.waves[0];
+        assert!(strongest.per_turn == 600 && (strongest.amplitude_mm - 0.000_5).abs() < 5e-5, "{:?}", fast.waves);
         assert!(
             (found.waves[0].amplitude_mm - 0.000_5).abs() < 1e-6 && found.waves[1].amplitude_mm < 1e-5,
             "{found:?}"

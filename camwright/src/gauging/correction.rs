@@ -19,10 +19,13 @@
 //!             ╰────╯
 //!          C0                C0 + 2π
 //! ```
+//! Finishing turns can follow; the correction then leaves their depth, and [`Finishing`] the size.
+//!
 //! Paths of a plan are periodic, so the correction has two parts: a periodic path over C, and a ramp over the angle since C0, from that
 //! difference to 0, which is added as an infeed.
 
 use super::GaugingMode;
+use super::finishing::Finishing;
 use super::runout::RadiusByPhase;
 use super::runout::{PhasesError, phase_rad};
 use super::state::{PartState, StateError};
@@ -139,7 +142,7 @@ pub struct Forecast {
     pub radius_mm: f64,
     /// Runout after, as far as the gauge knew the part (mm).
     pub left_mm: f64,
-    /// Least and largest depth of cut on the way (mm).
+    /// Least and largest depth of cut of the turn that corrects (mm).
     pub depth_mm: (f64, f64),
 }
 
@@ -165,13 +168,16 @@ impl Steepness {
     }
 }
 
-/// One turn of `x_axis` over C.
+/// One turn of `x_axis` over C, and finishing turns after it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
     mode: GaugingMode,
     start_rad: f64,
     path: PeriodicSpline,
     ramp: HermiteSpline,
+    /// Contact that it was computed with.
+    law: ContactLaw,
+    finishing: Option<Finishing>,
     leaves_mm: f64,
     forecast: Option<Forecast>,
 }
@@ -214,7 +220,8 @@ impl Correction {
             wheel_mm(start_rad + since_rad) - ramp.sample(since_rad).value
         });
         let path = PeriodicSpline::interpolate(&path.collect::<Vec<f64>>())?;
-        let mut correction = Self { mode: GaugingMode::Exact, start_rad, path, ramp, leaves_mm, forecast: None };
+        let (mode, finishing) = (GaugingMode::Exact, None);
+        let mut correction = Self { mode, start_rad, path, ramp, law: *law, finishing, leaves_mm, forecast: None };
         let forecast = correction.ground(state);
         let allowed_mm = (LEFT_SHARE * forecast.before_mm).max(LEFT_MM).max(state.scatter_mm().unwrap_or(0.0));
         if forecast.left_mm > allowed_mm {
@@ -247,9 +254,26 @@ impl Correction {
             start_rad,
             path,
             ramp: ramp(0.0)?,
+            law: *law,
+            finishing: None,
             leaves_mm: wheel_mm,
             forecast: None,
         })
+    }
+
+    /// With finishing turns after it, which end that much below the radius of the correction.
+    #[must_use]
+    pub fn finished(self, finishing: Finishing, state: &PartState<'_>) -> Self {
+        let leaves_mm = self.leaves_mm - finishing.depth_mm();
+        let finished = Self { finishing: Some(finishing), leaves_mm, ..self };
+        let forecast = finished.forecast.map(|_| finished.ground(state));
+        Self { forecast, ..finished }
+    }
+
+    /// Turns of the correction and of finishing.
+    #[must_use]
+    pub fn turns(&self) -> u32 {
+        1 + self.finishing.map_or(0, |finishing| finishing.all_turns())
     }
 
     /// Which law made it.
@@ -290,9 +314,25 @@ impl Correction {
         self.forecast.as_ref()
     }
 
-    /// `x_axis` and its derivatives with respect to C (mm, rad), at an angle since the start of 0 to 2π (rad).
+    /// `x_axis` and its derivatives with respect to C (mm, rad), at an angle since the start over all [`Correction::turns`] (rad).
     #[must_use]
     pub fn at(&self, since_rad: f64) -> Sample {
+        match self.finishing {
+            Some(finishing) if since_rad > TURN_RAD => match self.mode {
+                GaugingMode::Exact => {
+                    let target_mm = self.leaves_mm + self.law.threshold_n() / self.law.machine_n_mm();
+                    finishing.by_the_law(&self.law, target_mm, since_rad - TURN_RAD)
+                }
+                GaugingMode::Published => {
+                    finishing.fed_from(self.leaves_mm + finishing.depth_mm(), since_rad - TURN_RAD)
+                }
+            },
+            _ => self.correcting(since_rad),
+        }
+    }
+
+    /// The same in the turn that corrects.
+    fn correcting(&self, since_rad: f64) -> Sample {
         let (path, ramp) = (self.path.sample(self.start_rad + since_rad), self.ramp.sample(since_rad));
         Sample {
             value: path.value + ramp.value,
@@ -302,11 +342,12 @@ impl Correction {
         }
     }
 
-    /// Steepness on a grid four times finer than its phases.
+    /// Steepness over all turns, on a grid four times finer than its phases.
     #[must_use]
     pub fn steepness(&self) -> Steepness {
         let mut max = Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 };
-        for since_rad in self.places() {
+        let turns = (0..self.turns()).map(|turn| f64::from(turn) * TURN_RAD);
+        for since_rad in turns.flat_map(|from_rad| self.places().map(move |place_rad| from_rad + place_rad)) {
             let sample = self.at(since_rad);
             max.first_mm_rad = max.first_mm_rad.max(sample.first.abs());
             max.second_mm_rad2 = max.second_mm_rad2.max(sample.second.abs());
@@ -321,20 +362,25 @@ impl Correction {
         (0..=count).map(move |place| phase_rad(place, count))
     }
 
-    /// Radii with which a part meets and leaves the turn (mm), at an angle since the start of 0 to 2π (rad).
-    pub(super) fn radii_mm(&self, state: &PartState<'_>, since_rad: f64) -> (f64, f64) {
+    /// Radii of a part before the first turn, after it and after the last one (mm), at an angle since the start of 0 to 2π (rad).
+    pub(super) fn radii_mm(&self, state: &PartState<'_>, since_rad: f64) -> [f64; 3] {
         let before_mm = state.radius_mm(self.start_rad + since_rad - TURN_RAD);
-        (before_mm, state.law().radius_after_mm(before_mm, self.at(since_rad).value))
+        let left_by = |radius_mm: f64, turn: u32| {
+            let wheel_mm = self.at(since_rad + f64::from(turn) * TURN_RAD).value;
+            state.law().radius_after_mm(radius_mm, wheel_mm)
+        };
+        let corrected_mm = left_by(before_mm, 0);
+        [before_mm, corrected_mm, (1..self.turns()).fold(corrected_mm, left_by)]
     }
 
     /// Result according to the contact law.
     fn ground(&self, state: &PartState<'_>) -> Forecast {
         let (mut before, mut after, mut depth) = (ValueRange::EMPTY, ValueRange::EMPTY, ValueRange::EMPTY);
         for since_rad in self.places() {
-            let (before_mm, after_mm) = self.radii_mm(state, since_rad);
+            let [before_mm, corrected_mm, after_mm] = self.radii_mm(state, since_rad);
             before.add(before_mm);
             after.add(after_mm);
-            depth.add(before_mm - after_mm);
+            depth.add(before_mm - corrected_mm);
         }
         Forecast {
             before_mm: before.max - before.min,

@@ -44,7 +44,7 @@ impl ExpectedRunout {
         let start_rad = correction.start_rad();
         let since = |place: usize| wrap_turn(phase_rad(place, PLACES) - start_rad);
         let after = |part: &PartState<'_>| -> Vec<f64> {
-            let at = |place| correction.radii_mm(part, since(place)).1;
+            let at = |place| correction.radii_mm(part, since(place))[2];
             (0..PLACES).map(at).collect()
         };
         let expected = after(state);

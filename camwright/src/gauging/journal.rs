@@ -21,6 +21,7 @@ use super::correction::{
     Correction, CorrectionError, CorrectionStart, CorrectionTarget, Forecast, LEFT_MM, LEFT_SHARE,
 };
 use super::expected_runout::ExpectedRunout;
+use super::finishing::Finishing;
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
 use super::gauge_setup::{GaugeSetup, Readings};
@@ -87,6 +88,8 @@ pub struct JournalRequest<'a> {
     pub harmonics: u32,
     /// Window and step of the published measurement.
     pub published: PublishedWindow,
+    /// Turns after the correction.
+    pub finishing: Option<Finishing>,
     /// Radius that the journal is to have (mm).
     pub radius_mm: f64,
     /// C where it rested after the log, counted as in the log (rad).
@@ -164,7 +167,7 @@ pub struct JournalCorrection {
     /// `x_axis` (mm) over the angle since C began to turn (rad), over whole turns.
     pub way: HermiteSpline,
     pub turns: u32,
-    /// Angle since C began to turn at which the correction begins (rad); it takes one turn.
+    /// Angle since C began to turn at which the correction begins (rad); it takes one turn, and finishing turns follow.
     pub corrects_from_rad: f64,
     /// Size of the part minus the size by `x_axis`, measured by the gauge (mm); `None` if the gauge reads no size.
     pub size_offset_mm: Option<f64>,
@@ -217,14 +220,14 @@ impl JournalCorrection {
 
     /// Expected correction before anything is measured: a turn around the journal's radius (mm), for a prediction of time and clearance.
     #[must_use]
-    pub fn expected(mode: GaugingMode, radius_mm: f64, law: ContactLaw) -> Self {
-        const TURNS: u32 = 3;
+    pub fn expected(mode: GaugingMode, radius_mm: f64, law: ContactLaw, finishing: Option<Finishing>) -> Self {
+        let turns = 3 + finishing.map_or(0, |finishing| finishing.all_turns());
         let still = |at: f64| Knot { at, value: radius_mm + CLEAR_MM, first: 0.0, second: 0.0 };
-        let way = HermiteSpline::new(Vec::from([still(0.0), still(f64::from(TURNS) * TURN_RAD)]));
+        let way = HermiteSpline::new(Vec::from([still(0.0), still(f64::from(turns) * TURN_RAD)]));
         Self {
             mode,
             way: way.expect("two knots a turn and more apart"),
-            turns: TURNS,
+            turns,
             corrects_from_rad: TURN_RAD,
             size_offset_mm: None,
             before_mm: 0.0,
@@ -261,7 +264,8 @@ impl JournalCorrection {
         let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
         let (decided, begins, expected) = match request.mode {
             GaugingMode::Exact => {
-                let target = CorrectionTarget::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
+                let depth_mm = request.finishing.map_or(0.0, |finishing| finishing.depth_mm());
+                let target = CorrectionTarget::Radius(request.radius_mm + depth_mm - size_offset_mm.unwrap_or(0.0));
                 let start = CorrectionStart::AtMinRadius { from_rad: earliest_rad };
                 let first = Correction::exact(&state, start, target)?;
                 let start_rad = first.start_rad();
@@ -276,6 +280,7 @@ impl JournalCorrection {
                     }
                     other => other?,
                 };
+                let decided = finished(decided, request, &entered);
                 let other = request.with_another_ratio().and_then(|law| {
                     let settings = MeasureSettings { max_scatter_mm: None, ..settings };
                     PartState::measure(&record, WheelLog::new(&logged).ok()?, law, &settings).ok()
@@ -302,7 +307,7 @@ impl JournalCorrection {
                 // The slope and curvature of a turn through noisy phases, carried on over a way in of more than half a turn, would take
                 // the wheel millimetres into the part: the way in is a step without either.
                 let begins = Sample { value: decided.at(0.0).value, ..Sample::default() };
-                (decided, begins, None)
+                (finished(decided, request, &state), begins, None)
             }
         };
         let before = state.radii_at(request.rest_rad)?;
@@ -389,6 +394,14 @@ fn with_entry(
     Ok(positions.iter().copied().chain(places).collect())
 }
 
+/// A correction with the finishing turns that are wanted.
+fn finished(correction: Correction, request: &JournalRequest<'_>, part: &PartState<'_>) -> Correction {
+    match request.finishing {
+        Some(finishing) => correction.finished(finishing, part),
+        None => correction,
+    }
+}
+
 /// The way over whole turns from where C rests.
 fn whole_path(
     turn: &Correction,
@@ -397,16 +410,17 @@ fn whole_path(
     clear_mm: f64,
 ) -> Result<(HermiteSpline, u32), HermiteError> {
     let start_rad = turn.start_rad() - rest_rad;
-    let ends_rad = start_rad + TURN_RAD + LEAVES_RAD;
-    #[allow(clippy::cast_possible_truncation, reason = "two or three turns")]
+    let ends_rad = start_rad + f64::from(turn.turns()) * TURN_RAD + LEAVES_RAD;
+    #[allow(clippy::cast_possible_truncation, reason = "a few turns")]
     let turns = libm::ceil((ends_rad + RUN_UP_RAD) / TURN_RAD) as u32;
     let still = |at: f64| Knot { at, value: clear_mm, first: 0.0, second: 0.0 };
+    let last = turn.turns() * PHASES;
     let knot = |place: u32| {
         let since_rad = TURN_RAD * f64::from(place) / f64::from(PHASES);
         let at = match place {
             0 => begins,
             // From here on it takes nothing, and must not on its way out.
-            PHASES => Sample { value: turn.leaves_mm(), ..Sample::default() },
+            _ if place == last => Sample { value: turn.leaves_mm(), ..Sample::default() },
             _ => turn.at(since_rad),
         };
         Knot { at: start_rad + since_rad, value: at.value, first: at.first, second: at.second }
@@ -414,7 +428,7 @@ fn whole_path(
     let [enters, _] = entry(start_rad, clear_mm, begins);
     let knots = [still(0.0), enters]
         .into_iter()
-        .chain((0..=PHASES).map(knot))
+        .chain((0..=last).map(knot))
         .chain([still(ends_rad), still(f64::from(turns) * TURN_RAD)]);
     Ok((HermiteSpline::new(knots.collect())?, turns))
 }

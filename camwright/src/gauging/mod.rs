@@ -51,6 +51,7 @@
 pub mod correction;
 pub mod decay;
 pub mod expected_runout;
+pub mod finishing;
 pub mod fit;
 pub mod gauge;
 pub mod gauge_setup;

@@ -10,6 +10,7 @@ use super::key::{JobKey, Subject};
 use super::plunges::MAX_SECTIONS;
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::GaugingMode;
+use crate::gauging::finishing::{MAX_FINISHING_MM, MAX_FINISHING_TURNS};
 use crate::gauging::gauge::Gauge;
 use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::gauging::published::PublishedWindow;
@@ -309,6 +310,14 @@ impl JobSpec {
         }
         if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MAX_ALLOWANCE_MM) {
             return range(JobKey::RunoutCorrectionAllowance, correction.allowance_mm, "0 to 0.1");
+        }
+        if let Some(finishing) = correction.finishing {
+            if !(finishing.per_turn_mm > 0.0 && finishing.per_turn_mm <= MAX_FINISHING_MM) {
+                return range(JobKey::FinishingDepth, finishing.per_turn_mm, "above 0 and at most 0.05");
+            }
+            if !(1..=MAX_FINISHING_TURNS).contains(&finishing.turns) {
+                return range(JobKey::FinishingTurns, f64::from(finishing.turns), "1 to 20");
+            }
         }
         if let Some(contact) = correction.contacts.iter().find(|contact| !self.has_lobe(&contact.lobe)) {
             return Err(JobError::KeptElsewhere { lobe: contact.lobe.clone() });

@@ -15,6 +15,7 @@ use crate::cam::follower::Follower;
 use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
+use crate::gauging::finishing::Finishing;
 use crate::gauging::published::PublishedWindow;
 use crate::job::dressing::DressingSpec;
 use crate::job::part_support::PartSupport;
@@ -105,6 +106,8 @@ pub struct CorrectionSpec {
     pub harmonics: u32,
     /// Window and step of the published measurement.
     pub published: PublishedWindow,
+    /// Turns after the correction, which then leaves their depth.
+    pub finishing: Option<Finishing>,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
     pub allowance_mm: f64,
     /// Source of the stiffness where it is not measured.
@@ -548,10 +551,11 @@ impl JobSpec {
         }
     }
 
-    /// Material that the passes leave (mm).
+    /// Material that the passes leave for the correction and the finishing turns (mm).
     #[must_use]
     pub fn allowance_mm(&self) -> f64 {
-        self.correction.as_ref().map_or(0.0, |correction| correction.allowance_mm)
+        let finishing_mm = |spec: &CorrectionSpec| spec.finishing.map_or(0.0, |finishing| finishing.depth_mm());
+        self.correction.as_ref().map_or(0.0, |spec| spec.allowance_mm + finishing_mm(spec))
     }
 
     /// Retraction by a hold in the cut (mm); 0: it stops the infeed.

@@ -47,6 +47,8 @@ named! {
         PartPhase = "part_phase_rad",
         RunoutCorrectionHarmonics = "runout_correction.harmonics",
         RunoutCorrectionAllowance = "runout_correction.allowance_mm",
+        FinishingDepth = "runout_correction.finishing.per_turn_mm",
+        FinishingTurns = "runout_correction.finishing.turns",
         PublishedWindow = "runout_correction.published_window_rad",
         PublishedStep = "runout_correction.published_phases",
         MeasureStockSpeed = "measure_stock.speed_rad_s",

@@ -66,6 +66,7 @@ pub fn decide_corrections(
             mode: spec.mode,
             harmonics: spec.harmonics,
             published: spec.published,
+            finishing: spec.finishing,
             radius_mm: journal.lobe.design.contour.radius_at(0.0),
             rest_rad: journal.rest_rad,
         })

@@ -231,7 +231,7 @@ fn check_forwards(request: &GougeRequest<'_>) -> Result<PlanReport, PlanError> {
 /// The infeed of every pass; each begins where the one before ended.
 fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSchedule>, PlanError> {
     let scale = machine.axis(Axis::X).scale;
-    let allowance_counts = job.correction.as_ref().map_or(0, |correction| scale.counts(correction.allowance_mm));
+    let allowance_counts = scale.counts(job.allowance_mm());
     let mut left_counts = allowance_counts - job.size_control().map_or(0, |size| scale.counts(size.beyond_mm));
     let mut schedules = Vec::with_capacity(job.passes.len());
     for pass in job.passes.iter().rev() {

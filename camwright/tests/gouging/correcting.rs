@@ -1,10 +1,10 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random journals whose runout is corrected, by both modes, with one gauge and two, quiet and noisy; held at any tick.
 
-use crate::JobEnd;
 use crate::cams::SplitMix64;
-use crate::drive::{Tick, drive, requests};
-use crate::grinding::journal;
+use crate::gouging::JobEnd;
+use crate::gouging::drive::{Tick, drive, requests};
+use crate::gouging::grinding::journal;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
@@ -92,6 +92,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         mode,
         harmonics: 15,
         published: PublishedWindow::default(),
+        finishing: None,
         allowance_mm: random.one_of(&[0.02, 0.02, 0.005, 0.0]),
         stiffness: StiffnessSource::Best,
         contacts: Vec::new(),
@@ -117,7 +118,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         c_between_lobes: BetweenLobes::Stops,
         rotary_indexing: false,
         rapid_advance_mm: 40.0,
-        ..crate::grinding::job(random)
+        ..crate::gouging::grinding::job(random)
     }
 }
 

@@ -1,10 +1,10 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random grinding jobs: cams, eccentrics and journals, rough and finish, with C stopping or turning on, held, slowed and cancelled.
 
-use crate::JobEnd;
 use crate::cams::{SplitMix64, lobe_segments, program};
-use crate::drive::{drive, requests};
-use crate::sweep::Touch;
+use crate::gouging::JobEnd;
+use crate::gouging::drive::{drive, requests};
+use crate::gouging::sweep::Touch;
 use camwright::cam::follower::Follower;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;

@@ -1,11 +1,11 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs of several controls for the reference lobe, at any speed, held and slowed at any tick.
 
-use crate::JobEnd;
 use crate::cams::SplitMix64;
-use crate::drive::{drive, requests};
-use crate::shop::{Part, STATION_MM, plan, program, setup, start};
-use crate::sweep::Touch;
+use crate::gouging::JobEnd;
+use crate::gouging::drive::{drive, requests};
+use crate::gouging::sweep::Touch;
+use crate::program_motion::shop::{Part, STATION_MM, plan, program, setup, start};
 use camwright::gcode::Dialect;
 use camwright::interpolator::Interpolator;
 use camwright::machine::description::DriveSettings;

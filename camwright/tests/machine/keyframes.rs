@@ -349,7 +349,7 @@ fn setpoints_that_wait_are_kept_with_their_tail_and_shifts() {
     }
 }
 
-/// Most of a keyframe is the part: `cargo test -p camwright --test machine room_of_a_keyframe -- --nocapture`.
+/// Most of a keyframe is the part: `cargo test -p camwright --test integration room_of_a_keyframe -- --nocapture`.
 #[test]
 fn room_of_a_keyframe() {
     let mut grinder = grinding().machine;
@@ -469,7 +469,7 @@ fn no_octets_make_a_lathe_fail() {
     survives(turning, &[0, 700, 1150], tries(80), 21);
 }
 
-/// A longer campaign: `CAMWRIGHT_MUTATIONS=20000 cargo test -p camwright --test machine no_octets`.
+/// A longer campaign: `CAMWRIGHT_MUTATIONS=20000 cargo test -p camwright --test integration no_octets`.
 fn tries(ordinary: usize) -> usize {
     std::env::var("CAMWRIGHT_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(ordinary)
 }

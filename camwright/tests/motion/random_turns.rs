@@ -2,7 +2,7 @@
 //! A fixed slice of random turns, and a campaign of them:
 //!
 //! ```text
-//! TURN_SEED=1000 TURN_COUNT=20000 cargo test -p camwright --test motion campaign_of_turns -- --ignored --nocapture
+//! TURN_SEED=1000 TURN_COUNT=20000 cargo test -p camwright --test integration campaign_of_turns -- --ignored --nocapture
 //! ```
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 

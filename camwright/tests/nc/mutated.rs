@@ -2,7 +2,7 @@
 //! Damaged programs: whatever is in a file, reading it ends with a motion or a sentence.
 
 use crate::cams::SplitMix64;
-use crate::sample::{random_program, two_cams};
+use crate::nc::sample::{random_program, two_cams};
 use camwright::gcode::{Dialect, ProgramFile, XValues, read};
 
 /// Fragments of programs, so that damage is not always detected at once.

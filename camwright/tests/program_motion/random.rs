@@ -2,8 +2,8 @@
 //! Seeded random programs: what is planned keeps its limits and its tolerance, and what is refused is refused for an axis.
 
 use crate::cams::SplitMix64;
-use crate::ideal;
-use crate::shop::{STATION_MM, blocks, plan, setup};
+use crate::program_motion::ideal;
+use crate::program_motion::shop::{STATION_MM, blocks, plan, setup};
 use camwright::machine::reference::lathe;
 use camwright::math::units::rad_from_deg;
 use camwright::planner::ProgramPlanError;

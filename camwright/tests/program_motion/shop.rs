@@ -2,7 +2,7 @@
 //! Parts, their programs and the machine that grinds them.
 
 use crate::cams::reference_contour;
-use crate::setup::{Shop, lobe_path_of};
+use crate::post::setup::{Shop, lobe_path_of};
 use camwright::cam::form::Form;
 use camwright::gcode::post::{Lead, PostedProgram, ProgramTurnSpeed, post};
 use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};

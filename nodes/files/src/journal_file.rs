@@ -5,6 +5,7 @@ use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::GaugingMode;
+use camwright::gauging::finishing::{Finishing, MAX_FINISHING_MM, MAX_FINISHING_TURNS};
 use camwright::gauging::published::PublishedWindow;
 use camwright::gauging::state::{MAX_HARMONICS, USUAL_HARMONICS};
 use camwright::job::grinding::{
@@ -122,7 +123,9 @@ pub(super) struct CorrectionFile {
     #[schemars(range(min = 0.05, max = 45.0))]
     #[serde(default = "published_step_deg")]
     published_step_deg: f64,
-    /// Stock that the passes leave for the correcting turn.
+    /// Turns after the correction that take an even depth and end at the size. Default: the correcting turn ends at the size.
+    finishing: Option<FinishingFile>,
+    /// Stock that the passes leave for the correcting turn. They leave the depth of the finishing turns in addition.
     #[schemars(range(min = 0.0, max = um_from_mm(MAX_ALLOWANCE_MM)))]
     #[serde(default = "usual_allowance_um")]
     allowance_um: f64,
@@ -133,6 +136,18 @@ pub(super) struct CorrectionFile {
     #[schemars(length(max = 100))]
     #[serde(default)]
     contacts: Vec<KnownFile>,
+}
+
+/// Turns after the correction.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FinishingFile {
+    /// Depth of a turn, in radius.
+    #[schemars(range(min = 0.1, max = um_from_mm(MAX_FINISHING_MM)))]
+    per_turn_um: f64,
+    /// Turns with feed. One turn without feed follows.
+    #[schemars(range(min = 1, max = MAX_FINISHING_TURNS))]
+    turns: u32,
 }
 
 /// Source of the stiffness where it is not measured.
@@ -304,6 +319,10 @@ impl CorrectionFile {
                 turned_rad: self.published_window_deg.map(rad_from_deg),
                 phases: published_phases(self.published_step_deg).unwrap_or_default(),
             },
+            finishing: self
+                .finishing
+                .as_ref()
+                .map(|file| Finishing { per_turn_mm: mm_from_um(file.per_turn_um), turns: file.turns }),
             allowance_mm: mm_from_um(self.allowance_um),
             stiffness: match self.stiffness {
                 SourceFile::Best => StiffnessSource::Best,

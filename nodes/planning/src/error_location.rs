@@ -212,6 +212,7 @@ fn file_key(key: JobKey) -> &'static str {
         JobKey::MeasureStockMargin => "measure_stock.margin_um",
         JobKey::MeasureStockSpeed => "measure_stock.work_speed_rpm",
         JobKey::RunoutCorrectionAllowance => "runout_correction.allowance_um",
+        JobKey::FinishingDepth => "runout_correction.finishing.per_turn_um",
         JobKey::IdentificationPush => "identification.push_um",
         JobKey::IdentificationPushSpeed => "identification.push_speed_um_s",
         JobKey::IdentificationMaxForce => "identification.most_force_n",

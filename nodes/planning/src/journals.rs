@@ -182,7 +182,12 @@ pub(super) fn expected(
     let Some(correction) = job.spec.is_corrected() else { return Ok(None) };
     let expected = first.lobes.iter().filter_map(|lobe| {
         let (law, _) = lobe.contact(&job.spec, machine, None)?;
-        Some(JournalCorrection::expected(correction.mode, lobe.design.contour.radius_at(0.0), law))
+        Some(JournalCorrection::expected(
+            correction.mode,
+            lobe.design.contour.radius_at(0.0),
+            law,
+            correction.finishing,
+        ))
     });
     let planned = plan_corrections(&job.spec, machine, first, &expected.collect::<Vec<_>>());
     planned.map(Some).map_err(|error| blame(job, &error))

@@ -1,11 +1,6 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Speed planning.
 
-#[path = "../cams/mod.rs"]
-mod cams;
-#[path = "../solids/mod.rs"]
-mod solids;
-
 mod fastest_turn;
 mod point_to_point;
 mod random_turns;

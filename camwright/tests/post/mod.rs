@@ -1,9 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs of cutter paths: what they drive against the paths they were made for.
 
-#[path = "../cams/mod.rs"]
-mod cams;
-mod setup;
+pub(crate) mod setup;
 
 use camwright::gcode::post::{Lead, PostError, PostRequest, ProgramRun, ProgramTurnSpeed, compare, post};
 use camwright::gcode::{Dialect, NcAxis, NumberFormat, XValues, driven};

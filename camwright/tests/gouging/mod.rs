@@ -5,26 +5,16 @@
 //! A slice of the seeds runs with all tests. A long campaign:
 //!
 //! ```text
-//! GOUGE_KIND=grinding GOUGE_SEED=1000 GOUGE_COUNT=2000 cargo test -p camwright --test gouging campaign -- --ignored --nocapture
+//! GOUGE_KIND=grinding GOUGE_SEED=1000 GOUGE_COUNT=2000 cargo test -p camwright --test integration gouging::campaign -- --ignored --nocapture
 //! ```
 //! Kinds are grinding, correcting, turning and programs; without one all of them run.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 #![allow(clippy::cast_possible_truncation, reason = "indices of tables")]
 
-#[path = "../cams/mod.rs"]
-mod cams;
 mod correcting;
 mod drive;
 mod grinding;
 mod programs;
-#[path = "../post/setup.rs"]
-#[allow(dead_code, reason = "each test binary uses its part")]
-mod setup;
-#[path = "../program_motion/shop.rs"]
-#[allow(dead_code, reason = "each test binary uses its part")]
-mod shop;
-#[path = "../solids/mod.rs"]
-mod solids;
 mod sweep;
 mod turning;
 
@@ -70,7 +60,8 @@ fn all(kind: &str, seeds: Range<u64>, judge: impl Fn(u64) -> JobEnd) -> usize {
 }
 
 fn programs(seeds: Range<u64>) -> usize {
-    let touch = sweep::Touch::new(&cams::reference_contour(), shop::Part::lobe().wheel_mm(), 0.0);
+    let touch =
+        sweep::Touch::new(&crate::cams::reference_contour(), crate::program_motion::shop::Part::lobe().wheel_mm(), 0.0);
     all("programs", seeds, |seed| programs::judge(seed, &touch))
 }
 

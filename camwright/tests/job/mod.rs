@@ -1,11 +1,6 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Whole jobs: grinding campaigns, milling, turning.
 
-#[path = "../cams/mod.rs"]
-mod cams;
-#[path = "../solids/mod.rs"]
-mod solids;
-
 mod milling_job;
 mod random_cams;
 mod supported_shaft;

@@ -3,13 +3,9 @@
 //! part.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-#[path = "../cams/mod.rs"]
-mod cams;
 mod random;
 mod refused;
-#[path = "../post/setup.rs"]
-mod setup;
-mod shop;
+pub(crate) mod shop;
 
 use camwright::gcode::Dialect;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription};

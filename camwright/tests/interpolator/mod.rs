@@ -13,8 +13,6 @@ mod manual;
 mod on_the_machine;
 mod setup;
 mod size;
-#[path = "../solids/mod.rs"]
-mod solids;
 mod sparking_out;
 mod spirals;
 mod tails;

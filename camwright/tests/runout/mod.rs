@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! In-process gauging and runout correction, judged by a model of the part that shares nothing with them.
 //!
-//! `cargo test -p camwright --test runout -- --nocapture` prints what every test found.
+//! `cargo test -p camwright --test integration runout -- --nocapture` prints what every test found.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,11 +1,6 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Lift, contour, surface and form error.
 
-#[path = "../cams/mod.rs"]
-mod cams;
-#[path = "../solids/mod.rs"]
-mod solids;
-
 mod compensation;
 mod contour;
 mod form;

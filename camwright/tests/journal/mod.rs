@@ -10,6 +10,7 @@ use camwright::cam::follower::Follower;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;
 use camwright::gauging::GaugingMode;
+use camwright::gauging::finishing::Finishing;
 use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::gauging::journal::JournalCorrection;
 use camwright::gauging::published::PublishedWindow;
@@ -124,6 +125,7 @@ fn job(mode: GaugingMode) -> JobSpec {
             mode,
             harmonics: 15,
             published: PublishedWindow::default(),
+            finishing: None,
             allowance_mm: 0.02,
             stiffness: StiffnessSource::Best,
             contacts: Vec::new(),
@@ -225,6 +227,50 @@ fn a_turn_makes_journals_round_and_to_size() {
             assert!(turns > 2.0 * f64::from(decided.turns), "{turns}");
         }
     }
+}
+
+/// The job with finishing turns.
+fn finishing(mode: GaugingMode, per_turn_mm: f64, turns: u32) -> JobSpec {
+    let mut job = job(mode);
+    job.correction.as_mut().expect("it corrects").finishing = Some(Finishing { per_turn_mm, turns });
+    job
+}
+
+/// Finishing turns after the correction take what it left for them and end at the size, as round as the correction alone.
+#[test]
+fn finishing_turns_end_at_the_size_and_leave_no_spiral() {
+    for (ratio, turns) in [(0.1, 4), (0.2, 3), (0.5, 1)] {
+        let machine = grinder(ratio, 270.0);
+        for (before_mm, after_mm, off_mm, decided) in ground(&machine, &finishing(GaugingMode::Exact, 0.004, turns)) {
+            assert!(after_mm < 0.01 * before_mm + 5e-5, "km/kg {ratio}: {after_mm} of {before_mm} mm left");
+            assert!(off_mm.abs() < 3e-4, "km/kg {ratio}: size off by {off_mm} mm");
+            let alone = ground(&machine, &job(GaugingMode::Exact))[0].3.turns;
+            assert_eq!(decided.turns, alone + turns + 1);
+            // A spiral with a turn of spark-out leaves λ f.
+            let spiral_mm = 0.004 / (1.0 + ratio);
+            assert!(decided.forecast.expect("a forecast").left_mm < 0.05 * spiral_mm);
+        }
+    }
+}
+
+/// The published correction reverses a part of the runout, and every finishing turn leaves kg/(kg + km) of what remains.
+#[test]
+fn finishing_turns_reduce_what_the_published_correction_leaves() {
+    let machine = grinder(0.5, 270.0);
+    let alone = ground(&machine, &job(GaugingMode::Published));
+    let finished = ground(&machine, &finishing(GaugingMode::Published, 0.002, 3));
+    for ((_, alone_mm, ..), (_, after_mm, ..)) in alone.iter().zip(&finished) {
+        assert!(*after_mm < 0.5 * alone_mm, "{after_mm} of {alone_mm} mm");
+    }
+}
+
+#[test]
+fn finishing_turns_out_of_range_are_refused() {
+    let machine = grinder(0.2, 270.0);
+    let refusal =
+        |per_turn_mm, turns| finishing(GaugingMode::Exact, per_turn_mm, turns).check(&machine).unwrap_err().to_string();
+    assert!(refusal(0.0, 3).contains("runout_correction.finishing.per_turn_mm"), "{}", refusal(0.0, 3));
+    assert!(refusal(0.004, 0).contains("1 to 20") && refusal(f64::NAN, 3).contains("above 0"));
 }
 
 /// σ = 0.2 µm, km/kg = 0.2, two dwell turns: as much as expected, and below the limit. In 24 journals the mean is 4 % below it.

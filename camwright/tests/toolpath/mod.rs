@@ -1,11 +1,6 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Paths of wheel, cutter and insert.
 
-#[path = "../cams/mod.rs"]
-mod cams;
-#[path = "../solids/mod.rs"]
-mod solids;
-
 mod archimedean;
 mod crank_pin;
 mod cutter_path;
