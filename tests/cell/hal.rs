@@ -19,7 +19,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::processes::{Processes, in_domain};
 use support::{Domain, Guarded, PATIENCE, in_ci};
@@ -53,17 +53,28 @@ const WATCHED: [&str; 11] = [
     "z-axis-enable",
     "wheel-run",
 ];
+/// Returns whether the tests run as root.
+static IS_ROOT: LazyLock<bool> = LazyLock::new(|| {
+    let id = Command::new("id").arg("-u").output().expect("id is part of coreutils");
+    id.stdout.trim_ascii() == b"0"
+});
+
+/// Returns whether the tests have the right to real-time priority.
+static MAY_RAISE: LazyLock<bool> = LazyLock::new(|| {
+    let tried = Command::new("chrt").args(["--fifo", "10", "true"]).output();
+    tried.is_ok_and(|done| done.status.success())
+});
+
 /// A command of the user of HAL. Where the tests have the right, it takes precedence over those that run beside it, as do the processes that it
 /// starts: a machine has a computer to itself.
 pub(crate) fn as_user(program: &Path, home: &Path) -> Command {
-    let id = Command::new("id").arg("-u").output().expect("id is part of coreutils");
-    let mut words: Vec<&str> = Vec::new();
-    if may_raise() {
-        words.extend(["chrt", "--rr", "1"]);
+    let mut words: Vec<String> = Vec::new();
+    if *MAY_RAISE {
+        words.extend(["chrt", "--rr", "1"].map(String::from));
     }
-    let ids = [format!("--reuid={NOBODY}"), format!("--regid={NOBODY}")];
-    if id.stdout.trim_ascii() == b"0" {
-        words.extend(["setpriv", &ids[0], &ids[1], "--clear-groups"]);
+    if *IS_ROOT {
+        let ids = [format!("--reuid={NOBODY}"), format!("--regid={NOBODY}")];
+        words.extend(["setpriv".to_owned()].into_iter().chain(ids).chain(["--clear-groups".to_owned()]));
     }
     let mut command = match words.split_first() {
         Some((first, others)) => {
@@ -77,15 +88,9 @@ pub(crate) fn as_user(program: &Path, home: &Path) -> Command {
     command
 }
 
-/// Returns whether the tests have the right to real-time priority.
-fn may_raise() -> bool {
-    let tried = Command::new("chrt").args(["--fifo", "10", "true"]).output();
-    tried.is_ok_and(|done| done.status.success())
-}
-
 /// Gives all threads of a process real-time priority, as on a machine, where the tests have the right.
 fn raise(id: &str) {
-    if may_raise() {
+    if *MAY_RAISE {
         let raised = Command::new("chrt").args(["--all-tasks", "--fifo", "--pid", "10", id]).status();
         assert!(raised.is_ok_and(|status| status.success()), "process {id:?}");
     }

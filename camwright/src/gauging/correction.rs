@@ -261,9 +261,10 @@ impl Correction {
         })
     }
 
-    /// With finishing turns after it, which end that much below the radius of the correction.
+    /// With finishing turns after it, which end their depth below the radius of the correction; without, as it is.
     #[must_use]
-    pub fn finished(self, finishing: Finishing, state: &PartState<'_>) -> Self {
+    pub fn finished(self, finishing: Option<Finishing>, state: &PartState<'_>) -> Self {
+        let Some(finishing) = finishing else { return self };
         let leaves_mm = self.leaves_mm - finishing.depth_mm();
         let finished = Self { finishing: Some(finishing), leaves_mm, ..self };
         let forecast = finished.forecast.map(|_| finished.ground(state));

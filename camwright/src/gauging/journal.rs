@@ -280,7 +280,7 @@ impl JournalCorrection {
                     }
                     other => other?,
                 };
-                let decided = finished(decided, request, &entered);
+                let decided = decided.finished(request.finishing, &entered);
                 let other = request.with_another_ratio().and_then(|law| {
                     let settings = MeasureSettings { max_scatter_mm: None, ..settings };
                     PartState::measure(&record, WheelLog::new(&logged).ok()?, law, &settings).ok()
@@ -307,7 +307,7 @@ impl JournalCorrection {
                 // The slope and curvature of a turn through noisy phases, carried on over a way in of more than half a turn, would take
                 // the wheel millimetres into the part: the way in is a step without either.
                 let begins = Sample { value: decided.at(0.0).value, ..Sample::default() };
-                (finished(decided, request, &state), begins, None)
+                (decided.finished(request.finishing, &state), begins, None)
             }
         };
         let before = state.radii_at(request.rest_rad)?;
@@ -392,14 +392,6 @@ fn with_entry(
         WheelPosition { c_rad, x_mm: law.sample(c_rad).value }
     });
     Ok(positions.iter().copied().chain(places).collect())
-}
-
-/// A correction with the finishing turns that are wanted.
-fn finished(correction: Correction, request: &JournalRequest<'_>, part: &PartState<'_>) -> Correction {
-    match request.finishing {
-        Some(finishing) => correction.finished(finishing, part),
-        None => correction,
-    }
 }
 
 /// The way over whole turns from where C rests.

@@ -8,7 +8,7 @@ use camwright::cam::lift::{
     AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
 };
 use camwright::cam::motion_law::MotionLaw;
-use camwright::job::grinding::InfeedDirection;
+use camwright::job::grinding::{InfeedDirection, ProfileSpec};
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::motion::speed_plan::Cutting;
 use camwright::toolpath::wheel_path::ToolPath;
@@ -175,4 +175,15 @@ pub(crate) fn printed(law: &LiftLaw, blocks: u32, resolution_mm: f64) -> LiftTab
 /// A cut with an infeed along X; no law that looks at the speed of the wheel's surface.
 pub(crate) fn cutting(wheel_radius_mm: f64, infeed_per_turn_mm: f64) -> Cutting {
     Cutting { wheel_radius_mm, wheel_speed_m_s: 80.0, infeed_per_turn_mm, infeed_direction: InfeedDirection::X }
+}
+
+/// Profile of a journal of this radius (mm).
+pub(crate) fn journal(radius_mm: f64) -> ProfileSpec {
+    ProfileSpec {
+        name: "journal".into(),
+        lift: LiftLaw::eccentric_round(0.0, radius_mm, 0.0).expect("no lift"),
+        follower: Follower::KnifeEdge { offset_mm: 0.0 },
+        base_radius_mm: radius_mm,
+        throw_mm: 0.0,
+    }
 }

@@ -1,10 +1,9 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random journals whose runout is corrected, by both modes, with one gauge and two, quiet and noisy; held at any tick.
 
-use crate::cams::SplitMix64;
-use crate::gouging::JobEnd;
-use crate::gouging::drive::{Tick, drive, requests};
-use crate::gouging::grinding::journal;
+use super::JobEnd;
+use super::drive::{Tick, drive, requests};
+use crate::cams::{SplitMix64, journal};
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::gauging::GaugingMode;
 use camwright::gauging::gauged_tick::GaugedTick;
@@ -118,7 +117,7 @@ fn job(random: &mut SplitMix64, mode: GaugingMode) -> JobSpec {
         c_between_lobes: BetweenLobes::Stops,
         rotary_indexing: false,
         rapid_advance_mm: 40.0,
-        ..crate::gouging::grinding::job(random)
+        ..super::grinding::job(random)
     }
 }
 

@@ -1,10 +1,10 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random grinding jobs: cams, eccentrics and journals, rough and finish, with C stopping or turning on, held, slowed and cancelled.
 
-use crate::cams::{SplitMix64, lobe_segments, program};
-use crate::gouging::JobEnd;
-use crate::gouging::drive::{drive, requests};
-use crate::gouging::sweep::Touch;
+use super::JobEnd;
+use super::drive::{drive, requests};
+use super::sweep::Touch;
+use crate::cams::{SplitMix64, journal, lobe_segments, program};
 use camwright::cam::follower::Follower;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;
@@ -26,16 +26,6 @@ use camwright::simulation::Machine;
 /// Depth that is nothing (mm): a count of X, a count of C on a flank of 30 mm/rad, the polygon, and the path between its knots. 5 nm, 26 nm,
 /// 10 nm and at most 10 nm.
 const NOTHING_MM: f64 = 1e-4;
-
-pub(crate) fn journal(radius_mm: f64) -> ProfileSpec {
-    ProfileSpec {
-        name: "journal".into(),
-        lift: LiftLaw::eccentric_round(0.0, radius_mm, 0.0).expect("no lift"),
-        follower: Follower::KnifeEdge { offset_mm: 0.0 },
-        base_radius_mm: radius_mm,
-        throw_mm: 0.0,
-    }
-}
 
 fn profile(random: &mut SplitMix64) -> ProfileSpec {
     const LAWS: [MotionLaw; 4] =

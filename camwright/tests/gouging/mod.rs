@@ -18,6 +18,8 @@ mod programs;
 mod sweep;
 mod turning;
 
+use crate::cams;
+use crate::program_motion::shop::Part;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -60,8 +62,7 @@ fn all(kind: &str, seeds: Range<u64>, judge: impl Fn(u64) -> JobEnd) -> usize {
 }
 
 fn programs(seeds: Range<u64>) -> usize {
-    let touch =
-        sweep::Touch::new(&crate::cams::reference_contour(), crate::program_motion::shop::Part::lobe().wheel_mm(), 0.0);
+    let touch = sweep::Touch::new(&cams::reference_contour(), Part::lobe().wheel_mm(), 0.0);
     all("programs", seeds, |seed| programs::judge(seed, &touch))
 }
 

@@ -1,10 +1,10 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs of several controls for the reference lobe, at any speed, held and slowed at any tick.
 
+use super::JobEnd;
+use super::drive::{drive, requests};
+use super::sweep::Touch;
 use crate::cams::SplitMix64;
-use crate::gouging::JobEnd;
-use crate::gouging::drive::{drive, requests};
-use crate::gouging::sweep::Touch;
 use crate::program_motion::shop::{Part, STATION_MM, plan, program, setup, start};
 use camwright::gcode::Dialect;
 use camwright::interpolator::Interpolator;

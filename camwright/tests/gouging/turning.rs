@@ -1,9 +1,9 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Random turned parts: the insert's edge beside the surface, held and slowed at any tick.
 
+use super::JobEnd;
+use super::drive::{drive, requests};
 use crate::cams::SplitMix64;
-use crate::gouging::JobEnd;
-use crate::gouging::drive::{drive, requests};
 use crate::solids::random_lobed;
 use camwright::cam::surface::Surface;
 use camwright::interpolator::Interpolator;

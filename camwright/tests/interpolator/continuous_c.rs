@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! C turning on from one cut to the next: undisturbed, held, slowed down, cancelled and stopped at any tick.
 
-use crate::interpolator::bench::{Bench, SAFE_X, TURN, TestNoise, machine, two_cuts};
+use super::bench::{Bench, SAFE_X, TURN, TestNoise, machine, two_cuts};
 use camwright::interpolator::{
     ExecutionState, Interpolator, Motion, MotionOutcome, MotionRequest, Prepared, TickInputs,
 };
@@ -43,7 +43,7 @@ fn c_turns_from_the_first_cut_to_the_end_of_the_second() {
         let mut bench = started(&plan, start);
         assert_eq!(bench.finish(20_000), MotionOutcome::Completed);
         assert_ended(&bench, "undisturbed");
-        let turning = |row: &&crate::interpolator::bench::Row| row.setpoint.velocity[0] > 0.0;
+        let turning = |row: &&super::bench::Row| row.setpoint.velocity[0] > 0.0;
         let first = bench.rows.iter().position(|row| turning(&row)).unwrap();
         let last = bench.rows.iter().rposition(|row| turning(&row)).unwrap();
         assert!(bench.rows[first..=last].iter().all(|row| turning(&row)));
@@ -177,7 +177,7 @@ fn an_alarm_anywhere_brings_c_to_rest_too() {
 fn a_station_that_is_not_found_brings_c_to_rest_before_the_motion_ends() {
     let (mut plan, start) = two_cuts(&machine(), speeds()[0]);
     // The table searches from behind its switch.
-    let far = crate::interpolator::bench::to(&machine(), Axis::Z, 200 * crate::interpolator::bench::PER_MM);
+    let far = super::bench::to(&machine(), Axis::Z, 200 * super::bench::PER_MM);
     plan.segments[1].kind = SegmentKind::Move(vec![far]);
     let mut bench = started(&plan, start);
     assert_eq!(bench.finish(20_000), MotionOutcome::Failed(91));

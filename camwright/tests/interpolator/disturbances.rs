@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Hold, override, cancel and alarms at any tick.
 
-use crate::interpolator::bench::{Bench, SAFE_X, TURN, TestNoise, cut_only, cut_only_under, machine, whole_job};
+use super::bench::{Bench, SAFE_X, TURN, TestNoise, cut_only, cut_only_under, machine, whole_job};
 use camwright::interpolator::{ExecutionState, InterpolatorEvent, MotionOutcome, MotionRequest};
 use camwright::job::grinding::SpeedLaw;
 use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
@@ -65,9 +65,8 @@ fn a_hold_in_the_cut_retracts_and_keeps_c_turning() {
     assert_eq!(row.status.state, ExecutionState::Held);
     assert!((row.setpoint.velocity[0] - 6.0).abs() < 1e-9, "C turns: {row:?}");
     assert!((row.status.stock_mm - stock).abs() < 1e-3, "nothing is cut");
-    let path = plan.paths[0].sample(
-        crate::interpolator::bench::START_RAD + row.setpoint.counts[0] as f64 / TURN as f64 * std::f64::consts::TAU,
-    );
+    let path = plan.paths[0]
+        .sample(super::bench::START_RAD + row.setpoint.counts[0] as f64 / TURN as f64 * std::f64::consts::TAU);
     let off = row.setpoint.counts[1] as f64 / 1e5 - path.value;
     assert!(off > 2.0 + stock - 1e-3, "2 mm off the infeed that was reached: {off}");
     bench.step(&[MotionRequest::Unhold]);
@@ -98,7 +97,7 @@ fn a_hold_that_stops_the_infeed_leaves_the_wheel_where_it_is() {
         bench.step(&[]);
         let row = *bench.last();
         let angle = row.setpoint.counts[0] as f64 / TURN as f64 * std::f64::consts::TAU;
-        let path = plan.paths[0].sample(crate::interpolator::bench::START_RAD + angle).value;
+        let path = plan.paths[0].sample(super::bench::START_RAD + angle).value;
         let off = row.setpoint.counts[1] as f64 / 1e5 - path - stock;
         // One millisecond of infeed, half a count of X, and half a count of C on the slope.
         assert!(off.abs() < 2e-4, "tick {}: {off} mm off the depth that was reached", row.tick);
@@ -133,8 +132,7 @@ fn a_cancel_retracts_out_of_a_hold_that_left_the_wheel_on_the_part() {
         bench.step(&[MotionRequest::Cancel]);
         assert_eq!(bench.finish(10_000), MotionOutcome::Cancelled);
         let angle = bench.counts()[0] as f64 / TURN as f64 * std::f64::consts::TAU;
-        let off =
-            bench.counts()[1] as f64 / 1e5 - plan.paths[0].sample(crate::interpolator::bench::START_RAD + angle).value;
+        let off = bench.counts()[1] as f64 / 1e5 - plan.paths[0].sample(super::bench::START_RAD + angle).value;
         assert!(off > 2.0, "{off} mm off the part after {wait} ticks of hold");
         bench.assert_limits("cancel out of a hold");
         bench.assert_at_rest("cancel out of a hold");
@@ -357,13 +355,7 @@ fn a_wait_waits_for_its_decision() {
     let machine = machine();
     let mut plan = whole_job(&machine, 6.0);
     plan.segments.truncate(1);
-    plan.segments.push(crate::interpolator::bench::segment(
-        SegmentKind::Wait,
-        camwright::motion::plan::Phase::Return,
-        0,
-        1,
-        0.0,
-    ));
+    plan.segments.push(super::bench::segment(SegmentKind::Wait, camwright::motion::plan::Phase::Return, 0, 1, 0.0));
     let mut bench = Bench::new(machine.clone());
     bench.start_plan(plan);
     for _ in 0..2_000 {

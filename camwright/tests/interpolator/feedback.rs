@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Searches, zeros, and feedback that arrives whenever it likes.
 
-use crate::interpolator::bench::{Bench, ORIGIN, SWITCH, TURN, TestNoise, machine, whole_job};
+use super::bench::{Bench, ORIGIN, SWITCH, TURN, TestNoise, machine, whole_job};
 use camwright::interpolator::{
     AppliedInput, InterpolatorAlarm, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, OrderKind, SearchStep,
 };
@@ -94,7 +94,7 @@ fn the_table_stands_at_the_edge_plus_the_offset() {
     while bench.last_segment() != Some(6) {
         bench.step(&[]);
     }
-    assert_eq!(bench.counts()[2], SWITCH + 25 * crate::interpolator::bench::PER_MM);
+    assert_eq!(bench.counts()[2], SWITCH + 25 * super::bench::PER_MM);
 }
 
 impl Bench {

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Path following of trajectories: tolerances on the path and at the end, timed starts, and replacement.
 
-use crate::interpolator::bench::{Bench, PER_MM, TestNoise, machine};
+use super::bench::{Bench, PER_MM, TestNoise, machine};
 use camwright::interpolator::tolerance::{FollowingTolerances, MotionPhase, Tolerance};
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{

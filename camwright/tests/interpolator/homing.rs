@@ -2,6 +2,7 @@
 //! Homing by switch and index as `LinuxCNC` does it: every kind and every sign finds the machine's own zero from either side of the
 //! switch; what fails or is stopped leaves the axis un-homed and homes nothing else.
 
+use crate::machine::HOMING_AT_A_SWITCH;
 use camwright::interpolator::{Motion, MotionOutcome, MotionRequest, Prepared, StartError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DescriptionError, Homing, HomingKind, MachineDescription};
@@ -16,18 +17,7 @@ const X: usize = Axis::X as usize;
 const Z: usize = Axis::Z as usize;
 
 /// A switch 10 mm before the end of the travel of X, away from the part.
-const AWAY: Homing = Homing {
-    search_mm_s: 20.0,
-    latch_mm_s: -1.0,
-    final_mm_s: 50.0,
-    use_index: false,
-    offset_mm: None,
-    home_mm: 150.0,
-    ignore_limits: false,
-    sequence: 0,
-    switch_mm: 243.21,
-    index_pitch_mm: 10.0,
-};
+const AWAY: Homing = Homing { switch_mm: 243.21, ..HOMING_AT_A_SWITCH };
 
 fn grinder(x: Homing, at_mm: f64) -> MachineDescription {
     let mut machine = cam_grinder();

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trajectories that begin beside the axis: joined within limits and a stated time, or refused.
 
-use crate::interpolator::bench::machine;
+use super::bench::machine;
 use camwright::interpolator::join::{MAX_JOIN_S, StartTolerance};
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryError, TrajectoryPoint, TrajectoryStart};
 use camwright::machine::description::Axis;

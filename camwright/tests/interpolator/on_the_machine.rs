@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The interpolator with the simulated machine: nothing it sends is implausible, and the zero it finds is the true one.
 
-use crate::interpolator::bench::{PER_MM, SAFE_X, TURN, TestNoise, machine, whole_job};
+use super::bench::{PER_MM, SAFE_X, TURN, TestNoise, machine, whole_job};
 use camwright::interpolator::{
     Interpolator, InterpolatorEvent, Motion, MotionOutcome, MotionRequest, Order, OrderKind, Prepared, TickInputs,
 };

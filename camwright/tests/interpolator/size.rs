@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Infeed that ends at a size on the gauge.
 
-use crate::interpolator::bench::{Bench, START_RAD, TURN, TestNoise, sizing};
+use super::bench::{Bench, START_RAD, TURN, TestNoise, sizing};
 use camwright::interpolator::{
     InfeedEnd, InterpolatorAlarm, InterpolatorEvent, Motion, MotionOutcome, PrepareError, Prepared,
 };
@@ -24,7 +24,7 @@ fn machine() -> MachineDescription {
         bandwidth_rad_s: None,
         seed: 1,
     };
-    MachineDescription { gauge: Some(gauge), ..crate::interpolator::bench::machine() }
+    MachineDescription { gauge: Some(gauge), ..super::bench::machine() }
 }
 
 fn ends(bench: &Bench) -> Vec<(u64, InfeedEnd)> {

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Spark-out that ends when the force is steady.
 
-use crate::interpolator::bench::{Bench, TURN, TestNoise, machine, sparking_out};
+use super::bench::{Bench, TURN, TestNoise, machine, sparking_out};
 use camwright::interpolator::{InterpolatorEvent, Motion, MotionOutcome, MotionRequest, PrepareError, Prepared};
 use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 use std::sync::Arc;

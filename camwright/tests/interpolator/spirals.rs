@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spiral around a part that is not round: on its path at every tick, however it is held, slowed down or left.
 
-use crate::interpolator::bench::{Bench, PER_MM, SAFE_X, TURN, TestNoise, machine, segment, to};
+use super::bench::{Bench, PER_MM, SAFE_X, TURN, TestNoise, machine, segment, to};
 use camwright::interpolator::{
     ExecutionState, InterpolatorAlarm, Motion, MotionOutcome, MotionRequest, PrepareError, Prepared,
 };

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The stop at the end of every chunk.
 
-use crate::interpolator::bench::{Bench, PER_MM, START_RAD, TURN, machine, two_cuts, whole_job};
+use super::bench::{Bench, PER_MM, START_RAD, TURN, machine, two_cuts, whole_job};
 use camwright::interpolator::MotionRequest;
 use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
@@ -72,8 +72,8 @@ fn assert_tail(bench: &Bench, what: &str) -> Vec<StopPoint> {
 #[test]
 fn the_stop_after_any_tick_of_a_spiral_stays_on_it() {
     let machine = machine();
-    let mut bench = Bench::at(machine.clone(), crate::interpolator::spirals::start());
-    bench.start_plan(crate::interpolator::spirals::plan(&machine));
+    let mut bench = Bench::at(machine.clone(), super::spirals::start());
+    bench.start_plan(super::spirals::plan(&machine));
     while bench.outcome.is_none() {
         let at = bench.rows.len();
         bench.step(&[]);
@@ -81,8 +81,8 @@ fn the_stop_after_any_tick_of_a_spiral_stays_on_it() {
             let tail = assert_tail(&bench, &format!("after {at} ticks, {:?}", bench.last().status));
             for point in tail.iter().filter(|_| bench.last().status.turns > 0.0) {
                 let [c, x, z] = point.position;
-                assert!((x - crate::interpolator::spirals::x_mm(c).value).abs() < 1e-6, "{at}: {point:?}");
-                assert!((z - crate::interpolator::spirals::z_mm(c)).abs() < 1e-9, "{at}: {point:?}");
+                assert!((x - super::spirals::x_mm(c).value).abs() < 1e-6, "{at}: {point:?}");
+                assert!((z - super::spirals::z_mm(c)).abs() < 1e-9, "{at}: {point:?}");
             }
         }
     }
@@ -129,7 +129,7 @@ fn the_stop_after_any_tick_continues_the_setpoint_within_limits_and_ends_at_rest
 #[test]
 fn the_stop_in_the_cut_stays_on_the_path() {
     let machine = machine();
-    let (plan, start) = crate::interpolator::bench::cut_only(&machine, 4.2, 6.0);
+    let (plan, start) = super::bench::cut_only(&machine, 4.2, 6.0);
     let mut bench = Bench::at(machine.clone(), start);
     bench.start_plan(plan.clone());
     while bench.outcome.is_none() {
@@ -146,7 +146,7 @@ fn the_stop_in_the_cut_stays_on_the_path() {
 #[test]
 fn after_an_underrun_the_machine_is_believed() {
     let machine = machine();
-    let (plan, start) = crate::interpolator::bench::cut_only(&machine, 4.2, 6.0);
+    let (plan, start) = super::bench::cut_only(&machine, 4.2, 6.0);
     let mut bench = Bench::at(machine.clone(), start);
     bench.start_plan(plan);
     for _ in 0..900 {

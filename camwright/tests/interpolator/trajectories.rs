@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Trajectories of ROS clients.
 
-use crate::interpolator::bench::{Bench, PER_MM, machine};
+use super::bench::{Bench, PER_MM, machine};
 use camwright::interpolator::quantity::MotionQuantity;
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryError, TrajectoryPoint, TrajectoryStart};
 use camwright::interpolator::{ExecutionState, Motion, MotionOutcome, MotionRequest, Prepared, StartError};

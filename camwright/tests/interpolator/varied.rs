@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A spiral whose spindle varies its speed: held, slowed down and left anywhere, within all limits.
 
-use crate::interpolator::bench::{Bench, TestNoise};
+use super::bench::{Bench, TestNoise};
 use crate::solids::low_and_high_cam;
 use camwright::interpolator::{ExecutionState, MotionOutcome, MotionRequest};
 use camwright::job::turning::{TurningJob, TurningSpeed};
@@ -49,7 +49,7 @@ fn bench(machine: &MachineDescription, planned: &PlannedTurning) -> Bench {
 
 /// Rows of the spiral: the first and the one after the last.
 fn spiral(bench: &Bench) -> (u64, u64) {
-    let is_cut = |row: &&crate::interpolator::bench::Row| row.status.turns > 0.0;
+    let is_cut = |row: &&super::bench::Row| row.status.turns > 0.0;
     let first = bench.rows.iter().position(|row| is_cut(&row)).expect("it was cut");
     (first as u64, (first + bench.rows.iter().filter(is_cut).count()) as u64)
 }

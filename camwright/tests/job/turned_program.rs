@@ -2,7 +2,7 @@
 //! NC programs of turned parts: written in every dialect, read back, compared with the section itself, and driven by the simulated lathe.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-use crate::job::turning_job::{LENGTH_MM, cam, form, ideal, planned, turned_by};
+use super::turning_job::{LENGTH_MM, cam, form, ideal, planned, turned_by};
 
 use camwright::gcode::archimedean::Knots;
 use camwright::gcode::post::{

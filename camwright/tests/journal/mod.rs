@@ -6,7 +6,7 @@ mod size;
 mod stiffness;
 mod stock;
 
-use camwright::cam::follower::Follower;
+use crate::cams::journal;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;
 use camwright::gauging::GaugingMode;
@@ -17,7 +17,7 @@ use camwright::gauging::published::PublishedWindow;
 use camwright::interpolator::{Motion, Prepared};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobError, JobSpec, LobeSpec,
-    PassSpec, ProfileSpec, SpeedLaw, StiffnessSource,
+    PassSpec, SpeedLaw, StiffnessSource,
 };
 use camwright::job::raw_part::{RawPart, Wave};
 use camwright::machine::description::{
@@ -79,13 +79,7 @@ fn job(mode: GaugingMode) -> JobSpec {
     };
     JobSpec {
         name: "journals".into(),
-        profiles: vec![ProfileSpec {
-            name: "journal".into(),
-            lift: LiftLaw::eccentric_round(0.0, RADIUS_MM, 0.0).expect("no lift"),
-            follower: Follower::KnifeEdge { offset_mm: 0.0 },
-            base_radius_mm: RADIUS_MM,
-            throw_mm: 0.0,
-        }],
+        profiles: vec![journal(RADIUS_MM)],
         lobes: vec![lobe("J1", "LS1", 0.0), lobe("J2", "LS3", 1.0)],
         blocks_per_turn: 3600,
         rapid_advance_mm: 40.0,

@@ -37,20 +37,18 @@ fn machine(description: &MachineDescription) -> Machine {
 }
 
 /// Homing of X at a switch, without an index.
-fn homing_at_a_switch() -> Homing {
-    Homing {
-        search_mm_s: 20.0,
-        latch_mm_s: -1.0,
-        final_mm_s: 50.0,
-        use_index: false,
-        offset_mm: None,
-        home_mm: 150.0,
-        ignore_limits: false,
-        sequence: 0,
-        switch_mm: 200.0,
-        index_pitch_mm: 10.0,
-    }
-}
+pub(crate) const HOMING_AT_A_SWITCH: Homing = Homing {
+    search_mm_s: 20.0,
+    latch_mm_s: -1.0,
+    final_mm_s: 50.0,
+    use_index: false,
+    offset_mm: None,
+    home_mm: 150.0,
+    ignore_limits: false,
+    sequence: 0,
+    switch_mm: 200.0,
+    index_pitch_mm: 10.0,
+};
 
 /// A setpoint from positions, speeds and accelerations (mm or rad, s).
 fn setpoint(

@@ -1,5 +1,5 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-use super::{cam_grinder, follow, homing_at_a_switch, ideal, idle, machine, travel};
+use super::{HOMING_AT_A_SWITCH, cam_grinder, follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings};
 use camwright::machine::setpoint::{Input, Latch};
@@ -433,7 +433,7 @@ fn the_inputs_say_whether_a_slide_stands_on_its_home_switch() {
     let home = Input::OTHERS.iter().position(|input| *input == Input::Home(Axis::X)).expect("it is one of them");
     let mut description = ideal();
     assert!(!Input::Home(Axis::X).is_on(&description));
-    description.axes[1].homing = Some(homing_at_a_switch());
+    description.axes[1].homing = Some(HOMING_AT_A_SWITCH);
     assert!(Input::Home(Axis::X).is_on(&description));
     for (x_mm, closed) in [(150, false), (210, true)] {
         let mut machine = machine(&description);

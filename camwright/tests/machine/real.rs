@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Real axes: the machine's supervision with readings that are some ticks old.
 
-use super::{cam_grinder, homing_at_a_switch, travel};
+use super::{HOMING_AT_A_SWITCH, cam_grinder, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{AXIS_COUNT, Axis, GaugeDescription, GaugeKind, Homing, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
@@ -159,7 +159,7 @@ fn a_drive_that_stays_behind_trips_with_its_error() {
 fn homing_moves_the_zero_and_not_the_axis() {
     let mut description = cam_grinder();
     description.axes[X].needs_homing = true;
-    description.axes[X].homing = Some(homing_at_a_switch());
+    description.axes[X].homing = Some(HOMING_AT_A_SWITCH);
     // The encoder reads anything at power-up; the axis stands 30 mm before its switch.
     let mut plant = DelayLine::new(&description, [0, 777_777, 0]);
     let setpoints = travel(&plant.machine, Axis::X, 40.0, 400);
@@ -196,7 +196,7 @@ fn homing_moves_the_zero_and_not_the_axis() {
 fn an_index_mark_is_latched_to_the_count() {
     let mut description = cam_grinder();
     description.axes[X].needs_homing = true;
-    description.axes[X].homing = Some(Homing { use_index: true, ..homing_at_a_switch() });
+    description.axes[X].homing = Some(Homing { use_index: true, ..HOMING_AT_A_SWITCH });
     let start = 777_777;
     let mut plant = DelayLine::new(&description, [0, start, 0]);
     let pass = |plant: &mut DelayLine, mark: i64, distance: f64| {

@@ -1,8 +1,8 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Damaged programs: whatever is in a file, reading it ends with a motion or a sentence.
 
+use super::sample::{random_program, two_cams};
 use crate::cams::SplitMix64;
-use crate::nc::sample::{random_program, two_cams};
 use camwright::gcode::{Dialect, ProgramFile, XValues, read};
 
 /// Fragments of programs, so that damage is not always detected at once.

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Written programs are read back with the same meaning.
 
-use crate::nc::sample::{random_program, two_cams};
+use super::sample::{random_program, two_cams};
 use camwright::gcode::{Dialect, Direction, MotionAction, NcAxis, Program, ProgramMotion, XValues, driven, read};
 
 /// Motions as they were read against motions as they are meant: the very same places, and times to the digits of F.

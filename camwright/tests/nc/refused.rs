@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs that a dialect cannot express: each refusal with its sentence.
 
-use crate::nc::sample::{format, target, two_cams};
+use super::sample::{format, target, two_cams};
 use camwright::gcode::{
     Block, Call, Dialect, FormatError, NcAxis, NumberFormat, Program, Step, Target, Tool, WriteError, XValues,
 };

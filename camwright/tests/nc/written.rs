@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! A small program on every control, and the targets of its blocks.
 
-use crate::nc::sample::{format, target, two_cams};
+use super::sample::{format, target, two_cams};
 use camwright::gcode::{Block, Dialect, NcAxis, Step, XValues, driven, raised_feeds};
 use std::path::Path;
 

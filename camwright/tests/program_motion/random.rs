@@ -1,9 +1,9 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Seeded random programs: what is planned keeps its limits and its tolerance, and what is refused is refused for an axis.
 
+use super::ideal;
+use super::shop::{STATION_MM, blocks, plan, setup};
 use crate::cams::SplitMix64;
-use crate::program_motion::ideal;
-use crate::program_motion::shop::{STATION_MM, blocks, plan, setup};
 use camwright::machine::reference::lathe;
 use camwright::math::units::rad_from_deg;
 use camwright::planner::ProgramPlanError;

@@ -1,8 +1,8 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Requests that the machine cannot execute are refused, with file and line.
 
-use crate::program_motion::ideal;
-use crate::program_motion::shop::{Part, Read, blocks, plan, program, setup};
+use super::ideal;
+use super::shop::{Part, Read, blocks, plan, program, setup};
 use camwright::gcode::Dialect;
 use camwright::machine::reference::cam_grinder;
 use camwright::planner::program_motion::ProgramSetup;

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Remaining error of an exact correction turn.
 
-use crate::runout::part::{
+use super::part::{
     ANGLES_DEG, DWELLS_FROM_RAD, GaugeStation, GaugedPart, PartContacts, RATIOS, diameter, from, journal, law, rad,
 };
 use camwright::gauging::GaugingMode;

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! km, kg, F0 and λ from what a machine would show of them.
 
-use crate::runout::part::{
+use super::part::{
     DWELLS_FROM_RAD, GRINDING_N_MM, GaugeStation, GaugedPart, NoiseSource, RATIOS, THRESHOLD_N, diameter, from,
     journal, law,
 };

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Effect of the noise of the readings.
 
-use crate::runout::part::{DWELLS_FROM_RAD, GaugeStation, NoiseSource, diameter, from, journal, law};
+use super::part::{DWELLS_FROM_RAD, GaugeStation, NoiseSource, diameter, from, journal, law};
 use camwright::gauging::correction::{Correction, CorrectionStart, CorrectionTarget};
 use camwright::gauging::expected_runout::ExpectedRunout;
 use camwright::gauging::fit::Fit;

@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Remaining error of the published correction.
 
-use crate::runout::part::{GaugeStation, GaugedPart, RATIOS, diameter, from, law};
+use super::part::{GaugeStation, GaugedPart, RATIOS, diameter, from, law};
 use camwright::gauging::correction::Correction;
 use camwright::gauging::published::PublishedRunout;
 use camwright::gauging::record::GaugeRecord;

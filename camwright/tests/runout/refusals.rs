@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Measurements and corrections that are not possible are refused with a reason.
 
-use crate::runout::part::{DWELLS_FROM_RAD, GaugeStation, GaugedPart, diameter, from, journal, law, rad};
+use super::part::{DWELLS_FROM_RAD, GaugeStation, GaugedPart, diameter, from, journal, law, rad};
 use camwright::gauging::correction::{Correction, CorrectionError, CorrectionStart, CorrectionTarget};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::published::{PublishedError, PublishedRunout};

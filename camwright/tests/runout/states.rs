@@ -1,9 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Actual depths of cut and the part by phase, against what the reference really lost and has.
 
-use crate::runout::part::{
-    ANGLES_DEG, DWELLS_FROM_RAD, GaugeStation, GaugedPart, RATIOS, diameter, from, journal, law, rad,
-};
+use super::part::{ANGLES_DEG, DWELLS_FROM_RAD, GaugeStation, GaugedPart, RATIOS, diameter, from, journal, law, rad};
 use camwright::gauging::fit::Fit;
 use camwright::gauging::record::GaugeRecord;
 use camwright::gauging::runout::RadiusByPhase;
