@@ -126,12 +126,19 @@ impl HermiteSpline {
     #[must_use]
     pub fn place_of(&self, value: f64) -> f64 {
         let (mut low, mut high) = (self.start(), self.end());
+        // The knot right of an abscissa between `low` and `high` is one of these, or the next.
+        let (mut from, mut to) = (0, self.knots.len());
         while high - low > 1e-12 * (1.0 + high) {
             let middle = 0.5 * (low + high);
             if middle <= low || middle >= high {
                 break;
             }
-            if self.sample(middle).value < value { low = middle } else { high = middle }
+            let right = from + self.knots[from..to].partition_point(|knot| knot.at <= middle);
+            if quintic(&self.knots[right - 1], &self.knots[right], middle).value < value {
+                (low, from) = (middle, right);
+            } else {
+                (high, to) = (middle, right);
+            }
         }
         0.5 * (low + high)
     }
@@ -189,6 +196,26 @@ mod tests {
             assert!((sample.value - p(x)).abs() < 1e-12, "{x}");
             assert!((sample.first - p1(x)).abs() < 1e-11, "{x}");
             assert!((sample.second - p2(x)).abs() < 1e-10, "{x}");
+        }
+    }
+
+    /// The place of a value is that of a bisection which looks for the knots anew at every step, to the bit.
+    #[test]
+    fn a_place_is_that_of_plain_bisection() {
+        let cubic = |x: f64| Knot { at: x, value: x * x * x + x, first: 3.0 * x * x + 1.0, second: 6.0 * x };
+        let knots = (0..40).map(|i| cubic(f64::from(i * i) * 0.003 - 1.0)).collect();
+        let spline = HermiteSpline::new(knots).expect("knots increase");
+        let plain = |value: f64| {
+            let (mut low, mut high) = (spline.start(), spline.end());
+            while high - low > 1e-12 * (1.0 + high) {
+                let middle = 0.5 * (low + high);
+                if spline.sample(middle).value < value { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        };
+        for i in -10..500 {
+            let value = cubic(f64::from(i) * 0.01 - 1.0).value;
+            assert_eq!(spline.place_of(value).to_bits(), plain(value).to_bits(), "{value}");
         }
     }
 
