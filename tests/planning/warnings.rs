@@ -96,6 +96,11 @@ fn a_gauge_controlled_size_is_checked_with_the_value_that_fits() {
         ),
         ("journal_runout", "runout_correction.published_step_deg=7", "it must be a whole part of 360 deg"),
         ("journal_runout", "runout_correction.published_window_deg=400", "it must be 540 to 1278"),
+        (
+            "journal_runout",
+            "infeed.spark_out_turns=1",
+            "spark_out_turns is 1; it must be at least 2 to measure how the deflection decays (identification)",
+        ),
     ] {
         let (code, text) = check(job, &[set]);
         assert!(code == 2 && text.contains(words), "{set}: {code} {text}");

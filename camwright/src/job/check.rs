@@ -97,7 +97,7 @@ impl JobSpec {
         }
         let turns = (0.0, f64::from(MAX_SPARK_OUT_TURNS));
         within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "0 to 1000")?;
-        self.check_no_spark_out(pass)?;
+        self.check_least_spark_out(pass)?;
         self.check_spark_out(pass, machine)?;
         self.check_size(pass, machine)?;
         self.check_radial_law(pass)?;
@@ -113,17 +113,20 @@ impl JobSpec {
         })
     }
 
-    /// Refuses a pass without spark-out that ends or measures in it.
-    fn check_no_spark_out(&self, pass: &PassSpec) -> Result<(), JobError> {
+    /// Refuses a pass that ends or measures in more spark-out than it has.
+    fn check_least_spark_out(&self, pass: &PassSpec) -> Result<(), JobError> {
         let is_last = self.passes.last().is_some_and(|last| last.name == pass.name);
         let needs = [
-            (pass.spark_out_until_n.is_some(), "for spark_out_until_n"),
-            (pass.gauge_size.is_some(), "after the infeed that the gauge ends (gauge_size)"),
-            (self.correction.is_some() && is_last, "for the gauge to read in (runout_correction)"),
-            (self.identification.is_some() && is_last, "for the gauge to read in (identification)"),
+            (pass.spark_out_until_n.is_some(), 1, "for spark_out_until_n"),
+            (pass.gauge_size.is_some(), 1, "after the infeed that the gauge ends (gauge_size)"),
+            (self.correction.is_some() && is_last, 1, "for the gauge to read in (runout_correction)"),
+            (self.identification.is_some() && is_last, 2, "to measure how the deflection decays (identification)"),
         ];
-        match needs.into_iter().find(|(given, _)| *given && pass.spark_out_turns == 0) {
-            Some((_, needs)) => Err(JobError::NoSparkOut { pass: pass.name.clone(), needs }),
+        let turns = pass.spark_out_turns;
+        match needs.into_iter().find(|(is_given, least, _)| *is_given && turns < *least) {
+            Some((_, least, purpose)) => {
+                Err(JobError::TooLittleSparkOut { pass: pass.name.clone(), turns, least, purpose })
+            }
             None => Ok(()),
         }
     }

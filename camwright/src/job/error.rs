@@ -219,12 +219,14 @@ pub enum JobError {
         "lobe {lobe} has taper or crown, and its section {section} has the name of lobe {other} or of a section of it; rename one of the lobes"
     )]
     SectionName { lobe: String, section: String, other: String },
-    /// A pass without spark-out that needs it.
-    #[error("pass {pass}: 0 spark-out turns; at least 1 is needed {needs}")]
-    NoSparkOut {
+    /// A pass with less spark-out than is needed for what follows it or is measured in it.
+    #[error("pass {pass}: spark_out_turns is {turns}; it must be at least {least} {purpose}")]
+    TooLittleSparkOut {
         pass: String,
-        /// Purpose of the turn, as the message ends.
-        needs: &'static str,
+        turns: u32,
+        least: u32,
+        /// Purpose of the turns, as the message ends.
+        purpose: &'static str,
     },
     /// Passes whose infeed is measured along different things do not join.
     #[error("pass {pass} measures its infeed along {other}, pass {first} along {one}; all passes need the same")]

@@ -106,7 +106,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
             "form_compensation".into()
         }
         JobError::SparkOutByForce { pass, .. } => pass_key(job, pass, "infeed.spark_out_until_n"),
-        JobError::NoSparkOut { pass, .. } => pass_key(job, pass, "infeed.spark_out_turns"),
+        JobError::TooLittleSparkOut { pass, .. } => pass_key(job, pass, "infeed.spark_out_turns"),
         JobError::NoGaugeSize { pass, .. } => pass_key(job, pass, "infeed.gauge_size"),
         JobError::SizeAboveRaw { pass, .. } => pass_key(job, pass, "infeed.gauge_size.ends_above_um"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),

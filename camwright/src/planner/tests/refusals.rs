@@ -28,7 +28,7 @@ fn jobs_without_what_they_need_are_refused() {
         job.passes[0].spark_out_turns = 0;
         job.passes[0].spark_out_until_n = Some(2);
     });
-    assert!(error.to_string().contains("0 spark-out turns; at least 1 is needed for spark_out_until_n"), "{error}");
+    assert!(error.to_string().contains("spark_out_turns is 0; it must be at least 1 for spark_out_until_n"), "{error}");
     let error = refusal(|job| job.lobes[1].width_mm = 26.0);
     assert!(error.to_string().starts_with("lobe E1: width 26 mm is more than the wheel's 25 mm"), "{error}");
     assert!(error.to_string().contains("plunge_overlap_mm"), "{error}");
