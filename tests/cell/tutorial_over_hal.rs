@@ -22,7 +22,7 @@ fn linuxcnc_machine() {
         let shell = as_user(Path::new("bash"), &home.path);
         match tutorial::follow_in("linuxcnc-machine.md", (&home.path, &home.path.join("bin")), shell) {
             Ok(()) => return,
-            Err(difference) if attempt < 3 && is_pause(&difference) => {
+            Err(difference) if attempt < 5 && is_pause(&difference) => {
                 eprintln!("once more, after:\n{difference}");
             }
             Err(difference) => panic!("{difference}"),

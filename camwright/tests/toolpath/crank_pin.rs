@@ -86,7 +86,8 @@ fn a_wheel_pushed_to_the_pin_stands_where_the_path_says() {
             let (sin, cos) = angle.sin_cos();
             let touches = |centre: f64| {
                 let (x, y) = (centre * cos, centre * sin);
-                (x - e).hypot(y) < r || points.iter().any(|(at_x, at_y)| (at_x - x).hypot(at_y - y) < wheel)
+                let is_near = |(at_x, at_y): &(f64, f64)| (at_x - x).powi(2) + (at_y - y).powi(2) < wheel * wheel;
+                (x - e).hypot(y) < r || points.iter().any(is_near)
             };
             let (mut inside, mut outside) = (0.0, e + r + wheel + 1.0);
             // Along the line the wheel leaves the pin once.
