@@ -58,7 +58,8 @@ pub struct Bag {
 }
 
 impl Bag {
-    /// Opens a bag's directory or one MCAP file of it. A killed recording opens too: what is whole in it is there.
+    /// Opens a bag's directory or one MCAP file of it. A killed recording opens too: what is whole in it is there. A bag that is
+    /// still recorded is read as it is now: what comes later is not in it, until it is opened again.
     ///
     /// # Errors
     /// When there is no bag, or its files cannot be understood.
@@ -203,7 +204,7 @@ impl Bag {
 
     /// Takes up a file without a summary by walking through it.
     fn scan_file(&mut self, path: PathBuf, bytes: u64) -> Result<Option<String>, BagError> {
-        let mut records = Records::open(&path, tolerant())?;
+        let mut records = Records::open_first(bytes, &path, tolerant())?;
         let mut channels = Channels::default();
         let mut file = FileContent {
             path: path.clone(),
@@ -304,7 +305,7 @@ impl Messages<'_> {
         let indexed = content.summary.as_ref().filter(|s| is_worth_reading_by(s));
         let Some(summary) = indexed else {
             return Ok(MessageSource::Linear {
-                records: Box::new(Records::open(path, tolerant())?),
+                records: Box::new(Records::open_first(content.bytes, path, tolerant())?),
                 channels: Channels::default(),
             });
         };

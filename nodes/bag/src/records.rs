@@ -2,7 +2,7 @@
 //! The records of one MCAP file: its summary, and the walk from its beginning.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{Record, op};
@@ -128,14 +128,19 @@ pub(super) fn strict() -> LinearReaderOptions {
 /// The records of one file in file order, those in chunks too.
 pub(super) struct Records {
     pub(super) path: PathBuf,
-    file: File,
+    file: Take<File>,
     reader: LinearReader,
     is_torn: bool,
 }
 
 impl Records {
     pub(super) fn open(path: &Path, options: LinearReaderOptions) -> Result<Self, BagError> {
-        let file = open_file(path)?;
+        Self::open_first(u64::MAX, path, options)
+    }
+
+    /// The records in the first `bytes` of a file, which may be recorded on meanwhile.
+    pub(super) fn open_first(bytes: u64, path: &Path, options: LinearReaderOptions) -> Result<Self, BagError> {
+        let file = open_file(path)?.take(bytes);
         Ok(Self { path: path.to_owned(), file, reader: LinearReader::new_with_options(options), is_torn: false })
     }
 

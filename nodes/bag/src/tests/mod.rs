@@ -320,6 +320,24 @@ fn what_is_recorded_reaches_the_file_within_the_flush_interval() {
     }
 }
 
+#[test]
+fn a_bag_that_is_recorded_on_is_read_as_it_was_when_it_was_opened() {
+    let dir = TempDir::new().expect("a temporary directory");
+    let path = dir.path().join("run");
+    let mut writer = BagWriter::create(&path, &WriterOptions::default()).expect("the directory is free");
+    let mut opened = vec![Bag::open(&path).expect("it opens while it is written")];
+    for (count, name) in (1..).zip(["/a", "/b", "/c"]) {
+        let id = writer.add_topic(&topic(name, "std_msgs/msg/String")).expect("it is open");
+        writer.write(id, count, count, &string_cdr("x")).expect("it is open");
+        writer.flush().expect("the disk has room");
+        opened.push(Bag::open(&path).expect("it opens while it is written"));
+    }
+    writer.close(RecordingOutcome::Complete, 0).expect("the disk has room");
+    for (count, bag) in opened.iter().enumerate() {
+        assert_eq!((bag.topics().len(), read_all(bag).len()), (count, count));
+    }
+}
+
 /// Every message of a recovered bag is one of the original's, and missing ones are reported.
 fn judge_recovery(original: &[BagMessage], damaged: &Path, into: &Path, what: &str) -> usize {
     let recovery = recover::recover(damaged, into).unwrap_or_else(|error| panic!("{what}: {error}"));
