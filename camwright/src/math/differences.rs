@@ -44,34 +44,38 @@ pub fn largest_derivatives(f: impl Fn(f64) -> f64, from: f64, to: f64, step: f64
     found
 }
 
-/// Same as [`largest_derivatives`], for values and abscissae with twice the digits of a float: their rounding does not grow with
-/// either.
-pub fn largest_exact_derivatives(
-    mut f: impl FnMut(Twofold) -> Twofold,
+/// Same as [`largest_derivatives`], of several functions at once, for values and abscissae with twice the digits of a float: their rounding
+/// does not grow with either.
+pub fn largest_exact_derivatives<const N: usize>(
+    mut f: impl FnMut(Twofold) -> [Twofold; N],
     from: Twofold,
     to: Twofold,
     step: f64,
-) -> [Extreme; 3] {
-    let mut found = [Extreme::default(); 3];
+) -> [[Extreme; 3]; N] {
+    let mut found = [[Extreme::default(); 3]; N];
     #[allow(clippy::cast_possible_truncation, reason = "counts of steps are small and positive")]
     let count = libm::ceil(to.minus(from) / step).max(0.0) as u64;
     // Steps of the same length to the last digit.
     let place = |k: u64| from.plus(Twofold::product(k as f64, step));
     let mut before = f(from);
-    let (mut last1, mut last2) = (0.0, 0.0);
+    let mut last = [(0.0, 0.0); N];
     for k in 1..=count.max(3) {
         let at = place(k);
         let here = f(at);
-        let d1 = here.minus(before);
-        let d2 = d1 - last1;
-        found[0].add(d1 / step, at.value() - 0.5 * step);
-        if k >= 2 {
-            found[1].add(d2 / (step * step), at.value() - step);
+        for (i, found) in found.iter_mut().enumerate() {
+            let (last1, last2) = last[i];
+            let d1 = here[i].minus(before[i]);
+            let d2 = d1 - last1;
+            found[0].add(d1 / step, at.value() - 0.5 * step);
+            if k >= 2 {
+                found[1].add(d2 / (step * step), at.value() - step);
+            }
+            if k >= 3 {
+                found[2].add((d2 - last2) / (step * step * step), at.value() - 1.5 * step);
+            }
+            last[i] = (d1, d2);
         }
-        if k >= 3 {
-            found[2].add((d2 - last2) / (step * step * step), at.value() - 1.5 * step);
-        }
-        (before, last1, last2) = (here, d1, d2);
+        before = here;
     }
     found
 }
@@ -93,9 +97,9 @@ mod tests {
     /// third by more than 1e4.
     #[test]
     fn rounding_does_not_grow_with_the_value() {
-        let parabola = |t: Twofold| Twofold::from(12_566.370_614).plus(t.times(t)).plus(t.times(Twofold::from(20.0)));
+        let parabola = |t: Twofold| [Twofold::from(12_566.370_614).plus(t.times(t)).plus(t.times(Twofold::from(20.0)))];
         let from = Twofold::from(900.0);
-        let found = largest_exact_derivatives(parabola, from, from.plus_float(0.01), 5e-6);
+        let [found] = largest_exact_derivatives(parabola, from, from.plus_float(0.01), 5e-6);
         assert!(found[2].value < 0.1, "{found:?}");
         assert!((found[1].value - 2.0).abs() < 1e-6, "{found:?}");
         let rounded = largest_derivatives(|t| 12_566.370_614 + t * (20.0 + t), 900.0, 900.01, 5e-6);

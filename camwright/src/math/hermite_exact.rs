@@ -123,7 +123,7 @@ mod tests {
         let spline = HermiteSpline::new(vec![knot(0.0), knot(0.05), knot(0.1)]).expect("knots that increase");
         let mut exact = ExactHermite::new(&spline);
         let from = Twofold::from(600.002);
-        let found = largest_exact_derivatives(|at| exact.at(at), from, from.plus_float(0.09), 1e-5);
+        let [found] = largest_exact_derivatives(|at| [exact.at(at)], from, from.plus_float(0.09), 1e-5);
         assert!((found[2].value / 30e3 - 1.0).abs() < 1e-3, "{found:?}");
         assert!((found[1].value - (300.0 + 30e3 * 0.092)).abs() < 1.0, "{found:?}");
     }

@@ -168,22 +168,18 @@ impl<'a> ExactCut<'a> {
         }
     }
 
-    /// Same as [`CutMotion::angle`], with twice the digits.
-    pub(crate) fn angle(&mut self, time_s: Twofold) -> Twofold {
+    /// C and X at a time, as of [`CutMotion::angle`] and [`CutMotion::x_mm`].
+    pub(crate) fn at(&mut self, time_s: Twofold) -> [Twofold; 2] {
         let beyond = |edge: &Knot| {
             let since = time_s.plus_float(-edge.at);
             since.times(Twofold::from(edge.first)).plus_float(edge.value)
         };
-        match self.motion.law.knots() {
+        let angle = self.law.at(time_s);
+        let c = match self.motion.law.knots() {
             [first, ..] if time_s.value() < first.at => beyond(first),
             [.., last] if time_s.value() > last.at => beyond(last),
-            _ => self.law.at(time_s),
-        }
-    }
-
-    /// Same as [`CutMotion::x_mm`], with twice the digits.
-    pub(crate) fn x_mm(&mut self, time_s: Twofold) -> Twofold {
-        let angle = self.law.at(time_s);
+            _ => angle,
+        };
         let path_angle = angle.plus_float(self.motion.path_start_rad);
         let infeed = self.infeed.at(angle);
         let offset = match self.motion.ratio {
@@ -192,8 +188,8 @@ impl<'a> ExactCut<'a> {
         };
         let x = self.motion.path.exact_value(path_angle).plus(offset);
         match &mut self.lead {
-            Some(lead) => x.plus(lead.at(time_s)),
-            None => x,
+            Some(lead) => [c, x.plus(lead.at(time_s))],
+            None => [c, x],
         }
     }
 }

@@ -201,11 +201,9 @@ pub fn uses_by_differences(
     for (from, to) in windows {
         // Three steps before the start and after the end, where X rests and C goes on as it does, so that a jump there would show.
         let (from, to) = (Twofold::from(from - 3.0 * step), Twofold::from(to + 3.0 * step));
-        let (mut c, mut x) = (ExactCut::new(motion), ExactCut::new(motion));
-        for (extremes, new) in found.iter_mut().zip([
-            largest_exact_derivatives(|t| c.angle(t), from, to, step),
-            largest_exact_derivatives(|t| x.x_mm(t), from, to, step),
-        ]) {
+        let mut exact = ExactCut::new(motion);
+        let of_axes = largest_exact_derivatives(|t| exact.at(t), from, to, step);
+        for (extremes, new) in found.iter_mut().zip(of_axes) {
             for (extreme, new) in extremes.iter_mut().zip(new) {
                 extreme.add(new.value, new.at);
             }

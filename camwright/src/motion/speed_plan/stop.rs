@@ -134,12 +134,9 @@ fn passes_check(motion: &CutMotion<'_>, stop_s: f64, turn_s: f64, limits: [&Moti
             let advanced = if k % 4 < 2 { u - rate_step_area(u) } else { rate_step_area(u) };
             Twofold::sum(start, stop_s * advanced)
         };
-        let (mut c, mut x) = (ExactCut::new(motion), ExactCut::new(motion));
+        let mut exact = ExactCut::new(motion);
         let (from, to) = (Twofold::from(0.0), Twofold::from(stop_s));
-        let found = [
-            largest_exact_derivatives(|t| c.angle(time(t)), from, to, step),
-            largest_exact_derivatives(|t| x.x_mm(time(t)), from, to, step),
-        ];
+        let found = largest_exact_derivatives(|t| exact.at(time(t)), from, to, step);
         found
             .iter()
             .zip(limits)

@@ -110,11 +110,11 @@ impl PlanCheck<'_> {
                     let value = exact.position(axis, t);
                     let (low, high) = range.get();
                     range.set((low.min(value.value()), high.max(value.value())));
-                    value
+                    [value]
                 };
                 // Differences that reach from one stretch into the next are in both.
                 let (from, to) = (stretch.from_s - 3.0 * step, stretch.to_s + 3.0 * step);
-                let extremes = largest_exact_derivatives(at, Twofold::from(from), Twofold::from(to), step);
+                let [extremes] = largest_exact_derivatives(at, Twofold::from(from), Twofold::from(to), step);
                 for (quantity, extreme) in LimitedQuantity::ALL.into_iter().zip(extremes) {
                     let allowed = quantity.limit(&description.limits);
                     let angle_rad = motion.law.sample(extreme.at).value;
