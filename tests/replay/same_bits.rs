@@ -12,9 +12,9 @@ use std::process::Command;
 use std::time::Duration;
 use support::{Domain, Guarded};
 
-/// A short version of the default job: one turn of infeed, spark-out until the force is steady, on all four lobes.
+/// A short version of the default job: one turn of infeed, spark-out until the force is steady, with a varying work speed, on all four lobes.
 /// Setpoints run far ahead, so that a busy computer is no underrun.
-const SHORT: [&str; 12] = [
+const SHORT: [&str; 14] = [
     "--set",
     "infeed.total_mm=0.036",
     "--set",
@@ -23,6 +23,8 @@ const SHORT: [&str; 12] = [
     "infeed.spark_out_until_n=300",
     "--set",
     "stock_mm=0.03",
+    "--set",
+    "speed_variation={slower_percent: 30, period_turns: 1.5}",
     "--set-machine",
     "wheel.spin_up_s=0.2",
     "--set-machine",

@@ -357,6 +357,11 @@ impl CutExecution {
         })
     }
 
+    /// Path time of the whole cut (ticks).
+    pub(crate) fn length_ticks(&self) -> f64 {
+        to_ticks(self.end - self.start)
+    }
+
     pub(crate) fn is_done(&self, tick: u64) -> bool {
         self.offset == Offset::Infeed && self.clock.at(tick).tau >= self.end
     }
@@ -549,6 +554,22 @@ impl CutExecution {
         self.clock.rewind(-turns * self.turn);
         self.inserted -= turns;
         u32::try_from(turns).unwrap_or(u32::MAX)
+    }
+
+    /// The wanted rate, or a slower one in the slower half of a variation of the work speed. At the end of the plateau the rate is the
+    /// wanted one again.
+    pub(crate) fn varied_rate(&self, tick: u64, wanted: i64, curves: &Curves<'_>) -> i64 {
+        let Some(variation) = &curves.cut.variation else { return wanted };
+        let tau = self.clock.at(tick).tau;
+        let end = self.plateau.1 - whole(self.stop_ticks);
+        if !self.is_on_path() || tau < self.plateau.0 || tau >= end {
+            return wanted;
+        }
+        let (c, inserted, _) = self.axes_at(tau, curves);
+        match variation.is_slow(c.value / TURN_RAD + inserted as f64) {
+            true => from_ticks(to_ticks(wanted) * variation.slow_rate()),
+            false => wanted,
+        }
     }
 
     pub(crate) fn set_rate(&mut self, tick: u64, rate: i64) {

@@ -318,8 +318,8 @@ impl Interpolator {
             return;
         };
         let before = tick.saturating_sub(1);
-        let wanted = self.feed_override;
         cut.settle(before);
+        let wanted = cut.varied_rate(before, self.feed_override, &curves);
         let rate = if self.alarm.is_some() {
             0
         } else if self.cancel {

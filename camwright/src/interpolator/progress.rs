@@ -119,8 +119,10 @@ impl Interpolator {
             return motion.ticks as f64;
         };
         let length = segment.ticks as f64;
+        let varies = matches!(&segment.kind, SegmentKind::Cut(cut) if cut.variation.is_some());
         let within = match &self.mode {
             ExecutionMode::Line(line, Purpose::Move) => line.share(self.tick) * length,
+            ExecutionMode::Cut(cut) if varies => cut.ticks_done(self.tick) / cut.length_ticks() * length,
             ExecutionMode::Cut(cut) => cut.ticks_done(self.tick),
             ExecutionMode::Spiral(spiral) => to_ticks(spiral.clock.at(self.tick).tau),
             ExecutionMode::Dwell { left } => length - *left as f64,

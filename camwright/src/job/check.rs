@@ -3,8 +3,8 @@
 
 use super::grinding::{
     BetweenLobes, CorrectionSpec, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_BEYOND_MM, MAX_MARGIN_MM,
-    MAX_PASSES, MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, SpeedLaw,
-    StiffnessSource,
+    MAX_PASSES, MAX_SIZE_ABOVE_MM, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec,
+    SLOWER_SHARES, SpeedLaw, StiffnessSource, VARIATION_PERIODS_TURNS,
 };
 use super::key::{JobKey, Subject};
 use super::plunges::MAX_SECTIONS;
@@ -56,6 +56,7 @@ impl JobSpec {
         self.check_moves()?;
         self.check_between_lobes()?;
         self.check_wheel_power()?;
+        self.check_speed_variation()?;
         self.check_room()?;
         self.check_raw_part()?;
         self.check_part_support(machine)?;
@@ -155,6 +156,14 @@ impl JobSpec {
         let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes else { return Ok(()) };
         within(|| Subject::Job, JobKey::CBetweenLobesMargin, margin_s, (0.0, 1.0), "0 to 1")?;
         if self.rotary_indexing { Err(JobError::TurnsAndIndexes) } else { Ok(()) }
+    }
+
+    fn check_speed_variation(&self) -> Result<(), JobError> {
+        let Some(variation) = &self.speed_variation else { return Ok(()) };
+        let of_job = || Subject::Job;
+        within(of_job, JobKey::SpeedVariationSlower, variation.slower, SLOWER_SHARES, "0.01 to 0.75 (1 to 75 %)")?;
+        let periods = VARIATION_PERIODS_TURNS;
+        within(of_job, JobKey::SpeedVariationPeriod, variation.period_turns, periods, "1.5 to 3")
     }
 
     fn check_wheel_power(&self) -> Result<(), JobError> {

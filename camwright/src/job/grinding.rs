@@ -21,6 +21,7 @@ use crate::job::dressing::DressingSpec;
 use crate::job::part_support::PartSupport;
 use crate::job::plunges::Plunge;
 use crate::job::raw_part::RawPart;
+use crate::job::speed_variation::SpeedVariation;
 use crate::job::wheel_visit::WheelVisit;
 use crate::machine::axial_profile::AxialProfile;
 use crate::machine::contact_law::ContactLaw;
@@ -411,6 +412,8 @@ pub struct JobSpec {
     pub retract_clearance_mm: f64,
     /// Effect of a hold in the cut.
     pub hold_in_cut: HoldInCut,
+    /// Work speed that differs from turn to turn, in all passes; `None`: it does not.
+    pub speed_variation: Option<SpeedVariation>,
     /// Bound on the power of the wheel's spindle, if there is one.
     pub wheel_power: Option<WheelPower>,
     /// Motion of C between two lobes.
@@ -465,6 +468,11 @@ pub struct WheelRequirement {
 /// Maximum number of turns without infeed of a pass; more is a typing error.
 pub const MAX_SPARK_OUT_TURNS: u32 = 1000;
 
+/// Least and largest part of the work speed that a variation takes off, and turns of its period. In a period of one turn every place would
+/// be ground at one speed always; in a long one the waves of each speed have time to grow.
+pub const SLOWER_SHARES: (f64, f64) = (0.01, 0.75);
+pub const VARIATION_PERIODS_TURNS: (f64, f64) = (1.5, 3.0);
+
 /// Largest variation of the force at which spark-out may end (N): more is no spark-out.
 pub const MAX_VARIATION_N: u32 = 10_000;
 
@@ -494,6 +502,7 @@ impl JobSpec {
             passes: Vec::new(),
             retract_clearance_mm: 0.0,
             hold_in_cut: HoldInCut::Retract,
+            speed_variation: None,
             wheel_power: None,
             c_between_lobes: BetweenLobes::Stops,
             rotary_indexing: false,

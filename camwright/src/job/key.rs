@@ -34,6 +34,8 @@ named! {
         WheelPowerMax = "wheel_power.most_w",
         WheelPowerSpecificEnergy = "wheel_power.specific_energy_j_mm3",
         WheelPowerRubbing = "wheel_power.rubbing_n_mm2",
+        SpeedVariationSlower = "speed_variation.slower",
+        SpeedVariationPeriod = "speed_variation.period_turns",
         Clearance = "clearance_mm",
         DryRunStandOff = "dry_run.stand_off_mm",
         RawPart = "raw_part",

@@ -22,6 +22,7 @@ pub mod milling;
 pub mod part_support;
 pub mod plunges;
 pub mod raw_part;
+pub mod speed_variation;
 pub mod supported_shaft;
 pub mod turning;
 pub mod wheel_visit;

@@ -51,13 +51,13 @@ impl QuinticPiece {
         at >= self.left && at < self.right
     }
 
+    /// The tangent with all digits. What the piece bends away from it is at most as large as the piece, not as the value, so that one float
+    /// has its digits.
     fn at(&self, at: Twofold) -> Twofold {
         let u = at.plus_float(-self.left);
-        let mut sum = u.times(Twofold::from(self.quintic));
-        for coefficient in [self.quartic, self.cubic, self.half_second, self.first] {
-            sum = u.times(sum.plus_float(coefficient));
-        }
-        sum.plus_float(self.value)
+        let s = u.value();
+        let bent = s * s * (self.half_second + s * (self.cubic + s * (self.quartic + s * self.quintic)));
+        u.times(Twofold::from(self.first)).plus_float(bent).plus_float(self.value)
     }
 }
 
@@ -88,6 +88,7 @@ impl<'a> ExactHermite<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::differences::largest_exact_derivatives;
     use alloc::vec;
 
     /// C at 20 rad/s after 2,000 turns, on knots a millisecond apart: the same as the float, and without its steps.
@@ -108,6 +109,23 @@ mod tests {
             }
             before = Some(here);
         }
+    }
+
+    /// A turn that begins with a jerk of 3e4 rad/s³ after 2,000 turns: differences over 10 µs show it within a thousandth.
+    #[test]
+    fn a_bent_piece_far_from_its_start_has_the_jerk_of_its_law() {
+        let knot = |t: f64| Knot {
+            at: 600.0 + t,
+            value: 12_000.0 + t * (20.0 + t * (150.0 + 5000.0 * t)),
+            first: 20.0 + t * (300.0 + 15e3 * t),
+            second: 300.0 + 30e3 * t,
+        };
+        let spline = HermiteSpline::new(vec![knot(0.0), knot(0.05), knot(0.1)]).expect("knots that increase");
+        let mut exact = ExactHermite::new(&spline);
+        let from = Twofold::from(600.002);
+        let found = largest_exact_derivatives(|at| exact.at(at), from, from.plus_float(0.09), 1e-5);
+        assert!((found[2].value / 30e3 - 1.0).abs() < 1e-3, "{found:?}");
+        assert!((found[1].value - (300.0 + 30e3 * 0.092)).abs() < 1.0, "{found:?}");
     }
 
     #[test]

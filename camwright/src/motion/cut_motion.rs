@@ -1,6 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The motion of generation: C by a time law, X by a path over C plus an infeed, and their derivatives in time.
 
+use crate::job::speed_variation::SpeedVariation;
 use crate::math::hermite::{HermiteSpline, Knot, Sample};
 use crate::math::hermite_exact::ExactHermite;
 use crate::math::periodic_spline::PeriodicSpline;
@@ -124,6 +125,27 @@ impl CutMotion<'_> {
     #[must_use]
     pub fn time_of(&self, angle_rad: f64) -> f64 {
         self.law.place_of(angle_rad)
+    }
+
+    /// Time that a variation of the work speed adds (s), each change of speed taking `change_s` (s). The last one ends with the plateau.
+    #[must_use]
+    pub fn time_added_by(&self, variation: &SpeedVariation, plateau_s: (f64, f64), change_s: f64) -> f64 {
+        let slow_rate = variation.slow_rate();
+        // The rate of a change is symmetrical about its middle.
+        let change_path_s = change_s * 0.5 * (1.0 + slow_rate);
+        let end_s = plateau_s.1 - change_s;
+        let half_rad = 0.5 * variation.period_turns * TURN_RAD;
+        let (mut added_s, mut half) = (0.0, 1.0);
+        loop {
+            let from_s = self.time_of(half * half_rad).max(plateau_s.0);
+            if from_s >= end_s {
+                return added_s;
+            }
+            let to_s = self.time_of((half + 1.0) * half_rad).min(end_s);
+            let steady_s = (to_s - from_s - change_path_s).max(0.0);
+            added_s += 2.0 * (change_s - change_path_s) + steady_s * (1.0 / slow_rate - 1.0);
+            half += 2.0;
+        }
     }
 }
 

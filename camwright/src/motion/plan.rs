@@ -4,6 +4,7 @@
 //! Splines are shared by index. Segments are executed one after the other; each begins and ends with all axes at rest, but
 //! for C, which may turn on from the end of a cut to the beginning of the next.
 
+use crate::job::speed_variation::SpeedVariation;
 use crate::machine::description::{Axis, MotionLimits};
 use crate::math::hermite::HermiteSpline;
 use crate::math::periodic_spline::PeriodicSpline;
@@ -86,6 +87,8 @@ pub struct CutSegment {
     /// Spark-out ends when the normal force changes over one turn by no more than this (N), set in the machine by
     /// [`PlanCommand::WatchForce`]; `None`: all turns are executed.
     pub until_steady_n: Option<u32>,
+    /// Speed that differs from turn to turn within the constant-speed part; `None`: every turn takes the same time.
+    pub variation: Option<SpeedVariation>,
 }
 
 /// C by a time law, X and Z by laws over its angle: an insert along a spiral around a part that is not round.

@@ -137,6 +137,7 @@ pub fn plan_corrections(
             retract_mm: job.retract_clearance_mm,
             hold_mm: job.hold_mm(),
             until_steady_n: None,
+            variation: None,
         };
         sequence.index_to(index)?;
         sequence.correct(index, name, cut, path, &speed, offset)?;

@@ -70,6 +70,17 @@ pub enum PlanError {
         /// Position of X (mm).
         clear_x_mm: f64,
     },
+    /// A variation of the work speed changes the speed faster than the axes can.
+    #[error(
+        "lobe {lobe}, pass {pass}: a change of the work speed takes half of {shortest_turns:.2} turns within the limits of the axes; \
+         speed_variation.period_turns must be at least that, and at most 3; at a lower work speed a change takes less of a turn"
+    )]
+    VariationTooFast {
+        lobe: String,
+        pass: String,
+        /// Shortest period (turns).
+        shortest_turns: f64,
+    },
     /// A part that needs two wheels is two jobs.
     #[error(
         "the machine has one wheel, of radius {mounted_mm:.3} mm, and the job needs {wishes}; {needs}: split it into one job per wheel"

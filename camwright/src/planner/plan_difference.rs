@@ -230,7 +230,7 @@ impl Pair<'_> {
         self.speed((old.speed, new.speed), (0.0, max));
         let rest =
             |cut: &CutSegment| (cut.retract_mm.to_bits(), cut.hold_mm.to_bits(), cut.until_steady_n, cut.infeed_turns);
-        if rest(old) != rest(new) || old.lead.is_some() != new.lead.is_some() {
+        if rest(old) != rest(new) || old.lead.is_some() != new.lead.is_some() || old.variation != new.variation {
             self.words();
         }
     }

@@ -19,6 +19,7 @@ use crate::motion::plan::{CutSegment, GaugeSize, Half, Phase, Plan, PlanCommand,
 use crate::motion::point_to_point::whole_ticks;
 use crate::motion::speed_plan::{FixedPathSpeed, SpeedPlan};
 use crate::planner::deflection::{GaugedSize, GroundLobe};
+use alloc::string::String;
 
 /// Distance of the table before a station's switch at the start of the search (mm), and the limit of the search beyond the switch.
 /// It covers a shifted switch and lets the table reach its search speed; a longer distance costs time at the slow search speed.
@@ -176,6 +177,19 @@ impl<'a> Sequence<'a> {
             let last = self.steps.counts(Axis::X, motion.x_mm(motion.end_s()));
             let comes_turning = motion.end_speeds_rad_s().0 > 0.0;
             goes_turning = motion.end_speeds_rad_s().1 > 0.0;
+            let change_s = self.steps.machine.cycle_time_s() * pass.stop_ticks() as f64;
+            let added_s = match &cut.variation {
+                Some(variation) if variation.period_turns * cut.turn_s < 2.0 * change_s => {
+                    let (lobe, pass) = (String::from(name), specs[number].name.clone());
+                    return Err(PlanError::VariationTooFast {
+                        lobe,
+                        pass,
+                        shortest_turns: 2.0 * change_s / cut.turn_s,
+                    });
+                }
+                Some(variation) => motion.time_added_by(variation, cut.plateau_s, change_s),
+                None => 0.0,
+            };
             if number == 0 && !comes_turning {
                 retracted = first + self.steps.counts(Axis::X, self.job.rapid_advance_mm);
                 let label = "wheel corrected by the lift";
@@ -196,12 +210,20 @@ impl<'a> Sequence<'a> {
             if comes_turning || goes_turning {
                 label += ", c_axis turning on";
             }
+            if let Some(variation) = cut.variation {
+                label += &alloc::format!(
+                    ", work speed {:.0} % lower in half of every {} turns",
+                    100.0 * variation.slower,
+                    variation.period_turns
+                );
+            }
             if lobe.passes.len() > 1 {
                 label = alloc::format!("{}, {label}", specs[number].name);
             }
             let length_s = pass.law().end() - pass.law().start();
             let waits = if number == 0 { waits_ticks } else { 0 };
-            let ticks = waits + whole_ticks(length_s, self.steps.machine.cycle_time_s());
+            let cycle_s = self.steps.machine.cycle_time_s();
+            let ticks = waits + whole_ticks(length_s + added_s, cycle_s);
             let turn_counts = self.steps.machine.axis(Axis::C).scale.counts(TURN_RAD);
             if comes_turning {
                 self.steps.at[Axis::C.index()] = begin.c_counts;
@@ -401,6 +423,7 @@ impl<'a> Sequence<'a> {
             retract_mm: self.job.retract_clearance_mm,
             hold_mm: self.job.hold_mm(),
             until_steady_n: None,
+            variation: self.job.speed_variation,
         }
     }
 }

@@ -115,6 +115,7 @@ pub(crate) fn job(random: &mut SplitMix64) -> JobSpec {
         passes,
         retract_clearance_mm: random.within(0.2, 3.0),
         hold_in_cut: random.one_of(&[HoldInCut::Retract, HoldInCut::StopInfeed]),
+        speed_variation: None,
         wheel_power: None,
         c_between_lobes: if turns_on { BetweenLobes::TurnsOn { margin_s: 0.05 } } else { BetweenLobes::Stops },
         rotary_indexing: !turns_on && random.next().is_multiple_of(4),

@@ -199,6 +199,7 @@ fn cut_between(
         retract_mm: 2.0,
         hold_mm: 2.0,
         until_steady_n: None,
+        variation: None,
     };
     let stop_ticks = speed.stop_ticks();
     let plan = Plan {

@@ -14,6 +14,7 @@ mod on_the_machine;
 mod setup;
 mod size;
 mod sparking_out;
+mod speed_variation;
 mod spirals;
 mod tails;
 mod trajectories;

@@ -2,12 +2,14 @@
 //! Regenerative chatter in the simulated machine: planted waves shrink and grow from turn to turn as forecast.
 
 use super::{ideal, machine, setpoint};
+use camwright::job::speed_variation::SpeedVariation;
 use camwright::machine::description::{
     Axis, ContactDescription, ContactMode, DriveSettings, MachineDescription, StiffnessAt, Structure,
 };
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
-use camwright::planner::chatter::{ContactCompliance, RegenerativeCut, SpeedVariation};
+use camwright::motion::path_stop::{rate_step, rate_step_slope};
+use camwright::planner::chatter::{ContactCompliance, RegenerativeCut};
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 
 const WIDTH_MM: f64 = 20.0;
@@ -204,12 +206,20 @@ fn planted_waves_on_a_mode_grow_beyond_the_limit_and_a_varying_speed_stops_them(
     let nearest = (1..200).find(|waves| (f64::from(*waves) - worst.waves_per_turn).abs() <= 0.5);
     let waves = nearest.expect("fewer than 200");
     assert_as_forecast(&description, &[waves], (0, 3), 0.01);
-    let variation = SpeedVariation { amplitude: 0.15, period_turns: 4.5 };
-    let (forecast, _) = variation.growth(&cut);
+    let variation = SpeedVariation { slower: 0.25, period_turns: 2.5 };
+    let (forecast, _) = cut.varied_growth(&variation);
     assert!(forecast < 1.0, "{forecast}");
     let speed = |turns: f64| {
-        let angle = TURN_RAD * turns / variation.period_turns;
-        (1.0 + variation.amplitude * angle.sin(), variation.amplitude * TURN_RAD / variation.period_turns * angle.cos())
+        const CHANGE_TURNS: f64 = 0.15;
+        let since = turns.rem_euclid(0.5 * variation.period_turns) / CHANGE_TURNS;
+        let (begins, ends) =
+            if variation.is_slow(turns) { (1.0, variation.slow_rate()) } else { (variation.slow_rate(), 1.0) };
+        match turns < 0.5 * variation.period_turns || since >= 1.0 {
+            true => (if variation.is_slow(turns) { ends } else { 1.0 }, 0.0),
+            false => {
+                (begins + (ends - begins) * rate_step(since), (ends - begins) * rate_step_slope(since) / CHANGE_TURNS)
+            }
+        }
     };
     let (steady, varied) = (ground(&description, waves, 14.3, &constant), ground(&description, waves, 14.3, &speed));
     assert!(steady[13] > steady[3], "{steady:?}");

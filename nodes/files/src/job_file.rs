@@ -13,7 +13,7 @@ use super::locate::{Located, locate};
 use super::machine_file::{self, MachineConfig};
 use super::names;
 use super::nc_file::{NcFile, NcSettings};
-use super::pass_file::{self, InfeedFile, RoughingFile, SpeedFile};
+use super::pass_file::{self, InfeedFile, RoughingFile, SpeedFile, SpeedVariationFile};
 use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
 use super::pulse_file::{PulseSettings, PulsesFile};
@@ -111,6 +111,9 @@ pub(super) struct JobFile {
     /// Reaction to a hold in the cut; C keeps turning. A cancel always retracts.
     #[serde(default)]
     hold_in_cut: HoldFile,
+    /// Varies the work speed from turn to turn in all passes, against chatter (`camwright chatter`). NC programs and `pulses` have the speed
+    /// of the pass. Default: no variation.
+    speed_variation: Option<SpeedVariationFile>,
     /// Limit of the spindle power for every pass. Default: no limit.
     wheel_power: Option<WheelPowerFile>,
     /// Motion of C between two lobes.
@@ -501,6 +504,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
             HoldFile::Retract => HoldInCut::Retract,
             HoldFile::StopInfeed => HoldInCut::StopInfeed,
         },
+        speed_variation: file.speed_variation.map(SpeedVariationFile::variation),
         wheel_power: file.wheel_power.as_ref().map(WheelPowerFile::spec),
         c_between_lobes: match file.c_between_lobes {
             BetweenLobesFile::Stops => BetweenLobes::Stops,

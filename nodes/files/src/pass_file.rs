@@ -4,8 +4,10 @@
 use super::names;
 use camwright::job::grinding::{
     InfeedCourse, InfeedDirection, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, PassSpec, SizeControl, SpeedLaw,
+    VARIATION_PERIODS_TURNS,
 };
 use camwright::job::infeed::MAX_TURNS;
+use camwright::job::speed_variation::SpeedVariation;
 use camwright::machine::description::ReferenceCut;
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
 use schemars::JsonSchema;
@@ -179,6 +181,24 @@ pub(super) enum SpeedFile {
     },
     /// Fastest turn within all limits of both axes.
     TimeOptimal,
+}
+
+/// Work speed that differs from turn to turn.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SpeedVariationFile {
+    /// Part of the work speed that is missing in the slower half of each period.
+    #[schemars(range(min = 1.0, max = 75.0))]
+    slower_percent: f64,
+    /// Turns of the part in a period: half of it at the speed of the pass, half of it slower.
+    #[schemars(range(min = VARIATION_PERIODS_TURNS.0, max = VARIATION_PERIODS_TURNS.1))]
+    period_turns: f64,
+}
+
+impl SpeedVariationFile {
+    pub(super) fn variation(self) -> SpeedVariation {
+        SpeedVariation { slower: 0.01 * self.slower_percent, period_turns: self.period_turns }
+    }
 }
 
 impl SpeedFile {

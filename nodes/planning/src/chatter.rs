@@ -6,12 +6,11 @@ use super::drawing::{png, svg};
 use super::files::Files;
 use super::plots::stability_plot;
 use camwright::cam::wave_cause::WaveCause;
+use camwright::job::speed_variation::SpeedVariation;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::{TURN_RAD, rpm_from_rad_s};
 use camwright::planner::PlannedLobe;
-use camwright::planner::chatter::{
-    ChatterForecast, ChatterRequest, ContactCompliance, SpeedRange, SpeedVariation, WaveGrowth,
-};
+use camwright::planner::chatter::{ChatterForecast, ChatterRequest, ContactCompliance, SpeedRange, WaveGrowth};
 use camwright_files::{ConfigError, FileLocation};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -34,7 +33,7 @@ fn decibels(ratio: f64) -> f64 {
 pub struct ChatterReport {
     pub job: String,
     pub machine: String,
-    /// No wave of any pass grows.
+    /// No wave of any pass grows, with the variation of the work speed if the job has it.
     pub is_stable: bool,
     /// Variation of the work speed whose effect the passes state.
     pub variation: VariationSummary,
@@ -43,11 +42,23 @@ pub struct ChatterReport {
     pub passes: Vec<PassChatter>,
 }
 
-/// Variation of the work speed.
+/// Variation of the work speed: half of each period is slower.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct VariationSummary {
-    pub amplitude_percent: f64,
+    pub slower_percent: f64,
     pub period_turns: f64,
+    /// The job has it; otherwise it is compared only.
+    pub is_of_job: bool,
+}
+
+impl VariationSummary {
+    /// Variation of the job if it has one.
+    #[must_use]
+    pub fn of_job(prepared: &PreparedJob) -> Option<Self> {
+        let variation = prepared.job.spec.speed_variation?;
+        let slower_percent = 100.0 * variation.slower;
+        Some(Self { slower_percent, period_turns: variation.period_turns, is_of_job: true })
+    }
 }
 
 /// Wave with its growth.
@@ -171,6 +182,12 @@ fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Optio
     })
 }
 
+/// No wave grows at the work speed, or none grows in the mean of the speeds between which the job varies it.
+fn is_stable(prepared: &PreparedJob, forecast: &ChatterForecast) -> bool {
+    let is_calmed = |variation: &SpeedVariation| forecast.cut.varied_growth(variation).0 <= 1.0;
+    forecast.is_stable() || prepared.job.spec.speed_variation.as_ref().is_some_and(is_calmed)
+}
+
 /// Causes of waves that the last pass of a lobe left on the part, one for each number of waves per turn.
 #[must_use]
 pub fn wave_causes(prepared: &PreparedJob, lobe: &PlannedLobe, waves_per_turn: &[usize]) -> Vec<Option<WaveCause>> {
@@ -178,7 +195,7 @@ pub fn wave_causes(prepared: &PreparedJob, lobe: &PlannedLobe, waves_per_turn: &
     let machine = of_wheel(prepared, lobe);
     let wheel_radius_mm = lobe.tool_path.wheel_radius_mm();
     let forecast = forecast_of(prepared, lobe, last);
-    let of_part = |forecast: &ChatterForecast| match forecast.is_stable() {
+    let of_part = |forecast: &ChatterForecast| match is_stable(prepared, forecast) {
         true => Vec::new(),
         false => forecast.cut.part_waves(),
     };
@@ -206,8 +223,9 @@ pub(super) fn chatter_warning(prepared: &PreparedJob) -> Option<String> {
             continue;
         }
         for pass in 0..lobe.passes.len() {
-            let Some(wave) = forecast_of(prepared, lobe, pass).and_then(|forecast| forecast.part) else { continue };
-            if wave.is_growing() && worst.as_ref().is_none_or(|(growth, _)| wave.per_turn > *growth) {
+            let Some(forecast) = forecast_of(prepared, lobe, pass) else { continue };
+            let Some(wave) = forecast.part.filter(|_| !is_stable(prepared, &forecast)) else { continue };
+            if worst.as_ref().is_none_or(|(growth, _)| wave.per_turn > *growth) {
                 let message = format!(
                     "lobe {}, pass {}: chatter; waves of {:.0} Hz, {:.0} in a turn, grow {:.2} times per turn; \
                      `camwright chatter` shows what is stable",
@@ -238,12 +256,12 @@ fn pass_chatter(
         slowest_rad_s: SLOWEST * planned_rad_s,
         fastest_rad_s: (FASTEST * planned_rad_s).min(machine.axis(Axis::C).limits.velocity).max(planned_rad_s),
     };
-    let is_stable = forecast.is_stable();
+    let is_stable = is_stable(prepared, &forecast);
     let (below, above) = if is_stable { (None, None) } else { forecast.nearest_stable_rad_s(range) };
     let grinding_n_mm2 = machine.contact.as_ref()?.grinding_n_mm2;
     let finite = |value: f64| value.is_finite().then_some(value);
     let (slowest, fastest) = speed.speed_range_rad_s();
-    let varied = SpeedVariation { amplitude: 0.01 * variation.amplitude_percent, period_turns: variation.period_turns };
+    let varied = SpeedVariation { slower: 0.01 * variation.slower_percent, period_turns: variation.period_turns };
     Some(PassChatter {
         lobe: design.name.clone(),
         pass: prepared.job.spec.passes_of(index).get(pass)?.name.clone(),
@@ -262,7 +280,7 @@ fn pass_chatter(
         margin_db: finite(decibels(forecast.margin())),
         stable_below_rpm: below.map(rpm_from_rad_s),
         stable_above_rpm: above.map(rpm_from_rad_s),
-        varied_growth_per_turn: varied.growth(&forecast.cut).0,
+        varied_growth_per_turn: forecast.cut.varied_growth(&varied).0,
         forecast,
         range,
         grinding_n_mm2,
@@ -302,7 +320,7 @@ mod tests {
     use camwright::cam::lobe_inspection::LobeInspection;
     use camwright::machine::description::ContactMode;
 
-    const VARIATION: VariationSummary = VariationSummary { amplitude_percent: 15.0, period_turns: 4.5 };
+    const VARIATION: VariationSummary = VariationSummary { slower_percent: 25.0, period_turns: 2.0, is_of_job: false };
 
     fn with_mode(job: &str, mode: Option<(f64, f64, f64)>) -> PreparedJob {
         let mut prepared = prepare(job, &[], None).unwrap();
@@ -420,6 +438,51 @@ mod tests {
         // Neighbouring numbers grow nearly as fast, and a few turns do not separate them.
         assert!((per_turn as f64 / wave.waves_per_turn - 1.0).abs() < 0.03, "{per_turn}, {wave:?}");
         assert_eq!(cause, Some(WaveCause::Chatter));
+    }
+
+    /// Waves of a cut that chatters grow from the raw part to the finished one; with `speed_variation` they shrink as forecast, no warning is
+    /// left, and the job takes as much longer as its plan says.
+    #[test]
+    fn a_varying_work_speed_calms_a_job_that_chatters() {
+        const PLANTED_MM: f64 = 2e-4;
+        // Of the 30 turns with infeed 15 are in air.
+        const TURNS: i32 = 15 + 3;
+        let ground = |variation: &str| {
+            let set = [
+                "runout_correction=null".to_owned(),
+                "identification=null".to_owned(),
+                "roughing=[]".to_owned(),
+                "stock_mm=0.03".to_owned(),
+                "infeed={total_mm: 0.06, per_turn_um: 2.0, spark_out_turns: 3}".to_owned(),
+                "raw_part={lobes: [{count: 192, um: 0.2}]}".to_owned(),
+                "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0.0, width_mm: 20.0}]".to_owned(),
+                format!("speed_variation={variation}"),
+            ];
+            let mut prepared = prepare("journal_runout", &set, None).unwrap();
+            prepared.machine.axes[Axis::X.index()].drive.coulomb_friction = 0.0;
+            let mode = ContactMode { frequency_rad_s: 180.0 * TURN_RAD, damping: 0.04, compliance_share: 0.2 };
+            prepared.machine.contact.as_mut().unwrap().modes = vec![mode];
+            let (_, _, outlines) = crate::simulate_outlines_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
+            let radii = &outlines[0];
+            let part = |of: fn(f64) -> f64| {
+                let angle = |i: usize| 192.0 * TURN_RAD * i as f64 / radii.len() as f64;
+                let sum: f64 = radii.iter().enumerate().map(|(i, radius)| (radius - 20.0) * of(angle(i))).sum();
+                2.0 * sum / radii.len() as f64
+            };
+            let wave_mm = part(f64::cos).hypot(part(f64::sin));
+            let forecast = forecast_of(&prepared, &prepared.planned.lobes[0], 0).unwrap();
+            let factor = |rate: f64| forecast.cut.planted_wave_per_turn(192.0, rate * TURN_RAD / forecast.cut.turn_s);
+            (wave_mm, factor(1.0), factor(0.75), chatter_warning(&prepared), prepared.planned.plan.duration_s)
+        };
+        let (steady_mm, planned, slow, warning, steady_s) = ground("null");
+        assert!(warning.is_some() && planned > 1.0 && slow < 1.0, "{warning:?} {planned} {slow}");
+        assert!(steady_mm > 2.0 * PLANTED_MM, "{steady_mm} mm");
+        let (varied_mm, _, _, warning, varied_s) = ground("{slower_percent: 25, period_turns: 2}");
+        assert_eq!(warning, None);
+        assert!(varied_s > 1.1 * steady_s, "{varied_s} s, {steady_s} s");
+        let forecast_mm = PLANTED_MM * (planned * slow).powi(TURNS / 2);
+        assert!((varied_mm / forecast_mm - 1.0).abs() < 0.1, "{varied_mm} mm, forecast {forecast_mm} mm");
+        assert!(varied_mm < 0.55 * PLANTED_MM, "{varied_mm} mm");
     }
 
     #[test]

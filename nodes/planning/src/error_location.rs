@@ -69,6 +69,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
         PlanError::SharpForTaper { lobe, .. } => format!("{}.taper_um", lobe_key(job, lobe)),
+        PlanError::VariationTooFast { .. } => "speed_variation.period_turns".into(),
         PlanError::NoArrival { .. } | PlanError::Speed { source: SpeedPlanError::NoLead { .. }, .. } => {
             "c_between_lobes".into()
         }
@@ -204,6 +205,7 @@ fn file_key(key: JobKey) -> &'static str {
         JobKey::FormCompensationMax => "form_compensation.most_um",
         JobKey::FormCompensationMaxSlope => "form_compensation.most_um_per_deg",
         JobKey::CBetweenLobesMargin => "arrival_margin_ms",
+        JobKey::SpeedVariationSlower => "speed_variation.slower_percent",
         JobKey::PublishedWindow => "runout_correction.published_window_deg",
         JobKey::PublishedStep => "runout_correction.published_step_deg",
         JobKey::PartModulus => "part_support.modulus_gpa",

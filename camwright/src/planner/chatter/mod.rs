@@ -18,14 +18,14 @@
 //! allows kg = 2 k ζ (1 + ζ). The lobes over the work speed are those of J. Tlusty and of Y. Altintas, "Manufacturing Automation".
 //!
 //! The delay is the time since the same place of the part was last in front of the wheel. That is the time of a turn for every speed
-//! law that repeats from turn to turn, so the forecast holds for a cam too; a variation of the speed acts only if successive turns differ.
+//! law that repeats from turn to turn, so the forecast holds for a cam too; a variation of the speed acts only if successive turns differ
+//! ([`SpeedVariation`](crate::job::speed_variation::SpeedVariation)).
 //! The cut is taken where the normal lies along X: on flanks the drive of the wheelhead gets less of the force.
 
 mod compliance;
 mod drive_compliance;
 mod forecast;
 mod regeneration;
-mod speed_variation;
 mod stability_lobes;
 #[cfg(test)]
 mod tests;
@@ -34,5 +34,4 @@ pub use compliance::{ContactCompliance, VibrationMode};
 pub use drive_compliance::DriveCompliance;
 pub use forecast::{ChatterForecast, ChatterRequest, SpeedRange};
 pub use regeneration::{RegenerativeCut, WaveGrowth, WheelRegeneration};
-pub use speed_variation::SpeedVariation;
 pub use stability_lobes::{LobePoint, StabilityLobes};

@@ -169,6 +169,7 @@ pub(crate) fn job() -> JobSpec {
         }],
         retract_clearance_mm: 2.0,
         hold_in_cut: HoldInCut::Retract,
+        speed_variation: None,
         wheel_power: None,
         c_between_lobes: BetweenLobes::Stops,
         rotary_indexing: false,

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::job::grinding::JobError;
+use crate::job::speed_variation::SpeedVariation;
 
 #[test]
 fn two_lobes_on_one_station_are_refused() {
@@ -38,6 +39,22 @@ fn jobs_without_what_they_need_are_refused() {
     assert!(error.to_string().contains("lobes 1 and 2 are both named I1"), "{error}");
     let error = refusal(|job| job.stock_mm = f64::NAN);
     assert_eq!(error.to_string(), "stock_mm is NaN; it must be a number above 0");
+}
+
+/// A variation of the work speed is within its ranges, and no faster than the axes can change their speed.
+#[test]
+fn variations_of_the_work_speed_that_cannot_be_are_refused() {
+    let with = |slower: f64, period_turns: f64| {
+        refusal(|job| job.speed_variation = Some(SpeedVariation { slower, period_turns })).to_string()
+    };
+    assert_eq!(with(0.9, 2.0), "speed_variation.slower is 0.9; it must be 0.01 to 0.75 (1 to 75 %)");
+    assert_eq!(with(0.2, 1.0), "speed_variation.period_turns is 1; it must be 1.5 to 3");
+    let error = refusal(|job| {
+        job.speed_variation = Some(SpeedVariation { slower: 0.2, period_turns: 1.5 });
+        job.passes[0].speed = SpeedLaw::TimeOptimal { max_rad_s: 1e4 };
+    });
+    let PlanError::VariationTooFast { shortest_turns, .. } = &error else { panic!("{error}") };
+    assert!(*shortest_turns > 1.5 && error.to_string().contains("a change of the work speed takes half of"), "{error}");
 }
 
 /// A plan of a year is a mistyped speed, and one of the age of the universe has knots that are the same float.

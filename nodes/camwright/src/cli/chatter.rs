@@ -2,6 +2,7 @@
 //! `camwright chatter`: stability of every cut of a job, and the effect of a varying work speed.
 
 use super::output::{JsonArg, VerdictLevel, number, print_error, print_verdict, say, wrapped};
+use camwright::job::grinding::VARIATION_PERIODS_TURNS;
 use camwright_files::any_job::{self, AnyJob};
 use camwright_planning::{self as planning, ChatterReport, PassChatter, VariationSummary};
 use std::path::PathBuf;
@@ -13,12 +14,12 @@ use std::process::ExitCode;
 pub(super) struct ChatterArgs {
     /// Name or path of a grinding job
     job: String,
-    /// Amplitude of the work-speed variation to compare with (percent)
-    #[arg(long, value_name = "PERCENT", default_value_t = 15.0, value_parser = amplitude)]
-    variation: f64,
-    /// Period of that variation in turns of the part
-    #[arg(long, value_name = "TURNS", default_value_t = 4.5, value_parser = period)]
-    period: f64,
+    /// Compare with a work speed that is lower by this in half of each period (percent) [default: the job's, or 25]
+    #[arg(long, value_name = "PERCENT", value_parser = slower)]
+    variation: Option<f64>,
+    /// Period of that variation in turns of the part [default: the job's, or 2]
+    #[arg(long, value_name = "TURNS", value_parser = period)]
+    period: Option<f64>,
     /// Draw the stability lobes of the worst pass as SVG or PNG
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -32,18 +33,18 @@ pub(super) struct ChatterArgs {
     output: JsonArg,
 }
 
-fn amplitude(text: &str) -> Result<f64, String> {
+fn slower(text: &str) -> Result<f64, String> {
     number(text)
         .ok()
-        .filter(|percent| (0.0..=50.0).contains(percent))
-        .ok_or_else(|| "it must be a number from 0 to 50 percent".to_owned())
+        .filter(|percent| (1.0..=75.0).contains(percent))
+        .ok_or_else(|| "it must be a number from 1 to 75 percent".to_owned())
 }
 
 fn period(text: &str) -> Result<f64, String> {
     number(text)
         .ok()
-        .filter(|turns| (0.1..=1000.0).contains(turns))
-        .ok_or_else(|| "it must be a number from 0.1 to 1000 turns".to_owned())
+        .filter(|turns| (VARIATION_PERIODS_TURNS.0..=VARIATION_PERIODS_TURNS.1).contains(turns))
+        .ok_or_else(|| "it must be a number from 1.5 to 3 turns".to_owned())
 }
 
 /// Exit code 0: stable; 1: a pass chatters; 2: rejected, or not written.
@@ -82,7 +83,13 @@ fn report(args: &ChatterArgs) -> Result<ChatterReport, String> {
         job.machine = job.machine.with_overrides(&args.set_machine).map_err(|error| error.to_string())?;
     }
     let prepared = planning::plan(*job, None).map_err(|error| error.to_string())?;
-    let variation = VariationSummary { amplitude_percent: args.variation, period_turns: args.period };
+    let of_job = VariationSummary::of_job(&prepared);
+    let base = of_job.unwrap_or(VariationSummary { slower_percent: 25.0, period_turns: 2.0, is_of_job: false });
+    let variation = VariationSummary {
+        slower_percent: args.variation.unwrap_or(base.slower_percent),
+        period_turns: args.period.unwrap_or(base.period_turns),
+        is_of_job: of_job.is_some() && args.variation.is_none() && args.period.is_none(),
+    };
     planning::chatter(&prepared, variation).map_err(|error| error.to_string())
 }
 
@@ -114,9 +121,11 @@ fn as_text(report: &ChatterReport) -> String {
         );
     }
     text += &format!(
-        "growth: of the worst wave per turn; varied: with a work speed that varies by {} % every {} turns; margin: of \
+        "growth: of the worst wave per turn; varied: with a work speed that is {} % lower in half of every {} turns{}; margin: of \
          the width, any: stable at every width\n",
-        report.variation.amplitude_percent, report.variation.period_turns
+        report.variation.slower_percent,
+        report.variation.period_turns,
+        if report.variation.is_of_job { ", as the job has it" } else { "" }
     );
     for line in notes(report) {
         text += &format!("{line}\n");
@@ -145,7 +154,7 @@ fn notes(report: &ChatterReport) -> Vec<String> {
     let mut notes = Vec::new();
     let Some(worst) = report.worst() else { return notes };
     if !worst.is_stable {
-        notes.push(remedies(worst));
+        notes.push(remedies(worst, report.variation));
     }
     if let (Some(wave_mm), false) = (worst.wave_mm, worst.is_stable)
         && wave_mm < worst.contact_mm
@@ -178,7 +187,7 @@ fn notes(report: &ChatterReport) -> Vec<String> {
     notes
 }
 
-fn remedies(worst: &PassChatter) -> String {
+fn remedies(worst: &PassChatter, variation: VariationSummary) -> String {
     let mut remedies = Vec::new();
     if let Some(width_mm) = worst.limit_width_mm {
         remedies.push(format!("a width of {width_mm:.1} mm instead of {:.1} mm", worst.width_mm));
@@ -194,7 +203,9 @@ fn remedies(worst: &PassChatter) -> String {
         remedies.push(format!("a work speed of {}", speeds.join(" or ")));
     }
     if worst.varied_growth_per_turn < 1.0 {
-        remedies.push("the varying work speed".into());
+        let VariationSummary { slower_percent, period_turns, .. } = variation;
+        let key = format!("speed_variation={{slower_percent: {slower_percent}, period_turns: {period_turns}}}");
+        remedies.push(format!("a varying work speed, --set '{key}'"));
     }
     format!("stable for {} {}: {}", worst.lobe, worst.pass, remedies.join("; "))
 }
@@ -231,8 +242,8 @@ mod tests {
     #[test]
     fn bad_input_is_rejected_with_the_range() {
         let refused = |words: &[&str]| args(words).unwrap_err().to_string();
-        assert!(refused(&["journal_runout", "--variation", "80"]).contains("from 0 to 50 percent"));
-        assert!(refused(&["journal_runout", "--period", "0"]).contains("from 0.1 to 1000 turns"));
+        assert!(refused(&["journal_runout", "--variation", "80"]).contains("from 1 to 75 percent"));
+        assert!(refused(&["journal_runout", "--period", "0"]).contains("from 1.5 to 3 turns"));
         let turned = report(&args(&["turned_cam"]).unwrap()).unwrap_err();
         assert!(turned.contains("is not ground"), "{turned}");
     }

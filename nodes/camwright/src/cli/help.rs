@@ -144,7 +144,7 @@ Exit codes: 0 done, 2 rejected, or not a turning job";
 pub(super) const CHATTER: &str = "\
 Examples:
   camwright chatter journal_runout
-  camwright chatter my_job.yaml --variation 20 --period 5.5 --plot lobes.svg
+  camwright chatter my_job.yaml --variation 20 --period 2.5 --plot lobes.svg
 
 Growth is the factor of the worst wave per turn; above 1 it grows. The machine
 file states what vibrates: the drive of x_axis, and contact.modes of a tap test.

@@ -76,6 +76,7 @@ fn cut_to(base: PlanSegment, ids: SplineIds, cut: &CutSegment) -> PlanSegment {
         retract: m_from_mm(cut.retract_mm),
         hold: m_from_mm(cut.hold_mm),
         until_steady: cut.until_steady_n.map_or(0.0, f64::from),
+        velocity: cut.variation.map_or_else(Vec::new, |variation| vec![variation.slower, variation.period_turns]),
         ..base
     }
 }

@@ -4,6 +4,8 @@
 use super::phase::phase_from;
 use super::plan_splines::SplineIndices;
 use super::{core_from_si, mm_from_m};
+use camwright::job::grinding::{SLOWER_SHARES, VARIATION_PERIODS_TURNS};
+use camwright::job::speed_variation::SpeedVariation;
 use camwright::machine::description::{Axis, MAX_WHEELS, MachineDescription, MotionLimits};
 use camwright::motion::plan::{
     AxisTarget, CutSegment, GaugeSize, Plan, PlanCommand, Segment, SegmentKind, SpiralSegment,
@@ -89,6 +91,7 @@ impl SegmentReader<'_> {
             retract_mm: mm_from_m(finite("retract", message.retract)?),
             hold_mm: mm_from_m(finite("hold", message.hold)?),
             until_steady_n: Some(whole("until_steady", message.until_steady)?).filter(|max_n| *max_n > 0),
+            variation: variation(&message.velocity)?,
         })
     }
 
@@ -160,6 +163,22 @@ impl SegmentReader<'_> {
 
 fn finite(name: &str, value: f64) -> Result<f64, String> {
     if value.is_finite() { Ok(value) } else { Err(format!("{name} is {value}")) }
+}
+
+/// Slower part and period of a variation of the work speed; none without values.
+fn variation(values: &[f64]) -> Result<Option<SpeedVariation>, String> {
+    let is_within = |value: f64, (low, high): (f64, f64)| (low..=high).contains(&value);
+    match *values {
+        [] => Ok(None),
+        [slower, period_turns]
+            if is_within(slower, SLOWER_SHARES) && is_within(period_turns, VARIATION_PERIODS_TURNS) =>
+        {
+            Ok(Some(SpeedVariation { slower, period_turns }))
+        }
+        _ => Err(format!(
+            "its variation of the work speed is {values:?}, not a part of {SLOWER_SHARES:?} and a period of {VARIATION_PERIODS_TURNS:?} turns"
+        )),
+    }
 }
 
 /// A force of up to 100 kN: what is larger was not meant.

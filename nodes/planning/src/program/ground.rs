@@ -132,6 +132,7 @@ pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError
         (spec.measure_stock.is_some(), "measure_stock", "measures the stock before it cuts"),
         (spec.size_control().is_some(), "infeed.gauge_size", "ends the infeed at the size that a gauge reads"),
         (spec.dry_run_mm.is_some(), "dry_run", "is a dry run"),
+        (spec.speed_variation.is_some(), "speed_variation", "varies the work speed from turn to turn"),
         (!spec.wheels_in_order().is_empty(), "wheel", "changes the wheel between its cuts"),
         (spec.dressing.is_some(), "dressing", "dresses the wheel, after which every path is another"),
     ];
