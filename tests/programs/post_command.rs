@@ -121,6 +121,41 @@ fn a_turned_part_gives_a_program_that_states_what_it_is() {
     }
 }
 
+fn params(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../params").join(file);
+    std::fs::read_to_string(path).expect("a file of params/")
+}
+
+/// A lathe whose insert turns the other way, and one whose insert is clamped: M4, and no spindle at all.
+#[test]
+fn the_insert_rotates_as_its_machine_says_or_not_at_all() {
+    let folder = Folder::new("post-turned-insert");
+    let lathe = params("machines/lathe.yaml");
+    let spindle = "  surface_speed_m_s: 2.0\n  spin_up_s: 1.0\n  max_speed_rpm: 6000.0\n";
+    assert!(lathe.contains(spindle), "{lathe}");
+    let job = params("jobs/turned_cam.yaml");
+    let job = folder.write("turned_cam.yaml", &job.replace("machine: lathe", "machine: own_lathe.yaml"));
+    let job = job.display().to_string();
+    for (own, code) in [
+        (spindle.to_owned() + "  rotation: clockwise\n", Some("M3")),
+        (spindle.to_owned() + "  rotation: counterclockwise\n", Some("M4")),
+        ("  rotates: false\n".to_owned(), None),
+    ] {
+        folder.write("own_lathe.yaml", &lathe.replace(spindle, &own));
+        for (control, name) in [("linuxcnc", "turned_cam.ngc"), ("siemens", "TURNED_CAM.MPF"), ("fanuc", "O1000.NC")] {
+            let control = format!("nc.control={control}");
+            let set = turned(&[&control, "nc.rotary_decimals=3", "spindle.law=constant", "spindle.rpm=25"]);
+            posted(&job, folder.path(), &set);
+            let text = std::fs::read_to_string(folder.join(name)).expect("a program");
+            let found: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("S2387 ")).collect();
+            assert_eq!(found, Vec::from_iter(code), "{control}");
+            assert_eq!(text.lines().any(|line| line == "M5"), code.is_some(), "{control}");
+        }
+    }
+    let found = refusal(&job, &turned(&["nc.spindle_rpm=900"]));
+    assert!(found.contains("nc.spindle_rpm is for an insert that rotates"), "{found}");
+}
+
 #[test]
 fn what_makes_no_program_of_a_turned_part_is_refused_with_its_key() {
     for (set, words) in [

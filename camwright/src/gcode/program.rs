@@ -2,10 +2,12 @@
 //! Typed NC program, independent of a dialect.
 
 use super::NcAxis;
+use crate::machine::description::InsertRotation;
 use crate::math::units::{deg_from_rad, from_increments, increments, rad_from_deg};
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::string::String;
 use alloc::vec::Vec;
+use core::fmt;
 use thiserror::Error;
 
 /// Most decimal places of a coordinate.
@@ -164,6 +166,35 @@ pub enum Direction {
     Clockwise,
     /// M4.
     Counterclockwise,
+}
+
+impl Direction {
+    /// Its code, as every control reads it.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Clockwise => "M3",
+            Self::Counterclockwise => "M4",
+        }
+    }
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Clockwise => "clockwise",
+            Self::Counterclockwise => "counterclockwise",
+        })
+    }
+}
+
+impl From<InsertRotation> for Direction {
+    fn from(rotation: InsertRotation) -> Self {
+        match rotation {
+            InsertRotation::Clockwise => Self::Clockwise,
+            InsertRotation::Counterclockwise => Self::Counterclockwise,
+        }
+    }
 }
 
 /// One thing that the machine does.

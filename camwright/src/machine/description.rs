@@ -14,7 +14,7 @@ pub use crate::machine::drive::{DriveSettings, Structure};
 pub use crate::machine::effect::Effect;
 pub use crate::machine::gauge::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing::{Homing, HomingKind};
-pub use crate::machine::insert::InsertDescription;
+pub use crate::machine::insert::{EdgeArc, InsertDescription, InsertRotation, InsertSpindle};
 pub use crate::machine::loading::LoadingDescription;
 pub use crate::machine::probe::{GapDetector, KeyWayProbe};
 pub use crate::machine::process::{GrindingProcess, ReferenceCut};
@@ -137,6 +137,12 @@ impl MachineDescription {
     #[must_use]
     pub fn is_lathe(&self) -> bool {
         self.insert.is_some()
+    }
+
+    /// Returns whether its tool cuts at rest: a lathe's insert that does not rotate.
+    #[must_use]
+    pub fn cuts_at_rest(&self) -> bool {
+        self.insert.is_some_and(|insert| insert.spindle.is_none())
     }
 
     /// This lathe with the rake face set to another height (mm).

@@ -3,8 +3,8 @@
 
 use crate::machine::axial_profile::AxialProfile;
 use crate::machine::description::{
-    AlarmRetract, Axis, AxisDescription, AxisScale, DriveSettings, InsertDescription, MachineDescription, MotionLimits,
-    Station, WheelDescription,
+    AlarmRetract, Axis, AxisDescription, AxisScale, DriveSettings, InsertDescription, InsertRotation, InsertSpindle,
+    MachineDescription, MotionLimits, Station, WheelDescription,
 };
 use crate::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use alloc::string::String;
@@ -136,9 +136,13 @@ pub fn lathe() -> MachineDescription {
         height_mm: -14.0,
         height_range_mm: (-30.0, 30.0),
         relief_rad: rad_from_deg(7.0),
-        surface_speed_m_s: 2.0,
-        spin_up_s: 1.0,
-        max_speed_rad_s: Some(rad_s_from_rpm(6000.0)),
+        edge: None,
+        spindle: Some(InsertSpindle {
+            surface_speed_m_s: 2.0,
+            spin_up_s: 1.0,
+            max_speed_rad_s: Some(rad_s_from_rpm(6000.0)),
+            rotation: InsertRotation::Clockwise,
+        }),
     };
     MachineDescription {
         name: String::from("reference lathe"),

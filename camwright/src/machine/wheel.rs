@@ -46,7 +46,10 @@ impl WheelDescription {
             false => Err(DescriptionError::NotPositive { what, value }),
         };
         positive("wheel width (mm)", self.width_mm)?;
-        positive("wheel surface speed (m/s)", self.surface_speed_m_s)?;
+        // An insert that does not rotate has no speed; the insert itself is checked for the speed of its spindle.
+        if !(is_insert && self.surface_speed_m_s == 0.0) {
+            positive("wheel surface speed (m/s)", self.surface_speed_m_s)?;
+        }
         positive("smallest wheel radius (mm)", self.min_radius_mm)?;
         positive("new wheel radius (mm)", self.new_radius_mm)?;
         if !is_insert {

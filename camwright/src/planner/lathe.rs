@@ -2,7 +2,7 @@
 //! From a job of turning to its plan.
 //!
 //! ```text
-//! insert clear of the bar · home C on the origin detector · insert up to speed
+//! insert clear of the bar · home C on the origin detector · driven insert up to speed
 //! for each pass:
 //!     C to its zero, Z to before the part's end              Position
 //!     X to where the path begins, in the air                 Approach
@@ -26,14 +26,15 @@ use crate::job::turning::{TurningJob, TurningSpeed};
 use crate::machine::description::{Axis, InsertDescription, MachineDescription};
 use crate::math::hermite::{HermiteError, HermiteSpline, Knot};
 use crate::math::named::named;
-use crate::math::units::{TURN_RAD, rpm_from_rad_s};
+use crate::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, wrap_turn};
 use crate::math::work::WorkBudget;
 use crate::motion::plan::{Phase, Plan, PlanCommand, SegmentKind, SpiralSegment};
 use crate::motion::point_to_point::{MOVE_SHARE, whole_ticks};
 use crate::planner::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::toolpath::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
 use crate::toolpath::insert_path::{
-    AxisLimits, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound, SpindleLaw,
+    AxisLimits, EdgeUse, EngagedEdge, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, RawBar,
+    SpeedBound, SpindleLaw,
 };
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -46,6 +47,9 @@ const AIR_MM: f64 = 0.5;
 /// Most knots of all passes together: some hundred bytes each in path, plan and pages, and some microseconds each to find them. The shipped
 /// turned cam has less than a tenth of them.
 const MAX_KNOTS: u32 = 1_000_000;
+
+/// Angle by which a contact may leave the arc of the edge (deg): the rounding of reported angles.
+const EDGE_ROUNDING_DEG: f64 = 0.01;
 
 /// Most looks at the surface for the paths of all passes: seconds of work. A test holds the shipped turned cam, whose insert bridges a hollow,
 /// to a tenth of them.
@@ -129,6 +133,30 @@ pub enum TurningError {
     /// The insert's flank would touch the part, or its edge scrape.
     #[error(transparent)]
     Clearance(#[from] InsertClearanceError),
+    /// The job cuts with a part of the edge that is not there.
+    #[error(
+        "pass {pass} cuts with the insert's edge at {angle_deg:.2} deg, turned to {turned_deg:.1} deg at z = {z_mm:.3} mm; the edge goes from \
+         {from_deg:.2} to {to_deg:.2} deg, the job needs {min_deg:.2} to {max_deg:.2} deg: turn the insert in its holder, state another arc, or use \
+         a rotating insert with its whole edge"
+    )]
+    OutsideEdge {
+        /// Pass that leaves the arc farthest, from 1.
+        pass: usize,
+        /// Place on the edge (deg).
+        angle_deg: f64,
+        /// Turned angle θ (deg), in 0..360.
+        turned_deg: f64,
+        /// z of that place (mm).
+        z_mm: f64,
+        /// Arc of the machine (deg).
+        from_deg: f64,
+        /// End of that arc (deg).
+        to_deg: f64,
+        /// Arc that all passes need (deg).
+        min_deg: f64,
+        /// End of that arc (deg).
+        max_deg: f64,
+    },
     /// A step before or after.
     #[error(transparent)]
     Step(Box<PlanError>),
@@ -178,6 +206,8 @@ pub struct PlannedTurning {
     pub passes: Vec<PlannedPass>,
     /// Clearance of the insert on the finished part.
     pub clearance: Clearance,
+    /// Arc of the insert's edge that cuts in any pass; `None` if no pass cuts.
+    pub edge: Option<EngagedEdge>,
     /// Smallest distance of the flank from the surface below the edge (mm), along the last pass.
     pub flank_distance_mm: f64,
     /// Result of the forward check.
@@ -214,6 +244,7 @@ pub fn plan_turning(
     for (index, (depth_mm, request)) in requests.into_iter().enumerate() {
         passes.push(plan_pass(job, machine, index + 1, depth_mm, &request, &budget)?);
     }
+    let edge = engaged_edge(job, &insert, &passes)?;
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
     let first_z_mm = passes.first().map_or(0.0, |pass| pass.path.request().from_mm) - job.part_zero_mm;
     let start = start.unwrap_or_else(|| PlanStart::clear_of_bar(machine, clear_mm, first_z_mm));
@@ -228,14 +259,54 @@ pub fn plan_turning(
     }
     let back = StepSubject::part(Phase::Return);
     steps.move_axis(back, Axis::Z, counts(Axis::Z, first_z_mm), None, "to before the part's end")?;
-    steps.command(back, PlanCommand::WheelStop, "insert stop");
+    if insert.spindle.is_some() {
+        steps.command(back, PlanCommand::WheelStop, "insert stop");
+    }
     let plan = steps.done();
     let report = check_plan(&plan, machine, start.counts)?;
     let flank_distance_mm = match passes.last() {
         Some(pass) => flank_distance_mm(&job.surface, &pass.path, &flank)?,
         None => f64::INFINITY,
     };
-    Ok(PlannedTurning { plan, passes, clearance, flank_distance_mm, report, surface_looks: budget.spent() })
+    Ok(PlannedTurning { plan, passes, clearance, edge, flank_distance_mm, report, surface_looks: budget.spent() })
+}
+
+/// Arc of the edge that the passes use, which must lie within that of the insert.
+fn engaged_edge(
+    job: &TurningJob,
+    insert: &InsertDescription,
+    passes: &[PlannedPass],
+) -> Result<Option<EngagedEdge>, TurningError> {
+    let x_mm = in_plane_mm(job.bar_radius_mm, insert);
+    let of_pass = |(index, pass): (usize, &PlannedPass)| {
+        let depth_mm = (index > 0).then_some(pass.depth_mm);
+        let edge = pass.path.engaged_edge(&RawBar { x_mm, end_mm: job.turned_mm.0, depth_mm })?;
+        Some((index + 1, edge))
+    };
+    let edges: Vec<(usize, EngagedEdge)> = passes.iter().enumerate().filter_map(of_pass).collect();
+    let all = edges.iter().map(|(_, edge)| *edge).reduce(EngagedEdge::with);
+    let (Some(arc), Some(needed)) = (insert.edge, all) else { return Ok(all) };
+    let beyond_rad = |place: &EdgeUse| (arc.from_rad - place.angle_rad).max(place.angle_rad - arc.to_rad);
+    let places = edges.iter().flat_map(|(pass, edge)| [(*pass, edge.min), (*pass, edge.max)]);
+    let farthest = places.max_by(|(_, a), (_, b)| beyond_rad(a).total_cmp(&beyond_rad(b)));
+    match farthest.filter(|(_, place)| deg_from_rad(beyond_rad(place)) > EDGE_ROUNDING_DEG) {
+        None => Ok(all),
+        Some((pass, place)) => Err(TurningError::OutsideEdge {
+            pass,
+            angle_deg: deg_from_rad(place.angle_rad),
+            turned_deg: deg_from_rad(wrap_turn(place.turned_rad)),
+            z_mm: place.z_mm,
+            from_deg: deg_from_rad(arc.from_rad),
+            to_deg: deg_from_rad(arc.to_rad),
+            min_deg: deg_from_rad(needed.min.angle_rad),
+            max_deg: deg_from_rad(needed.max.angle_rad),
+        }),
+    }
+}
+
+/// x of a radius in the rake plane (mm); 0 where the plane passes beside it.
+fn in_plane_mm(radius_mm: f64, insert: &InsertDescription) -> f64 {
+    libm::sqrt((radius_mm * radius_mm - insert.height_mm * insert.height_mm).max(0.0))
 }
 
 fn check(job: &TurningJob) -> Result<(), TurningError> {
@@ -315,7 +386,7 @@ fn knots(request: &PathRequest) -> f64 {
 /// At a distance d along z its edge lies √(R² − d²) nearer the axis than its centre. Seen in the rake plane the bar reaches √(B² − y₀²), and
 /// the centre stands R + stock beyond the section at least, √(r² − y₀²).
 fn air_mm(surface: &Surface, bar_mm: f64, end_mm: f64, insert: &InsertDescription, stock_mm: f64) -> f64 {
-    let in_plane = |radius_mm: f64| libm::sqrt((radius_mm * radius_mm - insert.height_mm * insert.height_mm).max(0.0));
+    let in_plane = |radius_mm: f64| in_plane_mm(radius_mm, insert);
     let radius_mm = insert.radius_mm;
     let min = in_plane(surface.bounds(end_mm - radius_mm, end_mm + radius_mm).min_mm) + radius_mm + stock_mm;
     let room = (min - in_plane(bar_mm)).clamp(0.0, radius_mm);

@@ -92,7 +92,7 @@ pub struct PlannedProgram {
 
 /// Plans the motion of a program for a machine whose axes stand at `start`, X clear of the part.
 ///
-/// The wheel runs while the program says so; where it never does, all the time.
+/// The wheel runs while the program says so; where it never does, all the time. A clamped insert never does.
 ///
 /// # Errors
 /// The first thing that the machine does not do, with file and line; nothing has moved.
@@ -119,7 +119,7 @@ pub fn plan_program(
         steps.start_wheel(home);
     }
     let mut runs = Vec::new();
-    let mut cutter_runs = !is_commanded;
+    let mut cutter_runs = !is_commanded && !machine.cuts_at_rest();
     let faced = request.faced(&driven, machine)?;
     for ((done, step), lobe) in driven.into_iter().zip(faced) {
         let of = |phase: Phase| match lobe.and_then(|index| Some((index, request.lobes.get(index)?))) {

@@ -55,9 +55,11 @@ impl PlanSteps<'_> {
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")
     }
 
-    /// Starts the mounted wheel.
+    /// Starts the mounted wheel, or a lathe's driven insert; a clamped insert has nothing to start.
     pub(super) fn start_wheel(&mut self, of: StepSubject<'_>) {
-        self.start_wheel_in(of, self.machine.wheel.spin_up_s);
+        if !self.machine.cuts_at_rest() {
+            self.start_wheel_in(of, self.machine.wheel.spin_up_s);
+        }
     }
 
     /// Starts a wheel that needs this time (s).

@@ -1,5 +1,5 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! The wheel spindle: it runs up, runs, and runs down.
+//! The wheel spindle: it runs up, runs, and runs down. A clamped insert has none.
 
 use crate::machine::description::MachineDescription;
 
@@ -11,9 +11,11 @@ pub struct WheelSpindle {
     ticks: u32,
     ticks_to_speed: u32,
     surface_speed_mm_s: f64,
+    /// True for a tool that does not rotate, and cuts at rest.
+    is_clamped: bool,
 }
 
-crate::snapshot!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surface_speed_mm_s } holds |wheel| {
+crate::snapshot!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surface_speed_mm_s, is_clamped } holds |wheel| {
     wheel.ticks <= wheel.ticks_to_speed => "the wheel is faster than it can be",
 });
 
@@ -29,19 +31,20 @@ impl WheelSpindle {
             ticks: 0,
             ticks_to_speed: ticks.clamp(1.0, f64::from(u32::MAX)) as u32,
             surface_speed_mm_s: description.wheel.surface_speed_m_s * 1000.0,
+            is_clamped: description.cuts_at_rest(),
         }
     }
 
     /// Takes up the speed and the run-up time of the wheel that is mounted now.
     pub fn mount(&mut self, description: &MachineDescription) {
-        let Self { ordered, stalled, ticks, ticks_to_speed: _, surface_speed_mm_s: _ } = *self;
+        let Self { ordered, stalled, ticks, ticks_to_speed: _, surface_speed_mm_s: _, is_clamped: _ } = *self;
         let new = Self::new(description);
         *self = Self { ordered, stalled, ticks: ticks.min(new.ticks_to_speed), ..new };
     }
 
-    /// Orders it to run or to come to rest.
+    /// Orders it to run or to come to rest. A clamped tool has no spindle to run.
     pub fn order(&mut self, run: bool) {
-        self.ordered = run;
+        self.ordered = run && !self.is_clamped;
     }
 
     /// A stalled wheel loses its speed whatever is ordered.
@@ -67,8 +70,10 @@ impl WheelSpindle {
     /// The wheel at speed at once, for an offline simulation that begins in the middle of a job.
     #[must_use]
     pub fn at_speed(mut self) -> Self {
-        self.ordered = true;
-        self.ticks = self.ticks_to_speed;
+        self.order(true);
+        if self.ordered {
+            self.ticks = self.ticks_to_speed;
+        }
         self
     }
 
@@ -84,10 +89,16 @@ impl WheelSpindle {
         self.ticks_to_speed
     }
 
-    /// Returns whether it is fast enough to cut: from half its speed on; below, it rubs.
+    /// Returns whether the tool cuts: a clamped one always, another from half its speed on; below, it rubs.
     #[must_use]
     pub fn cuts(&self) -> bool {
-        self.ticks.saturating_mul(2) > self.ticks_to_speed
+        self.is_clamped || self.ticks.saturating_mul(2) > self.ticks_to_speed
+    }
+
+    /// Returns whether the tool does not rotate.
+    #[must_use]
+    pub fn is_clamped(&self) -> bool {
+        self.is_clamped
     }
 
     /// Its speed as a share of that which it is to have.

@@ -13,7 +13,8 @@ use camwright::gcode::{
     Dialect, Direction, MotionAction, NcAxis, NumberFormat, ProgramFile, ProgramMotion, Tool, XValues, read,
 };
 use camwright::job::turning::{TurningJob, TurningSpeed};
-use camwright::machine::description::MachineDescription;
+use camwright::machine::description::{InsertRotation, InsertSpindle, MachineDescription};
+use camwright::motion::plan::{PlanCommand, SegmentKind};
 use camwright::planner::program_motion::{ProgramSetup, drivable_shares};
 use camwright::planner::{
     PlanStart, PlannedProgram, PlannedTurning, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program,
@@ -283,6 +284,59 @@ fn the_simulated_lathe_turns_the_part_by_its_program() {
         assert!(high <= own.highest().deviation_mm + allowed_mm, "{high}");
         assert!(low >= own.lowest().deviation_mm - allowed_mm, "{low}");
         assert!(high > own.highest().deviation_mm - allowed_mm, "{high}");
+    }
+}
+
+/// M3 is clockwise seen from the spindle, M4 counterclockwise, in every dialect. The lathe drives only the direction of its insert, and a
+/// clamped insert is driven by a program without a spindle.
+#[test]
+fn a_program_turns_the_insert_as_the_machine_does_or_is_refused() {
+    let job = TurningJob { speed: TurningSpeed::Constant(2.0), ..cam() };
+    let machine = ideal();
+    let rotating = |rotation: Option<InsertRotation>| {
+        let mut machine = machine.clone();
+        let insert = machine.insert.as_mut().expect("a lathe");
+        insert.spindle = insert.spindle.zip(rotation).map(|(spindle, rotation)| InsertSpindle { rotation, ..spindle });
+        machine.wheel = insert.tool();
+        machine
+    };
+    let (clockwise, counterclockwise) = (InsertRotation::Clockwise, InsertRotation::Counterclockwise);
+    let planned = planned(&job, &machine);
+    let setup = ProgramSetup { path_tolerance_mm: 0.04, ..setup(&job, &machine) };
+    for dialect in [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Siemens] {
+        let program = |direction: Option<Direction>| {
+            let control = NcControl { path_tolerance_mm: Some(0.04), ..control(dialect, 3, XValues::Radius, 1) };
+            let mut request = request(&job, &planned, &machine, control, 0.01);
+            request.spindle = direction.map(|direction| (direction, 2387));
+            read_back(&request, &posted(&request))
+        };
+        for (direction, code) in [(Direction::Clockwise, "M3"), (Direction::Counterclockwise, "M4")] {
+            let read = program(Some(direction));
+            assert!(read.1[0].text.contains(&format!("S2387 {code}\n")), "{dialect:?}");
+            let spindle = MotionAction::SpindleOn { direction, rpm: 2387.0 };
+            assert!(read.0.done.iter().any(|done| done.action == spindle), "{dialect:?}");
+            let drive = |rotation| {
+                driven(&job, &rotating(rotation), &read, setup).map(|_| ()).map_err(|error| error.to_string())
+            };
+            let (own, other) = match direction {
+                Direction::Clockwise => (clockwise, counterclockwise),
+                Direction::Counterclockwise => (counterclockwise, clockwise),
+            };
+            assert_eq!(drive(Some(own)), Ok(()), "{dialect:?}");
+            let text = drive(Some(other)).expect_err("the other direction");
+            assert!(text.contains(", line ") && text.contains(&format!("({code})")), "{text}");
+            assert!(text.contains("insert.rotation of the machine is"), "{text}");
+            let text = drive(None).expect_err("a clamped insert");
+            assert!(text.contains("the machine's insert does not rotate"), "{text}");
+        }
+        let read = program(None);
+        let text = &read.1[0].text;
+        assert!(!["M3\n", "M4\n", "M5"].iter().any(|code| text.contains(code)), "{dialect:?}");
+        let clamped =
+            driven(&job, &rotating(None), &read, setup).unwrap_or_else(|error| panic!("{dialect:?}: {error}"));
+        let is_order =
+            |kind: &SegmentKind| matches!(kind, SegmentKind::Command(PlanCommand::WheelStart | PlanCommand::WheelStop));
+        assert!(!clamped.plan.segments.iter().any(|segment| is_order(&segment.kind)), "{dialect:?}");
     }
 }
 

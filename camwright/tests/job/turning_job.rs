@@ -9,15 +9,16 @@ use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;
 use camwright::interpolator::{Motion, MotionOutcome, Prepared};
 use camwright::job::turning::{TurningJob, TurningSpeed};
-use camwright::machine::description::{DriveSettings, MachineDescription};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::{DriveSettings, EdgeArc, InsertDescription, MachineDescription};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::math::units::TURN_RAD;
-use camwright::motion::plan::{Plan, SegmentKind};
+use camwright::motion::plan::{Plan, PlanCommand, SegmentKind};
 use camwright::planner::{PlannedTurning, TurningError, TurningKey, plan_turning};
-use camwright::simulation::Machine;
 use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
+use camwright::simulation::{Machine, MachineCommand};
 use camwright::toolpath::insert_clearance::InsertClearanceError;
 use camwright::toolpath::insert_path::{InsertFeed, Passes};
 use std::sync::Arc;
@@ -100,6 +101,104 @@ fn ordinary_drives_leave_more_than_the_cusps() {
     let map = form(&job, &turned(&job, &lathe()));
     println!("ordinary drives: {:.2} to {:.2} um", 1e3 * map.lowest().deviation_mm, 1e3 * map.highest().deviation_mm);
     assert!(map.largest_mm() > 1e-3 && map.largest_mm() < 1e-2, "{}", map.largest_mm());
+}
+
+/// A cylinder of 20 mm, cut as the cam is.
+fn cylinder() -> TurningJob {
+    let cylinder = Surface::solid(solids::CYLINDER, 0.0, LENGTH_MM).expect("a cylinder");
+    TurningJob { surface: cylinder, ..cam() }
+}
+
+/// A lathe whose insert is changed; a clamped one has nothing to rotate.
+fn with_insert(change: impl Fn(&mut InsertDescription)) -> MachineDescription {
+    let mut machine = ideal();
+    let insert = machine.insert.as_mut().expect("a lathe");
+    change(insert);
+    machine.wheel = insert.tool();
+    assert_eq!(machine.validate(), Ok(()));
+    machine
+}
+
+/// In the rake plane the first pass of a cylinder stands X = √(r² − H²) + 1.9 mm + R beside the axis and meets the bar √(B² − H²) at
+/// acos((X − √(B² − H²))/R) on the side of the feed, −z; the cusps of its feed lie asin(f/2R) on the other side.
+#[test]
+fn the_edge_that_a_job_uses_must_be_there() {
+    let job = cylinder();
+    let whole = planned(&job, &ideal());
+    let edge = whole.edge.expect("it cuts");
+    let (radius_mm, in_plane) = (8.0_f64, |radius: f64| (radius * radius - 14.0 * 14.0).sqrt());
+    let ahead = ((in_plane(20.0) + 1.9 + radius_mm - in_plane(23.2)) / radius_mm).acos();
+    let behind = (0.5 * 0.4 / radius_mm).asin();
+    assert!((edge.min.angle_rad + ahead).abs() < 1e-6 && (edge.max.angle_rad - behind).abs() < 1e-6, "{edge:?}");
+    let arc = |from: f64, to: f64| {
+        let (from_rad, to_rad) = (from.to_radians(), to.to_radians());
+        with_insert(|insert| insert.edge = Some(EdgeArc { from_rad, to_rad }))
+    };
+    let (ahead, behind) = (ahead.to_degrees(), behind.to_degrees());
+    assert_eq!(planned(&job, &arc(-ahead - 0.1, behind + 0.1)).plan, whole.plan, "the arc moves nothing");
+    for (from, to, wanted) in [(-ahead + 0.1, 90.0, -ahead), (-90.0, behind - 0.1, behind)] {
+        let error = plan_turning(&job, &arc(from, to), None).expect_err("too short an arc");
+        let TurningError::OutsideEdge { pass, angle_deg, from_deg, to_deg, min_deg, max_deg, .. } = error else {
+            panic!("{error}")
+        };
+        // Both roughing passes have the same cusps.
+        assert!(pass == 1 || (pass == 2 && wanted > 0.0), "{pass}");
+        assert!((angle_deg - wanted).abs() < 1e-4 && (from_deg - from).abs() < 1e-9 && (to_deg - to).abs() < 1e-9);
+        assert!((min_deg + ahead).abs() < 1e-4 && (max_deg - behind).abs() < 1e-4, "{min_deg} {max_deg}");
+        let text = error.to_string();
+        assert!(text.contains("turn the insert in its holder") && text.contains("z = "), "{text}");
+    }
+}
+
+/// The same part as with the driven insert, without an order to a spindle; nothing touches at rest that should not.
+#[test]
+fn a_clamped_insert_turns_the_same_part_and_starts_nothing() {
+    let (job, driven) = (cam(), ideal());
+    let clamped = with_insert(|insert| insert.spindle = None);
+    let orders = |plan: &Plan| {
+        let is_order =
+            |kind: &SegmentKind| matches!(kind, SegmentKind::Command(PlanCommand::WheelStart | PlanCommand::WheelStop));
+        plan.segments.iter().filter(|segment| is_order(&segment.kind)).count()
+    };
+    let (with, without) = (planned(&job, &driven).plan, planned(&job, &clamped).plan);
+    assert_eq!((orders(&with), orders(&without)), (2, 0));
+    assert!(without.duration_s < with.duration_s - 0.9, "{} {}", without.duration_s, with.duration_s);
+    let (own, other) = (form(&job, &turned_by(with, &job, &driven)), form(&job, &turned_by(without, &job, &clamped)));
+    let off_mm = |a: f64, b: f64| (a - b).abs();
+    assert!(off_mm(own.highest().deviation_mm, other.highest().deviation_mm) < 2e-5);
+    assert!(off_mm(own.lowest().deviation_mm, other.lowest().deviation_mm) < 2e-5);
+}
+
+/// An order to rotate a clamped insert is an alarm: no spindle would answer it.
+#[test]
+fn a_clamped_insert_cannot_be_started() {
+    let clamped = with_insert(|insert| insert.spindle = None);
+    let mut machine = Machine::new(clamped.clone(), PersistentState::new(&clamped)).expect("a lathe");
+    machine.step(None, &[MachineCommand::WheelStart], &[]);
+    let is_raised = machine.alarms().iter().any(|alarm| alarm.kind == AlarmKind::WheelStopped);
+    assert!(is_raised && !machine.orders().wheel_runs);
+}
+
+/// On a cylinder of radius r an insert H above centre clears by γ − asin(H/r): with 4° asked for it may stand r·sin(γ − 4°) above.
+#[test]
+fn an_insert_a_little_above_centre_turns_a_cylinder() {
+    let job = cylinder();
+    for relief_deg in [7.0_f64, 15.0] {
+        let max_mm = 20.0 * (relief_deg - 4.0).to_radians().sin();
+        let at = |height_mm: f64| {
+            with_insert(|insert| (insert.height_mm, insert.relief_rad) = (height_mm, relief_deg.to_radians()))
+        };
+        let machine = at(max_mm - 1e-3);
+        let map = form(&job, &turned(&job, &machine));
+        let cusp_mm = FEED_MM * FEED_MM / 8.0 / 8.0;
+        assert!(map.highest().deviation_mm < 1.2 * cusp_mm && map.lowest().deviation_mm > -2e-5, "{relief_deg}");
+        let error = plan_turning(&job, &at(max_mm + 0.01), None).expect_err("the flank touches");
+        let TurningError::Clearance(InsertClearanceError::FlankTouches { clearance_deg, .. }) = error else {
+            panic!("{error}")
+        };
+        let exact_deg = relief_deg - ((max_mm + 0.01) / 20.0).asin().to_degrees();
+        assert!((clearance_deg - exact_deg).abs() < 1e-6, "{clearance_deg} {exact_deg}");
+    }
 }
 
 #[test]

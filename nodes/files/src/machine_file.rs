@@ -77,7 +77,7 @@ pub(super) struct MachineFile {
     wheel: Option<WheelFile>,
     /// Changer with further wheels. Default: one wheel.
     wheel_changer: Option<WheelChangerFile>,
-    /// Round driven insert of a lathe. A lathe has no contact, workholding, thermal, gauge, `gap_detector`, process and
+    /// Round insert of a lathe, driven or clamped. A lathe has no contact, workholding, thermal, gauge, `gap_detector`, process and
     /// dresser.
     insert: Option<InsertFile>,
     /// Contact of wheel and part. Default: rigid.
@@ -371,7 +371,10 @@ pub(super) fn named(job: &Document, name: &str) -> Result<MachineConfig, Vec<Con
 fn tool(document: &Document, file: &MachineFile) -> Result<(WheelDescription, Option<InsertDescription>), ConfigError> {
     match (&file.wheel, &file.insert) {
         (Some(wheel), None) => Ok((wheel.wheel(), None)),
-        (None, Some(insert)) => Ok((insert.insert().tool(), Some(insert.insert()))),
+        (None, Some(insert)) => {
+            let insert = insert.insert(document)?;
+            Ok((insert.tool(), Some(insert)))
+        }
         (Some(_), Some(_)) => {
             Err(document.error("insert", "a machine has a wheel, or an insert: this one has both".to_owned()))
         }
@@ -538,6 +541,9 @@ fn bounded(file: &MachineFile, x_mm: (f64, f64), z_mm: (f64, f64)) -> Vec<(Strin
     }
     if let Some(insert) = &file.insert {
         bounded.push(("insert.height_mm".to_owned(), insert.height_mm, (insert.height_min_mm, insert.height_max_mm)));
+        if let Some(edge) = &insert.edge {
+            bounded.push(("insert.edge.to_deg".to_owned(), edge.to_deg, (edge.from_deg, f64::INFINITY)));
+        }
     }
     if let Some(dresser) = &file.dresser {
         bounded.push(("dresser.x_mm".to_owned(), dresser.x_mm, x_mm));

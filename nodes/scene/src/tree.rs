@@ -4,7 +4,7 @@
 use super::Frames;
 use super::bodies;
 use super::link::{Link, SPINDLE_HEIGHT};
-use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::description::{Axis, InsertRotation, MachineDescription};
 use camwright::math::units::TURN_RAD;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
 use camwright_files::convert::{m_from_mm, si_from_core};
@@ -138,7 +138,12 @@ fn joints(machine: &MachineDescription, wheel_radius: f64, wheel_inertia: f64, f
     let sense = f64::from(machine.rotation_sense);
     // The insert turns about the normal of its rake face, which lies at a height of its own; X is that of its centre.
     let (height, wheel_at, wheel_axis) = match &machine.insert {
-        Some(insert) => (m_from_mm(insert.height_mm), [0.0; 3], [0.0, 1.0, 0.0]),
+        Some(insert) => {
+            // Seen from below the rake face a positive angle about +Y is clockwise.
+            let is_reversed =
+                insert.spindle.is_some_and(|spindle| spindle.rotation == InsertRotation::Counterclockwise);
+            (m_from_mm(insert.height_mm), [0.0; 3], [0.0, if is_reversed { -1.0 } else { 1.0 }, 0.0])
+        }
         None => (0.0, [wheel_radius, 0.0, 0.0], [0.0, 0.0, 1.0]),
     };
     let max = machine.wheel.speed_rad_s(machine.wheel.min_radius_mm);

@@ -5,7 +5,7 @@ use super::words;
 use crate::gcode::dialect::{Dialect, MAX_DWELL_MS, MAX_RPM, MAX_TOOL, Rules};
 use crate::gcode::driven::shift_of;
 use crate::gcode::fitted::{self, ProgramNames};
-use crate::gcode::{Block, BlockLocation, Call, Direction, NcAxis, Program, Subprogram, Target, WriteError};
+use crate::gcode::{Block, BlockLocation, Call, NcAxis, Program, Subprogram, Target, WriteError};
 use alloc::format;
 use alloc::string::String;
 
@@ -154,7 +154,7 @@ impl<'a> Section<'a> {
                 if !(1..=MAX_RPM).contains(rpm) {
                     return Err(WriteError::SpindleSpeed { place: place(), rpm: *rpm, max: MAX_RPM });
                 }
-                format!("S{rpm} {}\n", if *direction == Direction::Clockwise { "M3" } else { "M4" })
+                format!("S{rpm} {}\n", direction.code())
             }
             Block::SpindleOff => "M5\n".into(),
             Block::Coolant(on) => if *on { "M8\n" } else { "M9\n" }.into(),

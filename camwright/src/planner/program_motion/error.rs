@@ -1,6 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Why the motion of a program cannot be driven.
 
+use crate::gcode::Direction;
 use crate::machine::description::Axis;
 use crate::math::units::{deg_from_rad, um_from_mm};
 use crate::motion::speed_plan::{LimitedQuantity, figures};
@@ -33,6 +34,16 @@ pub enum ProgramMotionFault {
         program: i8,
         machine: i8,
     },
+    /// A program that turns a lathe's insert the other way.
+    #[error(
+        "the program turns the insert {program} ({}), insert.rotation of the machine is {machine} ({}): write the program again, or change the \
+         machine",
+        program.code(), machine.code()
+    )]
+    SpindleDirection { program: Direction, machine: Direction },
+    /// A program that turns an insert that is clamped.
+    #[error("the program turns the insert; the machine's insert does not rotate (insert.rotates: false)")]
+    NoSpindle,
     /// An axis that the machine does not have.
     #[error("Y goes to {position_mm} mm; the machine has no Y")]
     NoY {

@@ -22,7 +22,7 @@ mod uses;
 pub use error::{ProgramMotionError, ProgramMotionFault};
 pub use run::RunLaws;
 
-use crate::gcode::{Done, MotionAction, NcAxis, ProgramFile, ProgramMotion, ProgramPose};
+use crate::gcode::{Direction, Done, MotionAction, NcAxis, ProgramFile, ProgramMotion, ProgramPose};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -233,7 +233,10 @@ impl ProgramWalk<'_> {
                 Ok(())
             }
             MotionAction::Dwell(time_s) => self.order(index, ProgramStep::Dwell(time_s)),
-            MotionAction::SpindleOn { .. } => self.order(index, ProgramStep::Cutter(true)),
+            MotionAction::SpindleOn { direction, .. } => {
+                self.check_spindle(direction).map_err(|fault| (index, fault))?;
+                self.order(index, ProgramStep::Cutter(true))
+            }
             MotionAction::SpindleOff => self.order(index, ProgramStep::Cutter(false)),
             MotionAction::ToolChange(wanted) => {
                 self.end_run()?;
@@ -251,6 +254,13 @@ impl ProgramWalk<'_> {
             }
             MotionAction::Coolant(_) => Ok(()),
         }
+    }
+
+    /// Refuses a spindle that a lathe's insert does not have, or one that turns it the other way.
+    fn check_spindle(&self, program: Direction) -> Result<(), ProgramMotionFault> {
+        let Some(insert) = &self.machine.insert else { return Ok(()) };
+        let machine = insert.spindle.ok_or(ProgramMotionFault::NoSpindle)?.rotation.into();
+        if program == machine { Ok(()) } else { Err(ProgramMotionFault::SpindleDirection { program, machine }) }
     }
 
     fn order(&mut self, index: usize, step: ProgramStep) -> Result<(), LocatedFault> {

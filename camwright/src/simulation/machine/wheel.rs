@@ -142,7 +142,7 @@ impl GrindingWheel {
         self.ground = None;
     }
 
-    /// Brings the wheel to its speed if it is `allowed` to run, unless it would turn faster than it may.
+    /// Brings the wheel to its speed if it is `allowed` to run, unless it would turn faster than it may. A clamped insert raises an alarm.
     pub(super) fn start(
         &mut self,
         allowed: bool,
@@ -151,6 +151,10 @@ impl GrindingWheel {
         mut raise: impl FnMut(AlarmKind, f64, f64),
     ) {
         let radius_mm = lasting.wheel_radius_mm;
+        if self.wheel.is_clamped() {
+            raise(AlarmKind::WheelStopped, 0.0, 0.0);
+            return;
+        }
         if let Err(error) = description.wheel.check_speed(radius_mm) {
             raise(AlarmKind::WheelTooFast, error.speed_rpm, error.max_rpm);
             return;
@@ -199,11 +203,12 @@ impl GrindingWheel {
         }
     }
 
-    /// Raises an alarm if a running wheel is over the axis, or one that does not run touches the part without `pushes`.
+    /// Raises an alarm if a tool that is ready to cut is over the axis, or a wheel that does not run touches the part without `pushes`.
     pub(super) fn watch_contact(&mut self, removal: Removal, pushes: bool, tick: u64, supervision: &mut Supervision) {
         self.since_cut = if removal.area_mm2 > 0.0 { 0 } else { self.since_cut.saturating_add(1).min(CUTTING_TICKS) };
-        let over_the_axis = self.wheel.is_running() && removal.is_over_axis;
-        let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM && !pushes;
+        let is_ready = self.wheel.is_running() || self.wheel.is_clamped();
+        let over_the_axis = is_ready && removal.is_over_axis;
+        let still = !is_ready && removal.depth_mm > TOUCH_MM && !pushes;
         // A wheel that an alarm has stopped touches until it is off the part.
         if over_the_axis || (still && !supervision.is_stopping()) {
             supervision.raise(tick, AlarmKind::WheelContact, removal.depth_mm, 0.0);

@@ -32,7 +32,7 @@ pub(super) fn spiral(
     contacts: &Contacts<'_>,
     request: &PathRequest,
     feed: f64,
-) -> Result<(UniformHermite, ZLaw), InsertPathError> {
+) -> Result<(UniformHermite, ZLaw, Vec<f64>), InsertPathError> {
     let reach = contacts.reach_mm();
     if let Some((turned, z_mm, radius_mm)) = contacts.hollows().tightest().filter(|(_, _, radius)| *radius <= reach) {
         let turned_deg = deg_from_rad(turned);
@@ -57,6 +57,7 @@ pub(super) fn spiral(
     // Knot k − BESIDE of the path is entry k here.
     let count = steps + 1 + 2 * BESIDE;
     let mut centres = vec![[0.0; 2]; count as usize];
+    let mut edge_rad = vec![0.0; count as usize];
     for (angle, length) in (0..request.angles.min(count)).zip(lengths) {
         let mut along = SectionLocation::new(contacts, turned(angle), request.from_mm)?;
         let way = |knots: f64| length * knots / f64::from(steps);
@@ -64,6 +65,7 @@ pub(super) fn spiral(
         let mut k = angle;
         loop {
             centres[k as usize] = along.centre(reach);
+            edge_rad[k as usize] = libm::atan(along.point.by_z);
             k += request.angles;
             if k >= count {
                 break;
@@ -85,7 +87,7 @@ pub(super) fn spiral(
     };
     let x = spline(request.start_rad, step, knots(0))?;
     let z = spline(request.start_rad, step, knots(1))?;
-    Ok((x, ZLaw::Spline(z)))
+    Ok((x, ZLaw::Spline(z), edge_rad[BESIDE as usize..].iter().copied().take(steps as usize + 1).collect()))
 }
 
 /// A place on the section of one angle.

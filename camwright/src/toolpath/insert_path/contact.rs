@@ -27,6 +27,11 @@ impl Contact {
         Self { point, x_mm: point.x_mm + reach_mm / w, room: 1.0 - reach_mm * point.hollow(), hollow: false, reach_mm }
     }
 
+    /// Place of the contact on the insert's edge, with the centre at `centre_mm`: τ, positive towards +z (rad).
+    pub(super) fn edge_rad(&self, centre_mm: f64) -> f64 {
+        libm::atan2(self.point.z_mm - centre_mm, self.x_mm - self.point.x_mm)
+    }
+
     /// X over the turned angle: value, first and second derivative, where z of the centre has these.
     pub(super) fn knot(&self, z_first: f64, z_second: f64) -> [f64; 3] {
         let p = &self.point;

@@ -20,6 +20,7 @@ mod along_curve;
 mod cells;
 mod contact;
 mod cusp;
+mod edge;
 mod hollow;
 mod key;
 mod passes;
@@ -28,6 +29,7 @@ mod spindle;
 mod varied;
 
 pub use cusp::Cusp;
+pub use edge::{EdgeUse, EngagedEdge, RawBar};
 pub use hollow::Hollow;
 pub use key::InsertPathKey;
 pub use passes::{Pass, PassStep, Passes, cusp_mm};
@@ -196,6 +198,8 @@ pub struct InsertPath {
     request: PathRequest,
     x: UniformHermite,
     z: ZLaw,
+    /// Place of the contact on the insert's edge at each knot (rad).
+    edge_rad: Vec<f64>,
     hollow: Option<Hollow>,
     accuracy: InsertPathAccuracy,
 }
@@ -289,13 +293,13 @@ impl InsertPath {
         let section = RakeSection::new(surface, request.plane_y_mm, low - room, high + room)?.within(budget);
         let hollows = Hollows::find(&section, reach)?;
         let contacts = Contacts::new(&section, reach, &hollows);
-        let (x, z) = match request.feed {
+        let (x, z, edge_rad) = match request.feed {
             InsertFeed::AlongZ(feed) => Self::along_z(&contacts, request, feed)?,
             InsertFeed::AlongCurve(feed) => along_curve::spiral(&contacts, request, feed)?,
         };
         let hollow = contacts.bridged_hollow()?;
         let accuracy = InsertPathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places: 0 };
-        let mut path = Self { request: *request, x, z, hollow, accuracy };
+        let mut path = Self { request: *request, x, z, edge_rad, hollow, accuracy };
         path.accuracy = path.check(&contacts)?;
         Ok(path)
     }
@@ -304,7 +308,7 @@ impl InsertPath {
         contacts: &Contacts<'_>,
         request: &PathRequest,
         feed: f64,
-    ) -> Result<(UniformHermite, ZLaw), InsertPathError> {
+    ) -> Result<(UniformHermite, ZLaw, Vec<f64>), InsertPathError> {
         let way = request.to_mm - request.from_mm;
         let steps = request.steps(way.abs() / feed)?;
         let step = request.step_rad();
@@ -312,10 +316,12 @@ impl InsertPath {
         let z_at = |k: f64| request.from_mm + k * step * per_rad;
         let turned = |k: f64| request.start_rad + k * step;
         let mut knots: Vec<[f64; 3]> = Vec::with_capacity(steps as usize + 1);
+        let mut edge_rad = Vec::with_capacity(steps as usize + 1);
         let mut follow = contacts.follow();
         for k in 0..=steps {
             let k = f64::from(k);
             let contact = follow.next(turned(k), z_at(k))?;
+            edge_rad.push(contact.edge_rad(z_at(k)));
             if follow.jumped() {
                 let next = contact.knot(per_rad, 0.0);
                 if let Some(before) = knots.last() {
@@ -335,7 +341,7 @@ impl InsertPath {
             }
         }
         let x = spline(request.start_rad, step, knots)?;
-        Ok((x, ZLaw::Straight { from_mm: request.from_mm, per_rad }))
+        Ok((x, ZLaw::Straight { from_mm: request.from_mm, per_rad }, edge_rad))
     }
 
     /// Requested path.

@@ -11,7 +11,7 @@ use camwright::gcode::post::{
     InsertPassRequest, InsertPostRequest, PostError, PostedInsertPass, PostedInsertProgram, ProgramComparison,
     ProgramRun, compare_insert, post_insert,
 };
-use camwright::gcode::{Direction, NcAxis, ProgramFile, Tool};
+use camwright::gcode::{Direction, MotionAction, NcAxis, ProgramFile, ProgramMotion, Tool};
 use camwright::machine::description::InsertDescription;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
 use camwright::planner::TurningError;
@@ -39,6 +39,7 @@ pub(super) fn write(
         to.write(&out.join(&file.name), &|to| to.write_all(file.text.as_bytes()))?;
     }
     let motion = read_back(document, &request.control, out, &files)?;
+    check_spindle(request, &motion).map_err(|message| document.error("nc", message))?;
     let compared = compare_insert(request, posted, &runs(&motion)).map_err(blamed)?;
     for (pass, posted) in request.passes.iter().zip(&posted.passes) {
         let path = out.join(file_name(&request.name)).join(format!("{}_segments.csv", file_name(&pass.name)));
@@ -47,6 +48,21 @@ pub(super) fn write(
     let summary = summary(prepared, &drivable, &compared, &files);
     to.json(&out.join("summary.json"), &summary)?;
     Ok(summary)
+}
+
+/// Compares the spindle of the program that was read back with the one requested.
+fn check_spindle(request: &InsertPostRequest<'_>, motion: &ProgramMotion) -> Result<(), String> {
+    let found: Vec<_> = (motion.done.iter())
+        .filter_map(|done| match done.action {
+            MotionAction::SpindleOn { direction, rpm } => Some((direction, rpm)),
+            _ => None,
+        })
+        .collect();
+    let expected: Vec<_> = request.spindle.iter().map(|(direction, rpm)| (*direction, f64::from(*rpm))).collect();
+    match found == expected {
+        true => Ok(()),
+        false => Err(format!("the program read back turns the insert's spindle {found:?} instead of {expected:?}")),
+    }
 }
 
 /// Compares what a control drives of the program of a planned turning job with its paths.
@@ -139,7 +155,15 @@ fn request(prepared: &PreparedTurning) -> Result<InsertPostRequest<'_>, ConfigEr
     let insert = prepared.machine.insert;
     let insert = insert.ok_or_else(|| job.document.error("machine", TurningError::NotALathe.to_string()))?;
     let radius_mm = insert.radius_mm;
-    let by_surface = || spindle_rpm(insert.surface_speed_m_s, radius_mm);
+    if let (None, Some(_)) = (insert.spindle, settings.spindle_rpm) {
+        let message =
+            "nc.spindle_rpm is for an insert that rotates; the machine's does not (insert.rotates: false): remove it";
+        return Err(job.document.error("nc.spindle_rpm", message));
+    }
+    let spindle = insert.spindle.map(|spindle| {
+        let by_surface = || spindle_rpm(spindle.surface_speed_m_s, radius_mm);
+        (Direction::from(spindle.rotation), settings.spindle_rpm.unwrap_or_else(by_surface))
+    });
     Ok(InsertPostRequest {
         name: job.spec.name.clone(),
         number: settings.program_number,
@@ -149,7 +173,7 @@ fn request(prepared: &PreparedTurning) -> Result<InsertPostRequest<'_>, ConfigEr
             radius_mm,
             text: format!("round insert, rake face {}", beside_centre(-insert.height_mm)),
         },
-        spindle: Some((Direction::Clockwise, settings.spindle_rpm.unwrap_or_else(by_surface))),
+        spindle,
         coolant: settings.coolant,
         control: settings.control,
         x_shift_mm: if settings.x_of_edge { -radius_mm } else { 0.0 },

@@ -55,6 +55,7 @@ fn cause(job: &TurnedJob, machine: &MachineDescription, error: &TurningError) ->
         TurningError::TooFast { .. } => job_key("spindle.rpm"),
         TurningError::Spline { .. } => job_key("surface"),
         TurningError::NoStop { axis, .. } => Cause::Machine(axis.joint()),
+        TurningError::OutsideEdge { .. } => Cause::Machine("insert.edge"),
         TurningError::Clearance(error) => clearance_cause(job, machine, error),
         TurningError::Step(error) => match &**error {
             PlanError::SoftLimit { axis, position_mm, high_mm, .. } => axis_cause(job, *axis, *position_mm, *high_mm),

@@ -2,7 +2,7 @@
 //! Everything that can be said about a turning job before anything moves.
 
 use super::prepared::{PreparedTurning, plan_turned};
-use super::summary::{MeshSummary, TurningSummary, mesh_summary, turning_summary};
+use super::summary::{EdgeSummary, MeshSummary, TurningSummary, mesh_summary, turning_summary};
 use crate::finding::{CheckReport, Finding, warning};
 use crate::lifts;
 use camwright::toolpath::insert_clearance::{OFFSET_DEG, beside_centre};
@@ -54,6 +54,16 @@ fn mesh_note(mesh: &MeshSummary) -> String {
     )
 }
 
+/// One line about the edge of the insert.
+fn edge_note(edge: &EdgeSummary) -> String {
+    let [from, to] = [edge.from, edge.to]
+        .map(|place| format!("{:.2} deg at C {:.1} deg, z {:.3} mm", place.angle_deg, place.c_deg, place.z_mm));
+    let arc =
+        edge.arc_deg.map_or_else(|| "the whole circle".to_owned(), |[from, to]| format!("{from:.2} to {to:.2} deg"));
+    let insert = if edge.rotates { "rotating insert" } else { "clamped insert" };
+    format!("edge      cuts from {from}, to {to}; {insert}, {arc}")
+}
+
 /// Lines on the fidelity of a mesh, and on the clearance of the insert.
 #[must_use]
 pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
@@ -84,6 +94,7 @@ pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
             clearance.offset_angle_deg
         ),
     ]);
+    notes.extend(summary.edge.as_ref().map(edge_note));
     if let Some(heights) = &clearance.heights {
         notes.push(format!(
             "heights   from {} to {} work, best {}",

@@ -12,7 +12,7 @@ use camwright::motion::point_to_point::MOVE_SHARE;
 use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::PlannedPass;
 use camwright::toolpath::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
-use camwright::toolpath::insert_path::{BoundShare, InsertFeed};
+use camwright::toolpath::insert_path::{BoundShare, EdgeUse, InsertFeed};
 use serde::Serialize;
 use std::path::Path;
 
@@ -48,6 +48,9 @@ pub struct TurningSummary {
     pub mesh: Option<MeshSummary>,
     /// Clearance of the insert.
     pub clearance: ClearanceSummary,
+    /// Arc of the insert's edge that cuts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edge: Option<EdgeSummary>,
     /// Form tolerance in addition to the cusps.
     pub tolerance_um: f64,
     /// The passes in their order.
@@ -99,6 +102,30 @@ pub struct AngleSummary {
     /// Minimum allowed angle.
     #[serde(rename = "least_deg")]
     pub min_deg: f64,
+    /// Angle of `c_axis`.
+    pub c_deg: f64,
+    /// Place along the part.
+    pub z_mm: f64,
+}
+
+/// Arc of the insert's edge that cuts, and the arc that the machine states: 0 faces the spindle axis, positive angles lie towards +z.
+#[derive(Debug, Clone, Serialize)]
+pub struct EdgeSummary {
+    /// Smallest angle.
+    pub from: EdgeUseSummary,
+    /// Largest angle.
+    pub to: EdgeUseSummary,
+    /// Arc of the machine; absent for the whole circle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc_deg: Option<[f64; 2]>,
+    /// True for an insert on a spindle of its own.
+    pub rotates: bool,
+}
+
+/// A place on the edge, and where it cuts.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct EdgeUseSummary {
+    pub angle_deg: f64,
     /// Angle of `c_axis`.
     pub c_deg: f64,
     /// Place along the part.
@@ -240,8 +267,23 @@ pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
         insert_radius_mm: insert.radius_mm,
         mesh,
         clearance: clearance_summary(prepared, insert),
+        edge: edge_summary(prepared, insert),
         tolerance_um: um_from_mm(prepared.job.tolerance_mm),
         passes: prepared.planned.passes.iter().map(|pass| pass_summary(prepared, pass)).collect(),
+    })
+}
+
+fn edge_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> Option<EdgeSummary> {
+    let of_edge = |place: EdgeUse| EdgeUseSummary {
+        angle_deg: deg_from_rad(place.angle_rad),
+        c_deg: turn_deg(place.turned_rad),
+        z_mm: place.z_mm,
+    };
+    prepared.planned.edge.map(|edge| EdgeSummary {
+        from: of_edge(edge.min),
+        to: of_edge(edge.max),
+        arc_deg: insert.edge.map(|arc| [arc.from_rad, arc.to_rad].map(deg_from_rad)),
+        rotates: insert.spindle.is_some(),
     })
 }
 

@@ -10,7 +10,7 @@ use camwright::simulation::turned_part::{PartGrid, TurnedPart};
 use camwright_files::ConfigError;
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::locate::{Located, locate};
-use camwright_files::turning_file;
+use camwright_files::turning_file::{self, TurnedJob};
 use std::path::Path;
 
 fn prepared(overrides: &[&str]) -> Result<PreparedTurning, ConfigError> {
@@ -104,6 +104,46 @@ fn an_insert_at_a_height_at_which_it_touches_is_blamed_on_its_machine() {
         assert!(error.contains(words) && error.contains("z = "), "{height_mm}: {error}");
         assert!(error.contains("below centre it clears this surface, best "), "{height_mm}: {error}");
         assert!(error.starts_with("lathe"), "{error}");
+    }
+}
+
+/// The contact of the shipped cam lies beyond a short arc; the sentence says where, names the arc of the machine file, and what to do.
+#[test]
+fn an_edge_that_is_too_short_is_blamed_on_its_machine() {
+    let job = turning_file::load("turned_cam", &[]).unwrap();
+    let with_edge = |text: &str| {
+        let located = locate("machines", "lathe", "yaml", None).unwrap();
+        let text = located.text.replacen("  relief_deg:", &format!("{text}  relief_deg:"), 1);
+        let line = text.lines().position(|line| line.starts_with("  edge:")).map(|line| line + 1);
+        let machine = camwright_files::machine_file::parse(Path::new("own_lathe.yaml"), &text, &[]).unwrap();
+        (plan_turned(TurnedJob { machine, ..job.clone() }, None), line)
+    };
+    let (whole, _) = with_edge("");
+    let whole = whole.unwrap();
+    let summary = turning_summary(&whole).unwrap();
+    let edge = summary.edge.clone().expect("it cuts");
+    assert!(edge.from.angle_deg < -30.0 && edge.to.angle_deg > 1.0 && edge.rotates && edge.arc_deg.is_none());
+    let notes = turning_notes(&summary).join("\n");
+    eprintln!("{notes}");
+    let words = format!("edge      cuts from {:.2} deg at C ", edge.from.angle_deg);
+    assert!(notes.contains(&words) && notes.contains("rotating insert, the whole circle"), "{notes}");
+    let arc = |from_deg: f64, to_deg: f64| with_edge(&format!("  edge: {{from_deg: {from_deg}, to_deg: {to_deg}}}\n"));
+    // The printed angles are an arc that does.
+    let (fits, _) = arc((100.0 * edge.from.angle_deg).round() / 100.0, (100.0 * edge.to.angle_deg).round() / 100.0);
+    let fits = fits.unwrap();
+    assert_eq!(fits.planned.plan, whole.planned.plan);
+    assert!(turning_notes(&turning_summary(&fits).unwrap()).join("\n").contains("rotating insert, -"));
+    for (from_deg, to_deg, angle_deg) in [(-20.0, 90.0, edge.from.angle_deg), (-90.0, 0.5, edge.to.angle_deg)] {
+        let (refused, line) = arc(from_deg, to_deg);
+        let error = refused.expect_err("a part of the edge that is not there").to_string();
+        let place = format!("own_lathe.yaml:{}: ", line.expect("a line"));
+        let wanted = [
+            format!("cuts with the insert's edge at {angle_deg:.2} deg, turned to "),
+            format!("the edge goes from {from_deg:.2} to {to_deg:.2} deg"),
+            "turn the insert in its holder".to_owned(),
+        ];
+        assert!(error.starts_with(&place), "{place}: {error}");
+        assert!(wanted.iter().all(|words| error.contains(words)), "{wanted:?}: {error}");
     }
 }
 
