@@ -101,7 +101,8 @@ fn in_four_processes(name: &str, pace: &str) -> Samples {
         node(env!("CARGO_BIN_EXE_job_planner"), &[]),
     ];
     let mut command = camwright(&domain);
-    command.args(["run", "--json", "--attach"]).args(&SHORT[..8]);
+    let of_job = SHORT.iter().take_while(|word| **word != "--set-machine");
+    command.args(["run", "--json", "--attach"]).args(of_job);
     let run = run_of(&command.output().expect("camwright runs"), bag);
     for node in nodes.iter_mut().rev() {
         node.interrupt();

@@ -33,8 +33,8 @@ use crate::motion::point_to_point::{MOVE_SHARE, whole_ticks};
 use crate::planner::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::toolpath::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
 use crate::toolpath::insert_path::{
-    AxisLimits, EdgeUse, EngagedEdge, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, RawBar,
-    SpeedBound, SpindleLaw,
+    AxisLimits, EdgeUse, EngagedEdge, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound,
+    SpindleLaw, UncutBar,
 };
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -280,7 +280,7 @@ fn engaged_edge(
     let x_mm = in_plane_mm(job.bar_radius_mm, insert);
     let of_pass = |(index, pass): (usize, &PlannedPass)| {
         let depth_mm = (index > 0).then_some(pass.depth_mm);
-        let edge = pass.path.engaged_edge(&RawBar { x_mm, end_mm: job.turned_mm.0, depth_mm })?;
+        let edge = pass.path.engaged_edge(&UncutBar { x_mm, end_mm: job.turned_mm.0, depth_mm })?;
         Some((index + 1, edge))
     };
     let edges: Vec<(usize, EngagedEdge)> = passes.iter().enumerate().filter_map(of_pass).collect();

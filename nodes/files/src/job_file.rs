@@ -111,8 +111,8 @@ pub(super) struct JobFile {
     /// Reaction to a hold in the cut; C keeps turning. A cancel always retracts.
     #[serde(default)]
     hold_in_cut: HoldFile,
-    /// Varies the work speed from turn to turn in all passes, against chatter (`camwright chatter`). NC programs and `pulses` have the speed
-    /// of the pass. Default: no variation.
+    /// Varies the work speed from turn to turn in all passes, against chatter (`camwright chatter`). Refused with `program` and by
+    /// `camwright post`; `pulses` have the speed of the pass. Default: no variation.
     speed_variation: Option<SpeedVariationFile>,
     /// Limit of the spindle power for every pass. Default: no limit.
     wheel_power: Option<WheelPowerFile>,

@@ -15,7 +15,7 @@ use core::f64::consts::PI;
 
 /// Material in front of a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RawBar {
+pub struct UncutBar {
     /// x of the bar in the rake plane (mm).
     pub x_mm: f64,
     /// z of its end, where the passes enter (mm).
@@ -59,7 +59,7 @@ const POINTS: f64 = 64.0;
 impl InsertPath {
     /// Arc of the edge that cuts on this path; `None` if the path cuts nothing.
     #[must_use]
-    pub fn engaged_edge(&self, raw: &RawBar) -> Option<EngagedEdge> {
+    pub fn engaged_edge(&self, raw: &UncutBar) -> Option<EngagedEdge> {
         let mut found: Option<EngagedEdge> = None;
         for knot in 0..self.edge_rad.len() {
             let Some((low, high)) = self.engaged_at(knot, raw) else { continue };
@@ -87,7 +87,7 @@ impl InsertPath {
     }
 
     /// Smallest and largest angle of the edge that cuts at a knot. Angles and lengths are counted along the feed until the last line.
-    fn engaged_at(&self, knot: usize, raw: &RawBar) -> Option<(f64, f64)> {
+    fn engaged_at(&self, knot: usize, raw: &UncutBar) -> Option<(f64, f64)> {
         let (radius_mm, towards) = (self.request.insert_radius_mm, self.towards());
         let [x_mm, z_mm] = self.centre(knot);
         // Below the bar's surface, and behind its end.
@@ -183,7 +183,7 @@ mod tests {
         }
     }
 
-    fn engaged(surface: &Surface, request: &PathRequest, raw: &RawBar) -> (f64, f64) {
+    fn engaged(surface: &Surface, request: &PathRequest, raw: &UncutBar) -> (f64, f64) {
         let path = InsertPath::new(surface, request).expect("a path");
         let edge = path.engaged_edge(raw).expect("it cuts");
         (edge.min.angle_rad, edge.max.angle_rad)
@@ -200,17 +200,17 @@ mod tests {
         let behind = libm::asin(0.5 * FEED_MM / RADIUS_MM);
         for depth_mm in [0.2, 1.0, 3.0] {
             let ahead = libm::acos(1.0 - depth_mm / RADIUS_MM);
-            let raw = |end_mm: f64| RawBar { x_mm: 30.0, end_mm, depth_mm: Some(depth_mm) };
+            let raw = |end_mm: f64| UncutBar { x_mm: 30.0, end_mm, depth_mm: Some(depth_mm) };
             is_arc(engaged(&surface, &request(14.0, 6.0), &raw(100.0)), -ahead, behind);
             is_arc(engaged(&surface, &request(6.0, 14.0), &raw(-100.0)), -behind, ahead);
         }
         let ahead = libm::acos((20.3 + RADIUS_MM - 22.0) / RADIUS_MM);
-        let bar = RawBar { x_mm: 22.0, end_mm: 100.0, depth_mm: None };
+        let bar = UncutBar { x_mm: 22.0, end_mm: 100.0, depth_mm: None };
         is_arc(engaged(&surface, &request(14.0, 6.0), &bar), -ahead, behind);
         // A bar that the pass does not reach, and a path before the bar's end.
         let path = InsertPath::new(&surface, &request(14.0, 6.0)).expect("a path");
-        assert_eq!(path.engaged_edge(&RawBar { x_mm: 20.2, ..bar }), None);
-        assert_eq!(path.engaged_edge(&RawBar { end_mm: -3.0, ..bar }), None);
+        assert_eq!(path.engaged_edge(&UncutBar { x_mm: 20.2, ..bar }), None);
+        assert_eq!(path.engaged_edge(&UncutBar { end_mm: -3.0, ..bar }), None);
     }
 
     /// A cone of half angle a is touched at a where it widens towards +z, at −a where it narrows. Its turns are f/cos a apart.
@@ -223,7 +223,7 @@ mod tests {
             let surface = Surface::solid(cone, 0.0, 20.0).expect("a cone");
             let behind = libm::asin(0.5 * FEED_MM / libm::cos(half_angle) / RADIUS_MM);
             let ahead = libm::acos(1.0 - depth_mm / RADIUS_MM);
-            let raw = |end_mm: f64| RawBar { x_mm: 60.0, end_mm, depth_mm: Some(depth_mm) };
+            let raw = |end_mm: f64| UncutBar { x_mm: 60.0, end_mm, depth_mm: Some(depth_mm) };
             let ask = request(14.0, 6.0);
             is_arc(engaged(&surface, &ask, &raw(100.0)), half_angle - ahead, half_angle + behind);
             let back = engaged(&surface, &request(6.0, 14.0), &raw(-100.0));
