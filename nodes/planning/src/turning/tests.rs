@@ -124,7 +124,6 @@ fn an_edge_that_is_too_short_is_blamed_on_its_machine() {
     let edge = summary.edge.clone().expect("it cuts");
     assert!(edge.from.angle_deg < -30.0 && edge.to.angle_deg > 1.0 && edge.rotates && edge.arc_deg.is_none());
     let notes = turning_notes(&summary).join("\n");
-    eprintln!("{notes}");
     let words = format!("edge      cuts from {:.2} deg at C ", edge.from.angle_deg);
     assert!(notes.contains(&words) && notes.contains("rotating insert, the whole circle"), "{notes}");
     let arc = |from_deg: f64, to_deg: f64| with_edge(&format!("  edge: {{from_deg: {from_deg}, to_deg: {to_deg}}}\n"));
