@@ -170,13 +170,17 @@ impl FleetListener {
             drop(cell.feed.wait_until(left(), |cell| cell.stream.is_some() && cell.interpolator.is_some()));
         }
         // The planner is optional, and a writer of latched messages may repeat older ones first.
-        let deadline = deadline.min(Instant::now() + OPTIONAL_NODES);
-        let left = || deadline.saturating_duration_since(Instant::now());
+        let optional = deadline.min(Instant::now() + OPTIONAL_NODES);
+        let left_for_optional = || optional.saturating_duration_since(Instant::now());
         for cell in self.cells.values() {
-            drop(cell.feed.wait_until(left(), |cell| cell.machine_alarms.is_some() && cell.job.is_some()));
+            let is_known = |cell: &CellSnapshot| cell.machine_alarms.is_some() && cell.job.is_some();
+            drop(cell.feed.wait_until(left_for_optional(), is_known));
         }
         for cell in self.cells.values() {
-            cell.feed.wait_for_quiet(END_OF_HISTORY, END_OF_HISTORY.max(left()));
+            cell.feed.wait_for_quiet(END_OF_HISTORY, END_OF_HISTORY.max(left_for_optional()));
+        }
+        // A cell is not judged by an old state of its interpolator.
+        for cell in self.cells.values() {
             drop(cell.feed.wait_until(left(), CellSnapshot::is_current));
         }
         Ok(())
