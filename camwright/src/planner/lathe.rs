@@ -33,7 +33,7 @@ use crate::motion::point_to_point::{MOVE_SHARE, whole_ticks};
 use crate::planner::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::toolpath::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
 use crate::toolpath::insert_path::{
-    AxisLimits, EdgeUse, EngagedEdge, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound,
+    AngleAt, AxisLimits, EngagedEdge, InsertFeed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound,
     SpindleLaw, UncutBar,
 };
 use alloc::boxed::Box;
@@ -286,7 +286,7 @@ fn engaged_edge(
     let edges: Vec<(usize, EngagedEdge)> = passes.iter().enumerate().filter_map(of_pass).collect();
     let all = edges.iter().map(|(_, edge)| *edge).reduce(EngagedEdge::with);
     let (Some(arc), Some(needed)) = (insert.edge, all) else { return Ok(all) };
-    let beyond_rad = |place: &EdgeUse| (arc.from_rad - place.angle_rad).max(place.angle_rad - arc.to_rad);
+    let beyond_rad = |place: &AngleAt| (arc.from_rad - place.angle_rad).max(place.angle_rad - arc.to_rad);
     let places = edges.iter().flat_map(|(pass, edge)| [(*pass, edge.min), (*pass, edge.max)]);
     let farthest = places.max_by(|(_, a), (_, b)| beyond_rad(a).total_cmp(&beyond_rad(b)));
     match farthest.filter(|(_, place)| deg_from_rad(beyond_rad(place)) > EDGE_ROUNDING_DEG) {

@@ -20,7 +20,7 @@ use crate::cam::surface::Surface;
 use crate::machine::description::InsertDescription;
 use crate::math::named::named;
 use crate::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
-use crate::toolpath::insert_path::InsertPath;
+use crate::toolpath::insert_path::{AngleAt, InsertPath};
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
@@ -168,17 +168,6 @@ impl Flank {
     pub fn from_insert(insert: &InsertDescription) -> Self {
         Self { relief_rad: insert.relief_rad, ..Self::default() }
     }
-}
-
-/// An angle and where it was met.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AngleAt {
-    /// The angle (rad).
-    pub angle_rad: f64,
-    /// Turned angle θ at which that point is cut (rad).
-    pub turned_rad: f64,
-    /// z (mm).
-    pub z_mm: f64,
 }
 
 /// Clearance of an insert at one height on a surface.

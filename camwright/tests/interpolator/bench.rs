@@ -480,6 +480,32 @@ impl Bench {
         true
     }
 
+    /// Steps through so many rounds of fewer than `longest` ticks. Each ends with a request while the motion lasts: in a quarter of them `rare`,
+    /// in another quarter any override, otherwise `common`. Then the motion is released.
+    pub(crate) fn disturb(
+        &mut self,
+        random: &mut TestNoise,
+        (rounds, longest): (u32, u64),
+        [rare, common]: [MotionRequest; 2],
+    ) {
+        for _ in 0..rounds {
+            for _ in 0..random.below(longest) {
+                self.step(&[]);
+            }
+            let request = match random.below(4) {
+                0 => rare,
+                1 => MotionRequest::SetOverride(random.next()),
+                _ => common,
+            };
+            if self.outcome.is_none() {
+                self.step(&[request]);
+            }
+        }
+        if self.outcome.is_none() {
+            self.step(&[MotionRequest::SetOverride(1.0), MotionRequest::Unhold]);
+        }
+    }
+
     /// Steps until the motion ends.
     pub(crate) fn finish(&mut self, max: u64) -> MotionOutcome {
         for _ in 0..max {

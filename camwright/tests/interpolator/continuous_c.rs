@@ -105,22 +105,7 @@ fn holds_and_overrides_in_any_order_keep_the_limits() {
         let (plan, start) = &plans[case % 2];
         let what = format!("seed {seed} case {case}");
         let mut bench = started(plan, *start);
-        for _ in 0..30 {
-            for _ in 0..random.below(400) {
-                bench.step(&[]);
-            }
-            let request = match random.below(4) {
-                0 => MotionRequest::Hold,
-                1 => MotionRequest::SetOverride(random.next()),
-                _ => MotionRequest::Unhold,
-            };
-            if bench.outcome.is_none() {
-                bench.step(&[request]);
-            }
-        }
-        if bench.outcome.is_none() {
-            bench.step(&[MotionRequest::SetOverride(1.0), MotionRequest::Unhold]);
-        }
+        bench.disturb(&mut random, (30, 400), [MotionRequest::Hold, MotionRequest::Unhold]);
         assert_eq!(bench.finish(60_000), MotionOutcome::Completed, "{what}");
         assert_ended(&bench, &what);
     }

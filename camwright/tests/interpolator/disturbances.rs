@@ -156,18 +156,7 @@ fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
         let what = format!("seed {seed} case {case}");
         let mut bench = Bench::at(machine.clone(), start);
         bench.start_plan(plan.clone());
-        for _ in 0..20 {
-            for _ in 0..random.below(160) {
-                bench.step(&[]);
-            }
-            let request = match random.below(4) {
-                0 => MotionRequest::Unhold,
-                1 => MotionRequest::SetOverride(random.next()),
-                _ => MotionRequest::Hold,
-            };
-            bench.step(&[request]);
-        }
-        bench.step(&[MotionRequest::SetOverride(1.0), MotionRequest::Unhold]);
+        bench.disturb(&mut random, (20, 160), [MotionRequest::Unhold, MotionRequest::Hold]);
         assert_eq!(bench.finish(60_000), MotionOutcome::Completed, "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut_of(&plan), &what);

@@ -68,18 +68,7 @@ fn disturbed_anywhere_it_keeps_the_limits_and_the_path() {
         let what = format!("seed {seed} case {case}");
         let mut bench = Bench::at(machine.clone(), start);
         bench.start_plan(plan.clone());
-        for _ in 0..20 {
-            for _ in 0..random.below(200) {
-                bench.step(&[]);
-            }
-            let request = match random.below(4) {
-                0 => MotionRequest::Hold,
-                1 => MotionRequest::SetOverride(random.next()),
-                _ => MotionRequest::Unhold,
-            };
-            bench.step(&[request]);
-        }
-        bench.step(&[MotionRequest::SetOverride(1.0), MotionRequest::Unhold]);
+        bench.disturb(&mut random, (20, 200), [MotionRequest::Hold, MotionRequest::Unhold]);
         assert_eq!(bench.finish(60_000), MotionOutcome::Completed, "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut, &what);

@@ -363,6 +363,16 @@ mod tests {
         assert!(worst.unconditional_width_mm.unwrap() <= worst.limit_width_mm.unwrap() * 1.001);
     }
 
+    /// Amplitude of so many waves per turn on a journal of 20 mm.
+    fn wave_mm(radii: &[f64], per_turn: f64) -> f64 {
+        let part = |of: fn(f64) -> f64| {
+            let angle = |i: usize| per_turn * TURN_RAD * i as f64 / radii.len() as f64;
+            let sum: f64 = radii.iter().enumerate().map(|(i, radius)| (radius - 20.0) * of(angle(i))).sum();
+            2.0 * sum / radii.len() as f64
+        };
+        part(f64::cos).hypot(part(f64::sin))
+    }
+
     /// Amplitude of 60 waves on the first journal of a job that ends with so many turns of spark-out (mm), and the forecast of its growth.
     fn left_of_planted_waves(spark_out_turns: u32, coulomb_friction: f64) -> (f64, f64) {
         let set = [
@@ -377,15 +387,9 @@ mod tests {
         let drive = &mut machine.axes[Axis::X.index()].drive;
         drive.coulomb_friction = coulomb_friction;
         let (_, _, outlines) = crate::simulate_outlines_on(&prepared, &machine, |_, _| {}).unwrap();
-        let radii = &outlines[0];
-        let wave = |of: fn(f64) -> f64| {
-            let angle = |i: usize| 60.0 * TURN_RAD * i as f64 / radii.len() as f64;
-            let sum: f64 = radii.iter().enumerate().map(|(i, radius)| (radius - 20.0) * of(angle(i))).sum();
-            2.0 * sum / radii.len() as f64
-        };
         let forecast = forecast_of(&prepared, &prepared.planned.lobes[0], 1).unwrap();
         let per_turn = forecast.cut.planted_wave_per_turn(60.0, TURN_RAD / forecast.cut.turn_s);
-        (wave(f64::cos).hypot(wave(f64::sin)), per_turn)
+        (wave_mm(&outlines[0], 60.0), per_turn)
     }
 
     /// Three more turns of spark-out in a planned job shrink planted waves by the forecast, or by the contact law while friction holds the
@@ -463,13 +467,7 @@ mod tests {
             let mode = ContactMode { frequency_rad_s: 180.0 * TURN_RAD, damping: 0.04, compliance_share: 0.2 };
             prepared.machine.contact.as_mut().unwrap().modes = vec![mode];
             let (_, _, outlines) = crate::simulate_outlines_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
-            let radii = &outlines[0];
-            let part = |of: fn(f64) -> f64| {
-                let angle = |i: usize| 192.0 * TURN_RAD * i as f64 / radii.len() as f64;
-                let sum: f64 = radii.iter().enumerate().map(|(i, radius)| (radius - 20.0) * of(angle(i))).sum();
-                2.0 * sum / radii.len() as f64
-            };
-            let wave_mm = part(f64::cos).hypot(part(f64::sin));
+            let wave_mm = wave_mm(&outlines[0], 192.0);
             let forecast = forecast_of(&prepared, &prepared.planned.lobes[0], 0).unwrap();
             let factor = |rate: f64| forecast.cut.planted_wave_per_turn(192.0, rate * TURN_RAD / forecast.cut.turn_s);
             (wave_mm, factor(1.0), factor(0.75), chatter_warning(&prepared), prepared.planned.plan.duration_s)

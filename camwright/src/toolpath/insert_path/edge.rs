@@ -24,22 +24,22 @@ pub struct UncutBar {
     pub depth_mm: Option<f64>,
 }
 
-/// A place on the insert's edge, and where it cuts.
+/// An angle of the insert, and the place on the part at which it occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EdgeUse {
-    /// Angle at the insert's centre, 0 towards the spindle axis, positive towards +z (rad).
+pub struct AngleAt {
+    /// The angle (rad).
     pub angle_rad: f64,
-    /// Turned angle θ (rad).
+    /// Turned angle θ at which that place is cut (rad).
     pub turned_rad: f64,
-    /// z of that place (mm).
+    /// z (mm).
     pub z_mm: f64,
 }
 
-/// Arc of the edge that cuts.
+/// Arc of the edge that cuts: angles at the insert's centre, 0 towards the spindle axis, positive towards +z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EngagedEdge {
-    pub min: EdgeUse,
-    pub max: EdgeUse,
+    pub min: AngleAt,
+    pub max: AngleAt,
 }
 
 impl EngagedEdge {
@@ -65,7 +65,7 @@ impl InsertPath {
             let Some((low, high)) = self.engaged_at(knot, raw) else { continue };
             let radius_mm = self.request.insert_radius_mm;
             let (turned_rad, [_, centre_mm]) = (self.x.at(knot), self.centre(knot));
-            let [min, max] = [low, high].map(|angle_rad| EdgeUse {
+            let [min, max] = [low, high].map(|angle_rad| AngleAt {
                 angle_rad,
                 turned_rad,
                 z_mm: centre_mm + radius_mm * libm::sin(angle_rad),
@@ -106,7 +106,7 @@ impl InsertPath {
         }
     }
 
-    /// Where the edge meets that of the turn before, or the contact if that lies behind.
+    /// Angle at which the edge meets that of the turn before, or the contact if that lies behind.
     fn cusp_rad(&self, knot: usize) -> f64 {
         let contact_rad = self.towards() * self.edge_rad[knot];
         let Some(before) = knot.checked_sub(self.request.angles as usize) else { return contact_rad };
@@ -117,7 +117,7 @@ impl InsertPath {
         cusp_rad.min(contact_rad)
     }
 
-    /// Where the edge meets the surface that the pass before left.
+    /// Angle at which the edge meets the surface that the pass before left.
     fn ahead_rad(&self, knot: usize, depth_mm: f64) -> f64 {
         let (radius_mm, towards) = (self.request.insert_radius_mm, self.towards());
         let [x, z] = self.centre(knot);

@@ -29,7 +29,7 @@ mod spindle;
 mod varied;
 
 pub use cusp::Cusp;
-pub use edge::{EdgeUse, EngagedEdge, UncutBar};
+pub use edge::{AngleAt, EngagedEdge, UncutBar};
 pub use hollow::Hollow;
 pub use key::InsertPathKey;
 pub use passes::{Pass, PassStep, Passes, cusp_mm};

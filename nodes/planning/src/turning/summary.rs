@@ -11,8 +11,8 @@ use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn
 use camwright::motion::point_to_point::MOVE_SHARE;
 use camwright::motion::speed_plan::LimitedQuantity;
 use camwright::planner::PlannedPass;
-use camwright::toolpath::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
-use camwright::toolpath::insert_path::{BoundShare, EdgeUse, InsertFeed};
+use camwright::toolpath::insert_clearance::{Flank, OFFSET_DEG};
+use camwright::toolpath::insert_path::{AngleAt, BoundShare, InsertFeed};
 use serde::Serialize;
 use std::path::Path;
 
@@ -274,7 +274,7 @@ pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
 }
 
 fn edge_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> Option<EdgeSummary> {
-    let of_edge = |place: EdgeUse| EdgeUseSummary {
+    let of_edge = |place: AngleAt| EdgeUseSummary {
         angle_deg: deg_from_rad(place.angle_rad),
         c_deg: turn_deg(place.turned_rad),
         z_mm: place.z_mm,
