@@ -265,7 +265,7 @@ impl Correction {
     #[must_use]
     pub fn finished(self, finishing: Option<Finishing>, state: &PartState<'_>) -> Self {
         let Some(finishing) = finishing else { return self };
-        let leaves_mm = self.leaves_mm - finishing.depth_mm();
+        let leaves_mm = self.leaves_mm - finishing.depth_mm;
         let finished = Self { finishing: Some(finishing), leaves_mm, ..self };
         let forecast = finished.forecast.map(|_| finished.ground(state));
         Self { forecast, ..finished }
@@ -324,9 +324,7 @@ impl Correction {
                     let target_mm = self.leaves_mm + self.law.threshold_n() / self.law.machine_n_mm();
                     finishing.by_the_law(&self.law, target_mm, since_rad - TURN_RAD)
                 }
-                GaugingMode::Published => {
-                    finishing.fed_from(self.leaves_mm + finishing.depth_mm(), since_rad - TURN_RAD)
-                }
+                GaugingMode::Published => finishing.fed_from(self.leaves_mm + finishing.depth_mm, since_rad - TURN_RAD),
             },
             _ => self.correcting(since_rad),
         }

@@ -21,7 +21,7 @@ use super::correction::{
     Correction, CorrectionError, CorrectionStart, CorrectionTarget, Forecast, LEFT_MM, LEFT_SHARE,
 };
 use super::expected_runout::ExpectedRunout;
-use super::finishing::Finishing;
+use super::finishing::{Finishing, FinishingError, FinishingSpec};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
 use super::gauge_setup::{GaugeSetup, Readings};
@@ -89,7 +89,7 @@ pub struct JournalRequest<'a> {
     /// Window and step of the published measurement.
     pub published: PublishedWindow,
     /// Turns after the correction.
-    pub finishing: Option<Finishing>,
+    pub finishing: Option<FinishingSpec>,
     /// Radius that the journal is to have (mm).
     pub radius_mm: f64,
     /// C where it rested after the log, counted as in the log (rad).
@@ -122,6 +122,9 @@ pub enum JournalError {
     Correction(#[from] CorrectionError),
     #[error(transparent)]
     Published(#[from] PublishedError),
+    /// The finishing turns do not fit the contact.
+    #[error(transparent)]
+    Finishing(#[from] FinishingError),
     /// The published method and two gauges, or one that knows no size.
     #[error("the gauge reads no diameter; by the published method the depth of cut is the difference of two diameters")]
     NoDiameter,
@@ -169,6 +172,8 @@ pub struct JournalCorrection {
     pub turns: u32,
     /// Angle since C began to turn at which the correction begins (rad); it takes one turn, and finishing turns follow.
     pub corrects_from_rad: f64,
+    /// Turns after the correction, as decided for this journal.
+    pub finishing: Option<Finishing>,
     /// Size of the part minus the size by `x_axis`, measured by the gauge (mm); `None` if the gauge reads no size.
     pub size_offset_mm: Option<f64>,
     /// Runout before it (mm): of the part as the gauge knew it.
@@ -229,6 +234,7 @@ impl JournalCorrection {
             way: way.expect("two knots a turn and more apart"),
             turns,
             corrects_from_rad: TURN_RAD,
+            finishing,
             size_offset_mm: None,
             before_mm: 0.0,
             forecast: None,
@@ -249,6 +255,7 @@ impl JournalCorrection {
         if let Some(pair) = request.gauged.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1) {
             return Err(JournalError::Lost { from: pair[0].tick, to: pair[1].tick });
         }
+        let finishing = request.finishing.map(|finishing| finishing.turns(&request.law)).transpose()?;
         let gauge = request.seen.gauge;
         let (readings, positions) = records(request);
         let record = readings.record(gauge)?;
@@ -264,7 +271,7 @@ impl JournalCorrection {
         let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
         let (decided, begins, expected) = match request.mode {
             GaugingMode::Exact => {
-                let depth_mm = request.finishing.map_or(0.0, |finishing| finishing.depth_mm());
+                let depth_mm = finishing.map_or(0.0, |finishing| finishing.depth_mm);
                 let target = CorrectionTarget::Radius(request.radius_mm + depth_mm - size_offset_mm.unwrap_or(0.0));
                 let start = CorrectionStart::AtMinRadius { from_rad: earliest_rad };
                 let first = Correction::exact(&state, start, target)?;
@@ -280,7 +287,7 @@ impl JournalCorrection {
                     }
                     other => other?,
                 };
-                let decided = decided.finished(request.finishing, &entered);
+                let decided = decided.finished(finishing, &entered);
                 let other = request.with_another_ratio().and_then(|law| {
                     let settings = MeasureSettings { max_scatter_mm: None, ..settings };
                     PartState::measure(&record, WheelLog::new(&logged).ok()?, law, &settings).ok()
@@ -307,7 +314,7 @@ impl JournalCorrection {
                 // The slope and curvature of a turn through noisy phases, carried on over a way in of more than half a turn, would take
                 // the wheel millimetres into the part: the way in is a step without either.
                 let begins = Sample { value: decided.at(0.0).value, ..Sample::default() };
-                (decided.finished(request.finishing, &state), begins, None)
+                (decided.finished(finishing, &state), begins, None)
             }
         };
         let before = state.radii_at(request.rest_rad)?;
@@ -321,6 +328,7 @@ impl JournalCorrection {
             way,
             turns,
             corrects_from_rad: decided.start_rad() - request.rest_rad,
+            finishing,
             size_offset_mm,
             before_mm: high - low,
             forecast: decided.forecast().copied(),
@@ -437,6 +445,15 @@ impl core::fmt::Display for JournalCorrection {
         }
         if let Some(offset_mm) = self.size_offset_mm {
             write!(f, ", the gauge reads {:+.2} um in radius against x_axis", um_from_mm(offset_mm))?;
+        }
+        if let Some(finishing) = &self.finishing {
+            let (turns, deepest_um) = (finishing.turns, um_from_mm(finishing.deepest_mm()));
+            let s = if turns == 1 { "" } else { "s" };
+            write!(
+                f,
+                ", {turns} finishing turn{s} of at most {deepest_um:.2} um and {:.1} N",
+                finishing.peak_n(&self.law)
+            )?;
         }
         let at_deg = deg_from_rad(self.corrects_from_rad);
         write!(f, ", begun {at_deg:.1} deg after C, decided from ticks {} to {}", self.ticks.0, self.ticks.1)

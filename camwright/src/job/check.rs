@@ -10,7 +10,9 @@ use super::key::{JobKey, Subject};
 use super::plunges::MAX_SECTIONS;
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::GaugingMode;
-use crate::gauging::finishing::{MAX_FINISHING_MM, MAX_FINISHING_TURNS};
+use crate::gauging::finishing::{
+    FinishingSpec, MAX_FINISHING_MM, MAX_FINISHING_N, MAX_FINISHING_STOCK_MM, MAX_FINISHING_TURNS,
+};
 use crate::gauging::gauge::Gauge;
 use crate::gauging::journal::DWELL_LEAVES_RAD;
 use crate::gauging::published::PublishedWindow;
@@ -324,12 +326,7 @@ impl JobSpec {
             return range(JobKey::RunoutCorrectionAllowance, correction.allowance_mm, "0 to 0.1");
         }
         if let Some(finishing) = correction.finishing {
-            if !(finishing.per_turn_mm > 0.0 && finishing.per_turn_mm <= MAX_FINISHING_MM) {
-                return range(JobKey::FinishingDepth, finishing.per_turn_mm, "above 0 and at most 0.05");
-            }
-            if !(1..=MAX_FINISHING_TURNS).contains(&finishing.turns) {
-                return range(JobKey::FinishingTurns, f64::from(finishing.turns), "1 to 20");
-            }
+            check_finishing(finishing, correction.mode)?;
         }
         if let Some(contact) = correction.contacts.iter().find(|contact| !self.has_lobe(&contact.lobe)) {
             return Err(JobError::KeptElsewhere { lobe: contact.lobe.clone() });
@@ -583,6 +580,35 @@ impl JobSpec {
             return Err(JobError::SectionCount { count, max: MAX_SECTIONS });
         }
         self.check_section_names()
+    }
+}
+
+/// Checks ranges of finishing turns. Their number by force depends on the contact of a journal, which is known later.
+fn check_finishing(finishing: FinishingSpec, mode: GaugingMode) -> Result<(), JobError> {
+    let job = || Subject::Job;
+    let turns_within =
+        |key, turns: u32| within(job, key, f64::from(turns), (1.0, f64::from(MAX_FINISHING_TURNS)), "1 to 20");
+    match finishing {
+        FinishingSpec::PerTurn { per_turn_mm, turns } => {
+            let wanted = "above 0 and at most 0.05";
+            within(job, JobKey::FinishingDepth, per_turn_mm, (f64::MIN_POSITIVE, MAX_FINISHING_MM), wanted)?;
+            turns_within(JobKey::FinishingTurns, turns)
+        }
+        FinishingSpec::ByForce { stock_mm, force_n, max_turns } => {
+            if mode == GaugingMode::Published {
+                return Err(JobError::FinishingByForcePublished);
+            }
+            turns_within(JobKey::FinishingMaxTurns, max_turns)?;
+            let wanted = "above 0 and at most 20000";
+            within(job, JobKey::FinishingForce, force_n, (f64::MIN_POSITIVE, MAX_FINISHING_N), wanted)?;
+            let wanted = "above 0 and at most 1";
+            within(job, JobKey::FinishingStock, stock_mm, (f64::MIN_POSITIVE, MAX_FINISHING_STOCK_MM), wanted)?;
+            let max_mm = f64::from(max_turns) * MAX_FINISHING_MM;
+            match stock_mm <= max_mm * (1.0 + 1e-12) {
+                true => Ok(()),
+                false => Err(JobError::FinishingStock { stock_mm, max_mm, max_turns }),
+            }
+        }
     }
 }
 

@@ -270,6 +270,18 @@ pub enum JobError {
         "runout_correction.mode is published, which needs one gauge that reads a diameter; machine {machine} has {gauge}: set          runout_correction.mode to exact"
     )]
     PublishedGauge { machine: String, gauge: &'static str },
+    /// The published method does not know the depth of a finishing turn.
+    #[error(
+        "runout_correction.finishing.force_n needs mode: exact; by mode: published the depth of a turn is not known: set \
+         runout_correction.mode to exact, or per_turn_um and turns"
+    )]
+    FinishingByForcePublished,
+    /// More stock than the permitted turns may take.
+    #[error(
+        "runout_correction.finishing.stock_um is {:.1}; with max_turns {max_turns} it must be at most {:.0}, 50 um per turn",
+        um_from_mm(*.stock_mm), um_from_mm(*.max_mm)
+    )]
+    FinishingStock { stock_mm: f64, max_mm: f64, max_turns: u32 },
     /// The dwell is too short, or the window, for the published measurement.
     #[error(
         "runout_correction.published_window_deg is {window_deg:.1}; it must be {min_deg:.0} to {max_deg:.0} with this gauge and \

@@ -15,7 +15,7 @@ use crate::cam::follower::Follower;
 use crate::cam::form_tolerance::FormTolerance;
 use crate::cam::lift::LiftLaw;
 use crate::gauging::GaugingMode;
-use crate::gauging::finishing::Finishing;
+use crate::gauging::finishing::FinishingSpec;
 use crate::gauging::published::PublishedWindow;
 use crate::job::dressing::DressingSpec;
 use crate::job::part_support::PartSupport;
@@ -108,7 +108,7 @@ pub struct CorrectionSpec {
     /// Window and step of the published measurement.
     pub published: PublishedWindow,
     /// Turns after the correction, which then leaves their depth.
-    pub finishing: Option<Finishing>,
+    pub finishing: Option<FinishingSpec>,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
     pub allowance_mm: f64,
     /// Source of the stiffness where it is not measured.

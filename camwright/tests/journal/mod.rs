@@ -2,6 +2,7 @@
 //! A journal that runs out, from job to round part: the first half of its plan feeds and dwells, what the gauge reads decides the turn
 //! that corrects, the second half drives it.
 
+mod finishing;
 mod size;
 mod stiffness;
 mod stock;
@@ -10,7 +11,7 @@ use crate::cams::journal;
 use camwright::cam::form_tolerance::FormTolerance;
 use camwright::cam::lift::LiftLaw;
 use camwright::gauging::GaugingMode;
-use camwright::gauging::finishing::Finishing;
+use camwright::gauging::finishing::FinishingSpec;
 use camwright::gauging::gauged_tick::GaugedTick;
 use camwright::gauging::journal::JournalCorrection;
 use camwright::gauging::published::PublishedWindow;
@@ -227,7 +228,7 @@ fn a_turn_makes_journals_round_and_to_size() {
 /// The job with finishing turns.
 fn finishing(mode: GaugingMode, per_turn_mm: f64, turns: u32) -> JobSpec {
     let mut job = job(mode);
-    job.correction.as_mut().expect("it corrects").finishing = Some(Finishing { per_turn_mm, turns });
+    job.correction.as_mut().expect("it corrects").finishing = Some(FinishingSpec::PerTurn { per_turn_mm, turns });
     job
 }
 
