@@ -22,19 +22,28 @@ use support::{Domain, Folder};
 const TWO: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}, \
      {name: J2, station: LS2, profile: journal, phase_deg: 40, width_mm: 20}]";
 
+/// 12 um of finishing at 130 N, by the contact that is measured on each journal.
+const BY_FORCE: &str = "runout_correction.finishing={stock_um: 12, force_n: 130}";
+
 /// Output of a run of two parts with two of the shipped journals: its report, the finished part, and the halves of its plans in the bag.
 fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec<u8>) {
     let (domain, bag) = (Domain::reserve(), folder.join(name));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.join(&format!("{name}-state")));
-    let output =
-        command.args(["run", "journal_runout", "--json", "--parts", "2", "--set", TWO, "--bag"]).arg(&bag).output();
+    command.args(["run", "journal_runout", "--json", "--parts", "2", "--set", TWO, "--set", BY_FORCE, "--bag"]);
+    let output = command.arg(&bag).output();
     let output = output.expect("camwright runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut part, mut halves) = (Vec::new(), Vec::new());
     let verdict = rerun(&bag).expect("the bag holds what it takes");
     assert!(verdict.is_identical() && verdict.motions > 1, "{}", verdict.to_text());
+    let html = camwright_analysis::report::html(&bag).expect("a report");
+    let again = [
+        "lobe J2: 4 finishing turns of at most 3.20 um",
+        "Decided again from the recorded readings: the same second plan",
+    ];
+    assert!(again.iter().all(|words| html.contains(words)), "{again:?} are not all in the report");
     let bag = Bag::open(&bag).expect("a bag");
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message().expect("a readable bag") {
@@ -55,8 +64,9 @@ fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec
     (serde_json::from_slice(&output.stdout).expect("a report"), part, halves)
 }
 
-/// Two parts with two of the shipped journals over DDS: rounder than a micrometre and a half, to size, with their plans in the bag. Done
-/// once more, by nodes whose messages came at other times, both parts are the same bit for bit.
+/// Two parts with two of the shipped journals over DDS, finished by force: rounder than a micrometre and a half, to size, with their plans in
+/// the bag. The report decides the second plan again from the readings. Done once more, by nodes whose messages came at other times, both
+/// parts are the same bit for bit.
 #[test]
 fn journals_are_measured_and_corrected_over_dds_the_same_every_time() {
     let folder = Folder::new("journals");

@@ -446,7 +446,8 @@ impl core::fmt::Display for JournalCorrection {
         if let Some(offset_mm) = self.size_offset_mm {
             write!(f, ", the gauge reads {:+.2} um in radius against x_axis", um_from_mm(offset_mm))?;
         }
-        if let Some(finishing) = &self.finishing {
+        // The published way knows no depth of a turn.
+        if let (Some(finishing), GaugingMode::Exact) = (&self.finishing, self.mode) {
             let (turns, deepest_um) = (finishing.turns, um_from_mm(finishing.deepest_mm()));
             let s = if turns == 1 { "" } else { "s" };
             write!(

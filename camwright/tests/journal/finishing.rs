@@ -94,8 +94,8 @@ fn finished(description: &MachineDescription, truth: &MachineDescription, finish
     results.collect()
 }
 
-/// U = (128 − F0)/kg, and N − 1/4 ≥ 12/U. F0 = 15 N and kg = 30 N/µm on the first journal, half of both on the second, kg times 0.5, 1 and 2. The
-/// force is measured in the simulated machine. It exceeds the target by no more than an error of 3 % of kg; a fixed depth doubles it.
+/// U = (128 − F0)/kg, and N − 1/4 ≥ 12/U. F0 = 15 N and kg = 30 N/µm on the first journal, half of both on the second, kg times 0.5, 1 and 2.
+/// The force is measured in the simulated machine. It exceeds the target by no more than an error of 3 % of kg; a fixed depth doubles it.
 #[test]
 fn a_planted_hardness_changes_the_turns_and_not_the_force() {
     let description = grinder(0.2, 270.0);

@@ -351,7 +351,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
     let file: JobFile = schema::read(&document)?;
     let mut findings = file.raw_part.findings(&document);
-    findings.extend(file.runout_correction.as_ref().and_then(|correction| correction.finding(&document)));
+    findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
     let of_passes = pass_file::findings(&file.roughing, &file.infeed);
     for (key, message) in profile_file::findings("profiles", &file.profiles).into_iter().chain(of_passes) {
         findings.push(document.error(&key, message));

@@ -5,7 +5,9 @@ use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::GaugingMode;
-use camwright::gauging::finishing::{Finishing, MAX_FINISHING_MM, MAX_FINISHING_TURNS};
+use camwright::gauging::finishing::{
+    FinishingSpec, MAX_FINISHING_MM, MAX_FINISHING_N, MAX_FINISHING_STOCK_MM, MAX_FINISHING_TURNS,
+};
 use camwright::gauging::published::PublishedWindow;
 use camwright::gauging::state::{MAX_HARMONICS, USUAL_HARMONICS};
 use camwright::job::grinding::{
@@ -138,16 +140,64 @@ pub(super) struct CorrectionFile {
     contacts: Vec<KnownFile>,
 }
 
-/// Turns after the correction.
+/// Turns after the correction: `per_turn_um` and `turns`, or `stock_um` and `force_n`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FinishingFile {
-    /// Depth of a turn, in radius.
+    /// Depth of a turn, in radius. Needs `turns`.
     #[schemars(range(min = 0.1, max = um_from_mm(MAX_FINISHING_MM)))]
-    per_turn_um: f64,
+    per_turn_um: Option<f64>,
     /// Turns with feed. One turn without feed follows.
     #[schemars(range(min = 1, max = MAX_FINISHING_TURNS))]
-    turns: u32,
+    turns: Option<u32>,
+    /// Depth of all turns together, in radius. Needs `force_n`.
+    #[schemars(range(min = 0.1, max = um_from_mm(MAX_FINISHING_STOCK_MM)))]
+    stock_um: Option<f64>,
+    /// Normal force that no turn exceeds. The measured contact of a journal gives the number of its turns, and the correction needs
+    /// `mode: exact`.
+    #[schemars(range(min = 0.1, max = MAX_FINISHING_N))]
+    force_n: Option<f64>,
+    /// Largest number of turns with feed by `force_n`; a journal that needs more is refused. Default: 20.
+    #[schemars(range(min = 1, max = MAX_FINISHING_TURNS))]
+    max_turns: Option<u32>,
+}
+
+impl FinishingFile {
+    /// `None` where the keys belong to no form, or to both.
+    fn spec(&self) -> Option<FinishingSpec> {
+        match (self.per_turn_um, self.turns, self.stock_um, self.force_n, self.max_turns) {
+            (Some(per_turn_um), Some(turns), None, None, None) => {
+                Some(FinishingSpec::PerTurn { per_turn_mm: mm_from_um(per_turn_um), turns })
+            }
+            (None, None, Some(stock_um), Some(force_n), max_turns) => Some(FinishingSpec::ByForce {
+                stock_mm: mm_from_um(stock_um),
+                force_n,
+                max_turns: max_turns.unwrap_or(MAX_FINISHING_TURNS),
+            }),
+            _ => None,
+        }
+    }
+
+    /// Error where the keys belong to no form, or to both.
+    fn finding(&self, document: &Document) -> Option<ConfigError> {
+        if self.spec().is_some() {
+            return None;
+        }
+        let given = |keys: [(&'static str, bool); 5]| keys.into_iter().filter(|key| key.1).map(|key| key.0);
+        let given: Vec<&str> = given([
+            ("per_turn_um", self.per_turn_um.is_some()),
+            ("turns", self.turns.is_some()),
+            ("stock_um", self.stock_um.is_some()),
+            ("force_n", self.force_n.is_some()),
+            ("max_turns", self.max_turns.is_some()),
+        ])
+        .collect();
+        let has = if given.is_empty() { "none of them".to_owned() } else { given.join(", ") };
+        let message = format!(
+            "finishing needs per_turn_um and turns, or stock_um and force_n (with max_turns if wanted); it has {has}"
+        );
+        Some(document.error("runout_correction.finishing", message))
+    }
 }
 
 /// Source of the stiffness where it is not measured.
@@ -295,8 +345,14 @@ const fn usual_allowance_um() -> f64 {
 }
 
 impl CorrectionFile {
+    /// Values that do not fit each other.
+    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
+        let finishing = self.finishing.as_ref().and_then(|finishing| finishing.finding(document));
+        self.step_finding(document).into_iter().chain(finishing).collect()
+    }
+
     /// Error where the step of the published measurement is no whole part of a turn.
-    pub(super) fn finding(&self, document: &Document) -> Option<ConfigError> {
+    fn step_finding(&self, document: &Document) -> Option<ConfigError> {
         let step_deg = self.published_step_deg;
         if published_phases(step_deg).is_some() {
             return None;
@@ -319,10 +375,7 @@ impl CorrectionFile {
                 turned_rad: self.published_window_deg.map(rad_from_deg),
                 phases: published_phases(self.published_step_deg).unwrap_or_default(),
             },
-            finishing: self
-                .finishing
-                .as_ref()
-                .map(|file| Finishing { per_turn_mm: mm_from_um(file.per_turn_um), turns: file.turns }),
+            finishing: self.finishing.as_ref().and_then(FinishingFile::spec),
             allowance_mm: mm_from_um(self.allowance_um),
             stiffness: match self.stiffness {
                 SourceFile::Best => StiffnessSource::Best,

@@ -31,7 +31,7 @@ pub(super) struct GrindingRun {
     last_cuts: Vec<Option<usize>>,
     /// Turns of spark-out that the last plan omitted, by lobe.
     turns_left_out: Vec<u32>,
-    /// Measured values of each ground crank pin, wide lobe and lobe with taper or crown.
+    /// Measured values of each ground crank pin, wide lobe and lobe with taper or crown, and finishing turns of journals.
     measured: Vec<String>,
     /// Taper and crown of each ground lobe that has them.
     shapes: Vec<LobeShape>,
@@ -118,6 +118,7 @@ impl GrindingRun {
         measured.add_to(&mut result.lobes);
         if let Some(correction) = &correction {
             correction.add_to(&mut result.lobes);
+            self.measured.extend(correction.finishing_lines(&self.prepared));
         }
         let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
         let lines: Vec<String> = times.iter().map(ToString::to_string).collect();

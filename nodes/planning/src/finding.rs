@@ -46,7 +46,7 @@ pub struct CheckReport {
     pub findings: Vec<Finding>,
     /// One sentence about the job, if it can be made.
     pub summary: Option<String>,
-    /// Readings of its lift tables, with the cost of each.
+    /// Readings of its lift tables with the cost of each, and expected finishing turns.
     pub notes: Vec<String>,
 }
 

@@ -4,7 +4,7 @@
 use super::finding::{CheckReport, Finding, warning};
 use super::program::check_milled;
 use super::turning::check_turned;
-use super::{PreparedJob, chatter, deflection, error_location::blame, plan, process_warnings};
+use super::{PreparedJob, chatter, deflection, error_location::blame, finishing, plan, process_warnings};
 use camwright::job::grinding::{JobError, LobeSpec};
 use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright::planner::PlannedLobe;
@@ -48,7 +48,8 @@ pub(super) fn check_job(located: &Located, overrides: &[String], machine: Option
     match plan(job.clone(), machine) {
         Ok(prepared) => {
             let findings = all_warnings(&prepared);
-            let notes = super::lifts::notes(&prepared.job, Some(&prepared));
+            let mut notes = super::lifts::notes(&prepared.job, Some(&prepared));
+            notes.extend(finishing::notes(&prepared));
             CheckReport { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
         }
         Err(first) => {
@@ -164,6 +165,9 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     }
     for (key, message) in deflection::size_warnings(prepared) {
         findings.push(warning(prepared.job.document.error(key, message)));
+    }
+    if let Some(message) = finishing::unmeasured_warning(prepared) {
+        findings.push(warning(prepared.job.document.error(finishing::FORCE_KEY, message)));
     }
     if let Some(message) = super::wheel_changes::approach_warning(prepared) {
         findings.push(warning(prepared.job.document.error("wheel_approach_mm", message)));

@@ -2,7 +2,7 @@
 //! Journals that run out: the raw part as it is put between the centres, what is measured of it before and while it is ground, and the
 //! half of a job that corrects it.
 
-use super::{PreparedJob, error_location::blame, lobes};
+use super::{PreparedJob, error_location::blame, finishing::FORCE_KEY, lobes};
 use camwright::gauging::identify::Identified;
 use camwright::gauging::journal::{JournalCorrection, JournalError};
 use camwright::machine::description::MachineDescription;
@@ -180,16 +180,18 @@ pub(super) fn expected(
     first: &PlannedJob,
 ) -> Result<Option<PlannedCorrection>, ConfigError> {
     let Some(correction) = job.spec.is_corrected() else { return Ok(None) };
-    let expected = first.lobes.iter().filter_map(|lobe| {
-        let (law, _) = lobe.contact(&job.spec, machine, None)?;
-        Some(JournalCorrection::expected(
-            correction.mode,
-            lobe.design.contour.radius_at(0.0),
-            law,
-            correction.finishing,
-        ))
-    });
-    let planned = plan_corrections(&job.spec, machine, first, &expected.collect::<Vec<_>>());
+    let mut expected = Vec::new();
+    for lobe in &first.lobes {
+        let Some((law, from)) = lobe.contact(&job.spec, machine, None) else { continue };
+        let finishing = correction.finishing.map(|finishing| finishing.turns(&law)).transpose();
+        let finishing = finishing.map_err(|error| {
+            let message = format!("lobe {}, by the stiffness {from}: {error}", lobe.design.name);
+            job.document.error(FORCE_KEY, message)
+        })?;
+        let radius_mm = lobe.design.contour.radius_at(0.0);
+        expected.push(JournalCorrection::expected(correction.mode, radius_mm, law, finishing));
+    }
+    let planned = plan_corrections(&job.spec, machine, first, &expected);
     planned.map(Some).map_err(|error| blame(job, &error))
 }
 
@@ -327,7 +329,8 @@ mod tests {
         };
         let less = job(-30);
         let mut reported_lines = Vec::new();
-        let (_, results) = crate::simulate::simulate_with_report(&less, |lines| reported_lines.push(lines)).unwrap();
+        let (_, results) =
+            crate::simulate::simulate_with_report(&less, &less.machine, |lines| reported_lines.push(lines)).unwrap();
         eprintln!("{reported_lines:#?}");
         assert!(
             reported_lines[0].starts_with("lobe J1: 9") && reported_lines[0].contains("2 turns with infeed"),

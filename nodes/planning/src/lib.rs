@@ -27,6 +27,7 @@ mod export;
 mod files;
 mod finding;
 mod findings;
+mod finishing;
 mod inspect;
 mod journals;
 mod lifts;
@@ -71,6 +72,7 @@ pub use error_location::blame;
 pub use export::write;
 pub use finding::{CheckReport, Finding, Severity};
 pub use findings::check;
+pub use finishing::FinishingSummary;
 pub use inspect::inspections;
 pub use journals::{
     CorrectionFailed, MeasuredContacts, PreparedCorrection, PreparedForStock, PreparedMeasuring, correct, for_stock,

@@ -111,13 +111,14 @@ pub fn simulate_wide_lobes(
     Ok((part.results, forms))
 }
 
-/// Runs a job on its machine and measures the ground part; passes the decisions between its plans to `report_line`.
+/// Runs a job on a machine and measures the ground part; passes the decisions between its plans to `report_line`.
 #[cfg(test)]
 pub(super) fn simulate_with_report(
     prepared: &PreparedJob,
+    description: &MachineDescription,
     report_line: impl FnMut(String),
 ) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
-    let part = simulate_whole(prepared, &prepared.machine, |_, _| {}, report_line)?;
+    let part = simulate_whole(prepared, description, |_, _| {}, report_line)?;
     Ok((part.simulated, part.results))
 }
 

@@ -5,6 +5,7 @@ use super::PreparedJob;
 use super::cut_table::pass_rows;
 use super::deflection::{self, LobeDeflection};
 use super::dresses::{DressSummary, dresses};
+use super::finishing::{self, FinishingSummary};
 use super::lifts::{self, LiftSummary};
 use super::lobe_shapes::ShapeSummary;
 use super::part_support::{self, LobeSupport};
@@ -102,6 +103,9 @@ pub struct LobeSummary {
     /// Deflection of wheel and part; `None` on a rigid machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub giving_way: Option<LobeDeflection>,
+    /// Expected finishing turns after the correction; none for a job without them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub finishing: Option<FinishingSummary>,
     /// Stiffness of the part on its supports; none for a job without `part_support`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part_support: Option<LobeSupport>,
@@ -250,6 +254,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
         giving_way: deflection::from_lobe(prepared, index),
+        finishing: finishing::forecast(prepared, index),
         part_support: part_support::at_lobe(prepared, index),
         passes: (0..lobe.passes.len()).map(|pass| pass_summary(prepared, index, lobe, pass)).collect(),
     }

@@ -9,9 +9,15 @@ use super::table::table;
 use super::text::{fixed, um};
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};
-use camwright_files::convert::m_from_mm;
+use camwright::planner::JournalReadings;
+use camwright_files::convert::{gauge, m_from_mm};
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, LobeResult};
 use camwright_planning::markup::escape;
+use camwright_planning::{AnyPrepared, correct};
+use std::fmt::Write as _;
+
+/// Tolerance of the angle of a gauge after its conversion in a message (rad).
+const SAME_RAD: f64 = 1e-9;
 
 pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     let corrected: Vec<&LobeResult> = findings.story.status.map_or_else(Vec::new, |status| {
@@ -24,6 +30,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     if !corrected.is_empty() {
         results(out, &corrected);
     }
+    finishing(out, findings);
     out.push_str("<div class=\"figures\">");
     for (index, name) in findings.story.names().iter().enumerate() {
         let readings: Vec<&GaugeReading> =
@@ -79,6 +86,41 @@ fn results(out: &mut String, lobes: &[&LobeResult]) {
         ("of the cut N/µm", false),
     ];
     table(out, &heads, &lobes.iter().map(row).collect::<Vec<_>>());
+}
+
+/// First tick of the second half; `None` before it begins.
+fn second_half(findings: &Findings<'_>) -> Option<u64> {
+    findings.story.stretches.iter().find(|stretch| stretch.plan > 0).map(|stretch| stretch.from)
+}
+
+/// Finishing turns, decided again from the recorded readings of the first half.
+fn finishing(out: &mut String, findings: &Findings<'_>) {
+    let (Ok(AnyPrepared::Ground(prepared)), Some(split)) = (findings.again, second_half(findings)) else { return };
+    if !prepared.has_finishing_turns() {
+        return;
+    }
+    let Some(machine_gauge) = prepared.machine.gauge else { return };
+    let log = |name: &String| {
+        let mut readings = JournalReadings::default();
+        for reading in findings.story.gauge.iter().filter(|reading| reading.lobe == *name && reading.tick < split) {
+            let is_second = (reading.gauge_angle - machine_gauge.behind_wheel_rad).abs() > SAME_RAD;
+            gauge::log(&mut readings, reading, is_second);
+        }
+        readings
+    };
+    let logs: Vec<JournalReadings> = findings.story.names().iter().map(log).collect();
+    let text = match correct(prepared, &logs) {
+        Ok(again) if findings.story.plans.iter().any(|(hash, _)| hash == again.plan_hash()) => {
+            let lines = again.finishing_lines(prepared).join("; ");
+            format!(
+                "{lines}. Decided again from the recorded readings: the same second plan ({:.12})",
+                again.plan_hash()
+            )
+        }
+        Ok(again) => format!("the recorded readings give another second plan here ({:.12})", again.plan_hash()),
+        Err(error) => error.to_string(),
+    };
+    let _infallible = write!(out, "<p>Finishing turns: {}.</p>", escape(&text));
 }
 
 /// The reading of the gauge over the last turn of each half of the job, from its mean.

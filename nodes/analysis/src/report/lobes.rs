@@ -108,6 +108,10 @@ pub(super) fn figures(out: &mut String, findings: &Findings<'_>) {
                 escape(&giving.to_string())
             );
         }
+        if let Some(finishing) = planned.as_ref().and_then(|planned| planned.lobes.get(index)?.finishing.as_ref()) {
+            let expected = escape(&finishing.to_string());
+            let _infallible = write!(out, "<p class=\"faint\">Expected after the correction: {expected}.</p>");
+        }
         out.push_str("<div class=\"figures\">");
         let section = section(findings, form);
         let _infallible =

@@ -185,6 +185,11 @@ fn details(summary: &planning::Summary) -> String {
         }
     }
     for lobe in &summary.lobes {
+        if let Some(finishing) = &lobe.finishing {
+            text += &format!("finishing {}: {finishing}\n", lobe.name);
+        }
+    }
+    for lobe in &summary.lobes {
         if let Some(support) = &lobe.part_support {
             text += &format!("support {}: {support}\n", lobe.name);
         }
