@@ -23,7 +23,7 @@ pub(super) struct CheckArgs {
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Print the readings of lift tables and the clearances of an insert too
+    /// Print readings of lift tables, clearances of an insert, and finishing turns too
     #[arg(long)]
     details: bool,
 }
