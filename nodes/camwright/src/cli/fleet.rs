@@ -220,13 +220,15 @@ fn table(cells: &[FleetCell]) -> String {
     let state_width = width("state", cells.iter().map(|cell| cell.word().chars().count()).collect());
     let job_width = width("job", cells.iter().map(|cell| job(cell).chars().count()).collect());
     let heading = domain_column(cells, &"domain");
-    let mut text = format!("{heading}{:cell_width$}  {:state_width$}  {:job_width$}  done   pace", "cell", "state", "job");
+    let mut text =
+        format!("{heading}{:cell_width$}  {:state_width$}  {:job_width$}  done   pace", "cell", "state", "job");
     for cell in cells {
         let (name, word, pace) = (&cell.cell, cell.word(), cell.pace().unwrap_or("-"));
         let done = cell.job().map_or_else(|| "    -".to_owned(), |(_, percent)| format!("{percent:3.0} %"));
         let job = job(cell);
         let domain = domain_column(cells, &cell.domain);
-        let _infallible = write!(text, "\n{domain}{name:cell_width$}  {word:state_width$}  {job:job_width$}  {done}  {pace}");
+        let _infallible =
+            write!(text, "\n{domain}{name:cell_width$}  {word:state_width$}  {job:job_width$}  {done}  {pace}");
         if !cell.is_reachable {
             let _infallible = write!(text, "\n{}", wrapped(&format!("  {}", cell.detail()), 4));
         }
