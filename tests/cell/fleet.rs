@@ -1,12 +1,13 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! `camwright fleet`: several cells in one domain, one client.
+//! `camwright fleet`: several cells in one domain or in domains of their own, one client.
 //!
-//! `CAMWRIGHT_CELLS=3 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.
+//! `CAMWRIGHT_CELLS=20 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.
 #![allow(clippy::print_stdout, reason = "the campaign prints what it measures")]
 
 use crate::support;
 
 use serde_json::Value;
+use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use support::processes::{Processes, fresh_bag, in_domain};
@@ -116,6 +117,7 @@ fn two_cells_are_listed_started_and_stopped() {
     assert_eq!(code, Some(4), "{cells}");
     assert_eq!(cells[1]["state"]["detail"], "no message from a machine in /right", "{cells}");
     left.end();
+    assert_whole(&bags[0]);
     drop(right);
     for bag in bags {
         std::fs::remove_dir_all(bag).expect("the bag is ours");
@@ -132,35 +134,45 @@ fn has_only_warnings(cells: &Value) -> bool {
     alarms.into_iter().all(|alarm| alarm["severity"] == "warning")
 }
 
-/// Cells of four processes each run a job at once; every bag is whole, and the client sees the end of every job.
+/// Every message of a bag was recorded.
+fn assert_whole(bag: &Path) {
+    let mut check = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    let check = check.args(["bag", "check"]).arg(bag).output().expect("camwright runs");
+    assert_eq!(check.status.code(), Some(0), "{}: {}", bag.display(), String::from_utf8_lossy(&check.stdout));
+}
+
+/// Cells of four processes in a domain each run a job at once; every bag is whole, and the client sees the end of every job.
 #[test]
 fn every_message_of_several_cells_is_recorded() {
     let count: usize = std::env::var("CAMWRIGHT_CELLS").ok().and_then(|text| text.parse().ok()).unwrap_or(2);
-    // Discovery of all by all takes the processor time of its square.
-    let patience = PATIENCE + Duration::from_secs(10) * u32::try_from(count).unwrap_or(u32::MAX);
-    let (domain, begin) = (Domain::reserve(), Instant::now());
-    let names: Vec<String> = (1..=count).map(|number| format!("/cell_{number:02}")).collect();
-    let start = |name: &String| {
-        let bag = fresh_bag(&format!("fleet{}", name.replace('/', "-")));
-        Processes::start_without_command(&domain, name, &MACHINE, &bag)
+    let patience = PATIENCE + Duration::from_secs(15) * u32::try_from(count).unwrap_or(u32::MAX);
+    let (domains, begin): (Vec<Domain>, _) = ((0..count).map(|_| Domain::reserve()).collect(), Instant::now());
+    let start = |domain: &Domain| {
+        let bag = fresh_bag(&format!("fleet-domain-{}", domain.id()));
+        Processes::start_without_command(domain, "/cell", &MACHINE, &bag)
     };
-    let cells: Vec<Processes> = names.iter().map(start).collect();
-    let patience_s = patience.as_secs().to_string();
-    let every: Vec<&str> = names.iter().flat_map(|name| ["--cell", name]).collect();
-    let (code, found) = answer(&domain, &[&["status", "--patience", &patience_s], &every[..]].concat());
+    let cells: Vec<Processes> = domains.iter().map(start).collect();
+    let mut every = vec!["--patience".to_owned(), patience.as_secs().to_string()];
+    every.extend(domains.iter().flat_map(|domain| ["--domain".to_owned(), domain.id().to_string()]));
+    let every: Vec<&str> = every.iter().map(String::as_str).collect();
+    let domain = &domains[0];
+    let (code, found) = answer(domain, &[&["status"], &every[..]].concat());
     // A busy computer may keep a recorder behind for a while, which is a warning; the bags show whether something is lost.
     assert!(code == Some(0) || code == Some(3) && has_only_warnings(&found), "{code:?}: {found}");
-    assert!(words(&found).iter().all(|(_, word)| *word == "READY"), "{found}");
+    assert_eq!(words(&found), vec![("/cell", "READY"); count], "{found}");
+    let mut ids: Vec<u64> = domains.iter().map(|domain| domain.id().into()).collect();
+    ids.sort_unstable();
+    let found_in = found.as_array().expect("an array").iter().map(|cell| cell["domain"].as_u64().expect("a number"));
+    assert_eq!(found_in.collect::<Vec<_>>(), ids, "{found}");
     println!("{count} cells are ready after {:.1} s", begin.elapsed().as_secs_f64());
 
-    let mut watch = fleet(&domain, &["status", "--watch", "--json", "--patience", &patience_s]);
+    let mut watch = fleet(domain, &["status", "--watch", "--json"]);
     let mut watch = Guarded::start("camwright fleet status --watch", watch.args(&every));
     let first = watch.line(patience).expect("a line");
     assert_eq!(words(&serde_json::from_str(&first).expect("JSON")).len(), count, "{first}");
     let set: Vec<&str> = SHORT.iter().flat_map(|over| ["--set", over]).collect();
-    let start = [&["start", "eccentric", "--patience", &patience_s], &set[..], &every[..]].concat();
-    let (code, started) = answer(&domain, &start);
-    assert_eq!(code, Some(0), "{started}");
+    let (code, started) = answer(domain, &[&["start", "eccentric"], &set[..], &every[..]].concat());
+    assert_eq!((code, messages(&started).len()), (Some(0), count), "{started}");
     println!("all have accepted the job after {:.1} s", begin.elapsed().as_secs_f64());
 
     let deadline = Instant::now() + patience;
@@ -176,14 +188,35 @@ fn every_message_of_several_cells_is_recorded() {
     watch.interrupt();
     let code = watch.wait(patience).code();
     assert!(code == Some(0) || code == Some(3) && has_only_warnings(&ended), "{code:?}: {}", watch.complaint());
+    let (code, at_rest) = answer(domain, &[&["stop"], &every[..]].concat());
+    assert_eq!((code, messages(&at_rest)), (Some(0), vec!["nothing to stop"; count]), "{at_rest}");
+    let empty = Domain::reserve();
+    let (there, nowhere) = (domain.id().to_string(), empty.id().to_string());
+    let both = ["status", "--domain", &there, "--domain", &nowhere, "--patience", "5"];
+    let output = fleet(domain, &both).output().expect("camwright runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    let expected = format!("no cell found in domain {nowhere} within 5 s");
+    assert!(output.status.code() == Some(4) && text.contains(&expected), "{text}");
 
     let bags: Vec<_> = cells.into_iter().map(Processes::end).collect();
     for bag in bags {
-        let mut check = in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);
-        let check = check.args(["bag", "check"]).arg(&bag).output().expect("camwright runs");
-        let text = String::from_utf8_lossy(&check.stdout);
-        assert_eq!(check.status.code(), Some(0), "{}: {text}", bag.display());
+        assert_whole(&bag);
         std::fs::remove_dir_all(bag).expect("the bag is ours");
     }
     println!("all bags are whole after {:.1} s", begin.elapsed().as_secs_f64());
+}
+
+#[test]
+fn domains_that_do_not_exist_are_refused() {
+    for (text, reason) in [
+        ("233", "`233` is not a domain id from 0 to 232"),
+        ("3-", "`` is not a domain id from 0 to 232"),
+        ("9-7", "domain 9 is after domain 7"),
+        ("one", "`one` is not a domain id from 0 to 232"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        let output = command.args(["fleet", "status", "--domain", text]).output().expect("camwright runs");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && message.contains(reason), "{text}: {message}");
+    }
 }

@@ -1,5 +1,5 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! All cells of a domain: found by their topics, shown in a line each, stopped together.
+//! All cells of one or more domains: found by their topics, shown in a line each, stopped together.
 
 use super::OPTIONAL_NODES;
 use super::cell_snapshot::CellSnapshot;
@@ -13,7 +13,7 @@ use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, MachineStream};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::running::NodeError;
-use camwright_ros::{Client, Node, NodeOptions, RosArgs, RosError, SpinThread, Subscription};
+use camwright_ros::{Client, Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::resume_unwind;
@@ -30,6 +30,8 @@ const AT_ONCE: usize = 8;
 /// A cell in a line.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FleetCell {
+    /// ROS domain.
+    pub domain: u16,
     /// Namespace.
     pub cell: String,
     state: StatusLine,
@@ -44,12 +46,13 @@ pub struct FleetCell {
 }
 
 impl FleetCell {
-    fn from_snapshot(snapshot: &CellSnapshot, now: Instant) -> Self {
+    fn from_snapshot(domain: u16, snapshot: &CellSnapshot, now: Instant) -> Self {
         let is_stopped =
             state_line::stopping(snapshot).next().is_some() || snapshot.io.as_ref().is_some_and(|io| io.estop);
         let is_reachable = !snapshot.is_machine_silent(now) && !snapshot.is_interpolator_silent(now);
         let pace = snapshot.stream.as_ref().filter(|_| !snapshot.is_machine_silent(now));
         Self {
+            domain,
             cell: snapshot.namespace.clone(),
             state: state_line::state(snapshot, now),
             job: job(snapshot),
@@ -101,7 +104,7 @@ impl FleetCell {
     #[must_use]
     pub fn is_same_state(&self, other: &Self) -> bool {
         let percent = |cell: &Self| cell.job().map(|(name, percent)| (name.to_owned(), percent.floor().to_bits()));
-        let known = |cell: &Self| (cell.cell.clone(), cell.pace, cell.is_reachable, cell.is_idle);
+        let known = |cell: &Self| (cell.domain, cell.cell.clone(), cell.pace, cell.is_reachable, cell.is_idle);
         self.state == other.state
             && self.alarms == other.alarms
             && percent(self) == percent(other)
@@ -128,71 +131,23 @@ struct FoundCell {
 
 /// One node that listens to all cells of its domain.
 #[derive(Debug)]
-pub struct FleetListener {
+struct DomainListener {
     node: Node,
-    args: RosArgs,
-    /// Namespaces to listen to; empty: all.
-    wanted: BTreeSet<String>,
     cells: BTreeMap<String, FoundCell>,
     _spin: SpinThread,
 }
 
-impl FleetListener {
-    /// Listens to the cells with these namespaces, without any to all cells.
-    ///
-    /// # Errors
-    /// DDS cannot start.
-    pub fn start(args: &RosArgs, wanted: &[String]) -> Result<Self, NodeError> {
+impl DomainListener {
+    fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let node = Node::new(NodeOptions::new("camwright_fleet", args))?;
         let spin = node.spin_in_thread()?;
-        let wanted = wanted.iter().map(|name| absolute(name)).collect();
-        Ok(Self { node, args: args.clone(), wanted, cells: BTreeMap::new(), _spin: spin })
+        Ok(Self { node, cells: BTreeMap::new(), _spin: spin })
     }
 
-    /// Finds the cells and waits for their messages, at most for `patience`.
-    ///
-    /// # Errors
-    /// A subscription is refused.
-    pub fn find(&mut self, patience: Duration) -> Result<(), NodeError> {
-        let deadline = Instant::now() + patience;
-        let left = || deadline.saturating_duration_since(Instant::now());
-        let (sender, changes) = mpsc::sync_channel(1);
-        let _listener = self.node.on_graph_change(move || {
-            let _one_is_enough = sender.try_send(());
-        });
-        let _all_said_their_nodes = self.node.wait_acquainted(ACQUAINTED.min(patience));
-        self.add_new()?;
-        while (self.cells.is_empty() || !self.missing().is_empty()) && !left().is_zero() {
-            let _changed_or_late = changes.recv_timeout(left());
-            self.add_new()?;
-        }
-        for cell in self.cells.values() {
-            drop(cell.feed.wait_until(left(), |cell| cell.stream.is_some() && cell.interpolator.is_some()));
-        }
-        // The planner is optional, and a writer of latched messages may repeat older ones first.
-        let optional = deadline.min(Instant::now() + OPTIONAL_NODES);
-        let left_for_optional = || optional.saturating_duration_since(Instant::now());
-        for cell in self.cells.values() {
-            let is_known = |cell: &CellSnapshot| cell.machine_alarms.is_some() && cell.job.is_some();
-            drop(cell.feed.wait_until(left_for_optional(), is_known));
-        }
-        for cell in self.cells.values() {
-            cell.feed.wait_for_quiet(END_OF_HISTORY, END_OF_HISTORY.max(left_for_optional()));
-        }
-        // A cell is not judged by an old state of its interpolator.
-        for cell in self.cells.values() {
-            drop(cell.feed.wait_until(left(), CellSnapshot::is_current));
-        }
-        Ok(())
-    }
-
-    /// Listens to cells that have appeared; those that have left stay.
-    ///
-    /// # Errors
-    /// A subscription is refused.
-    pub fn add_new(&mut self) -> Result<(), NodeError> {
+    /// Listens to cells that have appeared, of these namespaces or of all if there is none.
+    fn add_new(&mut self, wanted: &BTreeSet<String>) -> Result<(), NodeError> {
         for namespace in self.discovered() {
-            let is_wanted = self.wanted.is_empty() || self.wanted.contains(&namespace);
+            let is_wanted = wanted.is_empty() || wanted.contains(&namespace);
             if !is_wanted || self.cells.contains_key(&namespace) {
                 continue;
             }
@@ -220,21 +175,114 @@ impl FleetListener {
         });
         namespaces.collect()
     }
+}
 
-    /// Cells that were asked for and not found.
+/// Listens to the cells of one or more domains, with a node in each.
+#[derive(Debug)]
+pub struct FleetListener {
+    args: RosArgs,
+    /// Namespaces to listen to; empty: all.
+    wanted: BTreeSet<String>,
+    domains: BTreeMap<u16, DomainListener>,
+}
+
+impl FleetListener {
+    /// Listens to the cells with these namespaces, without any to all cells. Without domains it listens in that of the arguments.
+    ///
+    /// # Errors
+    /// DDS cannot start.
+    pub fn start(args: &RosArgs, domains: &[u16], wanted: &[String]) -> Result<Self, NodeError> {
+        let own = [args.domain_id()];
+        let domains = if domains.is_empty() { &own[..] } else { domains };
+        let listener = |id: &u16| Ok((*id, DomainListener::start(&args.clone().with_domain_id(*id))?));
+        let domains = domains.iter().map(listener).collect::<Result<_, NodeError>>()?;
+        let wanted = wanted.iter().map(|name| absolute(name)).collect();
+        Ok(Self { args: args.clone(), wanted, domains })
+    }
+
+    /// Finds the cells and waits for their messages, at most for `patience`.
+    ///
+    /// # Errors
+    /// A subscription is refused.
+    pub fn find(&mut self, patience: Duration) -> Result<(), NodeError> {
+        let deadline = Instant::now() + patience;
+        let left = || deadline.saturating_duration_since(Instant::now());
+        let (sender, changes) = mpsc::sync_channel(1);
+        let listener = |domain: &DomainListener| {
+            let sender = sender.clone();
+            domain.node.on_graph_change(move || {
+                let _one_is_enough = sender.try_send(());
+            })
+        };
+        let _listeners: Vec<_> = self.domains.values().map(listener).collect();
+        let acquainted = Instant::now() + ACQUAINTED.min(patience);
+        for domain in self.domains.values() {
+            let _all_said_their_nodes =
+                domain.node.wait_acquainted(acquainted.saturating_duration_since(Instant::now()));
+        }
+        self.add_new()?;
+        while !(self.missing().is_empty() && self.empty_domains().is_empty()) && !left().is_zero() {
+            let _changed_or_late = changes.recv_timeout(left());
+            self.add_new()?;
+        }
+        let cells: Vec<&FoundCell> = self.found().map(|(_, cell)| cell).collect();
+        for cell in &cells {
+            drop(cell.feed.wait_until(left(), |cell| cell.stream.is_some() && cell.interpolator.is_some()));
+        }
+        // The planner is optional, and a writer of latched messages may repeat older ones first.
+        let optional = deadline.min(Instant::now() + OPTIONAL_NODES);
+        let left_for_optional = || optional.saturating_duration_since(Instant::now());
+        for cell in &cells {
+            let is_known = |cell: &CellSnapshot| cell.machine_alarms.is_some() && cell.job.is_some();
+            drop(cell.feed.wait_until(left_for_optional(), is_known));
+        }
+        for cell in &cells {
+            cell.feed.wait_for_quiet(END_OF_HISTORY, END_OF_HISTORY.max(left_for_optional()));
+        }
+        // A cell is not judged by an old state of its interpolator.
+        for cell in &cells {
+            drop(cell.feed.wait_until(left(), CellSnapshot::is_current));
+        }
+        Ok(())
+    }
+
+    /// Listens to cells that have appeared; those that have left stay.
+    ///
+    /// # Errors
+    /// A subscription is refused.
+    pub fn add_new(&mut self) -> Result<(), NodeError> {
+        let wanted = &self.wanted;
+        self.domains.values_mut().try_for_each(|domain| domain.add_new(wanted))
+    }
+
+    /// All cells with their domains, sorted by domain and namespace.
+    fn found(&self) -> impl Iterator<Item = (u16, &FoundCell)> {
+        self.domains.iter().flat_map(|(id, domain)| domain.cells.values().map(|cell| (*id, cell)))
+    }
+
+    /// Cells that were asked for and found in no domain.
     #[must_use]
     pub fn missing(&self) -> Vec<&str> {
-        let missing = self.wanted.iter().filter(|name| !self.cells.contains_key(*name));
+        let is_found = |name: &String| self.domains.values().any(|domain| domain.cells.contains_key(name));
+        let missing = self.wanted.iter().filter(|name| !is_found(name));
         missing.map(String::as_str).collect()
     }
 
-    /// The cells now, sorted by namespace.
+    /// Domains without any of the cells.
+    #[must_use]
+    pub fn empty_domains(&self) -> Vec<u16> {
+        let empty = self.domains.iter().filter(|(_, domain)| domain.cells.is_empty());
+        empty.map(|(id, _)| *id).collect()
+    }
+
+    /// The cells now, sorted by domain and namespace.
     #[must_use]
     pub fn cells(&self) -> Vec<FleetCell> {
         let now = Instant::now();
-        let snapshot =
-            |cell: &FoundCell| FleetCell::from_snapshot(&cell.feed.wait_until(Duration::ZERO, |_| true), now);
-        self.cells.values().map(snapshot).collect()
+        let snapshot = |(domain, cell): (u16, &FoundCell)| {
+            FleetCell::from_snapshot(domain, &cell.feed.wait_until(Duration::ZERO, |_| true), now)
+        };
+        self.found().map(snapshot).collect()
     }
 
     /// Does something for several cells, for some of them at a time; the order of results is that of the cells.
@@ -244,7 +292,8 @@ impl FleetListener {
             std::thread::scope(|scope| {
                 let mut threads = Vec::with_capacity(AT_ONCE);
                 for cell in group {
-                    let (args, action) = (self.args.clone().with_namespace(&cell.cell), &action);
+                    let args = self.args.clone().with_domain_id(cell.domain).with_namespace(&cell.cell);
+                    let action = &action;
                     threads.push(scope.spawn(move || action(cell, &args)));
                 }
                 results.extend(
@@ -260,12 +309,15 @@ impl FleetListener {
     /// # Errors
     /// A client is refused.
     pub fn cancel(&self, cells: &[FleetCell]) -> Result<Vec<Answer>, NodeError> {
-        let planners = cells.iter().map(|cell| {
-            let client = self.node.client::<Trigger>(&format!("{}job_planner/stop", prefix(&cell.cell)));
-            client.map(|client| (cell, client))
-        });
-        let planners = planners.collect::<Result<Vec<_>, RosError>>()?;
-        let mut answers: Vec<Option<Answer>> = self.stop_jobs(&planners);
+        let mut planners = Vec::with_capacity(cells.len());
+        for (index, cell) in cells.iter().enumerate() {
+            if let Some(domain) = self.domains.get(&cell.domain) {
+                let service = format!("{}job_planner/stop", prefix(&cell.cell));
+                planners.push((index, cell, domain.node.client::<Trigger>(&service)?));
+            }
+        }
+        let mut answers: Vec<Option<Answer>> = vec![None; cells.len()];
+        stop_jobs(&planners, &mut answers);
         let rest: Vec<usize> = (0..cells.len()).filter(|index| answers[*index].is_none()).collect();
         let moving: Vec<FleetCell> = rest.iter().map(|index| cells[*index].clone()).collect();
         let cancelled = self.for_each(&moving, |cell, args| {
@@ -281,38 +333,38 @@ impl FleetListener {
         Ok(answers.into_iter().flatten().collect())
     }
 
-    /// Asks all planners to stop their jobs; none for a planner that has no job or does not answer.
-    fn stop_jobs(&self, planners: &[(&FleetCell, Client<Trigger>)]) -> Vec<Option<Answer>> {
-        let (sender, received) = mpsc::channel();
-        let deadline = Instant::now() + ANSWER;
-        let left = || deadline.saturating_duration_since(Instant::now());
-        let mut asked = 0_usize;
-        for (index, (cell, planner)) in planners.iter().enumerate() {
-            // A cell without a planner has no job status.
-            let patience = if cell.job.is_some() { left() } else { left().min(OPTIONAL_NODES) };
-            if planner.wait_for_service(patience).is_ok() {
-                let sender = sender.clone();
-                let sent = planner.call_with(&TriggerRequest::default(), move |answer| {
-                    let _is_late = sender.send((index, answer.success));
-                });
-                asked += usize::from(sent.is_ok());
-            }
-        }
-        let mut answers = vec![None; planners.len()];
-        while asked > 0
-            && let Ok((index, is_stopped)) = received.recv_timeout(left())
-        {
-            asked -= 1;
-            if is_stopped {
-                answers[index] = Some(Answer::done("job cancelled, the axes come to rest"));
-            }
-        }
-        answers
-    }
-
-    /// Ends the node.
+    /// Ends the nodes.
     pub fn stop(self) {
-        self.node.shutdown();
+        for domain in self.domains.values() {
+            domain.node.shutdown();
+        }
+    }
+}
+
+/// Asks all planners to stop their jobs. A planner that has no job or does not answer leaves no answer.
+fn stop_jobs(planners: &[(usize, &FleetCell, Client<Trigger>)], answers: &mut [Option<Answer>]) {
+    let (sender, received) = mpsc::channel();
+    let deadline = Instant::now() + ANSWER;
+    let left = || deadline.saturating_duration_since(Instant::now());
+    let mut asked = 0_usize;
+    for (index, cell, planner) in planners {
+        // A cell without a planner has no job status.
+        let patience = if cell.job.is_some() { left() } else { left().min(OPTIONAL_NODES) };
+        if planner.wait_for_service(patience).is_ok() {
+            let (index, sender) = (*index, sender.clone());
+            let sent = planner.call_with(&TriggerRequest::default(), move |answer| {
+                let _is_late = sender.send((index, answer.success));
+            });
+            asked += usize::from(sent.is_ok());
+        }
+    }
+    while asked > 0
+        && let Ok((index, is_stopped)) = received.recv_timeout(left())
+    {
+        asked -= 1;
+        if is_stopped {
+            answers[index] = Some(Answer::done("job cancelled, the axes come to rest"));
+        }
     }
 }
 
@@ -354,7 +406,7 @@ mod tests {
     fn a_cell_is_idle_while_nothing_stops_it_or_moves() {
         let now = Instant::now();
         let mut snapshot = CellSnapshot::default();
-        let line = |snapshot: &CellSnapshot| FleetCell::from_snapshot(snapshot, now);
+        let line = |snapshot: &CellSnapshot| FleetCell::from_snapshot(0, snapshot, now);
         assert!(!line(&snapshot).is_reachable && !line(&snapshot).is_idle, "{:?}", line(&snapshot));
         assert_eq!((line(&snapshot).word(), line(&snapshot).pace()), ("NO MACHINE", None));
         let stream = MachineStream { pace: MachineStream::PACE_REALTIME, ..MachineStream::default() };

@@ -2,7 +2,7 @@
 //! Operator page and operations of a running cell.
 //!
 //! The page shows state, alarms and the lobe during grinding, for a browser on this computer. [`Operator`] performs [`operation`]s for the
-//! command line and, with control, for the page. [`FleetListener`] shows all cells of a domain, one line each.
+//! command line and, with control, for the page. [`FleetListener`] shows all cells of one or more domains, one line each.
 //!
 //! ```text
 //! topics of the cell ─► Feed ─► Status, Shape (JSON) ─► /snapshot.json, /events ─► page.html

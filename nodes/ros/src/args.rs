@@ -108,6 +108,9 @@ impl Default for RosArgs {
 }
 
 impl RosArgs {
+    /// Largest domain id: its last ports are below 65536.
+    pub const LAST_DOMAIN: u16 = 232;
+
     /// Reads this process's arguments and environment. Returns what is not ROS's, without the program's name.
     ///
     /// # Errors
@@ -162,8 +165,7 @@ impl RosArgs {
         };
         if let Some(value) = variable("ROS_DOMAIN_ID") {
             match value.parse::<u16>() {
-                // RTPS maps domain 232 to the last ports below 65536.
-                Ok(id) if id <= 232 => self.domain_id = id,
+                Ok(id) if id <= Self::LAST_DOMAIN => self.domain_id = id,
                 _ => return refuse("ROS_DOMAIN_ID", &value, "is not a domain id from 0 to 232"),
             }
         }
@@ -255,7 +257,7 @@ impl RosArgs {
         self.domain_id
     }
 
-    /// The same in another domain (tests have one each).
+    /// The same in another domain.
     #[must_use]
     pub fn with_domain_id(mut self, domain_id: u16) -> Self {
         self.domain_id = domain_id;

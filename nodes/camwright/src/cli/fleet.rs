@@ -1,5 +1,5 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! `camwright fleet`: state, start and stop of all cells of a domain.
+//! `camwright fleet`: state, start and stop of all cells of one or more domains.
 
 use super::output::{JsonArg, note, print_error, say, wrapped};
 use super::run::from_here;
@@ -12,8 +12,9 @@ use camwright_ros::running::NodeError;
 use camwright_ros::{Level, RosArgs, RosLayer, Shutdown};
 use clap::{Args, Subcommand};
 use serde_json::json;
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::io::{IsTerminal as _, Write as _};
+use std::ops::RangeInclusive;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -74,6 +75,9 @@ struct CellArgs {
     /// Namespace of a cell; repeatable [default: all cells found].
     #[arg(long = "cell", value_name = "NAME")]
     names: Vec<String>,
+    /// ROS domains of the cells, such as `7` or `11-30`; repeatable [default: ROS_DOMAIN_ID].
+    #[arg(long = "domain", value_name = "ID", value_parser = domains)]
+    domains: Vec<RangeInclusive<u16>>,
     /// Time to wait for cells (s).
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     patience: f64,
@@ -84,21 +88,46 @@ impl CellArgs {
     fn find(&self, ros_args: &RosArgs) -> Result<FleetListener, NodeError> {
         // Several nodes in one process; their logs concern the cells.
         let ros_args = ros_args.clone().with_console_level(Level::Error);
-        let mut fleet = FleetListener::start(&ros_args, &self.names)?;
+        let domains: Vec<u16> = self.domains.iter().cloned().flatten().collect();
+        let mut fleet = FleetListener::start(&ros_args, &domains, &self.names)?;
         fleet.find(Duration::from_secs_f64(self.patience))?;
         for cell in fleet.missing() {
             let message = format!("no cell {cell} found within {} s; start it, or check its namespace", self.patience);
             print_error("camwright fleet", &message);
         }
+        for domain in empty_domains(&fleet) {
+            print_error("camwright fleet", &format!("no cell found in domain {domain} within {} s", self.patience));
+        }
         if fleet.cells().is_empty() && self.names.is_empty() {
             let message = format!(
-                "no cell found within {} s; start cells (`camwright run --help` shows how), or check ROS_DOMAIN_ID and, for cells on other hosts, ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET",
+                "no cell found within {} s; start cells (`camwright run --help` shows how), or check the domain (ROS_DOMAIN_ID or --domain) and, for cells on other hosts, ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET",
                 self.patience
             );
             print_error("camwright fleet", &message);
         }
         Ok(fleet)
     }
+}
+
+/// Domain, or first and last domain.
+fn domains(text: &str) -> Result<RangeInclusive<u16>, String> {
+    let id = |text: &str| match text.trim().parse::<u16>() {
+        Ok(id) if id <= RosArgs::LAST_DOMAIN => Ok(id),
+        _ => Err(format!("`{text}` is not a domain id from 0 to {}", RosArgs::LAST_DOMAIN)),
+    };
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let range = id(first)?..=id(last)?;
+    if range.is_empty() { Err(format!("domain {first} is after domain {last}")) } else { Ok(range) }
+}
+
+/// Domains without a cell beside domains with cells.
+fn empty_domains(fleet: &FleetListener) -> Vec<u16> {
+    if fleet.cells().is_empty() { Vec::new() } else { fleet.empty_domains() }
+}
+
+/// Number of cells that were asked for and do not answer.
+fn missing(fleet: &FleetListener) -> usize {
+    fleet.missing().len() + empty_domains(fleet).len()
 }
 
 /// Entry point. Exit 0: done; 1: no cell found; 3: alarms, or a cell refuses; 4: a cell does not answer.
@@ -119,7 +148,7 @@ fn status(args: &CellArgs, watches: bool, is_json: bool, ros_args: &RosArgs) -> 
     let shutdown = Shutdown::on_signals()?;
     let mut fleet = args.find(ros_args)?;
     let cells = fleet.cells();
-    let code = status_code(&cells, fleet.missing().len());
+    let code = status_code(&cells, missing(&fleet));
     if watches {
         watch(&mut fleet, cells, is_json, &shutdown)?;
         fleet.stop();
@@ -177,6 +206,12 @@ fn watch(
     }
 }
 
+/// Column of the domain, where the cells are in several ones.
+fn domain_column(cells: &[FleetCell], text: &dyn Display) -> String {
+    let is_one_domain = cells.windows(2).all(|pair| pair[0].domain == pair[1].domain);
+    if is_one_domain { String::new() } else { format!("{text:>6}  ") }
+}
+
 /// A line for each cell, and one for each alarm.
 fn table(cells: &[FleetCell]) -> String {
     let job = |cell: &FleetCell| cell.job().map_or_else(|| "-".to_owned(), |(name, _)| name.to_owned());
@@ -184,12 +219,16 @@ fn table(cells: &[FleetCell]) -> String {
     let cell_width = width("cell", cells.iter().map(|cell| cell.cell.chars().count()).collect());
     let state_width = width("state", cells.iter().map(|cell| cell.word().chars().count()).collect());
     let job_width = width("job", cells.iter().map(|cell| job(cell).chars().count()).collect());
-    let mut text = format!("{:cell_width$}  {:state_width$}  {:job_width$}  done   pace", "cell", "state", "job");
+    let heading = domain_column(cells, &"domain");
+    let mut text =
+        format!("{heading}{:cell_width$}  {:state_width$}  {:job_width$}  done   pace", "cell", "state", "job");
     for cell in cells {
         let (name, word, pace) = (&cell.cell, cell.word(), cell.pace().unwrap_or("-"));
         let done = cell.job().map_or_else(|| "    -".to_owned(), |(_, percent)| format!("{percent:3.0} %"));
         let job = job(cell);
-        let _infallible = write!(text, "\n{name:cell_width$}  {word:state_width$}  {job:job_width$}  {done}  {pace}");
+        let domain = domain_column(cells, &cell.domain);
+        let _infallible =
+            write!(text, "\n{domain}{name:cell_width$}  {word:state_width$}  {job:job_width$}  {done}  {pace}");
         if !cell.is_reachable {
             let _infallible = write!(text, "\n{}", wrapped(&format!("  {}", cell.detail()), 4));
         }
@@ -213,7 +252,7 @@ fn start(job: &str, set: &[String], args: &CellArgs, is_json: bool, ros_args: &R
         ),
         false => Answer { done: false, message: format!("not idle: {} {}", cell.word(), cell.detail()) },
     });
-    let code = report(&cells, &answers, fleet.missing().len(), is_json)?;
+    let code = report(&cells, &answers, missing(&fleet), is_json)?;
     fleet.stop();
     Ok(code)
 }
@@ -235,7 +274,7 @@ fn stop(args: &CellArgs, is_json: bool, ros_args: &RosArgs) -> Result<u8, NodeEr
     let fleet = args.find(ros_args)?;
     let cells = fleet.cells();
     let answers = fleet.cancel(&cells)?;
-    let code = report(&cells, &answers, fleet.missing().len(), is_json)?;
+    let code = report(&cells, &answers, missing(&fleet), is_json)?;
     fleet.stop();
     Ok(code)
 }
@@ -245,14 +284,16 @@ fn report(cells: &[FleetCell], answers: &[Answer], missing: usize, is_json: bool
     let answered = || cells.iter().zip(answers);
     if is_json {
         let lines: Vec<_> = answered()
-            .map(|(cell, answer)| json!({ "cell": cell.cell, "done": answer.done, "message": answer.message }))
+            .map(|(cell, answer)| json!({ "domain": cell.domain, "cell": cell.cell, "done": answer.done, "message": answer.message }))
             .collect();
         say!("{}", serde_json::to_string_pretty(&lines).map_err(NodeError::file)?);
     } else {
         let width = cells.iter().map(|cell| cell.cell.chars().count()).max().unwrap_or_default();
         for (cell, answer) in answered() {
             let verdict = if answer.done { "done" } else { "REFUSED" };
-            say!("{}", wrapped(&format!("{:width$}  {verdict:7}  {}", cell.cell, answer.message), width + 11));
+            let domain = domain_column(cells, &cell.domain);
+            let line = format!("{domain}{:width$}  {verdict:7}  {}", cell.cell, answer.message);
+            say!("{}", wrapped(&line, domain.len() + width + 11));
         }
     }
     if answers.iter().any(|answer| !answer.done) {

@@ -304,10 +304,11 @@ pub(super) const FLEET: &str = "\
 Examples:
   camwright fleet status
   camwright fleet start four_lobe_camshaft --cell /cell_1 --cell /cell_2
+  camwright fleet status --domain 11-30
   camwright fleet stop
 
 A cell is a namespace in which a machine, an interpolator or a planner
-publishes. Cells on other hosts need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET on
+publishes. `--domain` lists cells in several domains. Cells on other hosts need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET on
 every host.
 
 Exit codes: by command, see `camwright fleet COMMAND --help`";
@@ -317,13 +318,14 @@ Examples:
   camwright fleet status
   camwright fleet status --watch
   camwright fleet status --json --cell /cell_1
+  camwright fleet status --domain 11-30
 
 Exit codes:
   0  every cell answers, none has an alarm; with --watch: ended by Ctrl-C
   1  no cell found
   2  wrong arguments
   3  an alarm of a cell needs a reset
-  4  a cell does not answer";
+  4  a cell does not answer, or a named domain has none";
 
 pub(super) const FLEET_START: &str = "\
 Examples:

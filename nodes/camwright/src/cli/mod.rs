@@ -99,7 +99,7 @@ enum CommandLine {
     Gateway(gateway::GatewayArgs),
     /// Show the state of a running cell.
     Status(status::StatusArgs),
-    /// List, start and stop all cells of a domain.
+    /// List, start and stop all cells of one or more domains.
     Fleet(fleet::FleetArgs),
     /// Print the URDF of a machine.
     Urdf(urdf::UrdfArgs),
