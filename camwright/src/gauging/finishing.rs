@@ -128,11 +128,11 @@ impl FinishingSpec {
             Self::ByForce { force_n, max_turns, .. } => (force_n, max_turns),
         };
         let cut_mm = law.depth_from_force_mm(force_n);
-        if !(cut_mm > 0.0) {
+        if cut_mm.is_nan() || cut_mm <= 0.0 {
             return Err(FinishingError::NoCut { force_n, threshold_n: law.threshold_n() });
         }
         let turns = Finishing::turns_for(depth_mm, cut_mm).max(libm::ceil(depth_mm / MAX_FINISHING_MM));
-        if !(turns <= f64::from(max_turns)) {
+        if turns > f64::from(max_turns) {
             let deepest_mm = Finishing { depth_mm, turns: max_turns }.deepest_mm();
             return Err(FinishingError::TooManyTurns {
                 force_n,
