@@ -41,6 +41,7 @@
 //!     follower: Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 },
 //!     base_radius_mm: 16.0,
 //!     throw_mm: 0.0,
+//!     is_bore: false,
 //! };
 //! let tolerance = FormTolerance::uniform(0.005);
 //! let lobe = LobeSpec { name: "E1".into(), station: "LS1".into(), phase_rad: 0.5, profile: 0, width_mm: 15.0, tolerance, plunge: None, visit: None, axial: None };

@@ -19,6 +19,7 @@ mod watched;
 mod alarms_over_hal;
 mod axis_interpolator;
 mod batch;
+mod bores;
 mod contract_over_hal;
 mod crank_pins;
 mod fleet;

@@ -8,6 +8,7 @@ mod changed_bag;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bores;
 mod crank_pins;
 mod file_mutations;
 mod learn;

@@ -14,6 +14,9 @@
 //! The curvature of the contour is (dω/dφ)/(dl/dφ); it is regular where dl/dφ > 0, else the follower would need a contour
 //! that doubles back: undercut. A face must also turn forwards, dω/dφ > 0, for it touches only what is convex.
 //! If also Q·N > 0 everywhere, the azimuth of Q only grows with φ, and the contour cannot meet itself anywhere.
+//!
+//! A bore ([`Contour::bore`]) has the same points. The part is on the other side: N points towards the axis, and walking with the part on the
+//! same hand the arc length falls, dl/dφ < 0, so that its curvature is negative where the wall is hollow.
 
 use crate::cam::follower::frame::{LocalFrame, rotated};
 use crate::cam::follower::mount::Mount;
@@ -51,6 +54,12 @@ pub enum ContourError {
         eccentricity_mm: f64,
         /// Radius of the disc (mm).
         radius_mm: f64,
+    },
+    /// A crank pin as a bore.
+    #[error("a bore is ground about the spindle axis: it has no throw, but the profile has one of {throw_mm} mm")]
+    BoreWithThrow {
+        /// Distance of the pin's centre from the axis (mm).
+        throw_mm: f64,
     },
     /// A throw that is no length.
     #[error("throw {throw_mm} mm is not a number of at least 0")]
@@ -159,6 +168,8 @@ impl LobeCentre {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contour {
     throw_mm: f64,
+    /// The part is outside of it.
+    is_bore: bool,
     lift: LiftLaw,
     follower: Follower,
     base_radius_mm: f64,
@@ -180,6 +191,7 @@ impl Contour {
         mount.reaches(lift.min_lift_mm(), lift.max_lift_mm())?;
         let mut contour = Self {
             throw_mm: 0.0,
+            is_bore: false,
             lift: lift.clone(),
             follower: *follower,
             base_radius_mm,
@@ -271,6 +283,33 @@ impl Contour {
         Ok(Self { throw_mm, ..circle })
     }
 
+    /// The same outline as the wall of a bore, with the part outside of it.
+    ///
+    /// # Errors
+    /// A crank pin.
+    pub fn bore(self) -> Result<Self, ContourError> {
+        if self.is_pin() {
+            return Err(ContourError::BoreWithThrow { throw_mm: self.throw_mm });
+        }
+        let convex = self.maximum_convexity();
+        let max_concave =
+            (convex.value * self.base_radius_mm > ROUNDING).then_some(Extremum { value: -convex.value, ..convex });
+        Ok(Self { is_bore: true, max_concave, ..self })
+    }
+
+    /// The contour is the wall of a bore.
+    #[must_use]
+    pub fn is_bore(&self) -> bool {
+        self.is_bore
+    }
+
+    /// The tangent that passes the axis at the smallest distance (mm), and its cam angle.
+    #[must_use]
+    pub fn nearest_tangent(&self) -> Extremum {
+        let (grid, breaks) = (self.lift.grid(), self.lift.breaks());
+        smallest_over_turn(grid, &breaks, |angle| self.local(angle).support().abs())
+    }
+
     /// Distance of the centre of its frame from the axis of rotation, in the direction of cam angle 0 (mm); 0 but for a pin.
     #[must_use]
     pub fn throw_mm(&self) -> f64 {
@@ -315,17 +354,20 @@ impl Contour {
         rotated(frame.along, frame.across, cam_angle_rad)
     }
 
-    /// Outward unit normal at that point (in the cam's frame).
+    /// Unit normal at that point, out of the part (in the cam's frame).
     #[must_use]
     pub fn normal(&self, cam_angle_rad: f64) -> Vector2<f64> {
         let frame = self.local(cam_angle_rad);
         rotated(frame.normal_along, frame.normal_across, cam_angle_rad)
     }
 
-    /// Azimuth ω of the outward normal (rad), growing by 2π with the cam angle.
+    /// Azimuth ω of the normal out of the part (rad), growing by 2π with the cam angle.
     #[must_use]
     pub fn normal_angle(&self, cam_angle_rad: f64) -> f64 {
         let frame = self.local(cam_angle_rad);
+        if self.is_bore {
+            return cam_angle_rad + PI + self.mount.azimuth(-frame.normal_along, -frame.normal_across);
+        }
         cam_angle_rad + self.mount.azimuth(frame.normal_along, frame.normal_across)
     }
 
@@ -350,13 +392,15 @@ impl Contour {
         self.mount.pressure_angle(&lift, &self.mount.frame(&lift))
     }
 
-    /// Additional lift per material left at a cam angle, along the normal (mm per mm, or deg per mm for an angular lift); first order,
-    /// because the contact moves along the contour only.
+    /// Additional lift per material left at a cam angle, along the normal (mm per mm, or deg per mm for an angular lift), negative in a
+    /// bore; first order, because the contact moves along the contour only.
     #[must_use]
     pub fn lift_per_depth(&self, cam_angle_rad: f64) -> f64 {
         let lift = self.lift.sample(cam_angle_rad);
         let frame = self.mount.frame(&lift);
-        1.0 / (libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.travel_per_lift(&frame))
+        let lift_per_depth =
+            1.0 / (libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.travel_per_lift(&frame));
+        if self.is_bore { -lift_per_depth } else { lift_per_depth }
     }
 
     /// Contact position on the follower's face (mm): from the stem of a flat or mushroom follower, positive towards increasing cam
@@ -444,7 +488,8 @@ impl Contour {
 
     /// Everything at one cam angle.
     pub(crate) fn local(&self, cam_angle_rad: f64) -> LocalFrame {
-        self.mount.frame(&self.lift.sample(cam_angle_rad))
+        let frame = self.mount.frame(&self.lift.sample(cam_angle_rad));
+        if self.is_bore { frame.from_inside() } else { frame }
     }
 
     /// The cam angle at which the point `distance_mm` outside the contour (a wheel's centre; 0 for the contour itself)

@@ -78,10 +78,13 @@ pub struct PinForm {
 
 impl Form {
     /// Compares radii measured at the azimuths i·2π/n of the part with a contour turned by `phase_rad` (its cam angle 0
-    /// lies at that azimuth).
+    /// lies at that azimuth). Radii of a bore are negative, as [`Lobe::radii_mm`] has them; a positive deviation is material left in
+    /// both cases.
+    ///
+    /// [`Lobe::radii_mm`]: crate::simulation::workpiece::Lobe::radii_mm
     ///
     /// # Errors
-    /// No radii, or one that is not a positive number.
+    /// No radii, or one that is not a positive number (of a bore a negative one).
     pub fn measure(radii_mm: &[f64], contour: &Contour, phase_rad: f64) -> Result<Self, FormError> {
         Self::measure_parallel(radii_mm, contour, phase_rad, 0.0)
     }
@@ -100,11 +103,12 @@ impl Form {
         let mut largest: Option<FormDeviation> = None;
         for (i, &radius_mm) in radii_mm.iter().enumerate() {
             let azimuth_rad = i as f64 * TURN_RAD / radii_mm.len() as f64;
-            if !radius_mm.is_finite() || radius_mm <= 0.0 {
+            let distance_mm = if contour.is_bore() { -radius_mm } else { radius_mm };
+            if !distance_mm.is_finite() || distance_mm <= 0.0 {
                 return Err(FormError::BadRadius { radius_mm, azimuth_deg: deg_from_rad(azimuth_rad) });
             }
-            let (distance_mm, cam_angle) = contour.distance(radius_mm, azimuth_rad - phase_rad);
-            let deviation_mm = distance_mm - above_mm;
+            let (outside_mm, cam_angle) = contour.distance(distance_mm, azimuth_rad - phase_rad);
+            let deviation_mm = outside_mm - above_mm;
             deviations_mm.push(deviation_mm);
             if largest.is_none_or(|largest| deviation_mm.abs() > largest.deviation_mm.abs()) {
                 largest = Some(FormDeviation { deviation_mm, azimuth_rad, cam_angle_rad: wrap_turn(cam_angle) });
@@ -221,7 +225,8 @@ impl Contour {
             let outside = x * frame.normal_along + y * frame.normal_across;
             let beside = -x * frame.normal_across + y * frame.normal_along;
             let rate = frame.arc + frame.turning * outside;
-            if rate <= 0.0 {
+            let is_past_centre = if self.is_bore() { rate >= 0.0 } else { rate <= 0.0 };
+            if is_past_centre {
                 return (outside, cam_angle);
             }
             let change = beside / rate;

@@ -60,6 +60,7 @@ impl JobSpec {
         self.check_wheel_power()?;
         self.check_speed_variation()?;
         self.check_room()?;
+        self.check_bores()?;
         self.check_raw_part()?;
         self.check_part_support(machine)?;
         self.check_correction(machine)?;
@@ -173,6 +174,32 @@ impl JobSpec {
         positive(|| Subject::Job, JobKey::WheelPowerMax, power.max_w)?;
         positive(|| Subject::Job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
         positive(|| Subject::Job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)
+    }
+
+    /// A job grinds bores or outer contours, and what measures or changes an outer contour is not for bores.
+    fn check_bores(&self) -> Result<(), JobError> {
+        let is_bore = |lobe: &&LobeSpec| self.profiles.get(lobe.profile).is_some_and(|profile| profile.is_bore);
+        let Some(bore) = self.lobes.iter().find(is_bore) else { return Ok(()) };
+        if let Some(lobe) = self.lobes.iter().find(|lobe| !is_bore(lobe)) {
+            return Err(JobError::BoreBesideLobe { bore: bore.name.clone(), lobe: lobe.name.clone() });
+        }
+        let of_lobe = |lobe: &LobeSpec, key| Err(JobError::NotInBore { lobe: lobe.name.clone(), key });
+        if let Some(wide) = self.lobes.iter().find(|lobe| lobe.plunge.is_some()) {
+            return of_lobe(wide, "a width above that of the wheel");
+        }
+        if let Some(shaped) = self.lobes.iter().find(|lobe| lobe.axial.is_some()) {
+            return of_lobe(shaped, "taper or crown");
+        }
+        let keys = [
+            (self.correction.is_some(), "runout_correction"),
+            (self.measure_stock.is_some(), "measure_stock"),
+            (self.compensation.is_some(), "form_compensation"),
+            (self.passes.iter().any(|pass| pass.gauge_size.is_some()), "infeed.gauge_size"),
+        ];
+        match keys.into_iter().find(|(is_given, _)| *is_given) {
+            Some((_, key)) => of_lobe(bore, key),
+            None => Ok(()),
+        }
     }
 
     /// Clearance, stand-off of a dry run, and obstacles.

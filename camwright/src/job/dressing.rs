@@ -322,8 +322,9 @@ pub fn stock_area_mm2(contour: &Contour, stock_mm: f64) -> f64 {
     // The trapezoidal rule over a period: more exact than any digit that is printed.
     const STEPS: u32 = 3600;
     let step = TURN_RAD / f64::from(STEPS);
+    // Negative in a bore: parallel curves inside of it become shorter.
     let length_mm: f64 = (0..STEPS).map(|i| contour.local(f64::from(i) * step).arc * step).sum();
-    stock_mm * (length_mm + 0.5 * TURN_RAD * stock_mm)
+    stock_mm * (length_mm + 0.5 * TURN_RAD * stock_mm).abs()
 }
 
 /// Largest distance from the contour, along its normal, of what a wheel of another radius grinds along a path (mm, positive

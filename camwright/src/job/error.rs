@@ -14,6 +14,18 @@ pub enum JobError {
     /// There is nothing to machine.
     #[error("the job has no lobes; it needs at least 1")]
     NoLobes,
+    /// Bores and outer contours in one job.
+    #[error(
+        "lobe {bore} is a bore and lobe {lobe} is not: the wheel would have to leave the part between them; make two jobs of them"
+    )]
+    BoreBesideLobe { bore: String, lobe: String },
+    /// Something that a bore cannot have.
+    #[error("lobe {lobe} is a bore: {key} works on outer contours only; remove it")]
+    NotInBore {
+        lobe: String,
+        /// Key of the job.
+        key: &'static str,
+    },
     /// Spark-out cannot end by force.
     #[error("pass {pass}: spark-out is to end by force, but {why}")]
     SparkOutByForce {

@@ -45,13 +45,15 @@ pub struct ProfileSpec {
     pub base_radius_mm: f64,
     /// Distance of the centre of a crank pin from the spindle axis, in the direction of cam angle 0 (mm); 0 for every other profile.
     pub throw_mm: f64,
+    /// It is the wall of a bore: the part is outside of it, and the wheel inside.
+    pub is_bore: bool,
 }
 
 impl ProfileSpec {
-    /// It has no lift, about the spindle axis: a journal.
+    /// It has no lift, about the spindle axis, and the part inside: a journal.
     #[must_use]
     pub fn is_round(&self) -> bool {
-        self.lift.max_lift_mm() - self.lift.min_lift_mm() < ROUND_MM && !self.is_pin()
+        self.lift.max_lift_mm() - self.lift.min_lift_mm() < ROUND_MM && !self.is_pin() && !self.is_bore
     }
 
     /// It is a crank pin, or a disc that misses the spindle axis.
@@ -63,8 +65,13 @@ impl ProfileSpec {
     /// Outline of the finished lobe.
     ///
     /// # Errors
-    /// See [`Contour::from_lift`] and [`Contour::pin`]; a throw with a lift.
+    /// See [`Contour::from_lift`], [`Contour::pin`] and [`Contour::bore`]; a throw with a lift.
     pub fn contour(&self) -> Result<Contour, ContourError> {
+        let contour = self.outer_contour()?;
+        if self.is_bore { contour.bore() } else { Ok(contour) }
+    }
+
+    fn outer_contour(&self) -> Result<Contour, ContourError> {
         if !self.is_pin() {
             return Contour::from_lift(&self.lift, &self.follower, self.base_radius_mm);
         }

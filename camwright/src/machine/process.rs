@@ -16,7 +16,7 @@ pub struct ReferenceCut {
 
 impl ReferenceCut {
     /// Cut of a wheel on a turning part: removal rate Q′ (mm²/s) and depth (mm); radius of the wheel and distance of its centre from the
-    /// part's axis (mm); cosine of the angle between the normal and the wheel line; speed of the wheel line about the part (rad/s).
+    /// part's axis (mm), of either sign; cosine of the angle between the normal and the wheel line; speed of the wheel line about the part (rad/s).
     #[must_use]
     pub fn from_contact(
         (removal_mm2_s, depth_mm): (f64, f64),
@@ -26,7 +26,7 @@ impl ReferenceCut {
     ) -> Self {
         let footprint_speed_mm_s = removal_mm2_s / depth_mm;
         let equivalent_diameter_mm =
-            2.0 * wheel_radius_mm * cos_beta * footprint_speed_mm_s / (omega_rad_s * centre_mm);
+            2.0 * wheel_radius_mm * cos_beta * footprint_speed_mm_s / (omega_rad_s * centre_mm.abs());
         Self { footprint_speed_mm_s, depth_mm, equivalent_diameter_mm }
     }
 

@@ -10,12 +10,16 @@
 //!   ┌────┐       ┌────────┐
 //! ──┤    ├───────┤        ├── spindle axis
 //! ```
+//!
+//! Inside a bore the wheel must be clear of both sides: `x_axis` above minus the smallest radius of the wall that it grinds, and its
+//! other side, a diameter of the wheel above `x_axis`, below that radius on the side opposite.
 
 use super::error::PlanError;
 use super::lobe::{PlannedLobe, extremes};
 use crate::job::grinding::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::fixture::Extent;
+use crate::math::hermite::HermiteSpline;
 use crate::motion::plan::{CutSegment, Phase, Plan, PlanCommand, Segment, SegmentKind};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -49,12 +53,24 @@ pub(super) fn check_clearance(
     let mut x_mm = position(Axis::X, start_counts[Axis::X.index()]);
     let mut z_mm = position(Axis::Z, start_counts[Axis::Z.index()]);
     let (mut half_mm, mut rim_mm) = (0.5 * machine.wheel.width_mm, machine.wheel.rim.highest_mm());
+    let bores: Vec<Bore> = lobes.iter().enumerate().filter_map(|lobe| Bore::of_lobe(lobe, job, machine)).collect();
+    for bore in &bores {
+        // Where a hold, a cancel or an alarm takes the wheel from the raw wall.
+        let retract_mm = job.retract_clearance_mm.max(machine.retract.clearance_mm);
+        bore.check(job, "retract from the wall", retract_mm - bore.radius_mm, (bore.z_mm, 0.0))?;
+    }
     for segment in &plan.segments {
         if let SegmentKind::Command(PlanCommand::ChangeWheel { wheel }) = segment.kind {
             let wheel = machine.wheel_at(wheel as usize);
             (half_mm, rim_mm) = (0.5 * wheel.width_mm, wheel.rim.highest_mm());
         }
         let way = MovePath::from_segment(segment, plan, machine, x_mm, z_mm);
+        for bore in &bores {
+            let is_beside = bore.z_mm.1 <= way.z_mm.0 - half_mm || bore.z_mm.0 >= way.z_mm.1 + half_mm;
+            if !is_beside {
+                bore.check(job, &segment.label, way.max_x_mm, (way.z_mm, rim_mm))?;
+            }
+        }
         for (body, extent) in &bodies {
             let beside = extent.to_mm <= way.z_mm.0 - half_mm || extent.from_mm >= way.z_mm.1 + half_mm;
             if beside || is_meant(*body, segment, &way, lobes) {
@@ -83,9 +99,53 @@ pub(super) fn check_clearance(
     Ok(())
 }
 
+/// A bore around the wheel.
+struct Bore {
+    lobe: usize,
+    z_mm: (f64, f64),
+    /// Smallest radius of the raw wall (mm).
+    radius_mm: f64,
+    /// Diameter of the wheel (mm).
+    wheel_mm: f64,
+}
+
+impl Bore {
+    fn of_lobe((lobe, planned): (usize, &PlannedLobe), job: &JobSpec, machine: &MachineDescription) -> Option<Self> {
+        let place_mm = planned.design.z_mm(machine).filter(|_| planned.design.contour.is_bore())?;
+        let half_mm = 0.5 * planned.design.width_mm;
+        Some(Self {
+            lobe,
+            z_mm: (place_mm - half_mm, place_mm + half_mm),
+            // X is largest where the wall is nearest to the axis, and minus its radius there.
+            radius_mm: -extremes(planned.tool_path.spline()).1 - job.maximum_stock_mm(),
+            wheel_mm: 2.0 * planned.tool_path.wheel_radius_mm(),
+        })
+    }
+}
+
+impl Bore {
+    /// Checks the side of the wheel beyond the axis, with X and Z at most at these positions and the rim so high (mm).
+    fn check(&self, job: &JobSpec, step: &str, x_mm: f64, (z_mm, rim_mm): ((f64, f64), f64)) -> Result<(), PlanError> {
+        let side_mm = x_mm + self.wheel_mm + rim_mm;
+        if side_mm <= self.radius_mm - job.clearance_mm + ROUNDING_MM {
+            return Ok(());
+        }
+        Err(PlanError::OppositeWall {
+            step: String::from(step),
+            lobe: job.lobes[self.lobe].name.clone(),
+            radius_mm: self.radius_mm,
+            side_mm,
+            x_mm,
+            z_mm,
+            clearance_mm: job.clearance_mm,
+        })
+    }
+}
+
 /// Travel of the wheel in a segment.
 struct MovePath {
     min_x_mm: f64,
+    max_x_mm: f64,
     z_mm: (f64, f64),
     last_x_mm: f64,
     last_z_mm: f64,
@@ -94,7 +154,7 @@ struct MovePath {
 impl MovePath {
     fn from_segment(segment: &Segment, plan: &Plan, machine: &MachineDescription, x_mm: f64, z_mm: f64) -> Self {
         let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
-        let (mut min_x_mm, mut last_x_mm, mut last_z_mm) = (x_mm, x_mm, z_mm);
+        let (mut min_x_mm, mut max_x_mm, mut last_x_mm, mut last_z_mm) = (x_mm, x_mm, x_mm, z_mm);
         let mut z_range = (z_mm, z_mm);
         match &segment.kind {
             SegmentKind::Move(targets) => {
@@ -105,7 +165,7 @@ impl MovePath {
                         Axis::C => {}
                     }
                 }
-                min_x_mm = min_x_mm.min(last_x_mm);
+                (min_x_mm, max_x_mm) = (min_x_mm.min(last_x_mm), max_x_mm.max(last_x_mm));
             }
             SegmentKind::Search { axis: Axis::Z, input, travel_counts, offset_counts, .. } => {
                 let farthest = z_mm + position(Axis::Z, *travel_counts);
@@ -115,14 +175,14 @@ impl MovePath {
                 }
             }
             SegmentKind::Cut(cut) => {
-                if let Some((min, last)) = cut_positions(plan, cut) {
-                    (min_x_mm, last_x_mm) = (min.min(x_mm), last);
+                if let Some(CutPositions { min_mm, max_mm, last_mm }) = CutPositions::of_cut(plan, cut) {
+                    (min_x_mm, max_x_mm, last_x_mm) = (min_mm.min(x_mm), max_mm.max(x_mm), last_mm);
                 }
             }
             _ => {}
         }
         z_range = (z_range.0.min(last_z_mm), z_range.1.max(last_z_mm));
-        Self { min_x_mm, z_mm: z_range, last_x_mm, last_z_mm }
+        Self { min_x_mm, max_x_mm, z_mm: z_range, last_x_mm, last_z_mm }
     }
 
     fn moves_table(&self) -> bool {
@@ -130,11 +190,27 @@ impl MovePath {
     }
 }
 
-/// Nearest and last position of X in a cut: the path and what the infeed still keeps off it. A lead only takes X farther off.
-fn cut_positions(plan: &Plan, cut: &CutSegment) -> Option<(f64, f64)> {
-    let motion = plan.motion_of(cut)?;
-    let above_mm = motion.infeed.knots().iter().map(|knot| knot.value).fold(f64::INFINITY, f64::min);
-    Some((extremes(motion.path).0 + above_mm, motion.x_mm(motion.end_s())))
+/// Positions of X in a cut.
+struct CutPositions {
+    min_mm: f64,
+    /// Upper bound of all positions.
+    max_mm: f64,
+    last_mm: f64,
+}
+
+impl CutPositions {
+    /// The path and what the infeed still keeps off it. A lead only takes X farther off.
+    fn of_cut(plan: &Plan, cut: &CutSegment) -> Option<Self> {
+        let motion = plan.motion_of(cut)?;
+        let range = |law: &HermiteSpline| {
+            let values = law.knots().iter().map(|knot| knot.value);
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+        };
+        let (path, infeed) = (extremes(motion.path), range(motion.infeed));
+        let lead_mm = motion.lead.map_or(0.0, |lead| range(lead).1.max(0.0));
+        let last_mm = motion.x_mm(motion.end_s());
+        Some(Self { min_mm: path.0 + infeed.0, max_mm: path.1 + infeed.1 + lead_mm, last_mm })
+    }
 }
 
 /// The wheel grinds the lobe that the step is for, with the table at rest before it. A plunge is ground beside and over its neighbours.

@@ -117,6 +117,29 @@ pub enum PlanError {
         /// Distance to keep (mm).
         clearance_mm: f64,
     },
+    /// The wheel meets the wall of a bore on the side opposite to the one that it grinds.
+    #[error(
+        "{step}: the wheel would reach {side_mm:.3} mm beyond the axis in bore {lobe}, whose wall is there {radius_mm:.3} mm from it; \
+         {clearance_mm} mm of clearance are needed (x_axis at {x_mm:.3} mm, z_axis {:.1} to {:.1} mm): use a smaller wheel, or a smaller \
+         home.x_mm, retract_clearance_mm or rapid_advance_mm",
+        .z_mm.0, .z_mm.1
+    )]
+    OppositeWall {
+        /// Label of the step.
+        step: String,
+        /// Name of the bore.
+        lobe: String,
+        /// Smallest radius of its raw wall (mm).
+        radius_mm: f64,
+        /// Distance of the wheel's other side from the axis (mm).
+        side_mm: f64,
+        /// Largest position of X (mm).
+        x_mm: f64,
+        /// Positions of the table (mm).
+        z_mm: (f64, f64),
+        /// Distance to keep (mm).
+        clearance_mm: f64,
+    },
     /// The wheel cannot be dressed as wanted.
     #[error(transparent)]
     Dress(#[from] DressError),

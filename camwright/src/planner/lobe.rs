@@ -341,7 +341,7 @@ fn normal_ratio(path: &PeriodicSpline, wheel_radius_mm: f64) -> Result<PeriodicS
     let at = |knot: u32| {
         let x = path.sample(f64::from(knot) * TURN_RAD / f64::from(RATIO_KNOTS));
         let centre = x.value + wheel_radius_mm;
-        libm::hypot(centre, x.first) / centre
+        libm::hypot(centre, x.first) / centre.abs()
     };
     let values: Vec<f64> = (0..RATIO_KNOTS).map(at).collect();
     PeriodicSpline::interpolate(&values)

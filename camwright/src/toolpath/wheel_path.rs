@@ -12,12 +12,18 @@
 //! X + R = e cos θ + √((R + r)² − e² sin² θ)       sin β = −e sin θ / (R + r)
 //! ```
 //! β is the angle from the normal of the contact to the wheel line. The path goes round the axis only if R + r exceeds the throw.
+//!
+//! The wheel inside a bore grinds the wall on the far side of the axis: infeed and retract keep their directions. Its centre lies on the
+//! wheel line beyond the axis, at −|W|, and its cutting point at X = −|W| − R, minus the radius of the wall there. With the coordinate
+//! c = X + R of the centre, of whatever sign, every formula of position and contact holds for both.
 
 use crate::cam::compensation::FormCurve;
 use crate::cam::contour::{Contour, MAX_CONTACT_RAD, RECOMMENDED_SHARE};
+use crate::math::extremum::Extremum;
 use crate::math::periodic_spline::{PeriodicSpline, Sample};
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
+use core::f64::consts::PI;
 use nalgebra::Vector2;
 use thiserror::Error;
 
@@ -74,6 +80,21 @@ pub enum ToolPathError {
         /// Remaining error (mm).
         error_mm: f64,
         /// Allowed (mm).
+        bound_mm: f64,
+    },
+    /// The wheel does not turn freely inside a bore.
+    #[error(
+        "the wheel of radius {wheel_radius_mm:.3} mm does not fit into the bore: at cam angle {angle_deg:.2} deg {bound} {bound_mm:.3} mm, \
+         the wheel must be smaller; at most {:.3} mm is recommended", RECOMMENDED_SHARE * .bound_mm
+    )]
+    WheelFillsBore {
+        /// Radius of the wheel (mm).
+        wheel_radius_mm: f64,
+        /// Cam angle of the narrowest place (deg).
+        angle_deg: f64,
+        /// Kind of the bound.
+        bound: &'static str,
+        /// Radius that must not be reached (mm).
         bound_mm: f64,
     },
     /// Going back from the path does not lead to the contour.
@@ -140,6 +161,9 @@ impl ToolPath {
         if !wheel_radius_mm.is_finite() || wheel_radius_mm <= 0.0 {
             return Err(ToolPathError::BadWheelRadius { wheel_radius_mm });
         }
+        if contour.is_bore() {
+            return fits_bore(contour, wheel_radius_mm);
+        }
         if let Some(place) = contour.maximum_concavity() {
             let clearance = 1.0 + place.value * wheel_radius_mm;
             if clearance <= 1e-9 {
@@ -178,12 +202,15 @@ impl ToolPath {
     /// result that the way back does not confirm.
     pub fn for_wheel(contour: &Contour, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
         Self::fits(contour, wheel_radius_mm)?;
+        let far_rad = if contour.is_bore() { PI } else { 0.0 };
         let exact = |angle: f64, guess: &mut f64| {
-            let cam_angle = contour.solve_about_axis(angle, wheel_radius_mm, angle + *guess);
-            *guess = cam_angle - angle;
+            let azimuth = angle + far_rad;
+            let cam_angle = contour.solve_about_axis(azimuth, wheel_radius_mm, azimuth + *guess);
+            *guess = cam_angle - azimuth;
             let centre = contour.local(cam_angle).outside(wheel_radius_mm);
             let (along, across) = contour.about_axis(centre, cam_angle);
-            libm::hypot(along, across) - wheel_radius_mm
+            let distance = libm::hypot(along, across);
+            (if contour.is_bore() { -distance } else { distance }) - wheel_radius_mm
         };
         let mut path = Self::through(exact, contour, wheel_radius_mm)?;
         path.accuracy.contour_error_mm = path.check(|path, angle| path.misses(contour, angle))?;
@@ -286,11 +313,11 @@ impl ToolPath {
         self.accuracy
     }
 
-    /// Angle β from the contour's normal to the wheel line (rad): tan β = X′/|W|.
+    /// Angle β from the contour's normal to the wheel line (rad): tan β = X′/c, c the coordinate of the wheel's centre on the wheel line.
     #[must_use]
     pub fn beta(&self, angle_rad: f64) -> f64 {
         let x = self.sample(angle_rad);
-        libm::atan2(x.first, x.value + self.wheel_radius_mm)
+        line_angle(x.first, x.value + self.wheel_radius_mm)
     }
 
     /// Point of the contour that the wheel touches (mm, in the cam's frame, of a pin from its own centre): W − R(cos(θ − β), sin(θ − β)).
@@ -298,7 +325,7 @@ impl ToolPath {
     pub fn contact(&self, angle_rad: f64) -> Vector2<f64> {
         let x = self.sample(angle_rad);
         let (centre, radius) = (x.value + self.wheel_radius_mm, self.wheel_radius_mm);
-        let normal = angle_rad - libm::atan2(x.first, centre);
+        let normal = angle_rad - line_angle(x.first, centre);
         Vector2::new(
             centre * libm::cos(angle_rad) - radius * libm::cos(normal) - self.throw_mm,
             centre * libm::sin(angle_rad) - radius * libm::sin(normal),
@@ -310,7 +337,11 @@ impl ToolPath {
     pub fn contact_azimuth(&self, angle_rad: f64) -> f64 {
         let x = self.sample(angle_rad);
         let (centre, radius) = (x.value + self.wheel_radius_mm, self.wheel_radius_mm);
-        let beta = libm::atan2(x.first, centre);
+        let beta = line_angle(x.first, centre);
+        if centre < 0.0 {
+            // The contact lies beyond the axis.
+            return angle_rad + PI + libm::atan2(-radius * libm::sin(beta), radius * libm::cos(beta) - centre);
+        }
         if self.throw_mm > 0.0 {
             // Relative to the normal, which is less than a quarter turn from the line to the contact.
             let (normal, point) = (angle_rad - beta, self.contact(angle_rad));
@@ -322,7 +353,7 @@ impl ToolPath {
     }
 
     /// Footprint speed ratio vf/Ċ (mm/rad): how fast the contact runs along the contour per unit of work speed,
-    /// |W|/(cos β (1 + κR)). From the path alone: 1/(1 + κR) = 1 − R κc, with κc the curvature of the centre's path.
+    /// |W|/(cos β (1 + κR)). From the path alone: 1/(1 + κR) = 1 − R κc, with κc the curvature of the centre's path; 1 + R κc in a bore.
     #[must_use]
     pub fn footprint_speed_ratio_mm(&self, angle_rad: f64) -> f64 {
         let (x, radius) = (self.sample(angle_rad), self.wheel_radius_mm);
@@ -335,7 +366,8 @@ impl ToolPath {
     fn misses(&self, contour: &Contour, angle_rad: f64) -> f64 {
         let ground = self.contact(angle_rad);
         let azimuth = self.contact_azimuth(angle_rad);
-        let cam_angle = contour.solve(azimuth, 0.0, angle_rad - self.beta(angle_rad));
+        let far_rad = if contour.is_bore() { PI } else { 0.0 };
+        let cam_angle = contour.solve(azimuth, 0.0, angle_rad + far_rad - self.beta(angle_rad));
         (ground - contour.point(cam_angle)).dot(&contour.normal(cam_angle)).abs()
     }
 
@@ -361,8 +393,35 @@ impl ToolPath {
 /// the centre's speed per angle (mm/rad). κc = (|c′|² + X′² − |W| X″)/|c′|³ is the curvature of the centre's path.
 pub(crate) fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, square: f64, length: f64) -> f64 {
     let curvature = (square + x.first * x.first - centre * x.second) / (square * length);
-    length * (1.0 - wheel_radius_mm * curvature)
+    length * (1.0 - libm::copysign(wheel_radius_mm, centre) * curvature)
 }
+
+/// Angle whose tangent is X′/c, within a quarter turn: from the normal of the contact to the wheel line.
+pub(crate) fn line_angle(first: f64, centre: f64) -> f64 {
+    if centre < 0.0 { libm::atan2(-first, -centre) } else { libm::atan2(first, centre) }
+}
+
+/// Checks that a wheel inside a bore touches its wall in one place, and that its centre goes round the axis.
+fn fits_bore(contour: &Contour, wheel_radius_mm: f64) -> Result<(), ToolPathError> {
+    let refuse = |(place, bound): (Extremum, &'static str)| ToolPathError::WheelFillsBore {
+        wheel_radius_mm,
+        angle_deg: deg_from_rad(place.angle_rad),
+        bound,
+        bound_mm: place.value,
+    };
+    let curved = contour.maximum_concavity().map(|place| Extremum { value: -1.0 / place.value, ..place });
+    let curved = curved.map(|place| (place, "the wall has a radius of curvature of"));
+    let near = (contour.nearest_tangent(), "the tangent of the wall passes the axis at");
+    // NaN does not fit.
+    let is_too_small = |bound: &(Extremum, &'static str)| !(wheel_radius_mm < (1.0 - ROUNDING) * bound.0.value);
+    match [curved, Some(near)].into_iter().flatten().find(is_too_small) {
+        Some(bound) => Err(refuse(bound)),
+        None => Ok(()),
+    }
+}
+
+/// Relative distance from a bound that rounding could cross.
+const ROUNDING: f64 = 1e-9;
 
 pub(crate) fn angle_of(index: usize, count: usize) -> f64 {
     index as f64 * TURN_RAD / count as f64

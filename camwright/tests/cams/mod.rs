@@ -185,5 +185,6 @@ pub(crate) fn journal(radius_mm: f64) -> ProfileSpec {
         follower: Follower::KnifeEdge { offset_mm: 0.0 },
         base_radius_mm: radius_mm,
         throw_mm: 0.0,
+        is_bore: false,
     }
 }

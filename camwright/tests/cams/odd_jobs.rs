@@ -84,6 +84,7 @@ fn ground(random: &mut SplitMix64) -> JobSpec {
         follower: Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 },
         base_radius_mm: 16.0,
         throw_mm: 0.0,
+        is_bore: false,
     };
     let lobe = |name: &str, station: &str, phase_deg: f64| LobeSpec {
         name: name.into(),

@@ -50,6 +50,7 @@ fn profile(random: &mut SplitMix64) -> ProfileSpec {
                 follower: if flat { Follower::Flat } else { Follower::Roller { radius_mm, offset_mm } },
                 base_radius_mm,
                 throw_mm: 0.0,
+                is_bore: false,
             }
         }
     }

@@ -1,6 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The simulated machine: what it does with setpoints, and what it leaves of a part.
 
+mod bores;
 mod chatter;
 mod compliance;
 mod correcting;

@@ -2,6 +2,7 @@
 //! Paths of wheel, cutter and insert.
 
 mod archimedean;
+mod bore;
 mod crank_pin;
 mod cutter_path;
 mod groove_barrel;

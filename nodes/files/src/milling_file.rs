@@ -258,7 +258,7 @@ fn read_profiles(document: &Document, file: &MillingFile, files: &mut JobFiles) 
         match profile.read(document, ("profiles", index), &profiles, files) {
             Ok((spec, lift)) => {
                 let key = format!("profiles.{index}.lift");
-                findings.extend(profile_file::refuse_pin(document, &key, &spec).err());
+                findings.extend(profile_file::refuse_ground(document, &key, &spec).err());
                 lifts.push((spec.name.clone(), lift));
                 profiles.push(spec);
             }

@@ -30,6 +30,9 @@ pub(super) struct ProfileFile {
     follower: Option<FollowerFile>,
     /// Follower that inspects the lobes; `camwright plan` writes its readings. Default: no inspection.
     gauge: Option<FollowerFile>,
+    /// Internal contour: the wall of a bore, ground with the wheel inside the part. Only in grinding jobs.
+    #[serde(default)]
+    internal: bool,
     /// Lift of the follower: exactly one of `table`, `half_table`, `opening_table` with `closing_table`,
     /// `segments`, `eccentric`, `crank_pin`, `outline`, `polygon`, `s_cam`, `conjugate_of`, `round: true`.
     lift: LiftFile,
@@ -62,8 +65,17 @@ impl ProfileFile {
                 document.error(&format!("{list}.{index}.gauge"), format!("profile {}: {message}", self.name)),
             ]);
         }
+        let refuse_internal = |message: &str| {
+            Err(vec![document.error(&format!("{list}.{index}.internal"), format!("profile {}: {message}", self.name))])
+        };
+        if self.internal && lift.throw_mm > 0.0 {
+            return refuse_internal("a crank pin is an outer contour; remove internal");
+        }
+        if self.internal && self.gauge.is_some() {
+            return refuse_internal("gauge is a follower that rides on an outer contour; remove one of both");
+        }
         let (name, law, throw_mm) = (self.name.clone(), lift.law.clone(), lift.throw_mm);
-        Ok((ProfileSpec { name, lift: law, follower, base_radius_mm, throw_mm }, lift))
+        Ok((ProfileSpec { name, lift: law, follower, base_radius_mm, throw_mm, is_bore: self.internal }, lift))
     }
 
     /// Follower and base radius (mm): those of the profile, or those of a lift that says the cam itself.
@@ -88,15 +100,19 @@ impl ProfileFile {
     }
 }
 
-/// A crank pin where the part is not ground: the tool of a mill or a lathe does not follow it round the axis.
-pub(super) fn refuse_pin(document: &Document, key: &str, spec: &ProfileSpec) -> Result<(), ConfigError> {
-    if !spec.is_pin() {
-        return Ok(());
-    }
+/// A crank pin or an internal contour where the part is not ground: only a grinding wheel follows a pin round the axis, and only
+/// grinding works inside of a part.
+pub(super) fn refuse_ground(document: &Document, key: &str, spec: &ProfileSpec) -> Result<(), ConfigError> {
     let ProfileSpec { name, throw_mm, .. } = spec;
-    let message = format!(
-        "profile {name}: its centre lies {throw_mm} mm from the axis, outside of the disc; only a grinding job makes a crank pin"
-    );
+    let message = match () {
+        () if spec.is_pin() => format!(
+            "profile {name}: its centre lies {throw_mm} mm from the axis, outside of the disc; only a grinding job makes a crank pin"
+        ),
+        () if spec.is_bore => {
+            format!("profile {name}: internal is true; only a grinding job makes an internal contour")
+        }
+        () => return Ok(()),
+    };
     Err(document.error(key, message))
 }
 
@@ -125,7 +141,8 @@ pub fn contour_key(error: &ContourError) -> &'static str {
         | ContourError::FaceTurnsBack { .. }
         | ContourError::AxisOutside { .. }
         | ContourError::BadThrow { .. }
-        | ContourError::PinWithLift { .. } => "lift",
+        | ContourError::PinWithLift { .. }
+        | ContourError::BoreWithThrow { .. } => "lift",
     }
 }
 

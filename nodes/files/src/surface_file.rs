@@ -387,7 +387,7 @@ fn read_cams(
         match profile.read(document, (PROFILES, index), &specs, files) {
             Ok((spec, _)) if spec.is_pin() => {
                 let key = format!("{PROFILES}.{index}.lift");
-                findings.extend(profile_file::refuse_pin(document, &key, &spec).err());
+                findings.extend(profile_file::refuse_ground(document, &key, &spec).err());
                 contours.push(None);
             }
             Ok((spec, lift)) => match spec.contour() {

@@ -106,7 +106,8 @@ fn place<'a>(frames: &'a Frames, ns: &'a str, id: i32) -> MarkerPose<'a> {
 fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: Option<&PartLobe>) -> LobeForm {
     let azimuth = |index: usize| index as f64 * TURN_RAD / AZIMUTHS as f64;
     let phase_rad = measured.map_or(design.phase_rad, |part| design.phase_on_rad(part.key_way));
-    let contour = (0..AZIMUTHS).map(|i| m_from_mm(design.contour.radius_at(azimuth(i) - phase_rad))).collect();
+    let sign = if design.contour.is_bore() { -1.0 } else { 1.0 };
+    let contour = (0..AZIMUTHS).map(|i| sign * m_from_mm(design.contour.radius_at(azimuth(i) - phase_rad))).collect();
     let allowed_mm = |cam_azimuth_rad: f64| {
         let contour = &design.contour;
         design.tolerance.allowed_mm(LobeZone::at(contour, contour.cam_angle_at(cam_azimuth_rad)))
@@ -163,7 +164,7 @@ fn drawn(form: &LobeForm, frames: &Frames, id: i32) -> Vec<Marker> {
     let (low, high) = form.form_error.iter().fold((0.0_f64, 0.0_f64), |(low, high), e| (low.min(*e), high.max(*e)));
     let text = format!("{}: {:+.2} to {:+.2} um, drawn x {MAGNIFICATION}", form.name, um(low), um(high));
     let throw = form.centre.first().copied().unwrap_or_default();
-    let below = throw + form.contour.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
+    let below = throw + form.contour.iter().map(|radius| radius.abs()).fold(0.0, f64::max) + 2.0 * LETTERS;
     markers.push(scene::text(place(frames, "form_error_text", id), [0.0, -below, z], LETTERS, text));
     markers
 }

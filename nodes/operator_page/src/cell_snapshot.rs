@@ -252,7 +252,7 @@ fn deviations(contour: &[f64], radius: &[f64]) -> Vec<f64> {
     let step = 2.0 * std::f64::consts::TAU / count as f64;
     let deviation = |i: usize| {
         let slope = (contour[(i + 1) % count] - contour[(i + count - 1) % count]) / step;
-        (radius[i] - contour[i]) * contour[i] / slope.hypot(contour[i])
+        (radius[i] - contour[i]) * contour[i].abs() / slope.hypot(contour[i])
     };
     (0..count).map(deviation).collect()
 }

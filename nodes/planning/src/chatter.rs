@@ -127,6 +127,10 @@ pub struct PassChatter {
 /// A machine without a contact.
 pub fn chatter(prepared: &PreparedJob, variation: VariationSummary) -> Result<ChatterReport, ConfigError> {
     let machine = &prepared.machine;
+    if let Some(index) = prepared.job.spec.profiles.iter().position(|profile| profile.is_bore) {
+        let message = "the job grinds an internal contour, for which there is no forecast of chatter";
+        return Err(prepared.job.document.error(&format!("profiles.{index}.internal"), message));
+    }
     let mut passes = Vec::new();
     for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
         for pass in 0..lobe.passes.len() {
@@ -166,8 +170,11 @@ fn of_wheel<'a>(prepared: &'a PreparedJob, lobe: &PlannedLobe) -> Cow<'a, Machin
     }
 }
 
-/// Forecast of a pass of a lobe; `None` on a rigid machine.
+/// Forecast of a pass of a lobe; `None` on a rigid machine and for a bore.
 fn forecast_of(prepared: &PreparedJob, lobe: &PlannedLobe, pass: usize) -> Option<ChatterForecast> {
+    if lobe.design.contour.is_bore() {
+        return None;
+    }
     let (design, speed) = (&lobe.design, lobe.passes.get(pass)?);
     let radii = (0..AZIMUTHS).map(|i| design.contour.radius_at(f64::from(i) * TURN_RAD / f64::from(AZIMUTHS)));
     ChatterForecast::new(&ChatterRequest {

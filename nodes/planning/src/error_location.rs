@@ -40,6 +40,7 @@ fn key(job: &Job, error: &PlanError) -> String {
             ToolPathError::BadWheelRadius { .. }
             | ToolPathError::WheelTooLarge { .. }
             | ToolPathError::WheelTooSmall { .. }
+            | ToolPathError::WheelFillsBore { .. }
                 if job.wheel_radius_mm.is_some() =>
             {
                 "wheel_radius_mm".into()
@@ -60,7 +61,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         }
         // On its way to the home position the wheel is nearest where the last retract left it.
         PlanError::Collision { x_mm, .. } if *x_mm < job.spec.home.x_mm => "rapid_advance_mm".into(),
-        PlanError::Collision { .. } => "home.x_mm".into(),
+        PlanError::Collision { .. } | PlanError::OppositeWall { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
         PlanError::Infeed { pass, source: InfeedError::WrongSum { .. } | InfeedError::TooLongList { .. } } => {
             pass_key(job, pass, "infeed.per_turn_um")
@@ -142,6 +143,9 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::FeedsOfTurns { pass } => pass_key(job, pass, "infeed.per_turn_um"),
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
+        JobError::BoreBesideLobe { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
+        JobError::NotInBore { key, .. } if key.contains(' ') => "lobes".into(),
+        JobError::NotInBore { key, .. } => (*key).into(),
         JobError::NotRound { lobe }
         | JobError::StockNotRound { lobe }
         | JobError::SizeNotRound { lobe }

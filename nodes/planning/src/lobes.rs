@@ -36,7 +36,9 @@ pub(super) fn blank(
     let phase_rad = design.phase_on_rad(key_way_rad);
     let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - phase_rad, stock_mm);
     let above_mm = |azimuth_rad: f64| above_mm(azimuth_rad - key_way_rad);
-    let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(even_mm(at) + above_mm(at))).collect();
+    // The wall of a bore has negative radii: more of them is more material, too.
+    let sign = if design.contour.is_bore() { -1.0 } else { 1.0 };
+    let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(sign * even_mm(at) + above_mm(at))).collect();
     PartLobe {
         name: section.name.clone(),
         station: design.station.clone(),
@@ -66,18 +68,19 @@ pub(super) fn blank_outline_mm(design: &LobeDesign, stock_mm: f64) -> Vec<[f64; 
         .collect()
 }
 
-/// Radius of the curve `stock_mm` outside the contour at an azimuth of the cam's frame.
+/// Radius of the curve `stock_mm` outside the contour, or inside the wall of a bore, at an azimuth of the cam's frame.
 ///
 /// The distance of a point from the contour grows along its ray (the contour passes the axis on the right side), so the
 /// radius at which it is the stock is found by bisection between the contour and the contour plus what even a normal 80°
 /// off the ray would need.
 fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
-    let mut low = contour.radius_at(azimuth_rad);
+    let sign = if contour.is_bore() { -1.0 } else { 1.0 };
+    let mut low = sign * contour.radius_at(azimuth_rad);
     let mut high = low + 6.0 * stock_mm;
     // Newton's slope is the cosine between ray and normal: a few secant steps within the bracket are enough.
     let mut radius = low + stock_mm;
     for _ in 0..60 {
-        let (distance, cam_angle) = contour.distance(radius, azimuth_rad);
+        let (distance, cam_angle) = contour.distance(sign * radius, azimuth_rad);
         let miss = distance - stock_mm;
         if miss > 0.0 {
             high = radius;
@@ -87,11 +90,11 @@ fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
         if miss.abs() < 1e-10 || high - low < 1e-12 {
             break;
         }
-        let slope = (contour.normal_angle(cam_angle) - azimuth_rad).cos();
+        let slope = sign * (contour.normal_angle(cam_angle) - azimuth_rad).cos();
         let next = radius - miss / slope;
         radius = if next > low && next < high { next } else { 0.5 * (low + high) };
     }
-    radius
+    sign * radius
 }
 
 /// Form of a measured lobe, or of a section of one against its own design, and the azimuth of its cam angle 0 on that part (rad).

@@ -266,6 +266,29 @@ mod tests {
         }
     }
 
+    /// The shipped pump ring, ground inside in both senses of rotation: within 0.1 µm on ideal drives without deflection, and within 2 µm with
+    /// good drives.
+    #[test]
+    fn a_pump_ring_is_ground_inside_to_its_form() {
+        for sense in [1, -1] {
+            let located = camwright_files::locate::locate("jobs", "pump_ring", "yaml", None).unwrap();
+            let mut job = camwright_files::job_file::parse(&located, &[]).unwrap();
+            job.machine.description.rotation_sense = sense;
+            let prepared = crate::plan(job, None).unwrap();
+            let worst = |description: &MachineDescription| {
+                let (_, lobes, _) = simulate_outlines_on(&prepared, description, |_, _| {}).unwrap();
+                um_from_mm(mm_from_m(lobes[0].form_error_max.abs()))
+            };
+            let ideal =
+                Effect::ALL.into_iter().fold(prepared.machine.clone(), |machine, effect| machine.without(effect));
+            let good = prepared.machine.clone().with_good_drives().expect("the machine file has them");
+            let (ideal_um, good_um) = (worst(&ideal), worst(&good));
+            eprintln!("sense {sense}: ideal {ideal_um:.3} um, good drives {good_um:.3} um");
+            assert!(ideal_um < 0.1, "sense {sense}: {ideal_um} um on ideal drives");
+            assert!(good_um < 2.0, "sense {sense}: {good_um} um with good drives");
+        }
+    }
+
     /// The shipped crank pins, ground in both senses of rotation: round within 0.1 µm on ideal drives without deflection, and within 2 µm of
     /// their form with good drives.
     #[test]

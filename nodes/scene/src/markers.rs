@@ -103,7 +103,7 @@ pub fn text(place: MarkerPose<'_>, [x, y, z]: [f64; 3], height: f64, text: Strin
     Marker { text, ..marker }
 }
 
-/// A form error so many times as large, outside of the contour where material is left, coloured by its share of what is allowed (m):
+/// A form error so many times as large, outside of the contour where material is left (towards the axis in a bore), coloured by its share of what is allowed (m):
 /// green is on the contour, red too much, blue too little.
 #[must_use]
 pub fn error_ring(
@@ -116,7 +116,7 @@ pub fn error_ring(
 ) -> Marker {
     let at = |i: usize| azimuth(i, LINE_AZIMUTHS);
     let error_at = |i: usize| radius_at(error, at(i));
-    let point = |i: usize| polar(radius_at(contour, at(i)) + magnification * error_at(i), at(i), z);
+    let point = |i: usize| polar((radius_at(contour, at(i)) + magnification * error_at(i)).abs(), at(i), z);
     let mut marker = place.line((0..=LINE_AZIMUTHS).map(point).collect(), width, [1.0; 4]);
     marker.colors = (0..=LINE_AZIMUTHS).map(|i| scale_colour(error_at(i) / tolerance)).collect();
     marker

@@ -25,23 +25,28 @@ pub(super) fn polar(radius: f64, azimuth_rad: f64, z: f64) -> Point {
     Point { x: radius * cos, y: radius * sin, z }
 }
 
-/// A closed line round the axis.
+/// A closed line round the axis. The wall of a bore has negative radii.
 pub(super) fn ring(radii: &[f64], z: f64, count: usize) -> Vec<Point> {
-    (0..=count).map(|i| polar(radius_at(radii, azimuth(i, count)), azimuth(i, count), z)).collect()
+    (0..=count).map(|i| polar(radius_at(radii, azimuth(i, count)).abs(), azimuth(i, count), z)).collect()
 }
 
 /// The triangles of a body along the axis: sections of the same number of radii at rising z, with its two faces. Every corner stands
-/// counter-clockwise seen from outside.
+/// counter-clockwise seen from outside. Of a bore, whose radii are negative, the wall alone, seen from the axis.
 pub(super) fn body(sections: &[(f64, Vec<f64>)]) -> Vec<Point> {
     let (Some((first_z, first)), Some((last_z, last))) = (sections.first(), sections.last()) else { return Vec::new() };
     let count = first.len();
-    let at = |section: &(f64, Vec<f64>), i: usize| polar(section.1[i % count], azimuth(i, count), section.0);
+    let is_bore = first.first().is_some_and(|radius| *radius < 0.0);
+    let at = |section: &(f64, Vec<f64>), i: usize| polar(section.1[i % count].abs(), azimuth(i, count), section.0);
     let mut points = Vec::with_capacity(6 * count * sections.len());
     for i in 0..count {
         for pair in sections.windows(2) {
-            let [a, b] = [at(&pair[0], i), at(&pair[0], i + 1)];
-            let [c, d] = [at(&pair[1], i), at(&pair[1], i + 1)];
-            points.extend([a, b.clone(), d.clone(), at(&pair[0], i), d, c]);
+            let pair = if is_bore { [&pair[1], &pair[0]] } else { [&pair[0], &pair[1]] };
+            let [a, b] = [at(pair[0], i), at(pair[0], i + 1)];
+            let [c, d] = [at(pair[1], i), at(pair[1], i + 1)];
+            points.extend([a, b.clone(), d.clone(), at(pair[0], i), d, c]);
+        }
+        if is_bore {
+            continue;
         }
         let (start, end) = (azimuth(i, count), azimuth(i + 1, count));
         let centre = |z: f64| Point { x: 0.0, y: 0.0, z };

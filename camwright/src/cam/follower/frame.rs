@@ -75,7 +75,12 @@ impl LocalFrame {
         }
     }
 
-    /// Distance of the tangent from the axis, Q·N (mm).
+    /// The same point of a wall with the part outside.
+    pub(crate) fn from_inside(self) -> Self {
+        Self { normal_along: -self.normal_along, normal_across: -self.normal_across, arc: -self.arc, ..self }
+    }
+
+    /// Distance of the tangent from the axis, Q·N (mm), negative in a bore.
     pub(crate) fn support(&self) -> f64 {
         self.along * self.normal_along + self.across * self.normal_across
     }

@@ -37,7 +37,7 @@ impl Cutting {
         let radius = self.wheel_radius_mm;
         let contact = PathContact::at(x, radius, self.infeed_per_turn_mm, self.infeed_direction);
         let centre = x.value + radius;
-        let cos_beta = centre / libm::hypot(centre, x.first);
+        let cos_beta = centre.abs() / libm::hypot(centre, x.first);
         // The contact is R along the normal from the wheel's centre, which is β off the radius.
         let along_normal_mm = centre * cos_beta - radius;
         let contact_radius_mm = libm::hypot(along_normal_mm, centre * libm::sqrt((1.0 - cos_beta * cos_beta).max(0.0)));
@@ -71,10 +71,11 @@ impl PathContact {
         let centre = x.value + radius;
         let square = centre * centre + x.first * x.first;
         let length = libm::sqrt(square);
-        let cos_beta = centre / length;
+        let distance = centre.abs();
+        let cos_beta = distance / length;
         let ratio_mm = footprint_ratio(x, radius, centre, square, length);
-        // The ratio is |W|/(cos β (1 + κR)) and |W| = centre: solved for 1 + κR = R (1/R + κ).
-        let one_plus = centre / (cos_beta * ratio_mm);
+        // The ratio is |W|/(cos β (1 + κR)) and |W| = distance: solved for 1 + κR = R (1/R + κ).
+        let one_plus = distance / (cos_beta * ratio_mm);
         let depth_mm = match direction {
             InfeedDirection::X => infeed_per_turn_mm * cos_beta,
             InfeedDirection::Normal => infeed_per_turn_mm,

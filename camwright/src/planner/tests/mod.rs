@@ -122,6 +122,7 @@ fn lobe_profile(name: &str, lift_mm: f64, half_deg: f64) -> ProfileSpec {
         follower: Follower::Roller { radius_mm: 10.0, offset_mm: 0.0 },
         base_radius_mm: 16.0,
         throw_mm: 0.0,
+        is_bore: false,
     }
 }
 
@@ -362,6 +363,7 @@ fn concentric_disc_holds_x_still() {
         follower: Follower::Flat,
         base_radius_mm: 20.0,
         throw_mm: 0.0,
+        is_bore: false,
     }];
     job.lobes.truncate(1);
     let planned = planned(&job);
@@ -382,6 +384,7 @@ fn eccentric_disc_follows_its_closed_form() {
         follower: Follower::Flat,
         base_radius_mm: r - e,
         throw_mm: 0.0,
+        is_bore: false,
     }];
     job.lobes.truncate(1);
     job.lobes[0].phase_rad = 0.7;

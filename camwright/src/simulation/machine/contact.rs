@@ -208,7 +208,7 @@ impl ContactState {
         }
         let throw = part.lobes()[main].centre();
         let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
-        let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
+        let path = (c.to - c.from).abs() / per_rad * centre.abs() + (x.to - x.from).abs() / per_mm;
         let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
         let by_modes = self.modes.as_ref().map_or(1.0, |modes| modes.steps(step_s));
         let positions = libm::ceil(path / longest).max(surface.positions()).max(by_modes).clamp(1.0, 10_000.0) as u32;

@@ -537,9 +537,10 @@ impl Machine {
     ) -> [Option<f64>; 2] {
         let headstock = &self.axes[Axis::C.index()];
         let lobe = lobe.map(|lobe| &self.workholding.lobes()[lobe]);
-        // The gauge stands on the axis: a crank pin passes it by.
-        let read =
-            lobe.filter(|lobe| lobe.centre().is_none() && (!headstock.is_at_rest() || self.contact.is_push_allowed()));
+        // The gauge stands on the axis, outside of the part: a crank pin passes it by.
+        let read = lobe.filter(|lobe| {
+            lobe.centre().is_none() && !lobe.is_bore() && (!headstock.is_at_rest() || self.contact.is_push_allowed())
+        });
         let sense = f64::from(self.description.rotation_sense);
         let z_mm = self.axes[Axis::Z.index()].true_value();
         let part_mm_n = lobe.map_or(0.0, Lobe::part_mm_n);
@@ -547,7 +548,7 @@ impl Machine {
         let share = contact.map_or(0.0, |contact| contact.part_share_with(z_mm, part_mm_n));
         let deflection = self.contact.part_deflection(share);
         let readings_mm = self.gauging.read(read, headstock, sense, deflection, measured_mm);
-        let round_mm = lobe.map_or(f64::INFINITY, |lobe| TURN_RAD * lobe.reach_mm());
+        let round_mm = lobe.map_or(f64::INFINITY, |lobe| TURN_RAD * lobe.reach_mm().abs());
         let cut = (round_mm, removal.area_mm2);
         self.gauging.watch(readings_mm, cut, headstock, &self.description, |kind, value, bound| {
             self.supervision.raise(self.tick, kind, value, bound);

@@ -33,7 +33,7 @@ impl WheelDirection {
     /// The wheel where it stands when it has given way.
     fn deflected(&self, by: Deflection) -> Self {
         let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
-        let centre_mm = libm::sqrt(along * along + across * across);
+        let centre_mm = libm::copysign(libm::sqrt(along * along + across * across), along);
         let (cos, sin) = self.direction;
         Self {
             centre_mm,
@@ -159,7 +159,7 @@ impl Lobe {
         if wheel.centre_mm - wheel.radius_mm >= self.met.reach {
             return Engagement::Clear;
         }
-        if wheel.centre_mm <= wheel.radius_mm {
+        if self.is_over_axis(wheel.centre_mm, wheel.radius_mm) {
             return Engagement::OverCentre;
         }
         self.bring_up_to(wheel.azimuth_rad);
@@ -201,7 +201,7 @@ impl Lobe {
     /// Updates the surface that the wheel meets again: its own cut, from the azimuth opposite the wheel on.
     fn bring_up_to(&mut self, azimuth_rad: f64) {
         let n = self.radii.len();
-        let opposite = self.index_of(azimuth_rad + 0.5 * TURN_RAD);
+        let opposite = self.facing(azimuth_rad + 0.5 * TURN_RAD);
         let from = self.met.upto.replace(opposite).unwrap_or(opposite);
         let upwards = (opposite + n - from) % n;
         // The shorter way round.

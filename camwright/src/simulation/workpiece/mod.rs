@@ -10,6 +10,9 @@
 //! the nearer of the two intersections of the ray with the wheel. It grows with |δ|, so the point of a block of azimuths
 //! nearest to θ decides whether the block can be cut at all.
 //!
+//! The wall of a bore has negative radii: on the ray from the axis through a point of the wall, counted against the direction of that
+//! point. The wheel inside has its centre at a negative X then, and everything above holds: a smaller radius is material removed.
+//!
 //! The radii of a crank pin are about its own centre, in a frame parallel to the part's: [`Lobe::centre`]. [`WheelCentre::seen_from`]
 //! takes the wheel into that frame; everything here is as for a lobe about the axis.
 
@@ -21,6 +24,7 @@ mod wheel_pass;
 
 use crate::cam::contour::LobeCentre;
 use crate::math::units::TURN_RAD;
+use crate::toolpath::wheel_path::line_angle;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -43,8 +47,10 @@ pub enum LobeError {
     /// Too few radii for a turn.
     #[error("lobe {name}: {count} radii, at least {MIN_AZIMUTHS}")]
     TooFewRadii { name: String, count: usize },
-    /// A radius is not positive.
-    #[error("lobe {name}: radius {index} is {radius} mm, must be positive and finite")]
+    /// A radius is no number, 0, or has not the sign of the first.
+    #[error(
+        "lobe {name}: radius {index} is {radius} mm, must be finite, and all of them above 0, or below 0 for the wall of a bore"
+    )]
     Radius {
         name: String,
         /// Index of the radius.
@@ -154,7 +160,7 @@ impl Removal {
 pub struct WheelCentre {
     /// Azimuth of its centre in the part's frame (rad).
     pub azimuth_rad: f64,
-    /// Distance of its centre from the part's axis (mm).
+    /// Distance of its centre from the part's axis (mm); negative beyond the axis, inside a bore.
     pub centre_mm: f64,
     /// Its radius (mm).
     pub radius_mm: f64,
@@ -174,8 +180,8 @@ impl WheelCentre {
     pub fn carried(self, by: Deflection) -> Self {
         let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
         Self {
-            azimuth_rad: self.azimuth_rad + libm::atan2(across, along),
-            centre_mm: libm::hypot(along, across),
+            azimuth_rad: self.azimuth_rad + line_angle(across, along),
+            centre_mm: libm::copysign(libm::hypot(along, across), along),
             ..self
         }
     }
@@ -235,9 +241,11 @@ pub struct Lobe {
     offset_mm: f64,
     /// Centre of its radii; `None` for the axis.
     centre: Option<LobeCentre>,
+    /// It is the wall of a bore.
+    is_bore: bool,
     radii: Vec<f64>,
     block_reach: Vec<f64>,
-    /// Cosine and sine of every azimuth.
+    /// Cosine and sine of every azimuth; of the opposite one in a bore.
     cos: Vec<f64>,
     sin: Vec<f64>,
     reach: f64,
@@ -249,23 +257,25 @@ pub struct Lobe {
 }
 
 impl Lobe {
-    /// A lobe from its outline: radii (mm) at azimuths i·2π/n from the keyway.
+    /// A lobe from its outline: radii (mm) at azimuths i·2π/n from the keyway, negative for the wall of a bore.
     ///
     /// # Errors
-    /// Too few radii, a radius or a width that is not positive.
+    /// Too few radii, radii of two signs, a width that is not positive.
     pub fn new(name: String, station: usize, width_mm: f64, radii: Vec<f64>) -> Result<Self, LobeError> {
         if radii.len() < MIN_AZIMUTHS {
             return Err(LobeError::TooFewRadii { name, count: radii.len() });
         }
-        if let Some(index) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
+        let is_bore = radii[0] < 0.0;
+        let sign = if is_bore { -1.0 } else { 1.0 };
+        if let Some(index) = radii.iter().position(|r| !(sign * *r > 0.0 && r.is_finite())) {
             return Err(LobeError::Radius { name, index, radius: radii[index] });
         }
         if !(width_mm > 0.0 && width_mm.is_finite()) {
             return Err(LobeError::Width { name, width_mm });
         }
         let azimuth = |i: usize| TURN_RAD * i as f64 / radii.len() as f64;
-        let cos = (0..radii.len()).map(|i| libm::cos(azimuth(i))).collect();
-        let sin = (0..radii.len()).map(|i| libm::sin(azimuth(i))).collect();
+        let cos = (0..radii.len()).map(|i| sign * libm::cos(azimuth(i))).collect();
+        let sin = (0..radii.len()).map(|i| sign * libm::sin(azimuth(i))).collect();
         let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
         let reach = largest(&radii);
         let met = compliance::EngagedSurface::new(&radii, &block_reach);
@@ -275,6 +285,7 @@ impl Lobe {
             width_mm,
             offset_mm: 0.0,
             centre: None,
+            is_bore,
             radii,
             block_reach,
             cos,
@@ -335,6 +346,12 @@ impl Lobe {
         self.centre.map_or(0.0, |centre| centre.distance_mm)
     }
 
+    /// It is the wall of a bore; its radii are negative.
+    #[must_use]
+    pub fn is_bore(&self) -> bool {
+        self.is_bore
+    }
+
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -352,7 +369,7 @@ impl Lobe {
         self.width_mm
     }
 
-    /// Radii (mm) about its centre, at azimuths i·2π/n from the keyway.
+    /// Radii (mm) about its centre, at azimuths i·2π/n from the keyway; negative for the wall of a bore.
     #[must_use]
     pub fn radii_mm(&self) -> &[f64] {
         &self.radii
@@ -433,7 +450,12 @@ impl Lobe {
             return Some(Removal::default());
         }
         let over_axis = Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
-        (wheel.centre_mm <= wheel.radius_mm).then_some(over_axis)
+        self.is_over_axis(wheel.centre_mm, wheel.radius_mm).then_some(over_axis)
+    }
+
+    /// A wheel outside of the part covers its axis.
+    fn is_over_axis(&self, centre_mm: f64, radius_mm: f64) -> bool {
+        !self.is_bore && centre_mm <= radius_mm
     }
 
     /// Lists the blocks that the wheel can meet while its centre moves by less than a margin (mm), on the surface that a deflected wheel
@@ -447,7 +469,7 @@ impl Lobe {
 
     fn list(&self, wheel: &WheelDirection, is_deflected: bool, margin_mm: f64, near: &mut BlockList) {
         let larger = WheelDirection { radius_mm: wheel.radius_mm + margin_mm + ROUNDING_MM, ..*wheel };
-        if larger.centre_mm <= larger.radius_mm {
+        if self.is_over_axis(larger.centre_mm, larger.radius_mm) {
             near.clear();
             return;
         }
@@ -513,8 +535,14 @@ impl Lobe {
         index.min(self.radii.len() - 1)
     }
 
+    /// The azimuth at which a wheel on this side grinds.
+    fn facing(&self, azimuth_rad: f64) -> usize {
+        self.index_of(if self.is_bore { azimuth_rad + 0.5 * TURN_RAD } else { azimuth_rad })
+    }
+
+    /// The block that faces a wheel at an azimuth.
     fn block_of(&self, azimuth_rad: f64) -> usize {
-        self.index_of(azimuth_rad) / BLOCK
+        self.facing(azimuth_rad) / BLOCK
     }
 
     fn cut_block(&mut self, block: usize, wheel: &WheelDirection, cuts: bool) -> Removal {
@@ -531,7 +559,7 @@ impl Lobe {
             inside |= u32::from(*square < r2) << i;
         }
         let mut removal = Removal::default();
-        let mut highest = 0.0;
+        let mut highest = f64::NEG_INFINITY;
         while inside != 0 {
             let at = range.start + inside.trailing_zeros() as usize;
             inside &= inside - 1;
@@ -546,7 +574,7 @@ impl Lobe {
             removal.depth_mm = removal.depth_mm.max(penetration);
             if cuts {
                 let after = r - penetration;
-                removal.area_mm2 += (r * r - after * after) * half_step;
+                removal.area_mm2 += (r * r - after * after).abs() * half_step;
                 self.radii[at] = after;
                 highest = r.max(highest);
             }
@@ -564,8 +592,9 @@ fn largest(radii: &[f64]) -> f64 {
     // No radius is NaN. Four at a time, which do not wait for each other.
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (fours, rest) = radii.as_chunks::<4>();
-    let max = fours.iter().fold([0.0; 4], |max, four| core::array::from_fn(|i| larger(max[i], four[i])));
-    rest.iter().chain(&max).fold(0.0, |max, radius| larger(max, *radius))
+    let none = f64::NEG_INFINITY;
+    let max = fours.iter().fold([none; 4], |max, four| core::array::from_fn(|i| larger(max[i], four[i])));
+    rest.iter().chain(&max).fold(none, |max, radius| larger(max, *radius))
 }
 
 /// Smallest of a block's numbers, none of which is NaN: by halves, which are read as they were written.

@@ -109,8 +109,7 @@ impl Lobe {
         let mut later = None;
         let positions = &pass.waiting[..core::mem::take(&mut pass.count)];
         for wheel in positions.iter().rev().filter_map(|position| position.cuts.as_ref()) {
-            let gone =
-                later.filter(|_| self.radii.len() >= MIN_AZIMUTHS).and_then(|later| WheelGone::new(wheel, later));
+            let gone = later.filter(|_| self.shadows_blocks()).and_then(|later| WheelGone::new(wheel, later));
             removal = removal.and(self.cut_near(wheel, &pass.near, gone.as_ref()));
             (later, cuts) = (Some(wheel), cuts + 1.0);
         }
@@ -126,6 +125,11 @@ impl Lobe {
 }
 
 impl Lobe {
+    /// [`WheelGone`] holds for this surface.
+    fn shadows_blocks(&self) -> bool {
+        self.radii.len() >= MIN_AZIMUTHS && !self.is_bore
+    }
+
     /// Cuts with the listed blocks in sight, but for those that a later position has left nothing of.
     fn cut_near(&mut self, wheel: &WheelDirection, near: &BlockList, gone: Option<&WheelGone>) -> Removal {
         let mut removal = Removal::default();

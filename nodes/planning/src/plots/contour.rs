@@ -163,8 +163,10 @@ fn large(drawing: &mut Drawing, sheet: &Sheet<'_>, lobe: &PlannedLobe, outline: 
         let throw_mm = lobe.design.contour.throw_mm();
         view.circle(drawing, [x - throw_mm, y], lobe.tool_path.wheel_radius_mm(), HINT);
     }
-    view.area(drawing, outline, METAL);
     let contour = &lobe.design.contour;
+    if !contour.is_bore() {
+        view.area(drawing, outline, METAL);
+    }
     for deg in [0.0, 90.0] {
         let [from, to] = [deg, deg + 180.0].map(rad_from_deg).map(|angle| {
             let radius = contour.radius_at(angle) + 0.03 * reach;
@@ -207,7 +209,7 @@ fn wheel_centre(lobe: &PlannedLobe, theta: f64) -> Point {
     [distance * theta.cos(), distance * theta.sin()]
 }
 
-/// Part and wheel as they stand at the start of the cut, the wheel on the right.
+/// Part and wheel as they stand at the start of the cut, the wheel on the right, or in the bore.
 fn overview(drawing: &mut Drawing, lobe: &PlannedLobe) {
     let about_axis = |angle: f64| {
         let point = lobe.design.contour.point_about_axis(angle);
@@ -215,7 +217,10 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe) {
     };
     let outline: Vec<Point> = turn().map(about_axis).collect();
     let path: Vec<Point> = turn().map(|theta| wheel_centre(lobe, theta)).collect();
-    let far = path.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+    let farthest = |points: &[Point]| points.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+    // The wall of a bore is around the wheel.
+    let is_bore = lobe.design.contour.is_bore();
+    let far = if is_bore { farthest(&outline) } else { farthest(&path) };
     let wheel_mm = lobe.tool_path.wheel_radius_mm();
     let start = lobe.tool_path.sample(lobe.start_rad).value + wheel_mm;
     let (left, right, up) = (far, far.max(start + wheel_mm), far.max(wheel_mm));
@@ -226,7 +231,9 @@ fn overview(drawing: &mut Drawing, lobe: &PlannedLobe) {
     let centre = [middle[0] + 0.5 * scale * (left - right), middle[1]];
     let view = PartView { frame, centre, scale, turn_rad: -lobe.start_rad };
     let straight = PartView { turn_rad: 0.0, frame, centre, scale };
-    view.area(drawing, &outline, METAL);
+    if !is_bore {
+        view.area(drawing, &outline, METAL);
+    }
     straight.line(drawing, [[-1.03 * left, 0.0], [1.02 * right, 0.0]].into_iter(), AXIS);
     for (x, reach) in [(0.0, 0.35 * up), (start, 0.3 * wheel_mm)] {
         straight.line(drawing, [[x, -reach], [x, reach]].into_iter(), AXIS);

@@ -117,6 +117,7 @@ mod tests {
             ("journal_runout", vec![], 27),
             ("plate_cam", vec![], 5),
             ("crank_pins", vec![], 18),
+            ("pump_ring", vec![], 9),
             ("punches", vec![], 10),
             ("wide_lobes", vec![], 39),
             ("tapered_lobes", vec![], 20),

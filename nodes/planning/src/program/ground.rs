@@ -136,6 +136,10 @@ pub(crate) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError
         (!spec.wheels_in_order().is_empty(), "wheel", "changes the wheel between its cuts"),
         (spec.dressing.is_some(), "dressing", "dresses the wheel, after which every path is another"),
     ];
+    if let Some(index) = spec.profiles.iter().position(|profile| profile.is_bore) {
+        let message = "the job grinds an internal contour; an NC program has outer contours only";
+        return Err(document.error(&format!("profiles.{index}.internal"), message));
+    }
     match refusals.into_iter().find(|(is_so, ..)| *is_so) {
         Some((_, key, what)) => {
             Err(document
