@@ -59,7 +59,7 @@ impl LobeDesign {
     #[must_use]
     pub fn is_round(&self) -> bool {
         const SAME_MM: f64 = 1e-9;
-        if self.contour.is_pin() {
+        if self.contour.is_pin() || self.contour.is_bore() {
             return false;
         }
         let radius = |i: u32| self.contour.radius_at(f64::from(i) * TURN_RAD / 36.0);

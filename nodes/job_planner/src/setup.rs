@@ -369,6 +369,9 @@ impl SetupWork {
         let design = designs.find(|design| design.name == request.lobe).ok_or_else(|| {
             format!("unknown lobe {}; the lobes are {}", request.lobe, job.planned.plan.lobes.join(", "))
         })?;
+        if design.contour.is_bore() {
+            return Err(format!("lobe {} is a bore: a touch-off works on outer contours only", design.name).into());
+        }
         if !design.is_round() {
             return Err(
                 format!("lobe {} is not round: where the wheel touches it depends on its phase", design.name).into()
