@@ -489,7 +489,7 @@ impl Contour {
     /// Everything at one cam angle.
     pub(crate) fn local(&self, cam_angle_rad: f64) -> LocalFrame {
         let frame = self.mount.frame(&self.lift.sample(cam_angle_rad));
-        if self.is_bore { frame.from_inside() } else { frame }
+        if self.is_bore { frame.seen_from_inside() } else { frame }
     }
 
     /// The cam angle at which the point `distance_mm` outside the contour (a wheel's centre; 0 for the contour itself)

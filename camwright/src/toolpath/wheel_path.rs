@@ -412,9 +412,11 @@ fn fits_bore(contour: &Contour, wheel_radius_mm: f64) -> Result<(), ToolPathErro
     let curved = contour.maximum_concavity().map(|place| Extremum { value: -1.0 / place.value, ..place });
     let curved = curved.map(|place| (place, "the wall has a radius of curvature of"));
     let near = (contour.nearest_tangent(), "the tangent of the wall passes the axis at");
-    // NaN does not fit.
-    let is_too_small = |bound: &(Extremum, &'static str)| !(wheel_radius_mm < (1.0 - ROUNDING) * bound.0.value);
-    match [curved, Some(near)].into_iter().flatten().find(is_too_small) {
+    let is_exceeded = |(place, _): &(Extremum, &'static str)| {
+        let largest_mm = (1.0 - ROUNDING) * place.value;
+        largest_mm.is_nan() || wheel_radius_mm >= largest_mm
+    };
+    match [curved, Some(near)].into_iter().flatten().find(is_exceeded) {
         Some(bound) => Err(refuse(bound)),
         None => Ok(()),
     }

@@ -76,7 +76,7 @@ impl LocalFrame {
     }
 
     /// The same point of a wall with the part outside.
-    pub(crate) fn from_inside(self) -> Self {
+    pub(crate) fn seen_from_inside(self) -> Self {
         Self { normal_along: -self.normal_along, normal_across: -self.normal_across, arc: -self.arc, ..self }
     }
 
