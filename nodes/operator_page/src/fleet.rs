@@ -221,7 +221,7 @@ impl FleetListener {
                 domain.node.wait_acquainted(acquainted.saturating_duration_since(Instant::now()));
         }
         self.add_new()?;
-        while !(self.missing().is_empty() && self.empty_domains().is_empty()) && !left().is_zero() {
+        while !self.is_complete() && !left().is_zero() {
             let _changed_or_late = changes.recv_timeout(left());
             self.add_new()?;
         }
@@ -266,6 +266,11 @@ impl FleetListener {
         let is_found = |name: &String| self.domains.values().any(|domain| domain.cells.contains_key(name));
         let missing = self.wanted.iter().filter(|name| !is_found(name));
         missing.map(String::as_str).collect()
+    }
+
+    /// Every named cell was found, and every domain has a cell.
+    fn is_complete(&self) -> bool {
+        self.missing().is_empty() && self.empty_domains().is_empty()
     }
 
     /// Domains without any of the cells.

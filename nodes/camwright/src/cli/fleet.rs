@@ -75,7 +75,7 @@ struct CellArgs {
     /// Namespace of a cell; repeatable [default: all cells found].
     #[arg(long = "cell", value_name = "NAME")]
     names: Vec<String>,
-    /// ROS domains of the cells, such as `7` or `11-30`; repeatable [default: ROS_DOMAIN_ID].
+    /// ROS domains of the cells, such as `7` or `11-30`; repeatable [default: `ROS_DOMAIN_ID`].
     #[arg(long = "domain", value_name = "ID", value_parser = domains)]
     domains: Vec<RangeInclusive<u16>>,
     /// Time to wait for cells (s).
