@@ -308,8 +308,8 @@ Examples:
   camwright fleet stop
 
 A cell is a namespace in which a machine, an interpolator or a planner
-publishes. `--domain` lists cells in several domains. Cells on other hosts need ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET on
-every host.
+publishes. `--domain` lists cells in several domains. Cells on other hosts need
+ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET on every host.
 
 Exit codes: by command, see `camwright fleet COMMAND --help`";
 
