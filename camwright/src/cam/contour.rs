@@ -303,6 +303,12 @@ impl Contour {
         self.is_bore
     }
 
+    /// Sign of its radii on a part: those of a bore are negative.
+    #[must_use]
+    pub fn radius_sign(&self) -> f64 {
+        if self.is_bore { -1.0 } else { 1.0 }
+    }
+
     /// The tangent that passes the axis at the smallest distance (mm), and its cam angle.
     #[must_use]
     pub fn nearest_tangent(&self) -> Extremum {
@@ -398,9 +404,8 @@ impl Contour {
     pub fn lift_per_depth(&self, cam_angle_rad: f64) -> f64 {
         let lift = self.lift.sample(cam_angle_rad);
         let frame = self.mount.frame(&lift);
-        let lift_per_depth =
-            1.0 / (libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.travel_per_lift(&frame));
-        if self.is_bore { -lift_per_depth } else { lift_per_depth }
+        let depth_per_lift = libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.travel_per_lift(&frame);
+        self.radius_sign() / depth_per_lift
     }
 
     /// Contact position on the follower's face (mm): from the stem of a flat or mushroom follower, positive towards increasing cam

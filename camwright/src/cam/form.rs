@@ -103,7 +103,7 @@ impl Form {
         let mut largest: Option<FormDeviation> = None;
         for (i, &radius_mm) in radii_mm.iter().enumerate() {
             let azimuth_rad = i as f64 * TURN_RAD / radii_mm.len() as f64;
-            let distance_mm = if contour.is_bore() { -radius_mm } else { radius_mm };
+            let distance_mm = contour.radius_sign() * radius_mm;
             if !distance_mm.is_finite() || distance_mm <= 0.0 {
                 return Err(FormError::BadRadius { radius_mm, azimuth_deg: deg_from_rad(azimuth_rad) });
             }
@@ -225,8 +225,7 @@ impl Contour {
             let outside = x * frame.normal_along + y * frame.normal_across;
             let beside = -x * frame.normal_across + y * frame.normal_along;
             let rate = frame.arc + frame.turning * outside;
-            let is_past_centre = if self.is_bore() { rate >= 0.0 } else { rate <= 0.0 };
-            if is_past_centre {
+            if self.radius_sign() * rate <= 0.0 {
                 return (outside, cam_angle);
             }
             let change = beside / rate;

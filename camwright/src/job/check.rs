@@ -183,12 +183,12 @@ impl JobSpec {
         if let Some(lobe) = self.lobes.iter().find(|lobe| !is_bore(lobe)) {
             return Err(JobError::BoreBesideLobe { bore: bore.name.clone(), lobe: lobe.name.clone() });
         }
-        let of_lobe = |lobe: &LobeSpec, key| Err(JobError::NotInBore { lobe: lobe.name.clone(), key });
+        let of_lobe = |lobe: &LobeSpec, what, key| Err(JobError::NotInBore { lobe: lobe.name.clone(), what, key });
         if let Some(wide) = self.lobes.iter().find(|lobe| lobe.plunge.is_some()) {
-            return of_lobe(wide, "a width above that of the wheel");
+            return of_lobe(wide, "a width above that of the wheel", "lobes");
         }
         if let Some(shaped) = self.lobes.iter().find(|lobe| lobe.axial.is_some()) {
-            return of_lobe(shaped, "taper or crown");
+            return of_lobe(shaped, "taper or crown", "lobes");
         }
         let keys = [
             (self.correction.is_some(), "runout_correction"),
@@ -197,7 +197,7 @@ impl JobSpec {
             (self.passes.iter().any(|pass| pass.gauge_size.is_some()), "infeed.gauge_size"),
         ];
         match keys.into_iter().find(|(is_given, _)| *is_given) {
-            Some((_, key)) => of_lobe(bore, key),
+            Some((_, key)) => of_lobe(bore, key, key),
             None => Ok(()),
         }
     }

@@ -20,9 +20,10 @@ pub enum JobError {
     )]
     BoreBesideLobe { bore: String, lobe: String },
     /// Something that a bore cannot have.
-    #[error("lobe {lobe} is a bore: {key} works on outer contours only; remove it")]
+    #[error("lobe {lobe} is a bore: {what} works on outer contours only; remove it")]
     NotInBore {
         lobe: String,
+        what: &'static str,
         /// Key of the job.
         key: &'static str,
     },

@@ -57,7 +57,8 @@ pub(super) fn check_clearance(
     for bore in &bores {
         // Where a hold, a cancel or an alarm takes the wheel from the raw wall.
         let retract_mm = job.retract_clearance_mm.max(machine.retract.clearance_mm);
-        bore.check(job, "retract from the wall", retract_mm - bore.radius_mm, (bore.z_mm, 0.0))?;
+        let z_mm = (bore.extent.from_mm, bore.extent.to_mm);
+        bore.check(job, "retract from the wall", retract_mm - bore.extent.radius_mm, (z_mm, 0.0))?;
     }
     for segment in &plan.segments {
         if let SegmentKind::Command(PlanCommand::ChangeWheel { wheel }) = segment.kind {
@@ -66,14 +67,12 @@ pub(super) fn check_clearance(
         }
         let way = MovePath::from_segment(segment, plan, machine, x_mm, z_mm);
         for bore in &bores {
-            let is_beside = bore.z_mm.1 <= way.z_mm.0 - half_mm || bore.z_mm.0 >= way.z_mm.1 + half_mm;
-            if !is_beside {
+            if !way.is_beside(&bore.extent, half_mm) {
                 bore.check(job, &segment.label, way.max_x_mm, (way.z_mm, rim_mm))?;
             }
         }
         for (body, extent) in &bodies {
-            let beside = extent.to_mm <= way.z_mm.0 - half_mm || extent.from_mm >= way.z_mm.1 + half_mm;
-            if beside || is_meant(*body, segment, &way, lobes) {
+            if way.is_beside(extent, half_mm) || is_meant(*body, segment, &way, lobes) {
                 continue;
             }
             // The dresser is touched, not cut into.
@@ -102,38 +101,33 @@ pub(super) fn check_clearance(
 /// A bore around the wheel.
 struct Bore {
     lobe: usize,
-    z_mm: (f64, f64),
-    /// Smallest radius of the raw wall (mm).
-    radius_mm: f64,
+    /// Its place along the axis, and the smallest radius of the raw wall.
+    extent: Extent,
     /// Diameter of the wheel (mm).
     wheel_mm: f64,
 }
 
 impl Bore {
     fn of_lobe((lobe, planned): (usize, &PlannedLobe), job: &JobSpec, machine: &MachineDescription) -> Option<Self> {
-        let place_mm = planned.design.z_mm(machine).filter(|_| planned.design.contour.is_bore())?;
-        let half_mm = 0.5 * planned.design.width_mm;
-        Some(Self {
-            lobe,
-            z_mm: (place_mm - half_mm, place_mm + half_mm),
-            // X is largest where the wall is nearest to the axis, and minus its radius there.
-            radius_mm: -extremes(planned.tool_path.spline()).1 - job.maximum_stock_mm(),
-            wheel_mm: 2.0 * planned.tool_path.wheel_radius_mm(),
-        })
+        if !planned.design.contour.is_bore() {
+            return None;
+        }
+        // X is minus the radius of the wall.
+        let surface = raw_extent(planned, job, machine)?;
+        let extent = Extent { radius_mm: -surface.radius_mm, ..surface };
+        Some(Self { lobe, extent, wheel_mm: 2.0 * planned.tool_path.wheel_radius_mm() })
     }
-}
 
-impl Bore {
     /// Checks the side of the wheel beyond the axis, with X and Z at most at these positions and the rim so high (mm).
     fn check(&self, job: &JobSpec, step: &str, x_mm: f64, (z_mm, rim_mm): ((f64, f64), f64)) -> Result<(), PlanError> {
         let side_mm = x_mm + self.wheel_mm + rim_mm;
-        if side_mm <= self.radius_mm - job.clearance_mm + ROUNDING_MM {
+        if side_mm <= self.extent.radius_mm - job.clearance_mm + ROUNDING_MM {
             return Ok(());
         }
         Err(PlanError::OppositeWall {
             step: String::from(step),
             lobe: job.lobes[self.lobe].name.clone(),
-            radius_mm: self.radius_mm,
+            radius_mm: self.extent.radius_mm,
             side_mm,
             x_mm,
             z_mm,
@@ -185,6 +179,11 @@ impl MovePath {
         Self { min_x_mm, max_x_mm, z_mm: z_range, last_x_mm, last_z_mm }
     }
 
+    /// The wheel, with half its width (mm), never comes in front of a body.
+    fn is_beside(&self, body: &Extent, half_mm: f64) -> bool {
+        body.to_mm <= self.z_mm.0 - half_mm || body.from_mm >= self.z_mm.1 + half_mm
+    }
+
     fn moves_table(&self) -> bool {
         self.z_mm.1 > self.z_mm.0
     }
@@ -223,14 +222,17 @@ fn is_meant(body: Body, segment: &Segment, way: &MovePath, lobes: &[PlannedLobe]
     (body == lobe || is_neighbour()) && !way.moves_table()
 }
 
+/// A raw lobe as a body of revolution; `None` on a machine without its station.
+fn raw_extent(lobe: &PlannedLobe, job: &JobSpec, machine: &MachineDescription) -> Option<Extent> {
+    let place_mm = lobe.design.z_mm(machine)?;
+    let half_mm = 0.5 * lobe.design.width_mm;
+    // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
+    let radius_mm = extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();
+    Some(Extent { from_mm: place_mm - half_mm, to_mm: place_mm + half_mm, radius_mm })
+}
+
 fn bodies(job: &JobSpec, machine: &MachineDescription, lobes: &[PlannedLobe]) -> Vec<(Body, Extent)> {
-    let of_lobe = |(index, lobe): (usize, &PlannedLobe)| {
-        let place_mm = lobe.design.z_mm(machine)?;
-        let half_mm = 0.5 * lobe.design.width_mm;
-        // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
-        let radius_mm = extremes(lobe.tool_path.spline()).1 + job.maximum_stock_mm();
-        Some((Body::Lobe(index), Extent { from_mm: place_mm - half_mm, to_mm: place_mm + half_mm, radius_mm }))
-    };
+    let of_lobe = |(index, lobe): (usize, &PlannedLobe)| Some((Body::Lobe(index), raw_extent(lobe, job, machine)?));
     let obstacles = job.obstacles.iter().enumerate();
     let own = [
         (Body::Headstock, machine.headstock),

@@ -202,7 +202,7 @@ impl ToolPath {
     /// result that the way back does not confirm.
     pub fn for_wheel(contour: &Contour, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
         Self::fits(contour, wheel_radius_mm)?;
-        let far_rad = if contour.is_bore() { PI } else { 0.0 };
+        let far_rad = far_rad(contour);
         let exact = |angle: f64, guess: &mut f64| {
             let azimuth = angle + far_rad;
             let cam_angle = contour.solve_about_axis(azimuth, wheel_radius_mm, azimuth + *guess);
@@ -210,7 +210,7 @@ impl ToolPath {
             let centre = contour.local(cam_angle).outside(wheel_radius_mm);
             let (along, across) = contour.about_axis(centre, cam_angle);
             let distance = libm::hypot(along, across);
-            (if contour.is_bore() { -distance } else { distance }) - wheel_radius_mm
+            contour.radius_sign() * distance - wheel_radius_mm
         };
         let mut path = Self::through(exact, contour, wheel_radius_mm)?;
         path.accuracy.contour_error_mm = path.check(|path, angle| path.misses(contour, angle))?;
@@ -366,8 +366,7 @@ impl ToolPath {
     fn misses(&self, contour: &Contour, angle_rad: f64) -> f64 {
         let ground = self.contact(angle_rad);
         let azimuth = self.contact_azimuth(angle_rad);
-        let far_rad = if contour.is_bore() { PI } else { 0.0 };
-        let cam_angle = contour.solve(azimuth, 0.0, angle_rad + far_rad - self.beta(angle_rad));
+        let cam_angle = contour.solve(azimuth, 0.0, angle_rad + far_rad(contour) - self.beta(angle_rad));
         (ground - contour.point(cam_angle)).dot(&contour.normal(cam_angle)).abs()
     }
 
@@ -399,6 +398,11 @@ pub(crate) fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, squa
 /// Angle whose tangent is X′/c, within a quarter turn: from the normal of the contact to the wheel line.
 pub(crate) fn line_angle(first: f64, centre: f64) -> f64 {
     if centre < 0.0 { libm::atan2(-first, -centre) } else { libm::atan2(first, centre) }
+}
+
+/// Angle from the wheel line to the wheel (rad): in a bore it stands beyond the axis.
+fn far_rad(contour: &Contour) -> f64 {
+    if contour.is_bore() { PI } else { 0.0 }
 }
 
 /// Checks that a wheel inside a bore touches its wall in one place, and that its centre goes round the axis.

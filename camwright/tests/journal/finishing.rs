@@ -119,7 +119,7 @@ fn a_planted_hardness_changes_the_turns_and_not_the_force() {
     }
 }
 
-/// Where the force allows as many turns as the job states otherwise, the way is the same to the bit. A measured contact that needs more
+/// The way is the same to the bit if the force allows as many turns as the job states otherwise. A measured contact that needs more
 /// turns than the job permits is refused with the journal, its contact and the force that is enough.
 #[test]
 fn the_decision_is_the_stated_one_or_is_refused() {

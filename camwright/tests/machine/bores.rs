@@ -2,17 +2,16 @@
 //! Bores: what the wheel inside leaves of the wall, and what it feels.
 
 use super::turned::turning;
-use super::{follow, ideal, idle, machine};
+use super::{follow, ideal, machine, soft_contact, stop_and_clear};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
 use camwright::cam::form::Form;
 use camwright::cam::lift::LiftLaw;
-use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
+use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::Machine;
-use camwright::simulation::fault::Fault;
 use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, LobeError};
 use camwright::toolpath::wheel_path::ToolPath;
 
@@ -87,14 +86,7 @@ fn a_bore_is_ground_to_its_form_by_its_exact_path() {
 }
 
 fn soft(sense: i8) -> MachineDescription {
-    let contact = ContactDescription {
-        stiffness: vec![StiffnessAt { z_mm: Z_MM, n_mm: 1e4 }],
-        grinding_n_mm2: 5e4 / WIDTH_MM,
-        threshold_n_mm: 15.0 / WIDTH_MM,
-        part_share: 0.5,
-        modes: Vec::new(),
-    };
-    MachineDescription { contact: Some(contact), ..bore_grinder(sense) }
+    MachineDescription { contact: Some(soft_contact(Z_MM, WIDTH_MM)), ..bore_grinder(sense) }
 }
 
 /// Wheel and wall deflect along the normal: what is left of an even stock is the same all round, turn after turn, by the contact law.
@@ -129,14 +121,7 @@ fn a_stop_in_the_cut_takes_the_wheel_off_the_wall() {
         let description = bore_grinder(1);
         let mut machine = loaded(&description, 0.2);
         let setpoints = along_the_wall(&description, 2.0, 4000);
-        machine.place(setpoints[0].counts);
-        follow(&mut machine, &setpoints[..2000 + at]);
-        machine.step(Some(&setpoints[2000 + at]), &[], &[Fault::EStop(true)]);
-        follow(&mut machine, &setpoints[2001 + at..(2101 + at).min(setpoints.len())]);
-        idle(&mut machine, 2000);
-        assert!(machine.is_at_rest());
-        let gap_mm = machine.wheel_gap_mm().expect("in front of the wheel");
-        assert!(gap_mm > description.retract.clearance_mm - 0.1, "at {at}: {gap_mm} mm from the wall");
+        stop_and_clear(&mut machine, &setpoints, 2000 + at);
         let x_mm = machine.truth()[Axis::X.index()].0;
         assert!(x_mm < -12.0, "at {at}: it retracts by the clearance and not out of the part: {x_mm} mm");
         let form = Form::measure(radii(&machine), &wall(), AT_RAD).expect("radii");

@@ -21,11 +21,14 @@ mod turned;
 mod turning;
 mod wheel_changer;
 
-use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, Homing, MachineDescription};
+use camwright::machine::description::{
+    AXIS_COUNT, Axis, ContactDescription, DriveSettings, Homing, MachineDescription, StiffnessAt,
+};
 use camwright::machine::persistent_state::PersistentState;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Setpoint;
 use camwright::simulation::Machine;
+use camwright::simulation::fault::Fault;
 use camwright::simulation::tick_report::TickReport;
 
 /// The reference machine with ideal drives.
@@ -94,4 +97,27 @@ fn follow(machine: &mut Machine, setpoints: &[Setpoint]) -> Vec<TickReport> {
 
 fn idle(machine: &mut Machine, ticks: u32) -> Vec<TickReport> {
     (0..ticks).map(|_| machine.step(None, &[], &[])).collect()
+}
+
+/// A contact whose cut is five times as stiff as the machine, over a width.
+pub(crate) fn soft_contact(z_mm: f64, width_mm: f64) -> ContactDescription {
+    ContactDescription {
+        stiffness: vec![StiffnessAt { z_mm, n_mm: 1e4 }],
+        grinding_n_mm2: 5e4 / width_mm,
+        threshold_n_mm: 15.0 / width_mm,
+        part_share: 0.5,
+        modes: Vec::new(),
+    }
+}
+
+/// An emergency stop at a tick of setpoints: the machine comes to rest with the wheel clear of the lobe in front of it.
+pub(crate) fn stop_and_clear(machine: &mut Machine, setpoints: &[Setpoint], at: usize) {
+    machine.place(setpoints[0].counts);
+    follow(machine, &setpoints[..at]);
+    machine.step(Some(&setpoints[at]), &[], &[Fault::EStop(true)]);
+    follow(machine, &setpoints[at + 1..(at + 101).min(setpoints.len())]);
+    idle(machine, 2000);
+    assert!(machine.is_at_rest());
+    let gap_mm = machine.wheel_gap_mm().expect("in front of the wheel");
+    assert!(gap_mm > machine.description().retract.clearance_mm - 0.1, "at {at}: {gap_mm} mm from the lobe");
 }

@@ -2,15 +2,13 @@
 //! Crank pins, whose centre goes round the axis of C: what the wheel leaves of one, and what it feels.
 
 use super::turned::{Eccentric, WHEEL_MM, turning};
-use super::{follow, ideal, idle, machine, setpoint};
+use super::{follow, ideal, idle, machine, setpoint, soft_contact, stop_and_clear};
 use camwright::cam::contour::LobeCentre;
-use camwright::machine::description::{Axis, ContactDescription, GaugeDescription, GaugeKind, MachineDescription};
-use camwright::machine::description::{DriveSettings, StiffnessAt};
+use camwright::machine::description::{Axis, DriveSettings, GaugeDescription, GaugeKind, MachineDescription};
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::range::minimum_and_maximum;
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::Machine;
-use camwright::simulation::fault::Fault;
 use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, LobeError};
 
 const Z_MM: f64 = 60.0;
@@ -98,14 +96,7 @@ fn lag_makes_the_throw_smaller_by_its_closed_form() {
 }
 
 fn soft(sense: i8) -> MachineDescription {
-    let contact = ContactDescription {
-        stiffness: vec![StiffnessAt { z_mm: Z_MM, n_mm: 1e4 }],
-        grinding_n_mm2: 5e4 / WIDTH_MM,
-        threshold_n_mm: 15.0 / WIDTH_MM,
-        part_share: 0.5,
-        modes: Vec::new(),
-    };
-    MachineDescription { contact: Some(contact), ..crank_grinder(sense) }
+    MachineDescription { contact: Some(soft_contact(Z_MM, WIDTH_MM)), ..crank_grinder(sense) }
 }
 
 /// The wheel presses on a pin that stands: the force acts along the line of both centres, on X by its share along the wheel line and on C by
@@ -172,14 +163,7 @@ fn a_stop_in_the_cut_clears_the_whole_swing_of_the_pin() {
         let description = crank_grinder(1);
         let mut machine = loaded(&description, 25.2);
         let setpoints = chasing(&description, 2.0, 4000);
-        machine.place(setpoints[0].counts);
-        follow(&mut machine, &setpoints[..2000 + at]);
-        machine.step(Some(&setpoints[2000 + at]), &[], &[Fault::EStop(true)]);
-        follow(&mut machine, &setpoints[2001 + at..(2101 + at).min(setpoints.len())]);
-        idle(&mut machine, 2000);
-        assert!(machine.is_at_rest());
-        let gap_mm = machine.wheel_gap_mm().expect("in front of the wheel");
-        assert!(gap_mm > description.retract.clearance_mm - 0.1, "at {at}: {gap_mm} mm from the swing of the pin");
+        stop_and_clear(&mut machine, &setpoints, 2000 + at);
         let (low, _) = minimum_and_maximum(radii(&machine).iter().copied());
         assert!(low > PIN.radius_mm - 1e-4, "at {at}: {low} mm");
     }

@@ -73,7 +73,7 @@ fn in_an_eccentric_bore_the_path_is_the_closed_form() {
     }
 }
 
-/// What the wheel sweeps is the bore: along every ray the farthest point of all wheels.
+/// All wheels together sweep the bore: its wall is the farthest point of them along every ray.
 #[test]
 fn the_swept_wheels_leave_the_wall() {
     let (contour, wheel) = (pump_ring(), 12.0_f64);

@@ -106,7 +106,7 @@ fn place<'a>(frames: &'a Frames, ns: &'a str, id: i32) -> MarkerPose<'a> {
 fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: Option<&PartLobe>) -> LobeForm {
     let azimuth = |index: usize| index as f64 * TURN_RAD / AZIMUTHS as f64;
     let phase_rad = measured.map_or(design.phase_rad, |part| design.phase_on_rad(part.key_way));
-    let sign = if design.contour.is_bore() { -1.0 } else { 1.0 };
+    let sign = design.contour.radius_sign();
     let contour = (0..AZIMUTHS).map(|i| sign * m_from_mm(design.contour.radius_at(azimuth(i) - phase_rad))).collect();
     let allowed_mm = |cam_azimuth_rad: f64| {
         let contour = &design.contour;

@@ -273,6 +273,12 @@ impl FleetListener {
         self.missing().is_empty() && self.empty_domains().is_empty()
     }
 
+    /// No cell was found.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.found().next().is_none()
+    }
+
     /// Domains without any of the cells.
     #[must_use]
     pub fn empty_domains(&self) -> Vec<u16> {

@@ -144,7 +144,6 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
         JobError::BoreBesideLobe { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
-        JobError::NotInBore { key, .. } if key.contains(' ') => "lobes".into(),
         JobError::NotInBore { key, .. } => (*key).into(),
         JobError::NotRound { lobe }
         | JobError::StockNotRound { lobe }

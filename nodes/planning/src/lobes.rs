@@ -37,7 +37,7 @@ pub(super) fn blank(
     let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - phase_rad, stock_mm);
     let above_mm = |azimuth_rad: f64| above_mm(azimuth_rad - key_way_rad);
     // The wall of a bore has negative radii: more of them is more material, too.
-    let sign = if design.contour.is_bore() { -1.0 } else { 1.0 };
+    let sign = design.contour.radius_sign();
     let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(sign * even_mm(at) + above_mm(at))).collect();
     PartLobe {
         name: section.name.clone(),
@@ -74,7 +74,7 @@ pub(super) fn blank_outline_mm(design: &LobeDesign, stock_mm: f64) -> Vec<[f64; 
 /// radius at which it is the stock is found by bisection between the contour and the contour plus what even a normal 80°
 /// off the ray would need.
 fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
-    let sign = if contour.is_bore() { -1.0 } else { 1.0 };
+    let sign = contour.radius_sign();
     let mut low = sign * contour.radius_at(azimuth_rad);
     let mut high = low + 6.0 * stock_mm;
     // Newton's slope is the cosine between ray and normal: a few secant steps within the bracket are enough.

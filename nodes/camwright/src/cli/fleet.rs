@@ -98,7 +98,7 @@ impl CellArgs {
         for domain in empty_domains(&fleet) {
             print_error("camwright fleet", &format!("no cell found in domain {domain} within {} s", self.patience));
         }
-        if fleet.cells().is_empty() && self.names.is_empty() {
+        if fleet.is_empty() && self.names.is_empty() {
             let message = format!(
                 "no cell found within {} s; start cells (`camwright run --help` shows how), or check the domain (ROS_DOMAIN_ID or --domain) and, for cells on other hosts, ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET",
                 self.patience
@@ -122,7 +122,7 @@ fn domains(text: &str) -> Result<RangeInclusive<u16>, String> {
 
 /// Domains without a cell beside domains with cells.
 fn empty_domains(fleet: &FleetListener) -> Vec<u16> {
-    if fleet.cells().is_empty() { Vec::new() } else { fleet.empty_domains() }
+    if fleet.is_empty() { Vec::new() } else { fleet.empty_domains() }
 }
 
 /// Number of cells that were asked for and do not answer.
