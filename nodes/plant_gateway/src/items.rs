@@ -104,10 +104,21 @@ pub(super) enum Reading {
     Alarms(BTreeMap<u16, ActiveAlarm>),
 }
 
+/// Value of a data item before it is text.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum ItemValue {
+    Text(String),
+    Count(u64),
+    /// A finite number, and the decimals that are published.
+    Real(f64, usize),
+}
+
 /// Source of the value of a data item.
 #[derive(Clone, Copy)]
 enum Source {
-    Value(fn(&CellMessages) -> Option<String>),
+    Text(fn(&CellMessages) -> Option<String>),
+    /// A number, and the decimals that are published.
+    Real(fn(&CellMessages) -> Option<f64>, usize),
     /// Accumulated time (s).
     Timer(fn(&CellState) -> f64),
     /// Number of parts.
@@ -143,16 +154,29 @@ impl Item {
         if !(self.applies)(cell.equipment) {
             return None;
         }
-        let value = match self.source {
-            Source::Value(value) => value(cell),
-            Source::Timer(seconds) => cell.cell().and_then(|cell| number(seconds(cell), 1)),
-            Source::Count(count) => count(cell).map(|count| count.to_string()),
-            Source::Alarms(is_own) => {
-                let alarms = cell.alarms().map(|alarms| active(alarms.filter(|alarm| is_own(alarm))));
-                return Some(alarms.map_or(Reading::Unavailable, Reading::Alarms));
-            }
-        };
+        if let Source::Alarms(is_own) = self.source {
+            let alarms = cell.alarms().map(|alarms| active(alarms.filter(|alarm| is_own(alarm))));
+            return Some(alarms.map_or(Reading::Unavailable, Reading::Alarms));
+        }
+        let value = self.value(cell).map(|value| match value {
+            ItemValue::Text(text) => text,
+            ItemValue::Count(count) => count.to_string(),
+            ItemValue::Real(value, decimals) => number(value, decimals),
+        });
         Some(value.map_or(Reading::Unavailable, Reading::Value))
+    }
+
+    /// Typed value of the item; `None` if it is unavailable or a condition.
+    #[must_use]
+    pub(super) fn value(&self, cell: &CellMessages) -> Option<ItemValue> {
+        let real = |value: f64, decimals| value.is_finite().then_some(ItemValue::Real(value, decimals));
+        match self.source {
+            Source::Text(text) => text(cell).map(ItemValue::Text),
+            Source::Real(value, decimals) => value(cell).and_then(|value| real(value, decimals)),
+            Source::Timer(seconds) => cell.cell().and_then(|cell| real(seconds(cell), 1)),
+            Source::Count(count) => count(cell).map(ItemValue::Count),
+            Source::Alarms(_) => None,
+        }
     }
 
     const fn with_units(self, units: &'static str) -> Self {
@@ -194,13 +218,14 @@ fn active<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> BTreeMap<u16, ActiveAl
     active
 }
 
+/// A sample with at most so many decimals.
 const fn sample(
     id: &'static str,
     component: Component,
     (kind, sub_type): (&'static str, Option<&'static str>),
-    value: fn(&CellMessages) -> Option<String>,
+    (decimals, value): (usize, fn(&CellMessages) -> Option<f64>),
 ) -> Item {
-    let source = Source::Value(value);
+    let source = Source::Real(value, decimals);
     let category = Category::Sample;
     Item { id, component, category, kind, sub_type, units: None, topic: "", rule: "", applies: always, source }
 }
@@ -209,14 +234,15 @@ const fn event(
     id: &'static str,
     component: Component,
     (kind, sub_type): (&'static str, Option<&'static str>),
-    value: fn(&CellMessages) -> Option<String>,
+    text: fn(&CellMessages) -> Option<String>,
 ) -> Item {
-    Item { category: Category::Event, ..sample(id, component, (kind, sub_type), value) }
+    let source = Source::Text(text);
+    Item { category: Category::Event, source, ..sample(id, component, (kind, sub_type), (0, |_| None)) }
 }
 
 const fn condition(id: &'static str, component: Component, is_own: fn(&Alarm) -> bool) -> Item {
     let source = Source::Alarms(is_own);
-    Item { category: Category::Condition, source, ..sample(id, component, ("SYSTEM", None), |_| None) }
+    Item { category: Category::Condition, source, ..sample(id, component, ("SYSTEM", None), (0, |_| None)) }
 }
 
 const ACTUAL: Option<&str> = Some("ACTUAL");
@@ -253,9 +279,10 @@ pub(super) const ITEMS: &[Item] = &[
         cell.cell().map(|cell| cell.job.clone()).filter(|job| !job.is_empty())
     })
     .with_source("`job_planner/cell_state` `job`", "name of the job; UNAVAILABLE before the first one"),
-    event("path_feedrate_override", Component::Path, ("PATH_FEEDRATE_OVERRIDE", Some("PROGRAMMED")), |cell| {
-        cell.interpolator().and_then(|state| number(100.0 * state.feed_override, 1))
-    })
+    Item {
+        source: Source::Real(|cell| cell.interpolator().map(|state| 100.0 * state.feed_override), 1),
+        ..event("path_feedrate_override", Component::Path, ("PATH_FEEDRATE_OVERRIDE", Some("PROGRAMMED")), |_| None)
+    }
     .with_source("`axis_interpolator/state` `feed_override`", "per cent"),
     part_count("part_count_all", "ALL", |cell| cell.counters().map(|counters| counters.shift.total))
         .with_source("`machine/counters` `shift`", "`total`"),
@@ -269,7 +296,7 @@ pub(super) const ITEMS: &[Item] = &[
         wanted(cell).map(|(wanted, done)| u64::from(wanted.saturating_sub(done)))
     })
     .with_source(CELL, "`parts_wanted` − `parts_done`; UNAVAILABLE if `parts_wanted` is 0"),
-    event("tool_number", Component::Path, ("TOOL_NUMBER", None), tool_number).with_source(
+    count("tool_number", ("TOOL_NUMBER", None), tool_number).with_source(
         "`machine/description` `wheels`",
         "position of the mounted wheel in the changer from 1; 1 without a changer",
     ),
@@ -277,43 +304,44 @@ pub(super) const ITEMS: &[Item] = &[
         cell.io().map(|io| choice(io.part_present, "PRESENT", "NOT_PRESENT"))
     })
     .with_source("`machine/io` `part_present`", "PRESENT if true, else NOT_PRESENT"),
-    sample("c_angle", Component::CAxis, ("ANGLE", ACTUAL), |cell| {
-        cell.joint("c_axis", "position").and_then(|rad| number(deg_from_rad(rad), 5))
-    })
+    sample(
+        "c_angle",
+        Component::CAxis,
+        ("ANGLE", ACTUAL),
+        (5, |cell| cell.joint("c_axis", "position").map(deg_from_rad)),
+    )
     .with_units("DEGREE")
     .with_source(AXES, "`position` of `c_axis`; counts on over 360°"),
-    sample("c_velocity", Component::CAxis, ("ROTARY_VELOCITY", ACTUAL), |cell| speed_rpm(cell, "c_axis"))
+    sample("c_velocity", Component::CAxis, ("ROTARY_VELOCITY", ACTUAL), (3, |cell| speed_rpm(cell, "c_axis")))
         .with_units("REVOLUTION/MINUTE")
         .with_source(AXES, "`velocity` of `c_axis`"),
-    sample("c_torque", Component::CAxis, ("TORQUE", None), |cell| {
-        cell.joint("c_axis", "effort").and_then(|n_m| number(n_m, 3))
-    })
-    .with_units("NEWTON_METER")
-    .with_source(AXES, "`effort` of `c_axis`"),
+    sample("c_torque", Component::CAxis, ("TORQUE", None), (3, |cell| cell.joint("c_axis", "effort")))
+        .with_units("NEWTON_METER")
+        .with_source(AXES, "`effort` of `c_axis`"),
     event("c_rotary_mode", Component::CAxis, ("ROTARY_MODE", None), |cell| {
         cell.description().map(|_| "CONTOUR".to_owned())
     })
     .with_source("`machine/description`", "CONTOUR: C moves with the path"),
     condition("c_system", Component::CAxis, |alarm| axis_of(alarm) == Some("c_axis"))
         .with_source("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `c_axis`"),
-    sample("x_position", Component::XAxis, ("POSITION", ACTUAL), |cell| position_mm(cell, "x_axis"))
+    sample("x_position", Component::XAxis, ("POSITION", ACTUAL), (5, |cell| position_mm(cell, "x_axis")))
         .with_units("MILLIMETER")
         .with_source(AXES, "`position` of `x_axis`"),
-    sample("x_feedrate", Component::XAxis, ("AXIS_FEEDRATE", ACTUAL), |cell| speed_mm_s(cell, "x_axis"))
+    sample("x_feedrate", Component::XAxis, ("AXIS_FEEDRATE", ACTUAL), (3, |cell| speed_mm_s(cell, "x_axis")))
         .with_units("MILLIMETER/SECOND")
         .with_source(AXES, "`velocity` of `x_axis`"),
-    sample("x_force", Component::XAxis, ("LINEAR_FORCE", None), |cell| force_n(cell, "x_axis"))
+    sample("x_force", Component::XAxis, ("LINEAR_FORCE", None), (1, |cell| cell.joint("x_axis", "effort")))
         .with_units("NEWTON")
         .with_source(AXES, "`effort` of `x_axis`"),
     condition("x_system", Component::XAxis, |alarm| axis_of(alarm) == Some("x_axis"))
         .with_source("`machine/alarms`, `axis_interpolator/alarms`", "alarms whose `source` is `x_axis`"),
-    sample("z_position", Component::ZAxis, ("POSITION", ACTUAL), |cell| position_mm(cell, "z_axis"))
+    sample("z_position", Component::ZAxis, ("POSITION", ACTUAL), (5, |cell| position_mm(cell, "z_axis")))
         .with_units("MILLIMETER")
         .with_source(AXES, "`position` of `z_axis`"),
-    sample("z_feedrate", Component::ZAxis, ("AXIS_FEEDRATE", ACTUAL), |cell| speed_mm_s(cell, "z_axis"))
+    sample("z_feedrate", Component::ZAxis, ("AXIS_FEEDRATE", ACTUAL), (3, |cell| speed_mm_s(cell, "z_axis")))
         .with_units("MILLIMETER/SECOND")
         .with_source(AXES, "`velocity` of `z_axis`"),
-    sample("z_force", Component::ZAxis, ("LINEAR_FORCE", None), |cell| force_n(cell, "z_axis"))
+    sample("z_force", Component::ZAxis, ("LINEAR_FORCE", None), (1, |cell| cell.joint("z_axis", "effort")))
         .with_units("NEWTON")
         .with_source(AXES, "`effort` of `z_axis`"),
     condition("z_system", Component::ZAxis, |alarm| axis_of(alarm) == Some("z_axis"))
@@ -323,21 +351,20 @@ pub(super) const ITEMS: &[Item] = &[
     })
     .for_machines(|equipment| equipment.wheel)
     .with_source("`machine/description`", "SPINDLE"),
-    sample("s_velocity", Component::Wheel, ("ROTARY_VELOCITY", ACTUAL), |cell| speed_rpm(cell, WHEEL_JOINT))
+    sample("s_velocity", Component::Wheel, ("ROTARY_VELOCITY", ACTUAL), (3, |cell| speed_rpm(cell, WHEEL_JOINT)))
         .with_units("REVOLUTION/MINUTE")
         .for_machines(|equipment| equipment.wheel_speed)
         .with_source(AXES, "`velocity` of `wheel_spindle`"),
-    sample("s_power", Component::Wheel, ("WATTAGE", ACTUAL), |cell| {
-        cell.joint(WHEEL_JOINT, "power").and_then(|w| number(w, 1))
-    })
-    .with_units("WATT")
-    .for_machines(|equipment| equipment.wheel_power)
-    .with_source(AXES, "`power` of `wheel_spindle`: power of the cut"),
-    sample("s_diameter", Component::Wheel, ("DIAMETER", None), |cell| {
-        let radius_m =
-            |cell: &CellMessages| cell.description().map(|machine| machine.wheel_radius - machine.wheel_wear);
-        radius_m(cell).and_then(|radius_m| number(mm_from_m(2.0 * radius_m), 5))
-    })
+    sample("s_power", Component::Wheel, ("WATTAGE", ACTUAL), (1, |cell| cell.joint(WHEEL_JOINT, "power")))
+        .with_units("WATT")
+        .for_machines(|equipment| equipment.wheel_power)
+        .with_source(AXES, "`power` of `wheel_spindle`: power of the cut"),
+    sample(
+        "s_diameter",
+        Component::Wheel,
+        ("DIAMETER", None),
+        (5, |cell| cell.description().map(|machine| mm_from_m(2.0 * (machine.wheel_radius - machine.wheel_wear)))),
+    )
     .with_units("MILLIMETER")
     .for_machines(|equipment| equipment.wheel)
     .with_source("`machine/description`", "2 · (`wheel_radius` − `wheel_wear`)"),
@@ -354,13 +381,20 @@ pub(super) const ITEMS: &[Item] = &[
 ];
 
 const fn timer(id: &'static str, sub_type: &'static str, seconds: fn(&CellState) -> f64) -> Item {
-    let item = sample(id, Component::Device, ("EQUIPMENT_TIMER", Some(sub_type)), |_| None);
+    let item = sample(id, Component::Device, ("EQUIPMENT_TIMER", Some(sub_type)), (1, |_| None));
     Item { source: Source::Timer(seconds), ..item }.with_units("SECOND")
 }
 
-const fn part_count(id: &'static str, sub_type: &'static str, count: fn(&CellMessages) -> Option<u64>) -> Item {
-    let item = event(id, Component::Path, ("PART_COUNT", Some(sub_type)), |_| None);
-    Item { source: Source::Count(count), ..item }
+const fn part_count(id: &'static str, sub_type: &'static str, parts: fn(&CellMessages) -> Option<u64>) -> Item {
+    count(id, ("PART_COUNT", Some(sub_type)), parts)
+}
+
+const fn count(
+    id: &'static str,
+    kind: (&'static str, Option<&'static str>),
+    count: fn(&CellMessages) -> Option<u64>,
+) -> Item {
+    Item { source: Source::Count(count), ..event(id, Component::Path, kind, |_| None) }
 }
 
 fn always(_: Equipment) -> bool {
@@ -371,11 +405,11 @@ fn choice(is_first: bool, first: &str, second: &str) -> String {
     if is_first { first } else { second }.to_owned()
 }
 
-/// A number with at most so many decimals; `None` if it is not finite.
-fn number(value: f64, decimals: usize) -> Option<String> {
+/// A finite number with at most so many decimals.
+fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if decimals == 0 { &text } else { text.trim_end_matches('0').trim_end_matches('.') };
-    value.is_finite().then(|| if text == "-0" { "0" } else { text }.to_owned())
+    if text == "-0" { "0" } else { text }.to_owned()
 }
 
 fn availability(cell: &CellMessages) -> Option<String> {
@@ -431,30 +465,26 @@ fn operating_s(cell: &CellState) -> f64 {
     cell.accumulated[0] - idle.iter().sum::<f64>()
 }
 
-fn tool_number(cell: &CellMessages) -> Option<String> {
+fn tool_number(cell: &CellMessages) -> Option<u64> {
     let wheels = &cell.description()?.wheels;
     let position = match wheels.iter().position(|wheel| wheel.mounted) {
         Some(position) => position,
         None if wheels.is_empty() => 0,
         None => return None,
     };
-    Some((position + 1).to_string())
+    u64::try_from(position + 1).ok()
 }
 
-fn position_mm(cell: &CellMessages, joint: &str) -> Option<String> {
-    cell.joint(joint, "position").and_then(|m| number(mm_from_m(m), 5))
+fn position_mm(cell: &CellMessages, joint: &str) -> Option<f64> {
+    cell.joint(joint, "position").map(mm_from_m)
 }
 
-fn speed_mm_s(cell: &CellMessages, joint: &str) -> Option<String> {
-    cell.joint(joint, "velocity").and_then(|m_s| number(mm_from_m(m_s), 3))
+fn speed_mm_s(cell: &CellMessages, joint: &str) -> Option<f64> {
+    cell.joint(joint, "velocity").map(mm_from_m)
 }
 
-fn force_n(cell: &CellMessages, joint: &str) -> Option<String> {
-    cell.joint(joint, "effort").and_then(|n| number(n, 1))
-}
-
-fn speed_rpm(cell: &CellMessages, joint: &str) -> Option<String> {
-    cell.joint(joint, "velocity").and_then(|rad_s| number(rpm_from_rad_s(rad_s), 3))
+fn speed_rpm(cell: &CellMessages, joint: &str) -> Option<f64> {
+    cell.joint(joint, "velocity").map(rpm_from_rad_s)
 }
 
 #[cfg(test)]
@@ -609,10 +639,7 @@ mod tests {
             assert_eq!(value(&cell, id), None, "{id} without a planner");
         }
         assert_eq!(opening(WorkArea::OPEN), "OPEN");
-        assert_eq!(
-            [1.0, 0.25, -0.0001, 1e15].map(|v| number(v, 2).expect("finite")),
-            ["1", "0.25", "0", "1000000000000000"]
-        );
-        assert_eq!(number(120.0, 0).as_deref(), Some("120"));
+        assert_eq!([1.0, 0.25, -0.0001, 1e15].map(|v| number(v, 2)), ["1", "0.25", "0", "1000000000000000"]);
+        assert_eq!(number(120.0, 0), "120");
     }
 }

@@ -1,12 +1,14 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! Gateway of a running cell to the plant: an MTConnect adapter.
+//! Gateway of a running cell to the plant: an MTConnect adapter, and an OPC UA server on request.
 //!
 //! ```text
 //! topics of the cell ─► CellMessages ─► items ─► changes (SHDR) ─► ReadingFeed ─► Outbox of each client ─► agent
-//!                                         └────► devices (XML)
+//!                                         ├────► devices (XML)
+//!                                         └────► ua: nodes ─► UaFeed ─► OPC UA server ─► clients
 //! ```
 //!
-//! Read-only: it subscribes to public topics and accepts nothing but PING. Values and text are computed without clock, socket or ROS.
+//! Read-only: it subscribes to public topics. The adapter accepts nothing but PING, the server no write and no method of the machine. Values
+//! and text are computed without clock, socket or ROS.
 
 mod cell_messages;
 pub mod devices;
@@ -16,6 +18,7 @@ mod outbox;
 pub mod reference;
 mod server;
 mod shdr;
+mod ua;
 
 use camwright_files::convert::machine_now::described_machine;
 use camwright_msgs::Message;
@@ -31,9 +34,11 @@ use feed::ReadingFeed;
 use items::read_all;
 use server::AdapterServer;
 pub use server::ClientCounts;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+pub use ua::{Nameplate, UaOptions};
+use ua::{UaFeed, UaServer};
 
 /// Default address of the adapter: this computer only. The port is the default of the agent.
 pub const DEFAULT_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 7878);
@@ -57,17 +62,23 @@ struct Adapter {
     cell: CellMessages,
     silences: Silences,
     feed: Arc<ReadingFeed>,
+    /// Feed of the OPC UA server, if there is one.
+    ua: Option<UaFeed>,
 }
 
 impl Adapter {
-    fn new(feed: Arc<ReadingFeed>) -> Self {
+    fn new(feed: Arc<ReadingFeed>, ua: Option<UaFeed>) -> Self {
         let [machine, interpolator, planner] = [Silence::new(SILENCE); 3];
-        Self { cell: CellMessages::default(), silences: Silences { machine, interpolator, planner }, feed }
+        Self { cell: CellMessages::default(), silences: Silences { machine, interpolator, planner }, feed, ua }
     }
 
-    /// Sends events and conditions that have changed.
-    fn publish_events(&self) {
-        self.feed.publish(read_all(&self.cell), false, system_time_ns());
+    /// Sends events and conditions that have changed, samples only with `with_samples`.
+    fn publish(&self, with_samples: bool) {
+        let time_ns = system_time_ns();
+        self.feed.publish(read_all(&self.cell), with_samples, time_ns);
+        if let Some(ua) = &self.ua {
+            ua.publish(&self.cell, with_samples, time_ns);
+        }
     }
 
     /// Marks silent nodes as lost, and sends everything that has changed.
@@ -82,7 +93,7 @@ impl Adapter {
             silence.poll();
             *present &= !silence.is_lost();
         }
-        self.feed.publish(read_all(&self.cell), true, system_time_ns());
+        self.publish(true);
     }
 
     fn describe(&mut self, description: MachineDescription) -> Result<(), String> {
@@ -104,25 +115,36 @@ fn lock(adapter: &Mutex<Adapter>) -> MutexGuard<'_, Adapter> {
 pub struct PlantGateway {
     node: Node,
     server: AdapterServer,
+    ua: Option<UaServer>,
     _look: TimerHandle,
     _spin: SpinThread,
 }
 
 impl PlantGateway {
-    /// Serves the cell in the namespace of `args` to MTConnect agents; port 0 selects a free one.
+    /// Serves the cell in the namespace of `args` to MTConnect agents, and with `ua` to OPC UA clients; port 0 selects a free one.
     ///
     /// # Errors
     /// The address is in use or not of this computer, or DDS cannot start.
-    pub fn start(args: &RosArgs, address: SocketAddr) -> Result<Self, NodeError> {
+    pub fn start(args: &RosArgs, address: SocketAddr, ua: Option<&UaOptions>) -> Result<Self, NodeError> {
         let feed = Arc::new(ReadingFeed::new(read_all(&CellMessages::default())));
+        let refused = |what: &str, address: SocketAddr, error: &dyn std::fmt::Display| {
+            let text = format!("{what} cannot be served at {address}: {error}; choose another port or address");
+            NodeError::Parameter(text)
+        };
         let supervisor = Supervisor::default();
         // Before DDS, so that a wrong port is reported at once.
-        let mut server = AdapterServer::start(address, Arc::clone(&feed), &supervisor).map_err(|error| {
-            NodeError::Parameter(format!(
-                "the MTConnect adapter cannot be served at {address}: {error}; choose another port or address"
-            ))
-        })?;
-        let adapter = Arc::new(Mutex::new(Adapter::new(Arc::clone(&feed))));
+        let bound = ua.map(|UaOptions { address, nameplate }| match TcpListener::bind(address) {
+            Ok(listener) => Ok((*address, (listener, nameplate.clone()))),
+            Err(error) => Err(refused("the OPC UA server", *address, &error)),
+        });
+        let bound = bound.transpose()?;
+        let mut server = AdapterServer::start(address, Arc::clone(&feed), &supervisor)
+            .map_err(|error| refused("the MTConnect adapter", address, &error))?;
+        let (ua_feed, ua) = bound.map_or((None, None), |bound| {
+            let (feed, updates) = UaFeed::new();
+            (Some(feed), Some((bound, updates)))
+        });
+        let adapter = Arc::new(Mutex::new(Adapter::new(Arc::clone(&feed), ua_feed)));
         let subscribed = Node::new(NodeOptions::new("plant_gateway", args)).map_err(NodeError::from).and_then(|node| {
             feed.set_prefix(shdr::id_prefix(node.namespace()));
             let logger = node.logger().clone();
@@ -131,17 +153,23 @@ impl PlantGateway {
                 let logger = logger.clone();
                 move |fault| logger.error(fault)
             });
-            server.set_log(move |text| warnings.lock().unwrap_or_else(PoisonError::into_inner).warn(&logger, text));
+            let log = logger.clone();
+            server.set_log(move |text| warnings.lock().unwrap_or_else(PoisonError::into_inner).warn(&log, text));
+            let ua = ua.map(|((address, parts), updates)| {
+                let started = ua::start(parts, updates, node.namespace(), (&logger, &supervisor));
+                started.map_err(|error| refused("the OPC UA server", address, &error))
+            });
+            let ua = ua.transpose()?;
             let mut subscriptions = subscribe(&node, &adapter)?;
             let look = node.timer(LOOK, move || {
                 subscriptions.iter_mut().for_each(|watched| watched.check(&mut lock(&adapter)));
                 lock(&adapter).look();
             });
             let spin = node.spin_in_thread()?;
-            Ok((node, look, spin))
+            Ok((node, ua, look, spin))
         });
         match subscribed {
-            Ok((node, look, spin)) => Ok(Self { node, server, _look: look, _spin: spin }),
+            Ok((node, ua, look, spin)) => Ok(Self { node, server, ua, _look: look, _spin: spin }),
             Err(error) => {
                 server.stop();
                 Err(error)
@@ -155,15 +183,24 @@ impl PlantGateway {
         self.server.address()
     }
 
-    /// Clients so far.
+    /// Address of the OPC UA server, if there is one.
+    #[must_use]
+    pub fn ua_address(&self) -> Option<SocketAddr> {
+        self.ua.as_ref().map(UaServer::address)
+    }
+
+    /// Clients of the MTConnect adapter so far.
     #[must_use]
     pub fn statistics(&self) -> ClientCounts {
         self.server.statistics()
     }
 
-    /// Ends the server, then the node.
+    /// Ends the servers, then the node.
     pub fn stop(mut self) {
         self.server.stop();
+        if let Some(ua) = &mut self.ua {
+            ua.stop();
+        }
         self.node.shutdown();
     }
 }
@@ -299,7 +336,7 @@ fn store<M: Message>(
     node.subscribe::<M>(topic, qos, move |message, _| {
         let mut adapter = lock(&adapter);
         if store(&mut adapter, message) {
-            adapter.publish_events();
+            adapter.publish(false);
         }
     })
 }

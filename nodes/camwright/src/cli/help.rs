@@ -282,9 +282,12 @@ Examples:
   camwright gateway
   camwright gateway --devices cam_grinder > Devices.xml
   camwright gateway --mtconnect-port 7879 --ros-args -r __ns:=/cell_2
+  camwright gateway --opcua
+  camwright gateway --opcua 4841 --manufacturer Example --serial-number 7
 
 Load Devices.xml into an agent, and point its adapter at the printed address.
 Ids of data items begin with the namespace of the cell, except in /.
+OPC UA clients connect to the second printed address, without password.
 
 Exit codes: 0 printed or ended by Ctrl-C, 1 not started, 2 wrong arguments";
 

@@ -95,7 +95,7 @@ enum CommandLine {
     Setup(setup::SetupArgs),
     /// Serve the operator page of a running cell.
     Page(page::PageArgs),
-    /// Serve a running cell to MTConnect agents; read-only.
+    /// Serve a running cell over MTConnect and OPC UA; read-only.
     Gateway(gateway::GatewayArgs),
     /// Show the state of a running cell.
     Status(status::StatusArgs),
