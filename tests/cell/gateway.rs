@@ -14,12 +14,12 @@ use std::time::{Duration, Instant};
 use support::processes::{Processes, fresh_bag, in_domain};
 use support::{Domain, Guarded, PATIENCE};
 
-const NAMESPACE: &str = "/plant";
+pub(super) const NAMESPACE: &str = "/plant";
 /// A short job.
-const SHORT: [&str; 4] =
+pub(super) const SHORT: [&str; 4] =
     ["wheel_radius_mm=60.0", "infeed.per_block_um=0.02", "infeed.spark_out_turns=1", "infeed.total_mm=0.36"];
 /// Quick start of the wheel, and setpoints so far ahead that a pause of this computer stops no motion.
-const MACHINE: [&str; 1] = ["machine_overrides:=[\"wheel.spin_up_s=0.2\", \"feedback_delay_ticks=500\"]"];
+pub(super) const MACHINE: [&str; 1] = ["machine_overrides:=[\"wheel.spin_up_s=0.2\", \"feedback_delay_ticks=500\"]"];
 
 /// EXECUTION of the states 1 to 17, from the standard's meaning of the words.
 const EXECUTION: [&str; 17] = [
@@ -144,7 +144,7 @@ impl Agent {
     }
 }
 
-fn deduplicated<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+pub(super) fn deduplicated<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut kept = Vec::new();
     for value in values {
         if kept.last() != Some(&value) {
@@ -154,12 +154,13 @@ fn deduplicated<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     kept
 }
 
-/// Checks that a history of the agent lies in that of the bag, without a gap.
-fn is_in_the_bag<T: PartialEq + std::fmt::Debug>(what: &str, agent: &[T], bag: &[T]) {
-    assert!(bag.windows(agent.len()).any(|part| part == agent), "{what}: the agent has {agent:?}, the bag {bag:?}");
+/// Checks that a history of a client lies in that of the bag, without a gap.
+pub(super) fn is_in_the_bag<T: PartialEq + std::fmt::Debug>(what: &str, client: &[T], bag: &[T]) {
+    assert!(bag.windows(client.len()).any(|part| part == client), "{what}: the client has {client:?}, the bag {bag:?}");
 }
 
-fn camwright(domain: &Domain, words: &[&str]) {
+/// Runs a command on the cell to its end.
+pub(super) fn run_camwright(domain: &Domain, words: &[&str]) {
     let mut command = in_domain(env!("CARGO_BIN_EXE_camwright"), domain);
     let namespace = format!("__ns:={NAMESPACE}");
     let output = command.args(words).args(["--ros-args", "-r", &namespace]).output().expect("camwright runs");
@@ -167,17 +168,26 @@ fn camwright(domain: &Domain, words: &[&str]) {
 }
 
 fn gateway(domain: &Domain, port: u16) -> Guarded {
+    gateway_with(domain, port, &[])
+}
+
+/// Starts a gateway with more options.
+pub(super) fn gateway_with(domain: &Domain, port: u16, options: &[&str]) -> Guarded {
     let mut command = in_domain(env!("CARGO_BIN_EXE_camwright"), domain);
-    command.args(["gateway", "--mtconnect-port", &port.to_string(), "--ros-args", "-r"]);
+    command.args(["gateway", "--mtconnect-port", &port.to_string()]).args(options).args(["--ros-args", "-r"]);
     Guarded::start("camwright gateway", command.arg(format!("__ns:={NAMESPACE}")))
 }
 
-/// Waits for the address that the gateway prints.
 fn address(gateway: &Guarded) -> String {
+    address_of(gateway, "MTConnect adapter: ")
+}
+
+/// Waits for the address that the gateway prints after these words.
+pub(super) fn address_of(gateway: &Guarded, words: &str) -> String {
     let deadline = Instant::now() + PATIENCE;
     loop {
         let text = gateway.stderr();
-        let address = text.lines().find_map(|line| line.strip_prefix("MTConnect adapter: "));
+        let address = text.lines().find_map(|line| line.strip_prefix(words));
         if let Some(address) = address.filter(|_| text.ends_with('\n')) {
             return address.to_owned();
         }
@@ -203,7 +213,7 @@ fn the_history_of_a_run_is_that_of_the_bag() {
     });
     let set: Vec<&str> = SHORT.iter().flat_map(|over| ["--set", over]).collect();
     let start = ["fleet", "start", "eccentric", "--patience", "90", "--cell", NAMESPACE];
-    camwright(&domain, &[&start[..], &set].concat());
+    run_camwright(&domain, &[&start[..], &set].concat());
     agent.until("the job is complete", |agent| {
         agent.last("execution") == Some("PROGRAM_COMPLETED") && agent.last("part_count_all") == Some("1")
     });
@@ -216,13 +226,13 @@ fn the_history_of_a_run_is_that_of_the_bag() {
     assert!(largest("s_velocity") > 900.0 && largest("c_angle") > 360.0, "{:?}", agent.values["s_velocity"]);
 
     // An alarm and its reset.
-    camwright(&domain, &["estop"]);
+    run_camwright(&domain, &["estop"]);
     agent.until("the alarm is a fault", |agent| {
         let is_fault = agent.conditions["system"].as_ref().is_some_and(|active| active.contains(&1));
         is_fault && agent.last("emergency_stop") == Some("TRIGGERED") && agent.last("execution") == Some("STOPPED")
     });
-    camwright(&domain, &["estop", "--release"]);
-    camwright(&domain, &["reset"]);
+    run_camwright(&domain, &["estop", "--release"]);
+    run_camwright(&domain, &["reset"]);
     agent.until("the reset is NORMAL", |agent| {
         agent.conditions["system"].as_ref().is_some_and(BTreeSet::is_empty)
             && agent.last("emergency_stop") == Some("ARMED")

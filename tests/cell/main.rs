@@ -36,6 +36,7 @@ mod loader;
 mod loss_over_hal;
 mod machine_contract;
 mod machine_view;
+mod opcua;
 mod operate;
 mod operator_page;
 mod setup_over_hal;

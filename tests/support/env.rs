@@ -71,22 +71,27 @@ pub struct PeerEnv {
 /// # Panics
 /// When it cannot be made, with what pip, `CMake` or the compiler said; and when it is to be skipped under `CI=true`.
 pub fn peer_env() -> Option<&'static PeerEnv> {
-    static ENV: OnceLock<Option<PeerEnv>> = OnceLock::new();
-    ENV.get_or_init(|| {
-        if std::env::var_os(SKIP).is_some_and(|value| !value.is_empty() && value != "0") {
-            assert!(!in_ci(), "{SKIP} is set under CI=true: the tests with real ROS 2 peers are not optional there");
-            return None;
-        }
-        Some(PeerEnv::make())
-    })
-    .as_ref()
-    .or_else(|| {
+    static ENV: OnceLock<PeerEnv> = OnceLock::new();
+    if are_peers_skipped() {
+        return None;
+    }
+    Some(ENV.get_or_init(PeerEnv::make))
+}
+
+/// Returns whether the developer asked to skip the peers, and reports it.
+///
+/// # Panics
+/// When they are to be skipped under `CI=true`.
+pub(super) fn are_peers_skipped() -> bool {
+    let is_skipped = std::env::var_os(SKIP).is_some_and(|value| !value.is_empty() && value != "0");
+    if is_skipped {
+        assert!(!in_ci(), "{SKIP} is set under CI=true: the tests with real ROS 2 peers are not optional there");
         eprintln!(
             "SKIPPED, NOT PASSED: {SKIP} is set, no real ROS 2 peer was asked (test {:?})",
             std::thread::current().name()
         );
-        None
-    })
+    }
+    is_skipped
 }
 
 /// Returns whether this is the continuous integration, which may not skip anything.
@@ -183,7 +188,7 @@ impl PeerEnv {
 }
 
 /// The wheels are built for Python 3.11 and nothing else.
-fn python_3_11() -> String {
+pub(super) fn python_3_11() -> String {
     let named = std::env::var(PYTHON).ok();
     let candidates = named.iter().map(String::as_str).chain(["python3.11", "python3"]);
     for candidate in candidates {

@@ -43,7 +43,8 @@ impl Peer {
         )
     }
 
-    fn start_script(name: &str, command: &mut Command) -> Self {
+    /// Starts a script that takes orders as `peer.py` does, and waits until it is ready.
+    pub fn start_script(name: &str, command: &mut Command) -> Self {
         let mut process = Guarded::start(name, command);
         let stdin = process.take_stdin();
         let mut peer = Self { process, stdin, next_id: 1, events: VecDeque::new(), answers: VecDeque::new() };

@@ -149,8 +149,11 @@ mod tests {
     #[test]
     fn an_update_that_finds_no_place_is_counted_and_its_values_follow() {
         let (feed, mut updates) = UaFeed::new();
-        for step in 0..MAX_WAITING + 3 {
+        for step in 0..MAX_WAITING {
             feed.publish(&cell(if step % 2 == 0 { 6 } else { 11 }, 0.0), false, 0);
+        }
+        for state in [6, 17, 6] {
+            feed.publish(&cell(state, 0.0), false, 0);
         }
         assert_eq!((updates.take_lost(), updates.take_lost()), (3, 0));
         assert_eq!(states(&mut updates).len(), MAX_WAITING);
