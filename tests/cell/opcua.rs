@@ -242,6 +242,7 @@ fn the_history_of_a_run_is_that_of_the_bag() {
     for ((path, seen), bag) in seen.iter().zip(&recorded) {
         is_in_the_bag(path, seen, bag);
     }
+    assert!(seen[4].1.ends_with(&[Value::from(0), Value::from(1)]), "one part is done: {:?}", seen[4].1);
     let program = &seen[1].1;
     assert!(program.len() >= 4 && program.contains(&Value::from("Running")), "{program:?}");
     assert!(seen[3].1.contains(&Value::from(0)), "the channel was active: {:?}", seen[3].1);

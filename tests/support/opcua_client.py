@@ -54,6 +54,8 @@ class Peer:
 
     def datachange_notification(self, node, value, data):
         path = self.names[node.nodeid]
+        if node == self.nodes.get("Notification/Messages"):
+            return  # The server says of the item for events, too, that it waits for a first value.
         say(event="data", path=path, **reading(data.monitored_item.Value))
 
     def event_notification(self, event):
@@ -75,6 +77,11 @@ class Peer:
             tree[name] = {"namespace": namespaces[child.BrowseName.NamespaceIndex], "class": child.NodeClass_.name,
                           "type": [namespaces[kind.NamespaceIndex], kind.Identifier]}
             await self.walk(found, name, tree)
+
+    async def now(self, _):
+        """An answer after what has arrived so far; who asks again soon waits a moment for more."""
+        await asyncio.sleep(PERIOD_MS / 2000)
+        return {}
 
     async def browse(self, _):
         self.client_namespaces = await self.client.get_namespace_array()

@@ -385,9 +385,14 @@ impl CellController {
 
     /// Updates the cell from the state of the planner's jobs.
     fn job(&mut self, shared: &Arc<Shared>, status: &JobStatus) {
+        let was_in_job = self.in_job;
         self.in_job = matches!(status.state, JobStatus::EXECUTING | JobStatus::STOPPING);
         match status.state {
             JobStatus::EXECUTING => {
+                if self.run.is_none() && !was_in_job {
+                    // A job of `~/run_job` is a run of one part.
+                    self.parts = (1, 0);
+                }
                 self.job.clone_from(&status.job);
                 self.is_machined = true;
                 self.substate = format!("job {}", status.job);

@@ -218,6 +218,8 @@ impl CellController {
             run.done = run.done.saturating_add(1);
             run.phase = if run.wanted > 0 && run.done >= run.wanted { PartPhase::Empty } else { PartPhase::Part };
             self.parts = (run.wanted, run.done);
+        } else if self.run.is_none() {
+            self.parts = (1, 1);
         }
         self.settle(shared);
     }
