@@ -105,8 +105,16 @@ class Peer:
         if self.subscription is None:
             self.subscription = await self.client.create_subscription(PERIOD_MS, self)
         tool = self.client_namespaces.index("http://opcfoundation.org/UA/MachineTool/")
+        base, condition, alert = ua.NodeId(2041), ua.NodeId(2782), ua.NodeId(39, tool)
+        fields = [(base, "Message", 0), (base, "Severity", 0), (base, "SourceName", 0), (condition, "Retain", 0),
+                  (alert, "ErrorCode", tool)]
+        # Fields by the types that declare them: the server leaves out those that it does not find.
+        selected = ua.EventFilter()
+        selected.SelectClauses = [
+            ua.SimpleAttributeOperand(TypeDefinitionId=kind, BrowsePath=[ua.QualifiedName(name, index)],
+                                      AttributeId=ua.AttributeIds.Value) for kind, name, index in fields]
         await self.subscription.subscribe_events(
-            self.nodes["Notification/Messages"], evtypes=ua.NodeId(39, tool), queuesize=QUEUE)
+            self.nodes["Notification/Messages"], evfilter=selected, queuesize=QUEUE)
         return {}
 
     async def read(self, order):
