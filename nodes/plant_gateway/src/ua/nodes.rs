@@ -240,6 +240,9 @@ impl UaNode {
     }
 }
 
+/// Milliseconds in a second.
+const MS_PER_S: f64 = 1e3;
+
 /// Data item of the MTConnect adapter.
 fn item(id: &str) -> Option<&'static Item> {
     ITEMS.iter().find(|item| item.id == id)
@@ -254,7 +257,7 @@ fn as_data(value: ItemValue, data: UaData) -> Variant {
         (ItemValue::Count(count), _) => saturated(count).into(),
         // The clock of a cell is a double itself.
         (ItemValue::Real(seconds, decimals), UaData::Duration) => {
-            rounded(1000.0 * rounded(seconds, decimals), 0).into()
+            rounded(MS_PER_S * rounded(seconds, decimals), 0).into()
         }
         (ItemValue::Real(value, decimals), _) => rounded(value, decimals).into(),
     }
