@@ -26,7 +26,7 @@ const ALARM_NUMBERS: &str = "Notification/ActiveAlarms/Numbers";
 const X_POSITION: &str = "Axes/X/Position";
 const PARTS: &str = "MachineryBuildingBlocks/OperationCounters/PartsProducedInLifetime";
 
-/// MachineryItemState and ActiveProgram.State of the states 1 to 17, from the standards' meaning of the words.
+/// `MachineryItemState` and `ActiveProgram.State` of the states 1 to 17, from the standards' meaning of the words.
 const STATES: [(&str, &str); 17] = [
     ("OutOfService", "Aborted"),      // CLEARING
     ("NotExecuting", "Aborted"),      // STOPPED

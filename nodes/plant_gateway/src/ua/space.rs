@@ -434,7 +434,7 @@ mod tests {
             }
             let is_instance = matches!(item.node.as_node().node_class(), NodeClass::Object | NodeClass::Variable);
             let has_type = item.references.iter().filter(|reference| {
-                reference.type_id == NodeId::from(ReferenceTypeId::HasTypeDefinition) && reference.is_forward
+                reference.type_id == ReferenceTypeId::HasTypeDefinition && reference.is_forward
             });
             assert_eq!(has_type.count(), usize::from(is_instance), "{id}");
         }
