@@ -4,6 +4,7 @@
 //! `CAMWRIGHT_CELLS=20 cargo test -p camwright_nodes --test cell fleet::every_message -- --nocapture` runs a campaign with more cells.
 #![allow(clippy::print_stdout, reason = "the campaign prints what it measures")]
 
+use crate::gateway::{MACHINE, SHORT};
 use crate::support;
 
 use serde_json::Value;
@@ -12,12 +13,6 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use support::processes::{Processes, fresh_bag, in_domain};
 use support::{Domain, Guarded, PATIENCE};
-
-/// A short job.
-const SHORT: [&str; 4] =
-    ["wheel_radius_mm=60.0", "infeed.per_block_um=0.02", "infeed.spark_out_turns=1", "infeed.total_mm=0.36"];
-/// Quick start of the wheel, and setpoints so far ahead that a pause of this computer stops no motion.
-const MACHINE: [&str; 1] = ["machine_overrides:=[\"wheel.spin_up_s=0.2\", \"feedback_delay_ticks=500\"]"];
 
 fn fleet(domain: &Domain, words: &[&str]) -> Command {
     let mut command = in_domain(env!("CARGO_BIN_EXE_camwright"), domain);

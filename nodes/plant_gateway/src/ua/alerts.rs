@@ -51,8 +51,7 @@ impl EventField for AlertEvent {
         let is_active = self.change.is_active;
         match names[..] {
             _ if attribute_id != AttributeId::Value => Variant::Empty,
-            ["ErrorCode"] => self.change.alarm.number.to_string().into(),
-            ["ConditionName"] => self.change.alarm.number.to_string().into(),
+            ["ErrorCode" | "ConditionName"] => self.change.alarm.number.to_string().into(),
             ["Retain"] | ["ActiveState", "Id"] => is_active.into(),
             ["EnabledState", "Id"] => true.into(),
             ["ActiveState"] => LocalizedText::new("en", if is_active { "Active" } else { "Inactive" }).into(),

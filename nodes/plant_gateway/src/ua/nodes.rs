@@ -135,6 +135,7 @@ impl UaNode {
     /// Present value.
     #[must_use]
     pub(super) fn read(&self, cell: &CellMessages) -> NodeReading {
+        let is_missing = |applies: fn(Equipment) -> bool| cell.description().is_some() && !applies(cell.equipment);
         let value = match self.kind {
             NodeKind::Object(_) | NodeKind::Link(_) => return NodeReading::Constant,
             NodeKind::States(_, state) => return state(cell).map_or(NodeReading::Unavailable, NodeReading::State),
@@ -142,15 +143,14 @@ impl UaNode {
                 return NodeReading::Constant;
             }
             NodeKind::Variable { source: NodeSource::Value(value), .. } => {
-                let is_missing = cell.description().is_some() && !(self.applies)(cell.equipment);
-                if is_missing {
+                if is_missing(self.applies) {
                     return NodeReading::Unsupported;
                 }
                 value(cell)
             }
             NodeKind::Variable { source: NodeSource::Item(id) | NodeSource::SecondsOfItem(id), data, .. } => {
                 let Some(item) = item(id) else { return NodeReading::Unavailable };
-                if cell.description().is_some() && !(item.applies)(cell.equipment) {
+                if is_missing(item.applies) {
                     return NodeReading::Unsupported;
                 }
                 item.value(cell).map(|value| as_data(value, data))
@@ -986,7 +986,7 @@ mod tests {
         axes.interface_values[2].values[0] = 0.0;
         cell.axes = Some(axes);
         assert_eq!(value(&cell, "Monitoring/Spindle/IsRotating"), false.into());
-        // Without a speed the input tells.
+        // Without a speed of the wheel, the input `wheel_running` decides.
         cell.axes = None;
         assert_eq!(reading(&cell, "Monitoring/Spindle/IsRotating"), NodeReading::Unavailable);
         cell.io = Some(MachineIo { wheel_running: true, ..MachineIo::default() });

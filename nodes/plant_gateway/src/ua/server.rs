@@ -139,7 +139,7 @@ fn run(setup: UaSetup, logger: &Logger, ready: &Sender<Result<ServerHandle, Stri
 }
 
 fn build(runtime: &Runtime, address: SocketAddr, set: CellNodeSet) -> Result<(Server, ServerHandle), String> {
-    // The library takes the folder for certificates from it before it is told another one.
+    // The library reads the working directory for its default folder of certificates, and panics without one.
     std::env::current_dir().map_err(|error| format!("the working directory cannot be read: {error}"))?;
     let _context = runtime.enter();
     let host = match address {

@@ -433,9 +433,10 @@ mod tests {
                 assert!(target.namespace == 0 || known.contains(&target.to_string()), "{id} refers to {target}");
             }
             let is_instance = matches!(item.node.as_node().node_class(), NodeClass::Object | NodeClass::Variable);
-            let has_type = item.references.iter().filter(|reference| {
-                reference.type_id == ReferenceTypeId::HasTypeDefinition && reference.is_forward
-            });
+            let has_type = item
+                .references
+                .iter()
+                .filter(|reference| reference.type_id == ReferenceTypeId::HasTypeDefinition && reference.is_forward);
             assert_eq!(has_type.count(), usize::from(is_instance), "{id}");
         }
     }
