@@ -258,6 +258,40 @@ fn a_lease_is_renewed_refused_released_shared_and_runs_out() {
     cell.stop();
 }
 
+/// A machine that takes its time to answer receives no renewal after the release: it would give command to a client that has left.
+#[test]
+fn nothing_is_renewed_after_a_release() {
+    let domain = Domain::reserve();
+    let node = |name| {
+        let node = Node::new(NodeOptions::new(name, &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
+        let spin = node.spin_in_thread().expect("a thread");
+        (node, spin)
+    };
+    let [(machine, _machine_spin), (client, _client_spin)] = ["slow_machine", "client"].map(node);
+    let (sender, received) = std::sync::mpsc::channel();
+    let mut waiting = Vec::new();
+    let _service = machine
+        .service_deferred::<TakeCommand>("machine/take_command", move |request, responder| {
+            sender.send(request.release).expect("the test listens");
+            match request.release {
+                true => waiting.push(responder),
+                false => responder.send(&TakeCommandResponse { success: true, ..TakeCommandResponse::default() }),
+            }
+        })
+        .expect("a service");
+    let command = HeldCommand::acquire(&client, &TakeOptions::new("client")).expect("command");
+    for what in ["the request", "the first renewal"] {
+        assert_eq!(received.recv_timeout(PATIENCE), Ok(false), "{what}");
+    }
+    // Renewals come every 2 s: the next one is due while the client waits a second for the answer to its release.
+    let _early_renewal = received.recv_timeout(Duration::from_millis(1_500));
+    drop(command);
+    client.shutdown();
+    while !received.recv_timeout(PATIENCE).expect("the release") {}
+    assert!(received.recv_timeout(Duration::from_secs(1)).is_err(), "renewed after the release");
+    machine.shutdown();
+}
+
 #[test]
 fn a_member_that_is_started_again_takes_its_role_back() {
     let cell = free_cell();

@@ -2,7 +2,7 @@
 //! The machine's side: keeps the lease, answers those who want it, refuses all others.
 
 use super::lease::{Lease, LeaseRequest, Participant, Role, participant_of};
-use super::rules;
+use super::{lock, rules};
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{
     JoinCommand, JoinCommandRequest, JoinCommandResponse, TakeCommand, TakeCommandRequest, TakeCommandResponse,
@@ -12,7 +12,7 @@ use camwright_threads::silence::LOOK;
 use camwright_threads::system_time::system_time_ns;
 use std::any::Any;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Longest wait of an answer for the members to hear of a change; a member that has ended is lost earlier.
@@ -21,10 +21,6 @@ const HEARING: Duration = Duration::from_secs(4);
 const MAX_WAITING: usize = 32;
 /// Time between two alarms about refusals.
 const ALARM_PERIOD: Duration = Duration::from_secs(1);
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// The lease, and how often it was the reason for a refusal.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 //! The lease as interpolator and planner know it, and their reports to the machine that keeps it.
 
 use super::lease::{Participant, Role, held_text, participant_of};
-use super::rules;
+use super::{lock, rules};
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{JoinCommand, JoinCommandRequest, JoinCommandResponse};
 use camwright_ros::liveness;
@@ -11,15 +11,11 @@ use camwright_threads::silence::{HEARTBEAT, LOOK, Silence};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Reports that wait for an answer.
 const MAX_OPEN_REPORTS: usize = 8;
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// The lease as a member knows it.
 #[derive(Debug)]

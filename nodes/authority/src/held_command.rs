@@ -1,6 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Command as a client takes it: held and renewed until it is dropped.
 
+use super::lock;
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{TakeCommand, TakeCommandRequest, TakeCommandResponse};
 use camwright_ros::{Client, Node, Qos, RosError, TimerHandle};
@@ -72,6 +73,8 @@ impl TakeOptions {
 pub struct HeldCommand {
     client: Client<TakeCommand>,
     request: TakeCommandRequest,
+    /// Client of the renewals; none once command is given back.
+    renewing: Arc<Mutex<Option<Client<TakeCommand>>>>,
     _renewal: TimerHandle,
 }
 
@@ -90,19 +93,24 @@ impl HeldCommand {
         if !success {
             return Err(TakeError::Refused(message));
         }
-        let (renewing, again) = (client.clone(), request.clone());
+        let renewing = Arc::new(Mutex::new(Some(client.clone())));
+        let (renewed_by, again) = (Arc::clone(&renewing), request.clone());
         let mut open: Option<i64> = None;
         let renewal = node.timer(RENEWAL, move || {
-            open.take().into_iter().for_each(|number| renewing.forget(number));
+            let client = lock(&renewed_by);
+            let Some(client) = client.as_ref() else { return };
+            open.take().into_iter().for_each(|number| client.forget(number));
             // The next one comes soon; a machine that was started again is asked like the first.
-            open = renewing.call_with(&again, drop).ok();
+            open = client.call_with(&again, drop).ok();
         });
-        Ok(Self { client, request, _renewal: renewal })
+        Ok(Self { client, request, renewing, _renewal: renewal })
     }
 }
 
 impl Drop for HeldCommand {
     fn drop(&mut self) {
+        // A renewal that the machine receives after the release would take command again.
+        *lock(&self.renewing) = None;
         // Without an answer the lease runs out by itself.
         let request = TakeCommandRequest { release: true, ..self.request.clone() };
         let _released_or_gone = self.client.call(&request, FAREWELL);
@@ -119,7 +127,7 @@ fn wait_for_members(node: &Node, options: &TakeOptions) -> Result<(), TakeError>
     let into = Arc::clone(&holder_state);
     let _subscription =
         node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, _| {
-            *into.0.lock().unwrap_or_else(PoisonError::into_inner) = message;
+            *lock(&into.0) = message;
             into.1.notify_all();
         })?;
     let missing = |holder: &CommandHolder| {
@@ -130,7 +138,7 @@ fn wait_for_members(node: &Node, options: &TakeOptions) -> Result<(), TakeError>
         wanted.into_iter().find(|(_, is_wanted, member)| *is_wanted && *member == [0; 16]).map(|(name, ..)| name)
     };
     let deadline = Instant::now() + options.patience;
-    let mut holder = holder_state.0.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut holder = lock(&holder_state.0);
     while let Some(name) = missing(&holder) {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {

@@ -23,3 +23,9 @@ pub use lease::Role;
 pub use machine_topic::subscribe_to_machine;
 pub use one_sender::OneSender;
 pub use rules::{Access, access};
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -3,10 +3,11 @@
 
 use super::grant::Grant;
 use super::lease::{Participant, participant_of};
+use super::lock;
 use camwright_msgs::Message;
 use camwright_ros::{Guid, Node, Qos, RosError, Subscription};
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Other senders whose messages are retained, in case that one of them is a machine that was just started.
 const MAX_SENDERS: usize = 4;
@@ -67,7 +68,7 @@ pub fn subscribe_to_machine<M: Message + Send>(
     let late = Arc::downgrade(&filter);
     grant.on_machine(move |machine| {
         let Some(filter) = late.upgrade() else { return };
-        let mut filter = filter.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut filter = lock(&filter);
         for (message, writer) in filter.retained.drain(machine) {
             (filter.take)(message, &writer);
         }
@@ -75,7 +76,7 @@ pub fn subscribe_to_machine<M: Message + Send>(
     let (grant, listener, name) = (Arc::clone(grant), node.clone(), topic.to_owned());
     node.subscribe::<M>(topic, qos, move |message, info| {
         let by = participant_of(info.writer);
-        let mut filter = filter.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut filter = lock(&filter);
         if grant.is_machine(by) {
             return (filter.take)(message, &info.writer);
         }
