@@ -15,9 +15,6 @@ use std::time::{Duration, Instant};
 /// A node without a message for this time counts as missing.
 pub(super) const SILENCE: Duration = Duration::from_secs(3);
 
-/// Maximum age of the interpolator's state, in time of the machine, when a status is printed (ns).
-const MAX_LAG_NS: i64 = 2_000_000_000;
-
 /// Maximum number of lobes that are remembered of a job.
 const MAX_LOBES: usize = 64;
 
@@ -55,6 +52,8 @@ pub(super) struct CellSnapshot {
     /// Machine file of the description; `None` if this version cannot read it.
     pub(super) machine_file: Option<Box<Machine>>,
     pub(super) stream: Option<Received<MachineStream>>,
+    /// Time of the machine when its first message arrived (ns); none before.
+    heard_since_ns: Option<i64>,
     pub(super) io: Option<MachineIo>,
     /// States of axes and wheel in the last [`PEAK_HOLD`], the newest at the end.
     axes: VecDeque<Received<DynamicJointState>>,
@@ -84,6 +83,13 @@ impl CellSnapshot {
     pub(super) fn add_machine(&mut self, machine: MachineDescription) {
         self.machine_file = described_machine(&machine, &[]).ok().map(Box::new);
         self.machine = Some(machine);
+    }
+
+    pub(super) fn add_stream(&mut self, message: MachineStream) {
+        let now_ns = from_time(&message.stamp);
+        // A machine that was started again may begin at an earlier time.
+        self.heard_since_ns = Some(self.heard_since_ns.map_or(now_ns, |since_ns| since_ns.min(now_ns)));
+        self.stream = Some(Received { message, at: Instant::now() });
     }
 
     pub(super) fn add_axes(&mut self, message: DynamicJointState) {
@@ -199,12 +205,11 @@ impl CellSnapshot {
             && self.recorder.is_some()
     }
 
-    /// Returns false while the interpolator's state is an old one: its writer may repeat older messages to a late reader.
+    /// Returns false while the interpolator's state is from before the first message of the machine: its writer repeats older messages to
+    /// a late reader, and they may take a second.
     pub(super) fn is_current(&self) -> bool {
-        match (&self.stream, &self.interpolator) {
-            (Some(stream), Some(state)) => {
-                from_time(&stream.message.stamp) - from_time(&state.message.stamp) <= MAX_LAG_NS
-            }
+        match (self.heard_since_ns, &self.interpolator) {
+            (Some(since_ns), Some(state)) => from_time(&state.message.stamp) >= since_ns,
             _ => true,
         }
     }
@@ -260,6 +265,27 @@ fn deviations(contour: &[f64], radius: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// States of a job that has ended since then arrive first, however close to the machine's time they are.
+    #[test]
+    fn repeated_states_are_not_current() {
+        let stamp = |ns: i64| camwright_ros::to_time(ns);
+        let stream = |ns: i64| MachineStream { stamp: stamp(ns), ..MachineStream::default() };
+        let state = |ns: i64| InterpolatorState { stamp: stamp(ns), ..InterpolatorState::default() };
+        let mut snapshot = CellSnapshot::default();
+        snapshot.add_interpolator(state(9_000_000_000));
+        snapshot.add_stream(stream(10_000_000_000));
+        assert!(!snapshot.is_current());
+        snapshot.add_stream(stream(10_050_000_000));
+        snapshot.add_interpolator(state(9_999_000_000));
+        assert!(!snapshot.is_current());
+        snapshot.add_interpolator(state(10_000_000_000));
+        assert!(snapshot.is_current());
+        // The machine was started again.
+        snapshot.add_stream(stream(1_000_000_000));
+        snapshot.add_interpolator(state(1_500_000_000));
+        assert!(snapshot.is_current());
+    }
 
     /// A lobe is judged by its outline after the wheel has left it, whichever message comes first.
     #[test]

@@ -45,9 +45,7 @@ pub(super) fn subscribe_to_state(node: &Node, feed: &Arc<Feed>, prefix: &str) ->
     let (newest, latched) = (newest(), Qos::latched(1));
     let name = |topic: &str| format!("{prefix}{topic}");
     Ok(vec![
-        store_from(node, feed, &name("machine/stream"), &newest, |snapshot, message| {
-            snapshot.stream = received(message);
-        })?,
+        store_from(node, feed, &name("machine/stream"), &newest, CellSnapshot::add_stream)?,
         store_from(node, feed, &name("machine/io"), &newest, |snapshot, message| snapshot.io = Some(message))?,
         store_from::<MachineAlarms>(node, feed, &name("machine/alarms"), &latched, |snapshot, message| {
             snapshot.machine_alarms = Some(message.alarms);
