@@ -5,7 +5,7 @@
 use super::deferred::deferred;
 use super::job_slot::JobSlot;
 use super::request_origin::{PendingAnswer, RequestOrigin, answer};
-use super::{Shared, lock, settings};
+use super::{NO_MACHINE, Shared, lock, settings};
 use camwright::gauging::stiffness::MeasuredValue;
 use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_files::job_file;
@@ -87,11 +87,7 @@ fn measures_only(shared: &Shared, job: &str, mut overrides: Vec<String>, forget:
 fn get_stiffness(shared: &Shared, request: &GetStiffnessRequest) -> GetStiffnessResponse {
     let here = lock(&shared.machine).as_ref().map(|now| now.description.name.clone());
     let machine = if request.machine.is_empty() { here } else { Some(request.machine.clone()) };
-    let kept = machine
-        .ok_or_else(|| {
-            "no machine description received (topic machine/description); check that the machine runs".to_owned()
-        })
-        .and_then(|machine| shared.stiffness.load(&machine));
+    let kept = machine.ok_or_else(|| NO_MACHINE.to_owned()).and_then(|machine| shared.stiffness.load(&machine));
     match kept {
         Ok(kept) => GetStiffnessResponse {
             success: true,

@@ -7,7 +7,7 @@ use super::grinding_run::GrindingRun;
 use super::job_slot::{JobEvent, JobSlot};
 use super::request_origin::RequestOrigin;
 use super::turning_run::TurningRun;
-use super::{Shared, lock, settings};
+use super::{MEETING, Shared, lock, settings};
 use camwright::machine::description::MachineDescription;
 use camwright_files::access;
 use camwright_files::any_job::{self, AnyJob};
@@ -20,10 +20,6 @@ use camwright_ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
-use std::time::Duration;
-
-/// Maximum time until machine and interpolator are present for a job.
-const MEETING: Duration = Duration::from_secs(5);
 
 /// A job that `load_job` planned, and what it was planned with.
 #[derive(Debug)]
@@ -215,9 +211,7 @@ impl Shared {
         let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
         there(self.load_lobe.wait_for_service(MEETING))?;
         there(self.execute.wait_for_server(MEETING))?;
-        let machine = lock(&self.machine).clone();
-        let machine = machine
-            .ok_or("no machine description received (topic machine/description); check that the machine runs")?;
+        let machine = self.met_machine()?;
         if let Some(reason) = self.standing_obstacle() {
             return Err(reason);
         }

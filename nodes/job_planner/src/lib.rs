@@ -93,6 +93,10 @@ pub struct JobPlanner {
     _membership: Membership,
 }
 
+/// Longest wait for a partner of the cell before a job is rejected.
+const MEETING: Duration = Duration::from_secs(5);
+const NO_MACHINE: &str = "no machine description received (topic machine/description); check that the machine runs";
+
 /// A piece of work for the planning thread.
 type Work = Box<dyn FnOnce() + Send>;
 
@@ -103,6 +107,8 @@ struct Shared {
     active: AtomicBool,
     /// The machine as it last described itself.
     machine: Mutex<Option<MachineNow>>,
+    /// The machine has described itself.
+    described: Condvar,
     alarms: Mutex<Vec<Alarm>>,
     parts: Parts,
     turned_parts: TurnedParts,
@@ -201,6 +207,7 @@ impl JobPlanner {
         let shared = Arc::new(Shared {
             active: AtomicBool::new(false),
             machine: Mutex::default(),
+            described: Condvar::new(),
             alarms: Mutex::default(),
             parts: Parts::default(),
             turned_parts: TurnedParts::default(),
@@ -339,9 +346,20 @@ impl Shared {
     /// Takes the machine's description: what it is, and its wheels.
     fn meet(&self, message: &DescriptionMessage) {
         match MachineNow::from_message(message) {
-            Ok(now) => *lock(&self.machine) = Some(now),
+            Ok(now) => {
+                *lock(&self.machine) = Some(now);
+                self.described.notify_all();
+            }
             Err(reason) => self.node.logger().error(&reason),
         }
+    }
+
+    /// Returns the machine, and waits for its description: on a bad network it may come after the first goal.
+    fn met_machine(&self) -> Result<MachineNow, String> {
+        let machine = lock(&self.machine);
+        let met = self.described.wait_timeout_while(machine, MEETING, |machine| machine.is_none());
+        let (machine, _) = met.unwrap_or_else(PoisonError::into_inner);
+        machine.clone().ok_or_else(|| NO_MACHINE.to_owned())
     }
 
     /// Gives work to the planning thread; false when the node is ending.

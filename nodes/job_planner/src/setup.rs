@@ -4,7 +4,7 @@
 
 use super::job_slot::{JobEvent, JobSlot};
 use super::loading::LoadingFailure;
-use super::{Shared, lock};
+use super::{MEETING, Shared, lock};
 use camwright::interpolator::wheel_change::plan_wheel_change;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
@@ -29,8 +29,6 @@ use std::time::{Duration, Instant};
 
 /// Maximum time of a peer's answer.
 const ANSWER: Duration = Duration::from_secs(10);
-/// Maximum time until the interpolator is present.
-const MEETING: Duration = Duration::from_secs(5);
 /// Period of the check during execution, and maximum absence.
 const WATCH: Duration = Duration::from_millis(200);
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
@@ -196,10 +194,7 @@ impl SetupWork {
     }
 
     fn machine(&self) -> Result<MachineNow, Failed> {
-        let machine = lock(&self.shared.machine).clone();
-        machine.ok_or_else(|| {
-            "no machine description received (topic machine/description); check that the machine runs".into()
-        })
+        Ok(self.shared.met_machine()?)
     }
 
     fn is_cancelled(&self) -> bool {
