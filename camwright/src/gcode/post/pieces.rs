@@ -99,7 +99,7 @@ impl Pieces {
                     blocks_s: pieces.blocks_s,
                     max_s: control.max_blocks_s,
                     tolerance_um: um_from_mm(tolerance_mm),
-                    fits_rpm: rpm_from_rad_s(ROUNDED_DOWN * slower * turn.speed_rad_s(0.0)),
+                    fits_rpm: rpm_from_rad_s(ROUNDED_DOWN * slower * turn.speed_rad_s(turn.begin_rad)),
                 });
             }
             tolerance_mm = (tolerance_mm * WIDER).min(pass.widest_tolerance_mm);
@@ -160,9 +160,10 @@ impl Pieces {
     /// Share of the tolerance (mm) used by rounding of both ends of a piece, and on LinuxCNC by the steps of very slow pieces.
     fn rounding_mm(&self, turn: &SubprogramMotion<'_>, control: &NcControl) -> f64 {
         let last_digit = |axis| control.format.value(axis, 1);
+        let looks = LOOKS_PER_TURN * turn.turns_of_path();
         let steepest = self.axes.iter().flat_map(|axis| {
-            (0..LOOKS_PER_TURN).map(|look| {
-                let u_rad = turn.full_rad * f64::from(look) / f64::from(LOOKS_PER_TURN);
+            (0..looks).map(|look| {
+                let u_rad = turn.begin_rad + (turn.full_rad - turn.begin_rad) * f64::from(look) / f64::from(looks);
                 turn.at(*axis, u_rad).first.abs()
             })
         });
