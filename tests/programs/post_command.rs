@@ -42,6 +42,8 @@ fn shipped_jobs_give_programs_for_every_control_that_come_back_within_their_tole
         ("eccentric", diameter),
         ("plate_groove", vec![]),
         ("barrel_groove", vec!["grooves.B.name=groove_of_the_indexer"]),
+        ("level_wind", vec![]),
+        ("barrel_indexer", vec!["nc.rotation_sense=-1"]),
     ] {
         for (control, files) in [("linuxcnc", "ngc"), ("fanuc", "NC"), ("siemens", "SPF")] {
             let folder = Folder::new("post");
