@@ -329,6 +329,12 @@ fn placed<'a>(name: &'a str, groove: &'a BarrelGroove, z_mm: f64) -> PlacedGroov
 fn ribs_remain_between_turns_unless_they_cross() {
     let crossing = BarrelGroove::along(closed(6, &traverse(6, 0.05)), 4.0, (30.0, 25.0), None).unwrap();
     placed("W", &crossing, 0.0).check_ribs().unwrap();
+    // Turns beside each other, 18 mm apart along Z, lead to the crossings at the ends of the traverse, but they do not cross.
+    let wide = |roller| BarrelGroove::along(closed(6, &traverse(6, 0.05)), roller, (30.0, 25.0), None).unwrap();
+    placed("W", &wide(8.8), 0.0).check_ribs().unwrap();
+    let refusal = placed("W", &wide(9.0), 0.0).check_ribs().unwrap_err();
+    let GrooveError::NoRib { distance_mm, .. } = refusal else { panic!("{refusal}") };
+    assert!((distance_mm - 18.0 * f64::atan2(0.05_f64.to_degrees(), 25.0).cos()).abs() < 1e-6, "{refusal}");
     let open = |rise: f64, roller: f64| {
         let course = GrooveCourse::open(steps(3, rise)).unwrap();
         BarrelGroove::along(course, roller, (45.0, 35.0), None).unwrap()

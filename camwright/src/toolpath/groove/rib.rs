@@ -96,24 +96,38 @@ struct Beside {
     ahead_mm: f64,
 }
 
-/// Places one after the other at which the neighbour is too near: they must hold a crossing.
+/// A pitch curve that comes near to cross closes in at no less than this share of the mean rate from there to the crossing. Turns that run
+/// beside each other before they cross do not close in.
+const CLOSING_SHARE: f64 = 0.2;
+
+/// Places one after the other at which the neighbour is too near: each must lead to a crossing.
 fn check_run(
     run: &[(usize, Beside)],
     step_rad: f64,
     bound_mm: f64,
     names: &impl Fn() -> String,
 ) -> Result<(), GrooveError> {
-    let meets = run.iter().any(|(_, beside)| beside.ahead_mm.abs() <= MEET_MM)
-        || run.windows(2).any(|pair| (pair[0].1.ahead_mm > 0.0) != (pair[1].1.ahead_mm > 0.0));
-    let nearest = run.iter().min_by(|a, b| a.1.distance_mm.total_cmp(&b.1.distance_mm));
-    match nearest {
-        Some((place, beside)) if !meets => Err(GrooveError::NoRib {
+    let ahead = |at: usize| run[at].1.ahead_mm;
+    let crosses =
+        |at: usize| ahead(at).abs() <= MEET_MM || (at + 1 < run.len() && (ahead(at) > 0.0) != (ahead(at + 1) > 0.0));
+    let crossings: Vec<usize> = (0..run.len()).filter(|at| crosses(*at)).collect();
+    let leads_there = |at: usize| {
+        let right = crossings.partition_point(|crossing| *crossing < at);
+        let beside = [right.checked_sub(1), Some(right)].into_iter().flatten();
+        let steps = beside.filter_map(|index| crossings.get(index)).map(|crossing| at.abs_diff(*crossing)).min();
+        let (from, to) = (at.saturating_sub(1), (at + 1).min(run.len() - 1));
+        let rate_mm = (ahead(to) - ahead(from)).abs() / (to - from).max(1) as f64;
+        steps.is_some_and(|steps| steps <= 1 || rate_mm * steps as f64 >= CLOSING_SHARE * ahead(at).abs())
+    };
+    let lost = (0..run.len()).filter(|at| !leads_there(*at)).map(|at| &run[at]);
+    match lost.min_by(|a, b| a.1.distance_mm.total_cmp(&b.1.distance_mm)) {
+        Some((place, beside)) => Err(GrooveError::NoRib {
             turns: names(),
             angle_deg: deg_from_rad(*place as f64 * step_rad),
             distance_mm: beside.distance_mm,
             bound_mm,
         }),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
