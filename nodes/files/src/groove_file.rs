@@ -145,6 +145,9 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
     if let Some(outer) = groove.outer_radius_mm.filter(|outer| groove.depth_mm >= *outer) {
         refuse("depth_mm", format!("depth_mm is {}; it must stay below outer_radius_mm, {outer}", groove.depth_mm));
     }
+    if groove.kind != GrooveKindFile::Barrel {
+        return findings;
+    }
     match (groove.from_mm, groove.to_mm) {
         (Some(from), Some(to)) if from >= to => {
             refuse("to_mm", format!("to_mm is {to}; it must be above from_mm, {from}"));
