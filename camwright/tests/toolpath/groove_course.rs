@@ -211,7 +211,7 @@ fn an_open_groove_has_two_ends_at_rest() {
 }
 
 fn turret(radius_mm: f64, axis_y_mm: f64, start_deg: f64) -> Turret {
-    Turret { radius_mm, axis_y_mm, start_rad: rad_from_deg(start_deg) }
+    Turret { stations: 12, radius_mm, axis_y_mm, start_rad: rad_from_deg(start_deg) }
 }
 
 /// Twelve stations, a step a turn, axis on either side: Z = R sin ψ and Y = ±(|C| − R cos ψ), and both walls are those of the roller.
@@ -328,21 +328,26 @@ fn placed<'a>(name: &'a str, groove: &'a BarrelGroove, z_mm: f64) -> PlacedGroov
 #[test]
 fn ribs_remain_between_turns_unless_they_cross() {
     let crossing = BarrelGroove::along(closed(6, &traverse(6, 0.05)), 4.0, (30.0, 25.0), None).unwrap();
-    placed("W", &crossing, 0.0).check_ribs().unwrap();
+    crossing.check_turns(true).unwrap();
+    // The turn after meets on its way back: φ - 30 = 2130 - (φ + 360).
+    let refusal = crossing.check_turns(false).unwrap_err();
+    assert!(matches!(refusal, GrooveError::Crosses { angle_deg } if (angle_deg - 900.0).abs() < 0.26), "{refusal}");
     // Turns beside each other, 18 mm apart along Z, lead to the crossings at the ends of the traverse, but they do not cross.
     let wide = |roller| BarrelGroove::along(closed(6, &traverse(6, 0.05)), roller, (30.0, 25.0), None).unwrap();
-    placed("W", &wide(8.8), 0.0).check_ribs().unwrap();
-    let refusal = placed("W", &wide(9.0), 0.0).check_ribs().unwrap_err();
+    wide(8.8).check_turns(true).unwrap();
+    let refusal = wide(9.0).check_turns(true).unwrap_err();
     let GrooveError::NoRib { distance_mm, .. } = refusal else { panic!("{refusal}") };
-    assert!((distance_mm - 18.0 * f64::atan2(0.05_f64.to_degrees(), 25.0).cos()).abs() < 1e-6, "{refusal}");
+    // Beside a blend a turn is a little nearer than beside a helix, 18 mm times the cosine of its slope.
+    let of_helices_mm = 18.0 * f64::atan2(0.05_f64.to_degrees(), 25.0).cos();
+    assert!((of_helices_mm - 0.2..of_helices_mm).contains(&distance_mm), "{refusal}");
     let open = |rise: f64, roller: f64| {
         let course = GrooveCourse::open(steps(3, rise)).unwrap();
         BarrelGroove::along(course, roller, (45.0, 35.0), None).unwrap()
     };
-    placed("G", &open(20.0, 8.0), 0.0).check_ribs().unwrap();
-    placed("G", &open(16.1, 8.0), 0.0).check_ribs().unwrap_err();
+    open(20.0, 8.0).check_turns(false).unwrap();
+    open(16.1, 8.0).check_turns(true).unwrap_err();
     // In dwells the distance is the rise; on the flanks the next turn is nearer than along Z by the cosine of the slope.
-    let refusal = placed("G", &open(15.0, 8.0), 0.0).check_ribs().unwrap_err();
+    let refusal = open(15.0, 8.0).check_turns(true).unwrap_err();
     let GrooveError::NoRib { distance_mm, bound_mm, .. } = &refusal else { panic!("{refusal}") };
     let slope = f64::atan2(2.0 * 15.0 / (0.5 * TURN_RAD), 35.0);
     assert!((bound_mm - 16.0).abs() < 1e-12 && (distance_mm / (15.0 * slope.cos()) - 1.0).abs() < 0.01, "{refusal}");
@@ -373,6 +378,76 @@ fn ribs_remain_between_turns_unless_they_cross() {
     };
     placed("A", &even(0.11), 0.0).check_rib_beside(&behind(&even(0.11))).unwrap();
     placed("A", &even(0.085), 0.0).check_rib_beside(&behind(&even(0.085))).unwrap_err();
+}
+
+/// A groove of an indexer on a turret of so many stations, from one face to the other.
+fn indexer(stations: u32, turns: u32, start_deg: f64) -> BarrelGroove {
+    let on = Turret { stations, ..turret(80.0, 76.0, start_deg) };
+    let course = GrooveCourse::open(steps(turns, rad_from_deg(30.0) * 80.0)).unwrap().on_turret(on).unwrap();
+    let faces = EndFaces { from_mm: -32.0, to_mm: 32.0, zero_mm: 0.0 };
+    BarrelGroove::along(course, 3.0, (60.0, 45.0), Some(faces)).unwrap()
+}
+
+/// In a dwell both walls are planes square to the axis, at Z of the roller ± its radius, and the mill stands still.
+#[test]
+fn a_dwell_of_an_indexer_is_a_plane_ring() {
+    let groove = indexer(12, 3, -45.0);
+    let path = &groove.paths(mill(3.0, true), 0.0, Coverage::Slot).unwrap()[0];
+    let z_mm = 80.0 * rad_from_deg(-15.0).sin();
+    let y_mm = 76.0 - 80.0 * rad_from_deg(15.0).cos();
+    for deg in (271..450).map(f64::from) {
+        let [y, z] = stands(path, rad_from_deg(deg));
+        assert!((y - y_mm).abs() < 1e-9 && (z - z_mm).abs() < 1e-9, "{deg}: {y} {z}");
+    }
+    for side in [-1.0, 1.0] {
+        let left = swept(&|_| [y_mm, z_mm], path, (3.0, 3.0), side, TURN_RAD, 50.0);
+        assert!(left.abs() < 1e-9, "{left}");
+    }
+}
+
+/// Every roller in the cylinder needs a groove: one groove serves 12 stations of 30 deg, 24 stations of 15 deg take two.
+#[test]
+fn rollers_of_a_turret_have_grooves() {
+    let one = indexer(12, 3, -45.0);
+    placed("A", &one, 0.0).check_rollers(&[placed("A", &one, 0.0)]).unwrap();
+
+    let (a, b) = (indexer(24, 3, -45.0), indexer(24, 4, -60.0));
+    let both = [placed("A", &a, 0.0), placed("B", &b, 0.0)];
+    let refusal = both[0].check_rollers(&both[..1]).unwrap_err().to_string();
+    assert!(refusal.contains("where no groove is; the rollers are 15.0000 deg apart"), "{refusal}");
+    both.iter().for_each(|groove| groove.check_rollers(&both).unwrap());
+    // The other groove at another place of the part, or turned.
+    for wrong in [placed("B", &b, 0.001), PlacedGroove { phase_rad: 0.3, ..placed("B", &b, 0.0) }] {
+        both[0].check_rollers(&[both[0], wrong]).unwrap_err();
+    }
+    // Both turned together.
+    let turned = both.map(|groove| PlacedGroove { phase_rad: 1.0, ..groove });
+    turned[0].check_rollers(&turned).unwrap();
+
+    let on = |program: MotionProgram, stations| {
+        let on = Turret { stations, ..turret(80.0, 76.0, -45.0) };
+        GrooveCourse::open(program).unwrap().on_turret(on).unwrap_err().to_string()
+    };
+    let arc_mm = rad_from_deg(30.0) * 80.0;
+    assert_eq!(
+        on(steps(3, arc_mm), 11),
+        "the lift turns the turret by 30.000000 deg from azimuth 0.00 deg to the same place a turn later; with 11 stations it must be a multiple \
+         of 32.727273 deg other than 0"
+    );
+    assert!(on(steps(1, arc_mm), 11).contains("30.000000 deg from azimuth 0.00 deg"));
+    assert_eq!(on(steps(3, arc_mm), 0), "a turret has at least one station");
+    let still = MotionProgram::open(2, 0.0, &segments(&[(MotionLaw::Dwell, 720.0, 0.0)])).unwrap();
+    assert!(on(still, 12).contains("by 0.000000 deg from azimuth 0.00 deg"));
+    // The same step in less time: right from end to end, wrong in between.
+    let uneven = [
+        (MotionLaw::Dwell, 90.0, 0.0),
+        (MotionLaw::Cycloidal, 180.0, arc_mm),
+        (MotionLaw::Dwell, 150.0, 0.0),
+        (MotionLaw::Cycloidal, 180.0, arc_mm),
+        (MotionLaw::Dwell, 120.0, 0.0),
+    ];
+    let uneven = on(MotionProgram::open(2, 0.0, &segments(&uneven)).unwrap(), 12);
+    assert!(uneven.contains("with 12 stations it must be a multiple of 30.000000 deg"), "{uneven}");
 }
 
 #[test]

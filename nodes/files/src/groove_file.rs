@@ -10,7 +10,7 @@ use super::profile_file::{contour_key, profile_named};
 use super::yaml::Document;
 use camwright::job::grinding::ProfileSpec;
 use camwright::job::milling::{GrooveKind, MAX_STEPS, MilledGroove};
-use camwright::math::units::{deg_from_rad, rad_from_deg};
+use camwright::math::units::rad_from_deg;
 use camwright::toolpath::groove::GrooveError;
 use camwright::toolpath::groove::barrel::{BarrelGroove, EndFaces};
 use camwright::toolpath::groove::course::{GrooveCourse, Turret};
@@ -45,12 +45,14 @@ pub(super) struct GrooveFile {
     /// Barrel: motion of the roller along +Z over the azimuth, as a profile's lift. Over several turns, and of an open groove, by
     /// segments.
     lift: Option<LiftFile>,
-    /// Barrel: turns of the part over which the lift runs; its segments together make 360 times as many degrees. The groove may cross
-    /// itself. Default: 1.
+    /// Barrel: turns of the part over which the lift runs; its segments together make 360 times as many degrees. Default: 1.
     #[schemars(range(min = 1, max = 50))]
     turns: Option<u32>,
     /// Barrel: the groove has two ends beyond the end faces, and its lift need not close. Needs `from_mm` and `to_mm`. Default: false.
     open: Option<bool>,
+    /// Barrel: the groove may cross itself. The follower must be long enough to find its way over the crossing. Needs several `turns`.
+    /// Default: false.
+    may_cross: Option<bool>,
     /// Barrel: radius of the roller.
     #[schemars(range(min = 1e-6, max = 1e4))]
     roller_radius_mm: Option<f64>,
@@ -64,7 +66,7 @@ pub(super) struct GrooveFile {
     #[schemars(range(min = -1e5, max = 1e5))]
     to_mm: Option<f64>,
     /// Barrel: turret that carries the rollers of an indexing cam, with its axis parallel to those of the rollers. The lift is the arc of a
-    /// roller's centre, `rise_deg` the angle of the turret. Needs `y_axis`. Default: the roller is on a slide.
+    /// roller's centre, `rise_deg` the angle of the turret. Needs `y_axis`, `from_mm` and `to_mm`. Default: the roller is on a slide.
     turret: Option<TurretFile>,
     /// Barrel: Z of the roller at lift 0; with a turret Z of its axis.
     #[schemars(range(min = -1e5, max = 1e5))]
@@ -100,7 +102,13 @@ enum GrooveKindFile {
     Plate,
     /// Round a cylinder, by a radial mill.
     Barrel,
+    /// Not supported: a groove in a hollow blank, for the radial rollers of a turret.
+    Globoid,
 }
+
+/// Refusal of a globoid cam, with what is supported.
+const GLOBOID: &str = "globoid cams are not supported: their mill swings about the axis of the turret; supported are grooves round a \
+                       cylinder, also for a turret with rollers parallel to its axis: kind barrel with `turret`";
 
 /// Values of a groove that do not fit each other, as key and message.
 pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String)> {
@@ -116,6 +124,7 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
         ("outer_radius_mm", groove.outer_radius_mm.is_some()),
         ("turns", groove.turns.is_some()),
         ("open", groove.open.is_some()),
+        ("may_cross", groove.may_cross.is_some()),
         ("from_mm", groove.from_mm.is_some()),
         ("to_mm", groove.to_mm.is_some()),
         ("turret", groove.turret.is_some()),
@@ -126,6 +135,10 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
         GrooveKindFile::Plate => ("plate", "barrel", &of_barrels, &["profile"]),
         GrooveKindFile::Barrel => {
             ("barrel", "plate", &of_plates, &["lift", "roller_radius_mm", "outer_radius_mm", "z_mm"])
+        }
+        GrooveKindFile::Globoid => {
+            refuse("kind", GLOBOID.to_owned());
+            return findings;
         }
     };
     for (key, _) in foreign.iter().filter(|(_, given)| *given) {
@@ -157,11 +170,17 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
         (None, None) if groove.open == Some(true) => {
             refuse("open", "an open groove needs the end faces of the cylinder, from_mm and to_mm".to_owned());
         }
+        (None, None) if groove.turret.is_some() => {
+            refuse("turret", "a turret needs the end faces of the cylinder, from_mm and to_mm".to_owned());
+        }
         _ => {}
     }
     if groove.turret.is_some() && groove.y_axis != Some(true) {
         let key = if groove.y_axis.is_some() { "y_axis" } else { "turret" };
         refuse(key, GrooveError::TurretNeedsY.to_string());
+    }
+    if groove.may_cross.is_some() && (groove.turns.unwrap_or(1) == 1 || groove.turret.is_some()) {
+        refuse("may_cross", "may_cross is about a groove of several turns for a follower on a slide".to_owned());
     }
     findings
 }
@@ -178,6 +197,10 @@ impl GrooveFile {
         let (kind, lift) = match self.kind {
             GrooveKindFile::Plate => (self.plate(document, index, profiles).map_err(|error| vec![error])?, None),
             GrooveKindFile::Barrel => self.barrel(document, index, files)?,
+            GrooveKindFile::Globoid => {
+                let message = format!("groove {}: {GLOBOID}", self.name);
+                return Err(vec![document.error(&format!("grooves.{index}.kind"), message)]);
+            }
         };
         let (name, step_mm) = (self.name.clone(), self.step_mm.unwrap_or(self.depth_mm));
         Ok((MilledGroove { name, kind, phase_rad: rad_from_deg(self.phase_deg), step_mm }, lift))
@@ -230,13 +253,16 @@ impl GrooveFile {
         let course = match self.turret {
             None => course,
             Some(turret) => {
-                check_stations(&course, turret).map_err(|message| of.refuse("segments", message))?;
                 let turret = Turret {
+                    stations: turret.stations,
                     radius_mm: turret.radius_mm,
                     axis_y_mm: turret.axis_y_mm,
                     start_rad: rad_from_deg(turret.start_deg),
                 };
-                course.on_turret(turret).map_err(|error| refuse("turret", error))?
+                course.on_turret(turret).map_err(|error| {
+                    let key = if matches!(error, GrooveError::Stations { .. }) { "lift.segments" } else { "turret" };
+                    refuse(key, error)
+                })?
             }
         };
         let faces = self.from_mm.zip(self.to_mm);
@@ -250,23 +276,7 @@ impl GrooveFile {
             };
             refuse(key, error)
         })?;
+        groove.check_turns(self.may_cross.unwrap_or(false)).map_err(|error| refuse("lift", error))?;
         Ok((GrooveKind::Barrel { groove, z_mm, y_axis: self.y_axis.unwrap_or(false) }, lift))
     }
-}
-
-/// Stations by which an open groove may miss a whole number of them (deg): sums of decimal figures.
-const STATION_CLOSURE_DEG: f64 = 1e-6;
-
-/// Refuses an open groove that does not index its turret by whole stations.
-fn check_stations(course: &GrooveCourse, turret: TurretFile) -> Result<(), String> {
-    let net_deg = deg_from_rad(course.lift(course.span_rad()).value / turret.radius_mm);
-    let station_deg = 360.0 / f64::from(turret.stations);
-    let off_deg = (net_deg - station_deg * (net_deg / station_deg).round()).abs();
-    if !course.is_open() || off_deg <= STATION_CLOSURE_DEG {
-        return Ok(());
-    }
-    Err(format!(
-        "the lift turns the turret by {net_deg:.6} deg from end to end; with {} stations it must be a multiple of {station_deg} deg",
-        turret.stations
-    ))
 }

@@ -359,7 +359,7 @@ fn ends_beyond(
     })
 }
 
-/// Ribs remain between the turns of every groove round a cylinder, and between two of them.
+/// Ribs remain between two grooves round a cylinder, and every roller of a turret has a groove.
 fn ribs(document: &Document, grooves: &[MilledGroove]) -> Result<(), ConfigError> {
     let placed = grooves.iter().enumerate().filter_map(|(index, groove)| match &groove.kind {
         GrooveKind::Barrel { groove: walls, z_mm, .. } => {
@@ -369,15 +369,16 @@ fn ribs(document: &Document, grooves: &[MilledGroove]) -> Result<(), ConfigError
         GrooveKind::Plate { .. } => None,
     });
     let placed: Vec<_> = placed.collect();
+    let all: Vec<PlacedGroove<'_>> = placed.iter().map(|(_, groove)| *groove).collect();
     for (at, (index, groove)) in placed.iter().enumerate() {
-        groove.check_ribs().map_err(|error| {
-            document.error(&format!("grooves.{index}.lift"), format!("groove {}: {error}", groove.name))
-        })?;
         for (_, before) in &placed[..at] {
             groove
                 .check_rib_beside(before)
                 .map_err(|error| document.error(&format!("grooves.{index}.z_mm"), error.to_string()))?;
         }
+        groove.check_rollers(&all).map_err(|error| {
+            document.error(&format!("grooves.{index}.turret"), format!("groove {}: {error}", groove.name))
+        })?;
     }
     Ok(())
 }

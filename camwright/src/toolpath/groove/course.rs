@@ -11,18 +11,36 @@
 use super::{GrooveError, positive};
 use crate::cam::lift::{LiftLaw, MAX_PROGRAM_TURNS, MotionProgram};
 use crate::math::hermite::Sample;
-use crate::math::units::TURN_RAD;
+use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 
 /// Turret that carries the rollers of an indexing cam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turret {
+    /// Number of rollers, evenly spaced.
+    pub stations: u32,
     /// Distance of a roller's centre from the turret's axis (mm).
     pub radius_mm: f64,
     /// Y of the turret's axis (mm): the centre distance, positive towards growing azimuth.
     pub axis_y_mm: f64,
     /// Angle of the roller at lift 0, from the line through both axes towards +Z (rad).
     pub start_rad: f64,
+}
+
+impl Turret {
+    /// Angle from roller to roller (rad).
+    #[must_use]
+    pub fn station_rad(&self) -> f64 {
+        TURN_RAD / f64::from(self.stations)
+    }
+
+    /// Y and Z of a roller's centre at an angle of the turret (mm), Z from its axis.
+    #[must_use]
+    pub fn place_mm(&self, roller_rad: f64) -> [f64; 2] {
+        let towards = if self.axis_y_mm < 0.0 { -1.0 } else { 1.0 };
+        let (sin, cos) = (libm::sin(roller_rad), libm::cos(roller_rad));
+        [self.axis_y_mm - towards * self.radius_mm * cos, self.radius_mm * sin]
+    }
 }
 
 /// Centre of the roller at an azimuth, with derivatives (mm over rad).
@@ -78,9 +96,13 @@ impl GrooveCourse {
     /// The same lift as the arc of a roller on a turret.
     ///
     /// # Errors
-    /// A radius or a centre distance that is none; a roller that turns to the side or behind the turret's axis.
+    /// A radius, a centre distance or a number of stations that is none; a roller that turns to the side or behind the turret's axis; turns of
+    /// an open course that are not whole stations apart.
     pub fn on_turret(self, turret: Turret) -> Result<Self, GrooveError> {
         positive("the radius of the turret", turret.radius_mm)?;
+        if turret.stations == 0 {
+            return Err(GrooveError::NoStations);
+        }
         let distance_mm = turret.axis_y_mm;
         if !distance_mm.is_finite() || distance_mm.abs() <= 0.0 {
             let (what, bound) = ("Y of the turret's axis", "a number other than 0");
@@ -96,12 +118,40 @@ impl GrooveCourse {
             let angle_rad = turret.start_rad + lift_mm / turret.radius_mm;
             if angle_rad.is_nan() || angle_rad.abs() >= MAX_TURRET_RAD {
                 return Err(GrooveError::TurretTurnsAway {
-                    angle_deg: crate::math::units::deg_from_rad(angle_rad),
-                    max_deg: crate::math::units::deg_from_rad(MAX_TURRET_RAD),
+                    angle_deg: deg_from_rad(angle_rad),
+                    max_deg: deg_from_rad(MAX_TURRET_RAD),
                 });
             }
         }
+        course.check_stations(&turret)?;
         Ok(course)
+    }
+
+    /// Refuses an open course whose turns do not lie whole stations apart: the rollers behind one follow it a turn later.
+    fn check_stations(&self, turret: &Turret) -> Result<(), GrooveError> {
+        if !self.is_open() {
+            return Ok(());
+        }
+        let steps = 720 * (self.turns() - 1);
+        let turned_rad = |azimuth_rad: f64| {
+            let turned_mm = self.lift(azimuth_rad + TURN_RAD).value - self.lift(azimuth_rad).value;
+            turned_mm / turret.radius_mm
+        };
+        for step in 0..=steps {
+            let azimuth_rad = f64::from(step) * TURN_RAD / 720.0;
+            let turned_rad = turned_rad(azimuth_rad);
+            let stations = libm::round(turned_rad / turret.station_rad());
+            let off_rad = (turned_rad - stations * turret.station_rad()).abs();
+            if stations == 0.0 || off_rad.is_nan() || off_rad > STATION_CLOSURE_RAD {
+                return Err(GrooveError::Stations {
+                    turned_deg: deg_from_rad(turned_rad),
+                    azimuth_deg: deg_from_rad(azimuth_rad),
+                    stations: turret.stations,
+                    station_deg: deg_from_rad(turret.station_rad()),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Azimuth over which it runs (rad).
@@ -129,6 +179,12 @@ impl GrooveCourse {
     #[must_use]
     pub fn turret(&self) -> Option<Turret> {
         self.turret
+    }
+
+    /// Angle of the roller on its turret at an azimuth (rad); 0 for a roller on a slide.
+    #[must_use]
+    pub fn turret_angle_rad(&self, azimuth_rad: f64) -> f64 {
+        self.turret.map_or(0.0, |turret| turret.start_rad + self.lift(azimuth_rad).value / turret.radius_mm)
     }
 
     /// Steps of a grid over all of it.
@@ -174,7 +230,7 @@ impl GrooveCourse {
     #[must_use]
     pub fn centre(&self, azimuth_rad: f64) -> RollerCentre {
         let lift = self.lift(azimuth_rad);
-        let Some(Turret { radius_mm, axis_y_mm, start_rad }) = self.turret else {
+        let Some(Turret { radius_mm, axis_y_mm, start_rad, .. }) = self.turret else {
             return RollerCentre { y: Sample::default(), z: lift };
         };
         let (angle, first, second, third) = (
@@ -230,6 +286,9 @@ impl GrooveCourse {
         }
     }
 }
+
+/// Error of the angle between rollers in a groove that is accepted (rad): sums of decimal figures.
+pub(super) const STATION_CLOSURE_RAD: f64 = 1e-8;
 
 /// A roller on a turret stays within this angle of the line through both axes (rad): beyond a quarter turn it would go back.
 const MAX_TURRET_RAD: f64 = 0.5 * core::f64::consts::PI;

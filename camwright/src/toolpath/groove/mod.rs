@@ -126,6 +126,45 @@ pub enum GrooveError {
         /// Bound (deg).
         max_deg: f64,
     },
+    /// A turret without rollers.
+    #[error("a turret has at least one station")]
+    NoStations,
+    /// Turns of an indexing groove that do not fit the spacing of the rollers.
+    #[error(
+        "the lift turns the turret by {turned_deg:.6} deg from azimuth {azimuth_deg:.2} deg to the same place a turn later; with {stations} \
+         stations it must be a multiple of {station_deg:.6} deg other than 0"
+    )]
+    Stations {
+        /// Angle of the turret over a turn (deg).
+        turned_deg: f64,
+        /// Azimuth (deg).
+        azimuth_deg: f64,
+        stations: u32,
+        /// Angle from roller to roller (deg).
+        station_deg: f64,
+    },
+    /// A roller of a turret that stands in no groove.
+    #[error(
+        "at azimuth {angle_deg:.2} deg the neighbouring roller stands inside the cylinder at {roller_deg:.4} deg of the turret, where no groove \
+         is; the rollers are {station_deg:.4} deg apart: shorten the cylinder, or add the groove of that roller"
+    )]
+    NoGroove {
+        /// Azimuth along the groove (deg).
+        angle_deg: f64,
+        /// Angle of the neighbouring roller (deg).
+        roller_deg: f64,
+        /// Angle from roller to roller (deg).
+        station_deg: f64,
+    },
+    /// A groove that crosses itself and may not.
+    #[error(
+        "the groove crosses itself at azimuth {angle_deg:.2} deg, where its follower loses both walls; `may_cross: true` allows that for a long \
+         follower"
+    )]
+    Crosses {
+        /// Azimuth of the first crossing (deg).
+        angle_deg: f64,
+    },
     /// A roller that moves across on a machine that cannot.
     #[error("the roller of a turret moves across the part; this takes a machine with a Y axis (y_axis: true)")]
     TurretNeedsY,

@@ -1,17 +1,18 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! Ribs between the turns of a groove round a cylinder, and between two grooves.
+//! Ribs between the turns of a groove round a cylinder, and between two grooves; rollers of a turret in them.
 //!
 //! Pitch curves are compared on the floor, developed: there they come nearest to each other. Where two of them come within the width of the
 //! groove the rib between them vanishes. That is meant where they cross or run into each other; elsewhere it is refused.
 
 use super::GrooveError;
 use super::barrel::BarrelGroove;
+use super::course::{STATION_CLOSURE_RAD, Turret};
 use crate::math::extremum::golden_section;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, PI};
 
 /// A groove at its place on the part.
 #[derive(Debug, Clone, Copy)]
@@ -33,16 +34,20 @@ const TRIED: u32 = 32;
 /// Pitch curves that come so near run into each other (mm).
 const MEET_MM: f64 = 1e-6;
 
-impl PlacedGroove<'_> {
-    /// Checks that ribs remain between the turns of the groove.
+impl BarrelGroove {
+    /// Checks that ribs remain between the turns of the groove, which may cross each other or not.
     ///
     /// # Errors
-    /// Turns that come too near to each other without a crossing.
-    pub fn check_ribs(&self) -> Result<(), GrooveError> {
-        let turns = self.groove.course().turns();
-        (1..turns).try_for_each(|by| self.check_pair(self, f64::from(by) * TURN_RAD, || "its turns".to_string()))
+    /// Turns that come too near to each other without a crossing, or that cross and may not.
+    pub fn check_turns(&self, may_cross: bool) -> Result<(), GrooveError> {
+        let placed = PlacedGroove { name: "", groove: self, z_mm: 0.0, phase_rad: 0.0 };
+        (1..self.course().turns()).try_for_each(|by| {
+            placed.check_pair(&placed, f64::from(by) * TURN_RAD, may_cross, || "its turns".to_string())
+        })
     }
+}
 
+impl PlacedGroove<'_> {
     /// Checks that a rib remains between two grooves.
     ///
     /// # Errors
@@ -57,8 +62,60 @@ impl PlacedGroove<'_> {
         let first = if b.course().is_open() { -i32::try_from(a.course().turns()).unwrap_or(0) } else { 0 };
         (first..last).try_for_each(|by| {
             let names = || format!("grooves {} and {}", self.name, other.name);
-            self.check_pair(other, turned_rad + f64::from(by) * TURN_RAD, names)
+            self.check_pair(other, turned_rad + f64::from(by) * TURN_RAD, true, names)
         })
+    }
+
+    /// Checks that the neighbours of a roller on a turret stand in a groove too, wherever they reach into the cylinder.
+    ///
+    /// # Errors
+    /// A roller that stands in none of the grooves.
+    pub fn check_rollers(&self, all: &[PlacedGroove<'_>]) -> Result<(), GrooveError> {
+        let course = self.groove.course();
+        let Some(turret) = course.turret() else { return Ok(()) };
+        let steps = AZIMUTHS_PER_TURN * course.turns();
+        for step in 0..=steps {
+            let azimuth_rad = f64::from(step) * course.span_rad() / f64::from(steps);
+            if !self.groove.is_inside(course.centre(azimuth_rad).z.value) {
+                continue;
+            }
+            for next in [-1.0, 1.0] {
+                let roller_rad = course.turret_angle_rad(azimuth_rad) + next * turret.station_rad();
+                if self.reaches_in(&turret, roller_rad)
+                    && !all.iter().any(|other| other.guides(self, &turret, azimuth_rad, roller_rad))
+                {
+                    return Err(GrooveError::NoGroove {
+                        angle_deg: deg_from_rad(azimuth_rad),
+                        roller_deg: deg_from_rad(roller_rad),
+                        station_deg: deg_from_rad(turret.station_rad()),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns whether a roller at an angle of the turret reaches into the cylinder, down to the floor of this groove.
+    fn reaches_in(&self, turret: &Turret, roller_rad: f64) -> bool {
+        let [y_mm, z_mm] = turret.place_mm(roller_rad);
+        let beside_mm = (y_mm.abs() - self.groove.roller_radius_mm()).max(0.0);
+        let is_near = libm::hypot(self.groove.floor_radius_mm(), beside_mm) < self.groove.outer_radius_mm();
+        roller_rad.abs() < PI && is_near && self.groove.is_inside(z_mm)
+    }
+
+    /// Returns whether a turn of this groove guides a roller at an angle of the turret, at an azimuth of another groove.
+    fn guides(&self, of: &PlacedGroove<'_>, turret: &Turret, azimuth_rad: f64, roller_rad: f64) -> bool {
+        let course = self.groove.course();
+        let same_turret = course.turret().is_some_and(|own| {
+            own.radius_mm == turret.radius_mm && own.axis_y_mm == turret.axis_y_mm && self.z_mm == of.z_mm
+        });
+        let from_rad = wrap_turn(azimuth_rad + of.phase_rad - self.phase_rad);
+        let mut turns = 0..course.turns();
+        same_turret
+            && turns.any(|turn| {
+                let there_rad = course.turret_angle_rad(from_rad + f64::from(turn) * TURN_RAD);
+                (there_rad - roller_rad).abs() <= STATION_CLOSURE_RAD
+            })
     }
 
     /// Compares this groove with another one at azimuths ahead by an angle.
@@ -66,6 +123,7 @@ impl PlacedGroove<'_> {
         &self,
         other: &PlacedGroove<'_>,
         ahead_rad: f64,
+        may_cross: bool,
         names: impl Fn() -> String,
     ) -> Result<(), GrooveError> {
         let course = self.groove.course();
@@ -80,10 +138,10 @@ impl PlacedGroove<'_> {
         for place in (0..=places.len()).map(|place| (from + place) % places.len().max(1)).take(places.len()) {
             match &places[place] {
                 Some(beside) => run.push((place, *beside)),
-                None => check_run(&core::mem::take(&mut run), step_rad, pair.width_mm, &names)?,
+                None => check_run(&core::mem::take(&mut run), step_rad, (pair.width_mm, may_cross), &names)?,
             }
         }
-        check_run(&run, step_rad, pair.width_mm, &names)
+        check_run(&run, step_rad, (pair.width_mm, may_cross), &names)
     }
 }
 
@@ -104,13 +162,16 @@ const CLOSING_SHARE: f64 = 0.2;
 fn check_run(
     run: &[(usize, Beside)],
     step_rad: f64,
-    bound_mm: f64,
+    (bound_mm, may_cross): (f64, bool),
     names: &impl Fn() -> String,
 ) -> Result<(), GrooveError> {
     let ahead = |at: usize| run[at].1.ahead_mm;
     let crosses =
         |at: usize| ahead(at).abs() <= MEET_MM || (at + 1 < run.len() && (ahead(at) > 0.0) != (ahead(at + 1) > 0.0));
     let crossings: Vec<usize> = (0..run.len()).filter(|at| crosses(*at)).collect();
+    if let Some(at) = crossings.first().filter(|_| !may_cross) {
+        return Err(GrooveError::Crosses { angle_deg: deg_from_rad(run[*at].0 as f64 * step_rad) });
+    }
     let leads_there = |at: usize| {
         let right = crossings.partition_point(|crossing| *crossing < at);
         let beside = [right.checked_sub(1), Some(right)].into_iter().flatten();

@@ -399,6 +399,20 @@ fn what_is_no_groove_of_several_turns_or_with_ends_is_refused_at_its_line() {
         (wind("grooves.0.from_mm=null"), "to_mm needs from_mm, the other end face"),
         (wind("grooves.0.to_mm=-5"), "to_mm is -5; it must be above from_mm, 0"),
         (wind("grooves.0.from_mm=17"), "the groove leaves the cylinder: its walls reach from Z 16.000 to 75.000 mm"),
+        (wind("grooves.0.may_cross=false"), "groove W: the groove crosses itself at azimuth"),
+        (
+            refusal(BARREL, &["grooves.0.may_cross=true"]),
+            "may_cross is about a groove of several turns for a follower on a slide",
+        ),
+        (indexer("y_axis: true", "y_axis: true\n    may_cross: true"), "may_cross is about a groove of several turns"),
+        (
+            indexer("    from_mm: 18.0\n    to_mm: 82.0\n", ""),
+            "an open groove needs the end faces of the cylinder, from_mm and to_mm",
+        ),
+        (
+            refusal(BARREL, &["grooves.0.turret={stations: 12, radius_mm: 80, axis_y_mm: 76}"]),
+            "a turret needs the end faces of the cylinder, from_mm and to_mm",
+        ),
         (wind("grooves.0.roller_radius_mm=9.1"), "groove W: the rib between its turns vanishes at azimuth"),
         (
             wind("grooves.0.lift.segments.4.rise_mm=-47"),
@@ -409,7 +423,7 @@ fn what_is_no_groove_of_several_turns_or_with_ends_is_refused_at_its_line() {
         (refusal(PLATE, &["grooves.0.open=true"]), "open is about a groove of kind barrel"),
         (
             refusal(BARREL, &["grooves.0.kind=globoid"]),
-            "grooves.0.kind is \"globoid\"; it must be one of plate, barrel",
+            "groove B: globoid cams are not supported: their mill swings about the axis of the turret; supported are grooves round a cylinder",
         ),
         (
             refusal(BARREL, &["grooves.0.open=true"]),
@@ -423,7 +437,7 @@ fn what_is_no_groove_of_several_turns_or_with_ends_is_refused_at_its_line() {
         (indexer("y_axis: true", "y_axis: false"), "this takes a machine with a Y axis"),
         (
             indexer("stations: 12", "stations: 11"),
-            "the lift turns the turret by 90.000000 deg from end to end; with 11 stations",
+            "the lift turns the turret by 30.000000 deg from azimuth 0.00 deg to the same place a turn later; with 11 stations",
         ),
         (indexer("stations: 12, ", ""), "stations"),
         (indexer("radius_mm: 80.0, axis_y_mm", "radius_mm: -1, axis_y_mm"), "turret.radius_mm is -1"),
