@@ -112,7 +112,7 @@ fn the_program_of_an_indexer_makes_the_walls_of_its_rollers() {
             let (high_um, low_um) = if cutter_mm < 8.0 { noted_um(&summary, name) } else { (0.0, 0.0) };
             let (mut high, mut low, mut places) = (f64::NEG_INFINITY, f64::INFINITY, 0);
             for azimuth in (0..540).map(|step| rad_from_deg(2.0 * f64::from(step) + 0.7)) {
-                for x in [45.0, 50.0, 55.0] {
+                for x in [45.2, 50.0, 55.0] {
                     let place = wall(&centre, 8.0, side, azimuth, x);
                     // Walls of the cylinder only.
                     if !(18.0..=82.0).contains(&place[2]) || place[0].hypot(place[1]) > 60.0 {
@@ -146,7 +146,7 @@ fn the_program_of_a_level_wind_makes_helices_of_constant_lead() {
     let (mut high, mut low, mut places) = (f64::NEG_INFINITY, f64::INFINITY, 0);
     let degrees = (62..1018).chain(1142..2098).step_by(3).map(f64::from);
     for azimuth in degrees.map(rad_from_deg) {
-        for (side, x) in [(-1.0, 25.0), (-1.0, 29.5), (1.0, 25.0), (1.0, 29.5)] {
+        for (side, x) in [(-1.0, 25.2), (-1.0, 29.5), (1.0, 25.2), (1.0, 29.5)] {
             let place = wall(&centre, 4.0, side, azimuth, x);
             let crossed = (0..6).map(|turn| (azimuth + f64::from(turn) * TURN_RAD) % (6.0 * TURN_RAD)).skip(1);
             // At the ends of the traverse the formula is up to 1.5 mm beyond the blends.

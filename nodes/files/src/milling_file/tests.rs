@@ -464,7 +464,7 @@ fn what_is_no_groove_of_several_turns_or_with_ends_is_refused_at_its_line() {
     }
     // Its own line.
     let found = indexer("stations: 12", "stations: 11");
-    assert!(found.starts_with("job.yaml:13: groove I: "), "{found}");
+    assert!(found.starts_with("job.yaml:14: groove I: "), "{found}");
     let found = indexer("    open: true\n", "    open: true\n    phase_deg: 10\n    depth: 3\n");
     assert!(found.contains("job.yaml:13:") && found.contains("depth"), "{found}");
     let second = edited(
