@@ -103,7 +103,8 @@ fn the_program_of_an_indexer_makes_the_walls_of_its_rollers() {
     };
     let cycloid = "grooves.I.lift.segments.1.law=cycloidal";
     let shipped: &[&str] = &[cycloid];
-    let like_roller: &[&str] = &[cycloid, "tool.radius_mm=8", "passes.0.leaves_mm=0", "nc.rotation_sense=-1"];
+    let like_roller: &[&str] =
+        &[cycloid, "tool.radius_mm=8", "passes.0.leaves_mm=0", "passes.0.tolerance_um=1", "nc.rotation_sense=-1"];
     for (set, sense, cutter_mm) in [(shipped, 1.0, 6.0), (like_roller, -1.0, 8.0)] {
         let (sweep, summary) = program("barrel_indexer", set, sense, cutter_mm);
         // The program may be off along Y and along Z.
