@@ -24,7 +24,7 @@ const STEP_RAD: f64 = 0.1 * PI / 180.0;
 
 impl Sweep {
     /// Feeds of the written program, as a control makes them: all axes in proportion to C.
-    fn of(text: String, sense: f64, cutter_mm: f64) -> Self {
+    fn from_program(text: String, sense: f64, cutter_mm: f64) -> Self {
         let files = [ProgramFile { name: "groove.ngc".into(), text }];
         let motion = read(Dialect::LinuxCnc, XValues::Radius, &files).expect("a program");
         let mut degrees = vec![Vec::new(); 360];
@@ -80,7 +80,7 @@ fn program(job: &str, set: &[&str], sense: f64, cutter_mm: f64) -> (Sweep, Progr
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     let summary = write_program(job, &set, folder.path(), |_| {}).unwrap_or_else(|error| panic!("{job}: {error}"));
     let text = std::fs::read_to_string(folder.join(&summary.files[0])).expect("a program");
-    (Sweep::of(text, sense, cutter_mm), summary)
+    (Sweep::from_program(text, sense, cutter_mm), summary)
 }
 
 /// The largest and the smallest error of a wall by the note of the program (µm), as printed.
